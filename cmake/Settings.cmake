@@ -1,0 +1,22 @@
+# What we ask of our own code. An interface target of ours only: nothing here reaches a consumer.
+add_library(waymark_warnings INTERFACE)
+target_compile_options(waymark_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+  -Wnon-virtual-dtor -Woverloaded-virtual -Wnull-dereference $<$<BOOL:${WAYMARK_WERROR}>:-Werror>)
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  # GCC 12 reports these inside Eigen and the standard library when it inlines; clang-tidy and the sanitizers cover them.
+  target_compile_options(waymark_warnings INTERFACE -Wno-null-dereference -Wno-maybe-uninitialized -Wno-array-bounds
+    -Wno-stringop-overflow)
+endif()
+
+if(WAYMARK_SANITIZE)
+  if(WAYMARK_SANITIZE MATCHES "thread" AND WAYMARK_SANITIZE MATCHES "address")
+    message(FATAL_ERROR "WAYMARK_SANITIZE: 'thread' cannot be combined with 'address'; use the presets asan-ubsan or tsan.")
+  endif()
+  add_compile_options(-fsanitize=${WAYMARK_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${WAYMARK_SANITIZE})
+endif()
+
+find_program(WAYMARK_CCACHE ccache)
+if(WAYMARK_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${WAYMARK_CCACHE})
+endif()

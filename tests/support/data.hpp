@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+namespace waymark::testing {
+
+/// A path inside the real data that WAYMARK_DATA points to, or nothing when it is not there.
+/// With WAYMARK_REQUIRE_DATA set, missing data is a test failure instead of a skip.
+std::optional<std::filesystem::path> real_data(const std::string& relative);
+
+/// A fresh empty folder for one test, removed by the next run of the same test.
+std::filesystem::path fresh_folder(const std::string& name);
+
+}  // namespace waymark::testing
+
+/// Binds `name` to the path of the real data, or skips the test in words (fails with --require-data).
+#define WAYMARK_REAL_DATA(name, relative)                                                     \
+  const auto name##_or_none = ::waymark::testing::real_data(relative);                        \
+  if (!name##_or_none) GTEST_SKIP() << "WAYMARK_DATA does not hold " << (relative);           \
+  const std::filesystem::path name = *name##_or_none

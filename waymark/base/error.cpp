@@ -1,0 +1,38 @@
+#include "waymark/base/error.hpp"
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+const char* to_string(ErrorCode code) {
+  switch (code) {
+    case ErrorCode::InvalidArgument:
+      return "invalid_argument";
+    case ErrorCode::NotFound:
+      return "not_found";
+    case ErrorCode::Unreadable:
+      return "unreadable";
+    case ErrorCode::Unwritable:
+      return "unwritable";
+    case ErrorCode::Unsupported:
+      return "unsupported";
+    case ErrorCode::LimitExceeded:
+      return "limit_exceeded";
+  }
+  return "unknown";
+}
+
+std::string to_string(const Error& error) {
+  std::string place = error.place.source;
+  if (error.place.line) place += fmt::format(":{}", *error.place.line);
+  if (error.place.byte) place += fmt::format("{}byte {}", place.empty() ? "" : " at ", *error.place.byte);
+  if (!error.place.key.empty()) place += fmt::format("{}({})", place.empty() ? "" : " ", error.place.key);
+  std::string text = place.empty() ? error.message : fmt::format("{}: {}", place, error.message);
+  if (!error.hint.empty()) {
+    const bool closed = text.ends_with('.') || text.ends_with('?') || text.ends_with('!');
+    text += fmt::format("{} {}", closed ? "" : ".", error.hint);
+  }
+  return text;
+}
+
+}  // namespace waymark

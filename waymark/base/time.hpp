@@ -1,0 +1,37 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace waymark {
+
+/// Duration on any clock: int64 nanoseconds.
+using Duration = std::chrono::duration<std::int64_t, std::nano>;
+
+/// The clock of the sensor that took the measurement. Has no now(): in the core, time is an argument.
+struct SensorClock {
+  using duration = Duration;
+  using rep = duration::rep;
+  using period = duration::period;
+  using time_point = std::chrono::time_point<SensorClock, Duration>;
+  static constexpr bool is_steady = false;
+};
+
+/// The clock of the computer that received it.
+struct HostClock {
+  using duration = Duration;
+  using rep = duration::rep;
+  using period = duration::period;
+  using time_point = std::chrono::time_point<HostClock, Duration>;
+  static constexpr bool is_steady = false;
+};
+
+/// When a measurement was made (for a camera: the middle of the exposure). Stamps of different clocks do not subtract.
+using SensorTime = SensorClock::time_point;
+/// When it arrived.
+using HostTime = HostClock::time_point;
+
+/// Seconds as double, for formulas only.
+[[nodiscard]] constexpr double to_seconds(Duration duration) { return static_cast<double>(duration.count()) * 1e-9; }
+
+}  // namespace waymark
