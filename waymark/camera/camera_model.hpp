@@ -15,18 +15,21 @@ namespace waymark {
 /// J_px_p: derivative of a projected pixel with respect to the point in the camera frame.
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-/// Pinhole with radial-tangential distortion, OpenCV's order k1 k2 p1 p2 [k3 [k4 k5 k6]] (Brown; "Camera Calibration and
-/// 3D Reconstruction", OpenCV). Unused coefficients are zero. fx, fy, cx, cy in pixels, pixel centres at +1/2.
+/// Pinhole with radial-tangential distortion, OpenCV's order k1 k2 p1 p2 [k3 [k4 k5 k6]] (Brown; "Camera
+/// Calibration and 3D Reconstruction", OpenCV). Unused coefficients are zero. fx, fy, cx, cy in pixels, pixel
+/// centres at +1/2.
 struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6
-  int coefficients = 0;       ///< how many the source gave: 0, 4, 5 or 8 (kept so that writing gives back what was read)
+  int coefficients =
+      0;  ///< how many the source gave: 0, 4, 5 or 8 (kept so that writing gives back what was read)
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
 
-/// Equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for conventional, wide-angle,
-/// and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+/// Equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for conventional,
+/// wide-angle, and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
+/// k4 theta^8).
 struct Equidistant {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 4> k{};
@@ -34,29 +37,33 @@ struct Equidistant {
   friend bool operator==(const Equidistant&, const Equidistant&) = default;
 };
 
-/// A camera: projection and image size. Immutable and checked: only make() creates one, so that every method may rely on
-/// positive focal lengths and a known domain of validity (beyond it there is nothing, not garbage).
+/// A camera: projection and image size. Immutable and checked: only make() creates one, so that every method
+/// may rely on positive focal lengths and a known domain of validity (beyond it there is nothing, not
+/// garbage).
 class CameraModel {
  public:
   using Projection = std::variant<PinholeRadtan, Equidistant>;
 
-  /// Fails on non-finite numbers, focal lengths or sizes <= 0, a distortion that folds before the nearest image edge.
+  /// Fails on non-finite numbers, focal lengths or sizes <= 0, a distortion that folds before the nearest
+  /// image edge.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
   [[nodiscard]] const Projection& projection() const { return projection_; }
 
-  /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Nothing when the point
-  /// is outside the domain: behind the camera or beyond where the distortion folds. May lie outside the image: see contains().
-  /// J_px_p, if given, is the 2x3 Jacobian.
-  [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& cam_p, Matrix23* J_px_p = nullptr) const;
+  /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Nothing
+  /// when the point is outside the domain: behind the camera or beyond where the distortion folds. May lie
+  /// outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian.
+  [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& cam_p,
+                                                       Matrix23* J_px_p = nullptr) const;
 
   /// Unit bearing in the camera frame of a pixel; nothing where no point of the domain projects there.
   /// Round trip with project below 1e-9 px. Newton with a bracketed start.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& px) const;
 
-  /// Normalised image coordinates (x/z, y/z) without distortion; nothing where unproject gives nothing or z <= 0.
+  /// Normalised image coordinates (x/z, y/z) without distortion; nothing where unproject gives nothing or z
+  /// <= 0.
   [[nodiscard]] std::optional<Eigen::Vector2d> normalize(const Eigen::Vector2d& px) const;
 
   /// Whether the pixel lies in the image.

@@ -1,0 +1,230 @@
+#include "waymark/camera/camera_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "waymark/camera/distortion.hpp"
+
+namespace waymark {
+namespace {
+
+// Bounds no lens reaches; inside them no intermediate result overflows.
+constexpr double kSmallestFocal = 1e-3;
+constexpr double kLargestFocal = 1e7;
+constexpr double kLargestCoefficient = 1e6;
+constexpr int kLargestSide = 1'000'000;
+/// Nearer than this to the camera centre a direction means nothing [m].
+constexpr double kNearest = 1e-12;
+
+auto invalid(std::string message, std::string key, std::string hint) {
+  return fail(ErrorCode::InvalidArgument, std::move(message), {.key = std::move(key)}, std::move(hint));
+}
+
+Status check_size(int width_px, int height_px) {
+  if (width_px > 0 && height_px > 0 && width_px <= kLargestSide && height_px <= kLargestSide) return {};
+  return invalid(fmt::format("the image size {}x{} is not possible", width_px, height_px), "resolution",
+                 fmt::format("Give the size of the images in pixels, from 1 to {}.", kLargestSide));
+}
+
+Status check_focal(std::string key, double focal) {
+  if (focal >= kSmallestFocal && focal <= kLargestFocal) return {};
+  return invalid(fmt::format("the focal length {} is not possible", focal), std::move(key),
+                 fmt::format("Give it in pixels, from {} to {:.0f}.", kSmallestFocal, kLargestFocal));
+}
+
+Status check_centre(std::string key, double centre) {
+  if (std::abs(centre) <= kLargestFocal) return {};
+  return invalid(fmt::format("the principal point {} is not possible", centre), std::move(key),
+                 "Give it in pixels; it usually lies near the middle of the image.");
+}
+
+template <class Coefficients>
+Status check_coefficients(const Coefficients& k) {
+  for (const double c : k) {
+    if (!(std::abs(c) <= kLargestCoefficient)) {
+      return invalid(fmt::format("the distortion coefficient {} is not possible", c), "distortion",
+                     fmt::format("Give a number not larger than {:.0f}.", kLargestCoefficient));
+    }
+  }
+  return {};
+}
+
+Status check_count(const PinholeRadtan& camera) {
+  const int n = camera.coefficients;
+  if (n != 0 && n != 4 && n != 5 && n != 8) {
+    return invalid(fmt::format("radial-tangential distortion does not have {} coefficients", n), "distortion",
+                   "Give none, 4 (k1 k2 p1 p2), 5 (and k3) or 8 (and k4 k5 k6).");
+  }
+  const bool rest_is_zero =
+      std::all_of(camera.k.begin() + n, camera.k.end(), [](double c) { return c == 0.0; });
+  if (rest_is_zero) return {};
+  return invalid(fmt::format("a distortion coefficient beyond the {} in use is not zero", n), "distortion",
+                 "Set `coefficients` to the number of coefficients given.");
+}
+
+Status check_count(const Equidistant&) { return {}; }
+
+template <class Model>
+Status check_numbers(const Model& camera) {
+  Status status = check_focal("fx", camera.fx);
+  if (status) status = check_focal("fy", camera.fy);
+  if (status) status = check_centre("cx", camera.cx);
+  if (status) status = check_centre("cy", camera.cy);
+  if (status) status = check_coefficients(camera.k);
+  if (status) status = check_count(camera);
+  return status;
+}
+
+/// Distance from the principal point to the nearest edge of the image (or to the image, when it lies
+/// outside), in normalised coordinates.
+template <class Model>
+double nearest_edge(const Model& camera, int width_px, int height_px) {
+  const double left = camera.cx / camera.fx;
+  const double right = (width_px - camera.cx) / camera.fx;
+  const double top = camera.cy / camera.fy;
+  const double bottom = (height_px - camera.cy) / camera.fy;
+  const double inside = std::min({left, right, top, bottom});
+  if (inside >= 0.0) return inside;
+  return std::hypot(std::max({0.0, -left, -right}), std::max({0.0, -top, -bottom}));
+}
+
+auto folds(const char* quantity, double at, double rim_px, double edge_px) {
+  return invalid(
+      fmt::format("the distortion folds the image over at {} {:.4g}: {:.0f} px from the principal point, "
+                  "before the nearest image edge at {:.0f} px",
+                  quantity, at, rim_px, edge_px),
+      "distortion",
+      "Calibrate again with views that reach the edges, or check the signs, the order and "
+      "the number of the coefficients.");
+}
+
+Result<double> find_domain(const PinholeRadtan& camera, int width_px, int height_px) {
+  const Radtan lens{camera.k};
+  const double limit = lens.domain();
+  const double rim = lens.distorted_radius(limit);
+  const double edge = nearest_edge(camera, width_px, height_px);
+  const double focal = std::min(camera.fx, camera.fy);
+  if (limit < Radtan::kLargestRadius && rim < edge) {
+    return folds("the undistorted radius (tangent of the angle)", limit, rim * focal, edge * focal);
+  }
+  return limit;
+}
+
+Result<double> find_domain(const Equidistant& camera, int width_px, int height_px) {
+  const EquidistantAngle lens{camera.k};
+  const double limit = lens.domain();
+  const double rim = lens.distort(limit);
+  const double edge = nearest_edge(camera, width_px, height_px);
+  const double focal = std::min(camera.fx, camera.fy);
+  // A circular fisheye shows a full circle inside its image: what it sees beyond 90 degrees is enough.
+  if (limit < 0.5 * std::numbers::pi && rim < edge)
+    return folds("the angle [rad]", limit, rim * focal, edge * focal);
+  return limit;
+}
+
+std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double limit,
+                                            const Eigen::Vector3d& cam_p, Matrix23* J_px_p) {
+  if (!(cam_p.z() > kNearest)) return std::nullopt;
+  const Eigen::Vector2d undistorted = cam_p.head<2>() / cam_p.z();
+  if (!(undistorted.norm() < limit)) return std::nullopt;
+  Eigen::Matrix2d J;
+  const Eigen::Vector2d distorted = Radtan{camera.k}.distort(undistorted, J_px_p == nullptr ? nullptr : &J);
+  if (J_px_p != nullptr) {
+    J.row(0) *= camera.fx / cam_p.z();
+    J.row(1) *= camera.fy / cam_p.z();
+    *J_px_p << J, -J * undistorted;
+  }
+  return Eigen::Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy);
+}
+
+std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double limit,
+                                            const Eigen::Vector3d& cam_p, Matrix23* J_px_p) {
+  const double rho = std::hypot(cam_p.x(), cam_p.y());
+  const double norm = std::hypot(rho, cam_p.z());
+  if (!(norm > kNearest) || !std::isfinite(norm)) return std::nullopt;
+  const double theta = std::atan2(rho, cam_p.z());
+  if (!(theta < limit)) return std::nullopt;
+  double slope = 0.0;
+  const double theta_d = EquidistantAngle{camera.k}.distort(theta, &slope);
+  // On the axis every direction will do: there theta_d / rho and its radial derivative agree.
+  const double x = rho > 0.0 ? cam_p.x() / rho : 1.0;
+  const double y = rho > 0.0 ? cam_p.y() / rho : 0.0;
+  if (J_px_p != nullptr) {
+    const double across = rho > 0.0 ? theta_d / rho : 1.0 / norm;
+    const double along = slope * (cam_p.z() / norm) / norm;
+    const double depth = -slope * (rho / norm) / norm;
+    *J_px_p << camera.fx * (across * y * y + along * x * x), camera.fx * (along - across) * x * y,
+        camera.fx * depth * x, camera.fy * (along - across) * x * y,
+        camera.fy * (across * x * x + along * y * y), camera.fy * depth * y;
+  }
+  return Eigen::Vector2d(camera.fx * theta_d * x + camera.cx, camera.fy * theta_d * y + camera.cy);
+}
+
+template <class Model>
+Eigen::Vector2d without_intrinsics(const Model& camera, const Eigen::Vector2d& px) {
+  return {(px.x() - camera.cx) / camera.fx, (px.y() - camera.cy) / camera.fy};
+}
+
+std::optional<Eigen::Vector3d> unproject_with(const PinholeRadtan& camera, double limit,
+                                              const Eigen::Vector2d& px) {
+  const auto undistorted = Radtan{camera.k}.undistort(without_intrinsics(camera, px), limit);
+  if (!undistorted) return std::nullopt;
+  return Eigen::Vector3d(undistorted->x(), undistorted->y(), 1.0).normalized();
+}
+
+std::optional<Eigen::Vector3d> unproject_with(const Equidistant& camera, double limit,
+                                              const Eigen::Vector2d& px) {
+  const Eigen::Vector2d distorted = without_intrinsics(camera, px);
+  const double theta_d = std::hypot(distorted.x(), distorted.y());
+  const auto theta = EquidistantAngle{camera.k}.undistort(theta_d, limit);
+  if (!theta) return std::nullopt;
+  const double scale = theta_d > 0.0 ? std::sin(*theta) / theta_d : 1.0;
+  return Eigen::Vector3d(scale * distorted.x(), scale * distorted.y(), std::cos(*theta));
+}
+
+std::optional<Eigen::Vector2d> normalize_with(const PinholeRadtan& camera, double limit,
+                                              const Eigen::Vector2d& px) {
+  return Radtan{camera.k}.undistort(without_intrinsics(camera, px), limit);
+}
+
+std::optional<Eigen::Vector2d> normalize_with(const Equidistant& camera, double limit,
+                                              const Eigen::Vector2d& px) {
+  const auto bearing = unproject_with(camera, limit, px);
+  if (!bearing || bearing->z() <= 0.0) return std::nullopt;
+  return bearing->head<2>() / bearing->z();
+}
+
+}  // namespace
+
+Result<CameraModel> CameraModel::make(const Projection& projection, int width_px, int height_px) {
+  Status status = check_size(width_px, height_px);
+  if (status) status = std::visit([](const auto& camera) { return check_numbers(camera); }, projection);
+  if (!status) return tl::unexpected<Error>(status.error());
+  const Result<double> limit =
+      std::visit([&](const auto& camera) { return find_domain(camera, width_px, height_px); }, projection);
+  if (!limit) return tl::unexpected<Error>(limit.error());
+  return CameraModel(projection, width_px, height_px, *limit);
+}
+
+std::optional<Eigen::Vector2d> CameraModel::project(const Eigen::Vector3d& cam_p, Matrix23* J_px_p) const {
+  const auto px = std::visit([&](const auto& camera) { return project_with(camera, limit_, cam_p, J_px_p); },
+                             projection_);
+  return px && px->allFinite() ? px : std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> CameraModel::unproject(const Eigen::Vector2d& px) const {
+  return std::visit([&](const auto& camera) { return unproject_with(camera, limit_, px); }, projection_);
+}
+
+std::optional<Eigen::Vector2d> CameraModel::normalize(const Eigen::Vector2d& px) const {
+  return std::visit([&](const auto& camera) { return normalize_with(camera, limit_, px); }, projection_);
+}
+
+bool CameraModel::contains(const Eigen::Vector2d& px) const {
+  return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < width_px_ && px.y() < height_px_;
+}
+
+}  // namespace waymark

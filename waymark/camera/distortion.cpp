@@ -1,0 +1,159 @@
+#include "waymark/camera/distortion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "waymark/camera/polynomial.hpp"
+
+namespace waymark {
+namespace {
+
+/// What is given back stays this far (relatively) inside the domain, so that it projects again after
+/// rounding.
+constexpr double kInside = 1.0 - 1e-14;
+
+/// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high): Newton, with
+/// bisection where Newton leaves the bracket or is too slow ("rtsafe", Press et al., "Numerical Recipes",
+/// section 9.4).
+template <class Function>
+double solve_increasing(Function&& f, double target, double low, double high) {
+  constexpr int kMaxIterations = 200;
+  double x = std::clamp(target, low, high);
+  double last_step = high - low;
+  for (int i = 0; i < kMaxIterations; ++i) {
+    double slope = 0.0;
+    const double error = f(x, &slope) - target;
+    if (error == 0.0) return x;
+    (error < 0.0 ? low : high) = x;
+    double next = x - error / slope;
+    const bool poor = !(next > low && next < high) || std::abs(next - x) > 0.5 * last_step;
+    if (poor) next = low + 0.5 * (high - low);
+    last_step = std::abs(next - x);
+    if (last_step <= 2e-16 * std::abs(x)) return next;
+    x = next;
+  }
+  return x;
+}
+
+/// g(s) and its derivative.
+struct RadialFactor {
+  double value = 1.0;
+  double slope = 0.0;
+};
+
+RadialFactor radial_factor(const std::array<double, 8>& k, double s) {
+  const double numerator = 1.0 + s * (k[0] + s * (k[1] + s * k[4]));
+  const double denominator = 1.0 + s * (k[5] + s * (k[6] + s * k[7]));
+  const double numerator_slope = k[0] + s * (2.0 * k[1] + s * 3.0 * k[4]);
+  const double denominator_slope = k[5] + s * (2.0 * k[6] + s * 3.0 * k[7]);
+  const double value = numerator / denominator;
+  return {value, (numerator_slope - value * denominator_slope) / denominator};
+}
+
+/// r g(r^2); slope, if given, is its derivative A.
+double radial(const std::array<double, 8>& k, double r, double* slope) {
+  const RadialFactor g = radial_factor(k, r * r);
+  if (slope != nullptr) *slope = g.value + 2.0 * r * r * g.slope;
+  return r * g.value;
+}
+
+}  // namespace
+
+bool Radtan::is_identity() const {
+  return std::all_of(k.begin(), k.end(), [](double c) { return c == 0.0; });
+}
+
+Eigen::Vector2d Radtan::distort(const Eigen::Vector2d& undistorted, Eigen::Matrix2d* J) const {
+  const double x = undistorted.x();
+  const double y = undistorted.y();
+  const double p1 = k[2];
+  const double p2 = k[3];
+  const double s = x * x + y * y;
+  const RadialFactor g = radial_factor(k, s);
+  if (J != nullptr) {
+    const double cross = 2.0 * (g.slope * x * y + p1 * x + p2 * y);
+    *J << g.value + 2.0 * g.slope * x * x + 2.0 * p1 * y + 6.0 * p2 * x, cross,  //
+        cross, g.value + 2.0 * g.slope * y * y + 6.0 * p1 * y + 2.0 * p2 * x;
+  }
+  return {x * g.value + 2.0 * p1 * x * y + p2 * (s + 2.0 * x * x),
+          y * g.value + p1 * (s + 2.0 * y * y) + 2.0 * p2 * x * y};
+}
+
+std::optional<Eigen::Vector2d> Radtan::undistort(const Eigen::Vector2d& distorted, double limit) const {
+  const double radius_d = distorted.norm();
+  if (!std::isfinite(radius_d)) return std::nullopt;
+  if (is_identity() || radius_d == 0.0) return distorted;
+  const double rim = radial(k, limit, nullptr);
+  const bool tangential = k[2] != 0.0 || k[3] != 0.0;
+  if (!tangential && radius_d > rim) return std::nullopt;
+
+  const auto f = [this](double r, double* slope) { return radial(k, r, slope); };
+  const double r = std::min(solve_increasing(f, std::min(radius_d, rim), 0.0, limit), limit * kInside);
+  Eigen::Vector2d undistorted = distorted * (r / radius_d);
+  if (!tangential) return undistorted;
+
+  constexpr int kMaxIterations = 100;
+  const double tolerance = 1e-13 * (1.0 + radius_d);
+  double error = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kMaxIterations; ++i) {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d residual = distorted - distort(undistorted, &J);
+    const double determinant = J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0);
+    const bool settled = error <= tolerance && residual.norm() >= error;
+    error = residual.norm();
+    if (settled || error == 0.0 || !(determinant > 0.0)) break;
+    undistorted += Eigen::Vector2d(J(1, 1) * residual.x() - J(0, 1) * residual.y(),
+                                   J(0, 0) * residual.y() - J(1, 0) * residual.x()) /
+                   determinant;
+    const double radius = undistorted.norm();
+    if (radius > limit * kInside) undistorted *= limit * kInside / radius;
+  }
+  if (!(error <= tolerance)) return std::nullopt;
+  return undistorted;
+}
+
+double Radtan::domain() const {
+  if (is_identity()) return std::numeric_limits<double>::infinity();
+  const Polynomial numerator = {1.0, 0.0, k[0], 0.0, k[1], 0.0, k[4]};
+  const Polynomial denominator = {1.0, 0.0, k[5], 0.0, k[6], 0.0, k[7]};
+  const Polynomial r = {0.0, 1.0};
+  const Polynomial tangential = (6.0 * std::hypot(k[2], k[3])) * r;
+  // A and B times powers of the denominator, minus 6 r |p| times the same.
+  const Polynomial along = numerator * denominator +
+                           r * (derivative(numerator) * denominator - numerator * derivative(denominator)) -
+                           tangential * denominator * denominator;
+  const Polynomial across = numerator - tangential * denominator;
+  double limit = kLargestRadius;
+  for (const Polynomial& must_stay_positive : {denominator, along, across}) {
+    limit = last_positive_before_root(must_stay_positive, limit).value_or(limit);
+  }
+  return limit;
+}
+
+double Radtan::distorted_radius(double limit) const {
+  if (is_identity()) return limit;
+  return radial(k, limit, nullptr) - 3.0 * std::hypot(k[2], k[3]) * limit * limit;
+}
+
+double EquidistantAngle::distort(double theta, double* slope) const {
+  const double s = theta * theta;
+  if (slope != nullptr) {
+    *slope = 1.0 + s * (3.0 * k[0] + s * (5.0 * k[1] + s * (7.0 * k[2] + s * 9.0 * k[3])));
+  }
+  return theta * (1.0 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3]))));
+}
+
+std::optional<double> EquidistantAngle::undistort(double theta_d, double limit) const {
+  if (!(theta_d <= distort(limit))) return std::nullopt;
+  const auto f = [this](double theta, double* slope) { return distort(theta, slope); };
+  return std::min(solve_increasing(f, theta_d, 0.0, limit), limit * kInside);
+}
+
+double EquidistantAngle::domain() const {
+  const Polynomial slope = {1.0, 0.0, 3.0 * k[0], 0.0, 5.0 * k[1], 0.0, 7.0 * k[2], 0.0, 9.0 * k[3]};
+  return last_positive_before_root(slope, std::numbers::pi).value_or(std::numbers::pi);
+}
+
+}  // namespace waymark

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <Eigen/Core>
+
+namespace waymark {
+
+/// The radial-tangential map of normalised image coordinates, k1 k2 p1 p2 k3 k4 k5 k6 as OpenCV orders them
+/// (Brown, "Decentering distortion of lenses", 1966; OpenCV, "Camera Calibration and 3D Reconstruction"):
+///
+///     x_d = x g(r^2) + 2 p1 x y + p2 (r^2 + 2 x^2)        g(s) = (1 + k1 s + k2 s^2 + k3 s^3) / (1 + k4 s +
+///     k5 s^2 + k6 s^3) y_d = y g(r^2) + p1 (r^2 + 2 y^2) + 2 p2 x y
+///
+/// It is the gradient of a potential, so its Jacobian is symmetric.
+struct Radtan {
+  std::array<double, 8> k{};
+
+  [[nodiscard]] bool is_identity() const;
+  /// Distorted coordinates of undistorted ones; J, if given, is the symmetric 2x2 Jacobian.
+  [[nodiscard]] Eigen::Vector2d distort(const Eigen::Vector2d& undistorted,
+                                        Eigen::Matrix2d* J = nullptr) const;
+  /// The inverse inside the disk of radius `limit`; nothing when no point of it is mapped there.
+  /// A bracketed Newton iteration on the radius, then Newton in the plane for the tangential part.
+  [[nodiscard]] std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& distorted,
+                                                         double limit) const;
+  /// Radius of the largest disk about the axis in which the map is known to be one to one: infinite without
+  /// distortion, else at most kLargestRadius.
+  ///
+  /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g, the tangential part lies within
+  /// +-6 r |p|. While min(A, B) > 6 r |p| and the denominator is positive, the Jacobian is positive definite,
+  /// and a gradient map with a positive definite Jacobian on a convex set is one to one.
+  [[nodiscard]] double domain() const;
+  /// Smallest distorted radius of the rim of the disk of radius `limit`, over all directions.
+  [[nodiscard]] double distorted_radius(double limit) const;
+
+  static constexpr double kLargestRadius = 1e3;  ///< 89.94 degrees off the axis
+
+  friend bool operator==(const Radtan&, const Radtan&) = default;
+};
+
+/// The equidistant map of the angle from the optical axis (Kannala and Brandt, "A generic camera model and
+/// calibration method for conventional, wide-angle, and fish-eye lenses", PAMI 2006, equation 6 with k1 = 1):
+/// theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+struct EquidistantAngle {
+  std::array<double, 4> k{};
+
+  /// theta_d; slope, if given, is its derivative.
+  [[nodiscard]] double distort(double theta, double* slope = nullptr) const;
+  /// The angle in [0, limit] with this theta_d; nothing when there is none.
+  [[nodiscard]] std::optional<double> undistort(double theta_d, double limit) const;
+  /// Largest angle, at most pi, up to which theta_d strictly increases.
+  [[nodiscard]] double domain() const;
+};
+
+}  // namespace waymark
