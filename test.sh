@@ -1,0 +1,116 @@
+#!/usr/bin/env bash
+# Builds Waymark and tests it. See --help.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+usage() {
+  cat <<'TXT'
+usage: ./test.sh [--full] [--require-data] [--quick] [--tidy-base REV]
+
+Installs what it needs (Debian packages, said by name), builds, and runs
+  1. the dev build (warnings are errors) and all unit, system and consumer tests
+  2. the house rules: allowed edges, includes, formatting
+  3. the same tests under address and undefined behaviour sanitizers
+  4. the fuzzers, ten seconds each
+  5. clang-tidy on the files changed since the main branch (or in the last 20 commits)
+
+  --quick           only 1 and 2
+  --full            also: long Monte Carlo runs, every header compiled alone, clang-tidy on everything, the thread
+                    sanitizer, coverage, fuzzers for five minutes each, benchmarks with their ratios
+  --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
+                    folder that WAYMARK_DATA names
+  --tidy-base REV   what "changed" means for clang-tidy
+
+Exit code 0 when everything passed. Build folders are build/<preset>; the second run is quick.
+TXT
+}
+
+full=""; quick=""; tidy_base=""
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --full) full=1 ;;
+    --quick) quick=1 ;;
+    --require-data) export WAYMARK_REQUIRE_DATA=1 ;;
+    --tidy-base) tidy_base="${2:?--tidy-base needs a revision}"; shift ;;
+    -h|--help) usage; exit 0 ;;
+    *) echo "test.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
+  esac
+  shift
+done
+[ -n "$full" ] && export WAYMARK_FULL=1
+if [ -n "${WAYMARK_REQUIRE_DATA:-}" ] && [ ! -d "${WAYMARK_DATA:-}" ]; then
+  echo "test.sh: --require-data, but WAYMARK_DATA ('${WAYMARK_DATA:-}') is not a folder" >&2
+  exit 2
+fi
+if [ -n "${WAYMARK_DATA:-}" ]; then WAYMARK_DATA="$(realpath "$WAYMARK_DATA")"; export WAYMARK_DATA; fi
+
+jobs=$(nproc)
+export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1  # so that a second clone of the same code builds from the cache
+started=$SECONDS
+step() { printf '\n=== [%3d s] %s\n' "$((SECONDS - started))" "$*"; }
+passed=0; failed=0; skipped=0
+
+build() {  # build PRESET [cmake options...]
+  local preset="$1"; shift
+  cmake --preset "$preset" "$@" >"build/$preset.configure.log" 2>&1 || { cat "build/$preset.configure.log"; return 1; }
+  cmake --build --preset "$preset" -j "$jobs" -- --quiet
+}
+
+run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals
+  local preset="$1"; shift
+  local report="$PWD/build/$preset/tests.xml" outcome=0
+  ctest --preset "$preset" -j "$jobs" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
+  [ "$outcome" -eq 0 ] || sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "build/$preset/tests.log" | tail -150
+  read -r total bad skip < <(sed -n 's/.*tests="\([0-9]*\)".*/\1/p;s/.*failures="\([0-9]*\)".*/\1/p;s/.*skipped="\([0-9]*\)".*/\1/p' \
+    "$report" | head -3 | tr '\n' ' ')
+  echo "$preset: $((total - bad - skip)) passed, $bad failed, $skip skipped"
+  passed=$((passed + total - bad - skip)); failed=$((failed + bad)); skipped=$((skipped + skip))
+  [ "$outcome" -eq 0 ]
+}
+
+mkdir -p build
+# shellcheck source=tools/packages.sh
+source tools/packages.sh
+waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
+
+step "dev build"
+build dev
+step "unit, system and consumer tests"
+run_tests dev
+
+step "house rules: includes, formatting"
+tools/check_includes.py
+git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
+
+if [ -z "$quick" ]; then
+  step "sanitizers: address, undefined behaviour"
+  build asan-ubsan
+  run_tests asan-ubsan -LE slow_under_sanitizers
+
+  step "fuzzers"
+  build fuzz
+  tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 300 || echo 10)"
+
+  step "clang-tidy"
+  tools/tidy.sh ${full:+--all} ${tidy_base:+--base "$tidy_base"}
+fi
+
+if [ -n "$full" ]; then
+  step "every header compiled alone"
+  cmake --preset dev -DCMAKE_VERIFY_INTERFACE_HEADER_SETS=ON >/dev/null
+  cmake --build --preset dev -j "$jobs" --target all_verify_interface_header_sets -- --quiet
+  step "thread sanitizer"
+  build tsan
+  run_tests tsan -L threads
+  step "coverage"
+  build coverage
+  run_tests coverage
+  gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25
+  step "benchmarks"
+  build release
+  tools/benchmark_ratios.py build/release/benchmarks
+fi
+
+step "done in $((SECONDS - started)) s"
+echo "$passed passed, $failed failed, $skipped skipped"
+[ "$failed" -eq 0 ]

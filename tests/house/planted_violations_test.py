@@ -1,0 +1,73 @@
+#!/usr/bin/python3
+"""Plants one violation after another in a small copy of the house and expects each to be caught."""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.dont_write_bytecode = True
+
+
+class PlantedViolations(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.root = pathlib.Path(self.folder.name)
+        shutil.copytree(ROOT / "cmake", self.root / "cmake")
+        for room in ("base", "geometry"):
+            shutil.copytree(ROOT / "waymark" / room, self.root / "waymark" / room)
+
+    def tearDown(self):
+        self.folder.cleanup()
+
+    def check_includes(self):
+        return subprocess.run([sys.executable, ROOT / "tools/check_includes.py", self.root], capture_output=True, text=True)
+
+    def configure(self, uses):
+        (self.root / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.25)\nproject(Planted LANGUAGES NONE)\n"
+            "include(cmake/WaymarkRoom.cmake)\nwaymark_check_edges(%s)\n" % uses)
+        return subprocess.run(["cmake", "-S", self.root, "-B", self.root / "build"], capture_output=True, text=True)
+
+    def test_the_untouched_house_passes(self):
+        self.assertEqual(self.check_includes().returncode, 0, self.check_includes().stdout)
+        self.assertEqual(self.configure("camera geometry base").returncode, 0)
+
+    def test_a_forbidden_edge_stops_the_configure(self):
+        result = self.configure("geometry camera")
+        self.assertNotEqual(result.returncode, 0)
+        self.assertIn("'geometry' may not use", " ".join(result.stderr.split()))
+
+    def test_an_unknown_room_stops_the_configure(self):
+        self.assertIn("not in cmake/rooms.txt", " ".join(self.configure("attic base").stderr.split()))
+
+    def test_a_header_of_an_unlinked_room_is_found(self):
+        (self.root / "waymark/base/planted.cpp").write_text('#include "waymark/geometry/se3.hpp"\n')
+        result = self.check_includes()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("planted.cpp:1: room 'base' includes waymark/geometry/se3.hpp", result.stdout)
+
+    def test_a_third_party_header_where_it_does_not_belong_is_found(self):
+        (self.root / "waymark/geometry/planted.hpp").write_text("#pragma once\n\n#include <yaml-cpp/yaml.h>\n")
+        result = self.check_includes()
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("planted.hpp:3: headers of room 'geometry' may not include <yaml-cpp/yaml.h>", result.stdout)
+
+    def test_a_private_third_party_header_in_a_public_header_is_found(self):
+        room = self.root / "waymark/tags"
+        room.mkdir()
+        (room / "CMakeLists.txt").write_text("waymark_room(tags USES samples)\n")
+        (room / "fine.cpp").write_text("#include <apriltag/apriltag.h>\n")
+        self.assertEqual(self.check_includes().returncode, 0, self.check_includes().stdout)
+        (room / "planted.hpp").write_text("#include <apriltag/apriltag.h>\n")
+        self.assertIn("headers of room 'tags' may not include <apriltag/apriltag.h>", self.check_includes().stdout)
+
+    def test_a_room_without_a_row_is_found(self):
+        (self.root / "waymark/attic").mkdir()
+        self.assertIn("room 'attic' is not in cmake/rooms.txt", self.check_includes().stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

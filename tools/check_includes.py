@@ -1,0 +1,106 @@
+#!/usr/bin/python3
+"""What the linker cannot see: headers of rooms that were not linked, and third-party headers where they do not belong.
+
+Reads the table cmake/rooms.txt. Debian puts yaml-cpp, Ceres and others straight into /usr/include, where any file can
+include them unlinked; and all rooms share one include root. So every #include under waymark/ is held against the table.
+
+usage: tools/check_includes.py [ROOT]     prints one line a violation, exit code 1 if there is any
+"""
+import pathlib
+import re
+import sys
+
+INCLUDE = re.compile(r'^[ \t]*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+TEST_HEADERS = {"gtest", "gmock", "rapidcheck", "opencv2", "Eigen", "fmt", "tests"}
+# C library headers that stand at the top like the standard ones.
+TOP_LEVEL_THIRD_PARTY = {"zstd.h": "zstd", "lz4.h": "lz4", "lz4frame.h": "lz4", "bzlib.h": "bzlib", "sqlite3.h": "sqlite3",
+                         "jpeglib.h": "jpeglib", "jerror.h": "jpeglib", "turbojpeg.h": "turbojpeg", "png.h": "png",
+                         "cairo.h": "cairo", "cairo-svg.h": "cairo", "cairo-pdf.h": "cairo"}
+
+
+def read_table(path):
+    rooms = {}
+    for line in path.read_text().splitlines():
+        if line.startswith("#") or "|" not in line:
+            continue
+        name, uses, headers, sources = (part.split() for part in line.split("|"))
+        rooms[name[0]] = {"uses": set(uses), "headers": set(headers), "sources": set(headers) | set(sources)}
+    for room in rooms.values():  # rows are in order: what an edge reaches is allowed
+        if "*" in room["uses"]:
+            room["reach"] = set(rooms)
+            continue
+        room["reach"] = set(room["uses"])
+        for used in room["uses"]:
+            room["reach"] |= rooms[used].get("reach", set())
+    return rooms
+
+
+def linked_rooms(cmake_lists):
+    """The rooms a room says it uses; what those use comes with them."""
+    match = re.search(r"waymark_room\(\s*\w+([^)]*)\)", cmake_lists.read_text(), re.S)
+    words = match.group(1).split() if match else []
+    uses, taking = set(), False
+    for word in words:
+        if word in ("USES", "PUBLIC", "PRIVATE", "TEST_LIBS"):
+            taking = word == "USES"
+        elif taking:
+            uses.add(word)
+    return uses
+
+
+def closure(room, links):
+    seen, todo = set(), {room}
+    while todo:
+        for used in links.get(todo.pop(), set()):
+            if used not in seen:
+                seen.add(used)
+                todo.add(used)
+    return seen
+
+
+def top_of(header):
+    if "/" in header:
+        return header.split("/")[0]
+    return TOP_LEVEL_THIRD_PARTY.get(header)  # None: the standard library, or the C library
+
+
+def check_file(path, room_name, room, reach):
+    text = path.read_text(errors="replace")
+    is_test = path.name.endswith("_test.cpp")
+    allowed = set(room["headers"] if path.suffix == ".hpp" else room["sources"]) | (TEST_HEADERS if is_test else set())
+    for match in INCLUDE.finditer(text):
+        line = text.count("\n", 0, match.start()) + 1
+        header = match.group(2)
+        parts = header.split("/")
+        if parts[0] == "waymark":
+            used = parts[1]
+            if used != room_name and used not in reach:
+                yield f"{path}:{line}: room '{room_name}' includes {header} but does not link '{used}'"
+        elif match.group(1) == '"' and parts[0] != "tests":
+            yield f'{path}:{line}: write "waymark/{room_name}/…" instead of "{header}"'
+        else:
+            top = top_of(header)
+            if top is not None and top not in allowed and top not in ("sys", "linux", "netinet", "arpa"):
+                kind = "headers" if path.suffix == ".hpp" else ".cpp files"
+                yield f"{path}:{line}: {kind} of room '{room_name}' may not include <{header}> (cmake/rooms.txt)"
+
+
+def main():
+    root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
+    rooms = read_table(root / "cmake/rooms.txt")
+    folders = [f for f in sorted((root / "waymark").iterdir()) if f.is_dir()]
+    links = {f.name: linked_rooms(f / "CMakeLists.txt") for f in folders if (f / "CMakeLists.txt").exists()}
+    problems = []
+    for folder in folders:
+        if folder.name not in rooms:
+            problems.append(f"{folder}: room '{folder.name}' is not in cmake/rooms.txt")
+            continue
+        reach = closure(folder.name, links)
+        for path in sorted(folder.rglob("*.[hc]pp")):
+            problems.extend(check_file(path, folder.name, rooms[folder.name], reach))
+    print("\n".join(problems) if problems else f"includes of {len(folders)} rooms are as cmake/rooms.txt allows")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

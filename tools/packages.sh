@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# The Debian packages Waymark needs (the same names serve Ubuntu 24.04), and a function that installs what is missing.
+# `tools/packages.sh` alone prints them; demo.sh and test.sh source it.
+
+# To build and run the programs.
+WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-dev libfmt-dev libexpected-dev libapriltag-dev
+  libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libjpeg-dev libpng-dev libcairo2-dev)
+# To test them as well: frameworks, oracles, sanitizers, linters.
+WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
+  libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils gcovr)
+
+# waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
+waymark_install() {
+  if ! command -v dpkg-query >/dev/null; then
+    echo "This is not a Debian or Ubuntu system: install the equivalents of" >&2
+    echo "  $*" >&2
+    echo "and run again with WAYMARK_SKIP_INSTALL=1." >&2
+    [ -n "${WAYMARK_SKIP_INSTALL:-}" ] && return 0
+    return 1
+  fi
+  [ -n "${WAYMARK_SKIP_INSTALL:-}" ] && return 0
+  local missing=() package
+  for package in "$@"; do
+    dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
+  done
+  [ ${#missing[@]} -eq 0 ] && return 0
+  echo "Installing ${#missing[@]} Debian packages: ${missing[*]}"
+  local sudo=()
+  if [ "$(id -u)" -ne 0 ]; then
+    sudo=(sudo)
+    if [ -z "${CI:-}" ]; then
+      [ -t 0 ] || { echo "Not root and no terminal to ask: run  sudo apt-get install ${missing[*]}" >&2; return 1; }
+      read -r -p "Use sudo to install them? [y/N] " answer
+      [[ "$answer" =~ ^[yY] ]] || { echo "Nothing installed. By hand: sudo apt-get install ${missing[*]}" >&2; return 1; }
+    fi
+  fi
+  local log
+  log=$(mktemp)
+  if ! { "${sudo[@]}" apt-get update && DEBIAN_FRONTEND=noninteractive \
+         "${sudo[@]}" apt-get install -y --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+    tail -20 "$log" >&2
+    echo "apt-get failed; the whole output is in $log" >&2
+    return 1
+  fi
+  rm -f "$log"
+}
+
+if [ "${BASH_SOURCE[0]}" = "$0" ]; then
+  printf 'build: %s\n' "${WAYMARK_BUILD_PACKAGES[*]}"
+  printf 'test:  %s\n' "${WAYMARK_TEST_PACKAGES[*]}"
+fi

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# clang-tidy on what changed.  usage: tools/tidy.sh [--all] [--base REV]
+set -euo pipefail
+cd "$(dirname "$0")/.."
+base=""; all=""
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --all) all=1 ;;
+    --base) base="$2"; shift ;;
+    *) echo "usage: tools/tidy.sh [--all] [--base REV]" >&2; exit 2 ;;
+  esac
+  shift
+done
+if [ -z "$base" ]; then
+  base=$(git merge-base HEAD origin/main 2>/dev/null || true)
+  # On the main branch itself: the last 20 commits.
+  if [ -z "$base" ] || [ "$base" = "$(git rev-parse HEAD)" ]; then
+    base=$(git rev-list --max-count=20 HEAD | tail -1)
+  fi
+fi
+if [ -n "$all" ]; then
+  mapfile -t files < <(git ls-files 'waymark/*.cpp' 'tests/*.cpp' 'examples/*.cpp')
+else
+  mapfile -t changed < <( { git diff --name-only --diff-filter=d "$base"; git ls-files --others --exclude-standard; } | sort -u)
+  files=()
+  for file in "${changed[@]}"; do
+    [[ "$file" =~ ^(waymark|tests|examples)/.*\.cpp$ ]] && files+=("$file")
+    # A changed header is seen through the source beside it.
+    [[ "$file" =~ ^waymark/.*\.hpp$ ]] && [ -f "${file%.hpp}.cpp" ] && files+=("${file%.hpp}.cpp")
+  done
+  mapfile -t files < <(printf '%s\n' "${files[@]}" | sort -u | sed '/^$/d')
+fi
+# Only what the dev build compiles has flags to check it with.
+mapfile -t files < <(for f in "${files[@]}"; do grep -q "\"file\": \".*/$f\"" build/dev/compile_commands.json && echo "$f"; done)
+echo "clang-tidy on ${#files[@]} files"
+[ ${#files[@]} -eq 0 ] && exit 0
+# GCC's own warning names are unknown to clang; that is not the code's fault.
+printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-16 -p build/dev --quiet --extra-arg=-Wno-unknown-warning-option 2>/dev/null
