@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# Builds Waymark (installing what it needs) and shows what it can do, without any hardware. See --help.
+set -euo pipefail
+cd "$(dirname "$0")"
+
+usage() {
+  cat <<'TXT'
+usage: ./demo.sh [OUT_DIR]          (default: out/demo)
+
+Installs the Debian packages it needs (says which; asks before sudo), builds the release preset, then
+  1. renders a photograph of tags whose true corners are known,
+  2. finds them, and leaves an annotated picture,
+  3. compares with the truth.
+The second run takes seconds.
+TXT
+}
+case "${1:-}" in
+  -h|--help) usage; exit 0 ;;
+  -*) echo "demo.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
+esac
+out="${1:-out/demo}"
+
+# shellcheck source=tools/packages.sh
+source tools/packages.sh
+waymark_install "${WAYMARK_BUILD_PACKAGES[@]}"
+export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
+mkdir -p build "$out"
+[ -f build/release/build.ninja ] || echo "Building (the first time takes a few minutes) …"
+cmake --preset release -DWAYMARK_BUILD_BENCHMARKS=OFF >build/release.configure.log 2>&1 || { cat build/release.configure.log; exit 1; }
+cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph -- --quiet
+waymark=build/release/waymark/cli/waymark
+
+echo
+echo "1. A photograph of tags, with blur and noise:  $out/photograph.png"
+build/release/examples/waymark_photograph "$out"
+echo
+echo "2. \$ waymark detect --annotate $out/annotated $out/photograph.png"
+"$waymark" detect --annotate "$out/annotated" "$out/photograph.png"
+echo
+echo "3. \$ waymark evaluate detections --truth $out/truth.csv $out/photograph.png"
+"$waymark" evaluate detections --truth "$out/truth.csv" "$out/photograph.png"
+echo
+echo "Look at it: $out/annotated/"
