@@ -7,8 +7,9 @@
 
 namespace waymark {
 
-/// A grey image somebody else owns: `height` rows of `width` bytes, `stride` bytes from row to row (stride >= width).
-/// Pixel (i, j) covers [i, i+1) x [j, j+1); its centre is (i + 1/2, j + 1/2). Copying a view copies no pixels.
+/// A grey image somebody else owns: `height` rows of `width` bytes, `stride` bytes from row to row (stride >=
+/// width). Pixel (i, j) covers [i, i+1) x [j, j+1); its centre is (i + 1/2, j + 1/2). Copying a view copies
+/// no pixels.
 struct ImageView {
   const std::uint8_t* data = nullptr;
   int width = 0;   ///< [px]
@@ -31,7 +32,9 @@ class Image {
  public:
   Image() = default;
   Image(int width, int height, std::uint8_t value = 0)
-      : width_(width), height_(height), pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value) {
+      : width_(width),
+        height_(height),
+        pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), value) {
     assert(width >= 0 && height >= 0);
   }
 
@@ -47,7 +50,8 @@ class Image {
     return pixels_.data() + static_cast<std::ptrdiff_t>(y) * width_;
   }
   [[nodiscard]] ImageView view() const { return {pixels_.data(), width_, height_, width_}; }
-  operator ImageView() const { return view(); }  // NOLINT(google-explicit-constructor): an owner is a view, at no cost
+  // NOLINTNEXTLINE(google-explicit-constructor): an owner is a view, at no cost
+  operator ImageView() const { return view(); }
 
   friend bool operator==(const Image&, const Image&) = default;
 
