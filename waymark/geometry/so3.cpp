@@ -1,0 +1,86 @@
+#include "waymark/geometry/so3.hpp"
+
+#include <fmt/format.h>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace waymark {
+namespace {
+
+/// Davenport's matrix of R: the quaternion (x, y, z, w) of the rotation nearest to R is its dominant
+/// eigenvector.
+Eigen::Matrix4d davenport_matrix(const Eigen::Matrix3d& R) {
+  Eigen::Matrix4d k;
+  k.topLeftCorner<3, 3>() = R + R.transpose() - R.trace() * Eigen::Matrix3d::Identity();
+  k.topRightCorner<3, 1>() << R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1);
+  k.bottomLeftCorner<1, 3>() = k.topRightCorner<3, 1>().transpose();
+  k(3, 3) = R.trace();
+  return k;
+}
+
+double orthonormality_error(const Eigen::Matrix3d& R) {
+  return (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+SO3 SO3::from_matrix(const Eigen::Matrix3d& a_R_b) {
+  assert(a_R_b.allFinite());
+  // A rotation up to rounding needs no search for the nearest one.
+  if (orthonormality_error(a_R_b) < 1e-15 && a_R_b.determinant() > 0) {
+    return from_quaternion(Eigen::Quaterniond(a_R_b));
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(davenport_matrix(a_R_b));
+  return from_quaternion(Eigen::Quaterniond(Eigen::Vector4d(solver.eigenvectors().col(3))));
+}
+
+Result<SO3> SO3::try_from_quaternion(const Eigen::Quaterniond& a_q_b, double tolerance) {
+  if (!a_q_b.coeffs().allFinite()) {
+    return fail(ErrorCode::InvalidArgument, "a quaternion with a component that is not a finite number", {},
+                "Give four finite numbers.");
+  }
+  const double length = a_q_b.coeffs().stableNorm();
+  if (!(std::abs(length - 1.0) <= tolerance)) {
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a quaternion of length {:.6g} is not a rotation", length), {},
+                "Give a quaternion of length 1, and check the order of its components (w first or last).");
+  }
+  return from_quaternion(a_q_b);
+}
+
+Result<SO3> SO3::try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance) {
+  if (!a_R_b.allFinite()) {
+    return fail(ErrorCode::InvalidArgument, "a rotation matrix with an entry that is not a finite number", {},
+                "Give nine finite numbers.");
+  }
+  const double error = orthonormality_error(a_R_b);
+  if (!(error <= tolerance)) {
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a matrix that is no rotation: R^T R differs from the identity by {:.3g}", error),
+                {}, "Give three orthogonal columns of length 1.");
+  }
+  if (a_R_b.determinant() < 0) {
+    return fail(ErrorCode::InvalidArgument, "a reflection instead of a rotation (determinant -1)", {},
+                "Check the directions of the axes: frames are right-handed.");
+  }
+  return from_matrix(a_R_b);
+}
+
+SO3 SO3::from_rpy(double roll, double pitch, double yaw) {
+  const SO3 x = exp({roll, 0, 0});
+  const SO3 y = exp({0, pitch, 0});
+  const SO3 z = exp({0, 0, yaw});
+  return z * (y * x);
+}
+
+Eigen::Vector3d SO3::rpy() const {
+  const Matrix R = matrix();
+  const double yaw = std::atan2(R(1, 0), R(0, 0));
+  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+  // Roll from the middle row of R_z(-yaw) R, so that roll and yaw fit together near pitch = ±pi/2 too.
+  const double s = std::sin(yaw), c = std::cos(yaw);
+  const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  return {roll, pitch, yaw};
+}
+
+}  // namespace waymark

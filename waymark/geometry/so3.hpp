@@ -1,0 +1,159 @@
+#pragma once
+
+#include <cassert>
+#include <cmath>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "waymark/base/error.hpp"
+#include "waymark/geometry/stumpff.hpp"
+
+namespace waymark {
+
+/// A rotation of space, a_R_b, kept as a unit quaternion with w >= 0. Why a quaternion: a product costs less
+/// than one of matrices, log is exact up to and at an angle of pi, and unit length is all there is to keep.
+/// Every product is renormalised, so the length stays within a few units in the last place of 1 however long
+/// the chain. Tangent: the rotation vector [rad], written in the parent frame a.
+class SO3 {
+ public:
+  static constexpr int kDof = 3;
+  static constexpr int kMatrixSize = 3;
+  static constexpr int kPointSize = 3;
+  using Tangent = Eigen::Vector3d;
+  using Jacobian = Eigen::Matrix3d;
+  using Matrix = Eigen::Matrix3d;
+  using Point = Eigen::Vector3d;
+
+  SO3() = default;
+
+  [[nodiscard]] static SO3 identity() { return {}; }
+  /// From any finite quaternion but zero, of either sign; normalised. For trusted input: see
+  /// try_from_quaternion.
+  [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b) {
+    assert(a_q_b.coeffs().allFinite() && a_q_b.norm() > 0);
+    return canonical(Eigen::Quaterniond(a_q_b.coeffs().stableNormalized()));
+  }
+  /// The rotation nearest to a_R_b in the Frobenius norm (Davenport's q-method, as in Bar-Itzhack, "New
+  /// method for extracting the quaternion from a rotation matrix", JGCD 23(6), 2000). For trusted input: see
+  /// try_from_matrix.
+  [[nodiscard]] static SO3 from_matrix(const Eigen::Matrix3d& a_R_b);
+  /// As from_quaternion for numbers from outside: fails if one is not finite or the length is off 1 by more
+  /// than `tolerance`.
+  [[nodiscard]] static Result<SO3> try_from_quaternion(const Eigen::Quaterniond& a_q_b,
+                                                       double tolerance = 1e-3);
+  /// As from_matrix for numbers from outside: fails if one is not finite, if it is no rotation within
+  /// `tolerance` (largest entry of R^T R - I) or if it is a reflection.
+  [[nodiscard]] static Result<SO3> try_from_matrix(const Eigen::Matrix3d& a_R_b, double tolerance = 1e-3);
+  /// R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103: fixed axes, roll about x first). For people; compute with
+  /// log.
+  [[nodiscard]] static SO3 from_rpy(double roll, double pitch, double yaw);
+  /// (roll, pitch, yaw) [rad]: roll, yaw in [-pi, pi], pitch in [-pi/2, pi/2]. Gives back the rotation
+  /// through from_rpy everywhere; at pitch = ±pi/2, where only roll ∓ yaw is defined, yaw is 0 or as rounding
+  /// has it.
+  [[nodiscard]] Eigen::Vector3d rpy() const;
+
+  /// Rotation by |xi| about xi, any finite xi (|xi| < 1e150).
+  [[nodiscard]] static SO3 exp(const Tangent& xi) {
+    assert(xi.allFinite());
+    const double quarter = xi.squaredNorm() / 4;  // (theta/2)^2
+    double half_sinc = 1.0, cosine = 1.0;         // sin(theta/2) / (theta/2), cos(theta/2)
+    if (quarter < 1e-8) {                         // next terms below 1e-27
+      half_sinc = 1.0 - quarter / 6 * (1.0 - quarter / 20);
+      cosine = 1.0 - quarter / 2 * (1.0 - quarter / 12);
+    } else {
+      const double half = std::sqrt(quarter);
+      half_sinc = std::sin(half) / half;
+      cosine = std::cos(half);
+    }
+    const Eigen::Vector3d v = half_sinc / 2 * xi;
+    return renormalized({cosine, v.x(), v.y(), v.z()});
+  }
+  /// The rotation vector, |log| <= pi. At exactly pi, where two vectors give the same rotation, the one whose
+  /// first component that is not 0 is positive.
+  [[nodiscard]] Tangent log() const {
+    const double n = q_.vec().norm();
+    // atan2 keeps all digits of the angle at both ends: near 0 through n, near pi through w.
+    const double scale = n > 0 ? 2 * std::atan2(n, q_.w()) / n : 2.0;
+    return scale * q_.vec();
+  }
+  /// Rotation angle in [0, pi] [rad].
+  [[nodiscard]] double angle() const { return 2 * std::atan2(q_.vec().norm(), q_.w()); }
+
+  [[nodiscard]] SO3 inverse() const { return canonical(q_.conjugate()); }
+  [[nodiscard]] SO3 operator*(const SO3& b_R_c) const { return renormalized(q_ * b_R_c.q_); }
+  [[nodiscard]] Point operator*(const Point& b_p) const { return q_ * b_p; }
+  /// a_p = a_R_b b_p with its Jacobians: J_p_R (3x3) for a left perturbation of the rotation, J_p_p (3x3) for
+  /// the point.
+  [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p = nullptr) const {
+    const Point a_p = *this * b_p;
+    if (J_p_R != nullptr) *J_p_R = -hat(a_p);
+    if (J_p_p != nullptr) *J_p_p = matrix();
+    return a_p;
+  }
+
+  [[nodiscard]] Matrix matrix() const { return q_.toRotationMatrix(); }
+  /// Unit length, w >= 0.
+  [[nodiscard]] const Eigen::Quaterniond& quaternion() const { return q_; }
+
+  /// X exp(xi) X^-1 = exp(X.adjoint() xi).
+  [[nodiscard]] Jacobian adjoint() const { return matrix(); }
+  /// ad(xi) eta = xi x eta.
+  [[nodiscard]] static Jacobian ad(const Tangent& xi) { return hat(xi); }
+  /// hat(xi) p = xi x p.
+  [[nodiscard]] static Matrix hat(const Tangent& xi) {
+    return (Matrix() << 0, -xi.z(), xi.y(), xi.z(), 0, -xi.x(), -xi.y(), xi.x(), 0).finished();
+  }
+  /// Inverse of hat; of a matrix that is not skew, that of its skew part.
+  [[nodiscard]] static Tangent vee(const Matrix& m) {
+    return {(m(2, 1) - m(1, 2)) / 2, (m(0, 2) - m(2, 0)) / 2, (m(1, 0) - m(0, 1)) / 2};
+  }
+
+  /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: I + c2 ad + c3 ad^2.
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi) {
+    const double s = xi.squaredNorm();
+    const Stumpff c = stumpff(s);
+    return polynomial(xi, s, c.c2, c.c3);
+  }
+  /// Defined for |xi| < 2 pi.
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi) {
+    const double s = xi.squaredNorm();
+    return polynomial(xi, s, -0.5, inverse_jacobian_coefficient(s));
+  }
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi) { return left_jacobian(-xi); }
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi) {
+    return left_jacobian_inverse(-xi);
+  }
+
+  /// Same bits.
+  friend bool operator==(const SO3& x, const SO3& y) { return x.q_.coeffs() == y.q_.coeffs(); }
+
+ private:
+  explicit SO3(const Eigen::Quaterniond& unit) : q_(unit) {}
+  /// I + a xi^ + b xi^ xi^, with xi^ xi^ = xi xi^T - s I.
+  [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b) {
+    Matrix m = a * hat(xi) + b * xi * xi.transpose();
+    m.diagonal().array() += 1.0 - b * s;
+    return m;
+  }
+  /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first component
+  /// not 0 is positive.
+  [[nodiscard]] static SO3 canonical(const Eigen::Quaterniond& q) {
+    return SO3(is_canonical(q) ? q : Eigen::Quaterniond(-q.coeffs()));
+  }
+  [[nodiscard]] static bool is_canonical(const Eigen::Quaterniond& q) {
+    if (q.w() != 0) return q.w() > 0;
+    if (q.x() != 0) return q.x() > 0;
+    if (q.y() != 0) return q.y() > 0;
+    return q.z() > 0;
+  }
+  /// One Newton step towards unit length. Two unit factors leave an error of some 1e-16, the step squares it:
+  /// no drift, and no square root.
+  [[nodiscard]] static SO3 renormalized(const Eigen::Quaterniond& q) {
+    return canonical(Eigen::Quaterniond(q.coeffs() * ((3.0 - q.squaredNorm()) / 2)));
+  }
+
+  Eigen::Quaterniond q_ = Eigen::Quaterniond::Identity();
+};
+
+}  // namespace waymark

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+namespace waymark {
+
+/// The Stumpff functions c_k(s) = sum_i (-s)^i / (k + 2i)!, k = 0 … 5, of s = theta^2 >= 0 (Stumpff,
+/// "Himmelsmechanik I", 1959, section 41; docs/concepts/geometry.md, equation (12)). Every coefficient of the
+/// exponentials and Jacobians here is one of them:
+///
+///     c0 = cos theta             c1 = sin theta / theta              c2 = (1 - cos theta) / theta^2
+///     c3 = (theta - sin theta) / theta^3     c_{k+2} = (1/k! - c_k) / s
+struct Stumpff {
+  double c0 = 1.0, c1 = 1.0, c2 = 1.0 / 2, c3 = 1.0 / 6, c4 = 1.0 / 24, c5 = 1.0 / 120;
+};
+
+namespace internal {
+
+/// Below this s the series, above it the closed forms. At s = 4 (theta = 2 rad) the recurrence upwards loses
+/// less than four bits in c4 and c5, and eleven terms of the series reach the last bit of double.
+inline constexpr double kSeriesLimit = 4.0;
+
+/// sum_i (-s)^i k! / (k + 2i)!: c_k without its leading 1/k!, for s <= kSeriesLimit.
+template <int k>
+[[nodiscard]] inline double stumpff_series(double s) {
+  double sum = 1.0;
+  for (int i = 11; i >= 1; --i) sum = 1.0 - sum * s / static_cast<double>((k + 2 * i - 1) * (k + 2 * i));
+  return sum;
+}
+
+}  // namespace internal
+
+/// All six functions of s = theta^2 >= 0; relative error of c2 … c5 below 1e-14 up to theta = pi.
+[[nodiscard]] inline Stumpff stumpff(double s) {
+  Stumpff c;
+  if (s <= internal::kSeriesLimit) {
+    c.c4 = internal::stumpff_series<4>(s) / 24;
+    c.c5 = internal::stumpff_series<5>(s) / 120;
+    c.c3 = 1.0 / 6 - s * c.c5;
+    c.c2 = 1.0 / 2 - s * c.c4;
+    c.c1 = 1.0 - s * c.c3;
+    c.c0 = 1.0 - s * c.c2;
+    return c;
+  }
+  const double theta = std::sqrt(s);
+  const double half_sine = std::sin(theta / 2);
+  c.c0 = std::cos(theta);
+  c.c1 = std::sin(theta) / theta;
+  c.c2 = 2 * half_sine * half_sine / s;
+  c.c3 = (1.0 - c.c1) / s;
+  c.c4 = (1.0 / 2 - c.c2) / s;
+  c.c5 = (1.0 / 6 - c.c3) / s;
+  return c;
+}
+
+/// e(s) = (1 - (theta/2) cot(theta/2)) / theta^2, the coefficient of the quadratic term of an inverse
+/// Jacobian, as (c2 - c3) / (4 c1) at s/4: no cancellation at 0, finite up to (not including) theta = 2 pi.
+[[nodiscard]] inline double inverse_jacobian_coefficient(double s) {
+  const Stumpff half = stumpff(s / 4);
+  return (half.c2 - half.c3) / (4 * half.c1);
+}
+
+}  // namespace waymark
