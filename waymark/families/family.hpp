@@ -25,8 +25,9 @@ enum class FamilyId : std::uint8_t {
   TagStandard52h13,
 };
 inline constexpr std::array kAllFamilies = {
-    FamilyId::Tag16h5,        FamilyId::Tag25h9,        FamilyId::Tag36h10,         FamilyId::Tag36h11,        FamilyId::TagCircle21h7,
-    FamilyId::TagCircle49h12, FamilyId::TagCustom48h12, FamilyId::TagStandard41h12, FamilyId::TagStandard52h13};
+    FamilyId::Tag16h5,        FamilyId::Tag25h9,          FamilyId::Tag36h10,
+    FamilyId::Tag36h11,       FamilyId::TagCircle21h7,    FamilyId::TagCircle49h12,
+    FamilyId::TagCustom48h12, FamilyId::TagStandard41h12, FamilyId::TagStandard52h13};
 
 /// One printed tag: family and number. As text "tag36h11:7".
 struct TagId {
@@ -36,22 +37,25 @@ struct TagId {
   friend auto operator<=>(const TagId&, const TagId&) = default;
 };
 
-/// Where a data bit lies: its cell, counted from the corner TL of the black-white border square, x right, y down, in
-/// cells. Cells outside [0, width_at_border) lie outside the border (families with outer data bits).
+/// Where a data bit lies: its cell, counted from the corner TL of the black-white border square, x right, y
+/// down, in cells. Cells outside [0, width_at_border) lie outside the border (families with outer data bits).
 struct BitCell {
   int x = 0;
   int y = 0;
 };
 
-/// The layout and the codes of a family (Krogius, Haggenmiller and Olson, "Flexible layouts for fiducial tags", IROS 2019).
+/// The layout and the codes of a family (Krogius, Haggenmiller and Olson, "Flexible layouts for fiducial
+/// tags", IROS 2019).
 struct Family {
   FamilyId id = FamilyId::Tag36h11;
-  std::string name;            ///< "tag36h11"
-  int width_at_border = 0;     ///< [cell] side of the square where the black and the white border meet ("size" of a tag)
-  int total_width = 0;         ///< [cell] side of the whole tag including the white margin it needs
-  bool reversed_border = false;  ///< white square inside a black surround (circle, custom and standard families)
-  int min_hamming = 0;         ///< minimum distance between two codes under rotation, as the family promises
-  std::vector<BitCell> bits;   ///< cell of each data bit, most significant bit of a code first
+  std::string name;  ///< "tag36h11"
+  int width_at_border =
+      0;  ///< [cell] side of the square where the black and the white border meet ("size" of a tag)
+  int total_width = 0;  ///< [cell] side of the whole tag including the white margin it needs
+  bool reversed_border =
+      false;                  ///< white square inside a black surround (circle, custom and standard families)
+  int min_hamming = 0;        ///< minimum distance between two codes under rotation, as the family promises
+  std::vector<BitCell> bits;  ///< cell of each data bit, most significant bit of a code first
   std::vector<std::uint64_t> codes;  ///< code of each id, bits.size() bits
 };
 
@@ -66,8 +70,8 @@ struct Family {
 [[nodiscard]] Result<TagId> parse_tag_id(std::string_view text);
 [[nodiscard]] std::string to_string(const TagId& id);
 
-/// The printed tag, one byte a cell (0 black, 255 white, 128 = not part of the tag, e.g. the corners of a circle family),
-/// total_width x total_width, row by row from TL as a reader sees it.
+/// The printed tag, one byte a cell (0 black, 255 white, 128 = not part of the tag, e.g. the corners of a
+/// circle family), total_width x total_width, row by row from TL as a reader sees it.
 [[nodiscard]] std::vector<std::uint8_t> bitmap(const TagId& id);
 
 }  // namespace waymark

@@ -1,0 +1,176 @@
+#include "waymark/families/family.hpp"
+
+#include <apriltag/apriltag.h>
+#include <apriltag/tag16h5.h>
+#include <apriltag/tag25h9.h>
+#include <apriltag/tag36h10.h>
+#include <apriltag/tag36h11.h>
+#include <apriltag/tagCircle21h7.h>
+#include <apriltag/tagCircle49h12.h>
+#include <apriltag/tagCustom48h12.h>
+#include <apriltag/tagStandard41h12.h>
+#include <apriltag/tagStandard52h13.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cctype>
+#include <charconv>
+#include <cstddef>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+
+namespace waymark {
+namespace {
+
+struct Source {
+  std::string_view name;
+  apriltag_family_t* (*create)();
+  void (*destroy)(apriltag_family_t*);
+};
+
+/// In the order of FamilyId.
+constexpr std::array<Source, kAllFamilies.size()> kSources = {{
+    {"tag16h5", tag16h5_create, tag16h5_destroy},
+    {"tag25h9", tag25h9_create, tag25h9_destroy},
+    {"tag36h10", tag36h10_create, tag36h10_destroy},
+    {"tag36h11", tag36h11_create, tag36h11_destroy},
+    {"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
+    {"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
+    {"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
+    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
+    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
+}};
+
+std::size_t index_of(FamilyId id) {
+  const auto index = static_cast<std::size_t>(id);
+  assert(index < kSources.size());
+  return index;
+}
+
+Family load(FamilyId id) {
+  const Source& source = kSources.at(index_of(id));
+  apriltag_family_t* raw = source.create();
+  Family family;
+  family.id = id;
+  family.name = source.name;
+  family.width_at_border = raw->width_at_border;
+  family.total_width = raw->total_width;
+  family.reversed_border = raw->reversed_border;
+  family.min_hamming = static_cast<int>(raw->h);
+  family.bits.reserve(raw->nbits);
+  for (std::size_t i = 0; i < raw->nbits; ++i) {
+    // The library stores signed cells in unsigned words: -2 lies two cells outside the border.
+    family.bits.push_back(
+        {static_cast<std::int32_t>(raw->bit_x[i]), static_cast<std::int32_t>(raw->bit_y[i])});
+  }
+  family.codes.assign(raw->codes, raw->codes + raw->ncodes);
+  source.destroy(raw);
+  return family;
+}
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+std::vector<std::string> family_names() {
+  std::vector<std::string> names;
+  for (const Source& source : kSources) names.emplace_back(source.name);
+  return names;
+}
+
+/// Hostile text is quoted in a message only so far.
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 60;
+  return fmt::format("'{}{}'", text.substr(0, kLongest), text.size() > kLongest ? "…" : "");
+}
+
+/// The ring of cells whose distance from the border square is `outset` (0: the outermost cells inside it).
+void draw_ring(std::vector<std::uint8_t>& cells, const Family& family, int outset, std::uint8_t value) {
+  const int margin = (family.total_width - family.width_at_border) / 2;
+  const int first = margin - outset;
+  const int last = margin + family.width_at_border - 1 + outset;
+  const auto put = [&](int x, int y) {
+    cells.at(static_cast<std::size_t>(y * family.total_width + x)) = value;
+  };
+  for (int i = first; i <= last; ++i) {
+    put(i, first);
+    put(i, last);
+    put(first, i);
+    put(last, i);
+  }
+}
+
+}  // namespace
+
+const Family& family(FamilyId id) {
+  struct Slot {
+    std::once_flag once;
+    Family family;
+  };
+  static std::array<Slot, kAllFamilies.size()> slots;
+  Slot& slot = slots.at(index_of(id));
+  std::call_once(slot.once, [&] { slot.family = load(id); });
+  return slot.family;
+}
+
+std::string_view to_string(FamilyId id) { return kSources.at(index_of(id)).name; }
+
+Result<FamilyId> parse_family(std::string_view text) {
+  const std::string wanted = lower(text);
+  for (const FamilyId id : kAllFamilies) {
+    const std::string name = lower(to_string(id));
+    if (wanted == name || "tag" + wanted == name) return id;
+  }
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
+              suggestion(text, family_names()));
+}
+
+Result<TagId> parse_tag_id(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  if (colon == std::string_view::npos) {
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a tag", quoted(text)), {},
+                "Write family and number, as in tag36h11:7.");
+  }
+  const Result<FamilyId> family_id = parse_family(text.substr(0, colon));
+  if (!family_id) return tl::unexpected<Error>(family_id.error());
+  const std::string_view digits = text.substr(colon + 1);
+  const std::size_t count = family(*family_id).codes.size();
+  const std::string hint = fmt::format("{} has the numbers 0 to {}.", to_string(*family_id), count - 1);
+  std::uint32_t number = 0;
+  const auto [end, failure] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  const bool all_read = failure == std::errc() && end == digits.data() + digits.size() && !digits.empty();
+  if (!all_read || number >= count) {
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("no tag number {} in {}", quoted(digits), to_string(*family_id)), {}, hint);
+  }
+  return TagId{*family_id, static_cast<int>(number)};
+}
+
+std::string to_string(const TagId& id) { return fmt::format("{}:{}", to_string(id.family), id.number); }
+
+std::vector<std::uint8_t> bitmap(const TagId& id) {
+  constexpr std::uint8_t kBlack = 0;
+  constexpr std::uint8_t kWhite = 255;
+  constexpr std::uint8_t kNoPart = 128;
+  const Family& table = family(id.family);
+  if (id.number < 0 || static_cast<std::size_t>(id.number) >= table.codes.size()) return {};
+  const int width = table.total_width;
+  std::vector<std::uint8_t> cells(static_cast<std::size_t>(width * width), kNoPart);
+  draw_ring(cells, table, 0, table.reversed_border ? kWhite : kBlack);
+  draw_ring(cells, table, 1, table.reversed_border ? kBlack : kWhite);
+  const int margin = (width - table.width_at_border) / 2;
+  const std::uint64_t code = table.codes.at(static_cast<std::size_t>(id.number));
+  for (std::size_t i = 0; i < table.bits.size(); ++i) {
+    const BitCell& bit = table.bits[i];
+    const bool white = ((code >> (table.bits.size() - 1 - i)) & 1U) != 0;
+    cells.at(static_cast<std::size_t>((bit.y + margin) * width + bit.x + margin)) = white ? kWhite : kBlack;
+  }
+  return cells;
+}
+
+}  // namespace waymark

@@ -1,0 +1,129 @@
+#include "waymark/families/family.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+#include <thread>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+class EachFamily : public ::testing::TestWithParam<FamilyId> {};
+INSTANTIATE_TEST_SUITE_P(All, EachFamily, ::testing::ValuesIn(kAllFamilies),
+                         [](const auto& family_id) { return std::string(to_string(family_id.param)); });
+
+TEST_P(EachFamily, NameTellsTheNumberOfBitsAndTheDistance) {
+  const Family& table = family(GetParam());
+  EXPECT_EQ(table.id, GetParam());
+  EXPECT_EQ(table.name, to_string(GetParam()));
+  const std::string ending = std::to_string(table.bits.size()) + "h" + std::to_string(table.min_hamming);
+  EXPECT_EQ(table.name.substr(table.name.find_first_of("0123456789")), ending);
+}
+
+TEST_P(EachFamily, LayoutFitsTheTag) {
+  const Family& table = family(GetParam());
+  const int margin = table.total_width - table.width_at_border;
+  EXPECT_EQ(margin % 2, 0);
+  std::set<std::pair<int, int>> cells;
+  for (const BitCell& bit : table.bits) {
+    EXPECT_GE(std::min(bit.x, bit.y), -margin / 2);
+    EXPECT_LT(std::max(bit.x, bit.y), table.width_at_border + margin / 2);
+    cells.emplace(bit.x, bit.y);
+  }
+  EXPECT_EQ(cells.size(), table.bits.size()) << "two bits share a cell";
+  EXPECT_GE(table.codes.size(), 30U);
+  for (const std::uint64_t code : table.codes) ASSERT_EQ(code >> table.bits.size(), 0U);
+}
+
+TEST_P(EachFamily, BitmapHoldsTheCodeInsideABorderOfTwoRings) {
+  const Family& table = family(GetParam());
+  const int last = static_cast<int>(table.codes.size()) - 1;
+  const int margin = (table.total_width - table.width_at_border) / 2;
+  for (const int number : {0, 1, last / 2, last}) {
+    const std::vector<std::uint8_t> cells = bitmap({GetParam(), number});
+    ASSERT_EQ(cells.size(), static_cast<std::size_t>(table.total_width * table.total_width));
+    const auto at = [&](int x, int y) {
+      return cells.at(static_cast<std::size_t>((y + margin) * table.total_width + x + margin));
+    };
+    std::uint64_t code = 0;
+    for (const BitCell& bit : table.bits) code = code << 1U | (at(bit.x, bit.y) == 255 ? 1U : 0U);
+    EXPECT_EQ(code, table.codes.at(static_cast<std::size_t>(number)));
+    const int inside = table.reversed_border ? 255 : 0;
+    for (int i = 0; i < table.width_at_border; ++i) {
+      EXPECT_EQ(at(i, 0), inside);
+      EXPECT_EQ(at(table.width_at_border - 1, i), inside);
+      EXPECT_EQ(at(i, -1), 255 - inside);
+      EXPECT_EQ(at(-1, i), 255 - inside);
+    }
+  }
+}
+
+TEST_P(EachFamily, CellsThatAreNoPartOfTheTagLieOutsideTheDiscOrInTheFreeMiddle) {
+  const std::vector<std::uint8_t> cells = bitmap({GetParam(), 0});
+  const bool circle = std::string(to_string(GetParam())).find("Circle") != std::string::npos;
+  EXPECT_EQ(cells.front() == 128, circle);
+  // tagCustom48h12 leaves room for another tag, two cells wide, in its middle.
+  const auto free_cells = std::count(cells.begin(), cells.end(), 128);
+  if (!circle) {
+    EXPECT_EQ(free_cells, GetParam() == FamilyId::TagCustom48h12 ? 4 : 0);
+  }
+}
+
+TEST_P(EachFamily, NamesAreReadBackInAnyCaseAndWithoutThePrefix) {
+  const std::string name(to_string(GetParam()));
+  EXPECT_EQ(parse_family(name).value(), GetParam());
+  EXPECT_EQ(parse_family(name.substr(3)).value(), GetParam());
+  std::string upper = name;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  EXPECT_EQ(parse_family(upper).value(), GetParam());
+}
+
+TEST_P(EachFamily, TagIdsAreReadBackAndStopAtTheLastNumber) {
+  const int count = static_cast<int>(family(GetParam()).codes.size());
+  for (const int number : {0, 7, count - 1}) {
+    const TagId tag{GetParam(), number};
+    EXPECT_EQ(parse_tag_id(to_string(tag)).value(), tag);
+  }
+  EXPECT_FALSE(parse_tag_id(to_string(TagId{GetParam(), count})));
+  EXPECT_TRUE(bitmap({GetParam(), count}).empty());
+  EXPECT_TRUE(bitmap({GetParam(), -1}).empty());
+}
+
+TEST(ParseFamily, SuggestsTheNearestName) {
+  const auto wrong = parse_family("tag36h12");
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(to_string(wrong.error()), "unknown tag family 'tag36h12'. Did you mean 'tag36h10'?");
+  EXPECT_FALSE(parse_family(""));
+  EXPECT_FALSE(parse_family(std::string(100000, 'x')));
+  EXPECT_LT(parse_family(std::string(100000, 'x')).error().message.size(), 200U);
+}
+
+TEST(ParseTagId, RefusesWhatIsNoNumberOfTheFamily) {
+  for (const char* text :
+       {"", "7", ":", "tag36h11", "tag36h11:", "tag36h11:587", "tag36h11:-1", "tag36h11:+1", "tag36h11: 1",
+        "tag36h11:1 ", "tag36h11:1x", "tag36h11:1:2", "tag36h11:99999999999999999999", "tag36h99:1"}) {
+    const auto tag = parse_tag_id(text);
+    ASSERT_FALSE(tag) << text;
+    EXPECT_EQ(tag.error().code, ErrorCode::InvalidArgument);
+    EXPECT_FALSE(tag.error().hint.empty());
+  }
+  EXPECT_EQ(to_string(parse_tag_id("tag36h11:587").error()),
+            "no tag number '587' in tag36h11. tag36h11 has the numbers 0 to 586.");
+}
+
+TEST(FamilyTable, IsBuiltOnceWhoeverAsksFirst) {
+  std::array<const Family*, 8> seen{};
+  std::vector<std::thread> threads;
+  for (auto& slot : seen) threads.emplace_back([&slot] { slot = &family(FamilyId::TagCircle49h12); });
+  for (auto& thread : threads) thread.join();
+  for (const Family* table : seen) {
+    EXPECT_EQ(table, &family(FamilyId::TagCircle49h12));
+    EXPECT_EQ(table->codes.size(), 65535U);
+  }
+}
+
+}  // namespace
+}  // namespace waymark
