@@ -1,0 +1,33 @@
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "waymark/families/family.hpp"
+#include "waymark/geometry/se3.hpp"
+
+namespace waymark {
+
+/// One tag of a map.
+struct MappedTag {
+  SE3 map_T_tag{};    ///< tag frame: centre, x right, y down, z into the tag
+  double size_m = 0;  ///< side of the square where black border meets white border
+  /// 6x6 covariance of map_T_tag in its tangent (translation, rotation) [m, rad], written in the map frame,
+  /// on the left; nothing when not known (or surveyed exactly).
+  std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
+};
+
+/// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.
+struct TagMap {
+  std::map<TagId, MappedTag> tags{};
+
+  /// The tag, or nullptr when it is not in the map. O(log n).
+  [[nodiscard]] const MappedTag* find(const TagId& tag) const {
+    const auto it = tags.find(tag);
+    return it == tags.end() ? nullptr : &it->second;
+  }
+};
+
+}  // namespace waymark

@@ -1,0 +1,47 @@
+#include "waymark/samples/tag_sizes.hpp"
+
+#include <limits>
+
+#include <gmock/gmock.h>
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr TagId kSmall{FamilyId::Tag36h11, 3};
+constexpr TagId kOther{FamilyId::Tag36h11, 4};
+
+TEST(TagSizes, OwnSizeComesBeforeTheDefault) {
+  const TagSizes sizes{.default_size_m = 0.16, .size_by_tag_m = {{kSmall, 0.05}}};
+  EXPECT_EQ(sizes.size_m(kSmall).value(), 0.05);
+  EXPECT_EQ(sizes.size_m(kOther).value(), 0.16);
+  EXPECT_EQ(sizes.size_m({FamilyId::Tag16h5, 3}).value(), 0.16) << "an id means a family and a number";
+  EXPECT_TRUE(sizes.check());
+}
+
+TEST(TagSizes, UnknownTagIsSaidByName) {
+  const TagSizes sizes{.size_by_tag_m = {{kSmall, 0.05}}};
+  const Result<double> size = sizes.size_m(kOther);
+  ASSERT_FALSE(size);
+  EXPECT_EQ(size.error().code, ErrorCode::NotFound);
+  EXPECT_THAT(to_string(size.error()), HasSubstr("tag36h11:4"));
+}
+
+TEST(TagSizes, ImpossibleSizesAreErrors) {
+  const double bad_sizes[] = {0.0, -0.1, std::numeric_limits<double>::quiet_NaN(),
+                              std::numeric_limits<double>::infinity()};
+  for (const double bad : bad_sizes) {
+    const TagSizes by_default{.default_size_m = bad};
+    EXPECT_FALSE(by_default.check());
+    EXPECT_FALSE(by_default.size_m(kOther));
+    const TagSizes by_tag{.default_size_m = 0.16, .size_by_tag_m = {{kSmall, bad}}};
+    ASSERT_FALSE(by_tag.check());
+    EXPECT_EQ(by_tag.check().error().place.key, "tag36h11:3");
+    EXPECT_FALSE(by_tag.size_m(kSmall));
+    EXPECT_TRUE(by_tag.size_m(kOther));
+  }
+}
+
+}  // namespace
+}  // namespace waymark
