@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+
+#include "waymark/base/error.hpp"
+#include "waymark/image/color_image.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+
+namespace waymark::plot {
+
+/// The picture with its tags drawn in, for people. Each tag: its quad, the side TL-TR red (the x axis) and
+/// TL-BL green (the y axis), the others yellow; a dot on TL; a cross in the centre; the upright bounding box
+/// thin and blue; and "tag36h11:7" beside it. Words are drawn with cairo's built-in font, so that the same
+/// input gives the same picture whatever fonts are installed. Error: LimitExceeded for a side above 32767 px,
+/// or without memory. O(pixels).
+[[nodiscard]] Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections);
+
+}  // namespace waymark::plot
