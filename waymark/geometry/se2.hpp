@@ -10,6 +10,7 @@ namespace waymark {
 class SE2 {
  public:
   static constexpr int kDof = 3;
+  static constexpr int kRotationDof = 1;  ///< the last so many of a tangent are rotation
   static constexpr int kMatrixSize = 3;
   static constexpr int kPointSize = 2;
   using Tangent = Eigen::Vector3d;

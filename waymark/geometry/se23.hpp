@@ -12,6 +12,7 @@ namespace waymark {
 class SE23 {
  public:
   static constexpr int kDof = 9;
+  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
   static constexpr int kMatrixSize = 5;
   using Tangent = Eigen::Matrix<double, 9, 1>;
   using Jacobian = Eigen::Matrix<double, 9, 9>;

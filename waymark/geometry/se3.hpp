@@ -28,6 +28,7 @@ namespace internal {
 class SE3 {
  public:
   static constexpr int kDof = 6;
+  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
   static constexpr int kMatrixSize = 4;
   static constexpr int kPointSize = 3;
   using Tangent = Eigen::Matrix<double, 6, 1>;

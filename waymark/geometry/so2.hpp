@@ -12,6 +12,7 @@ namespace waymark {
 class SO2 {
  public:
   static constexpr int kDof = 1;
+  static constexpr int kRotationDof = 1;  ///< the last so many of a tangent are rotation
   static constexpr int kMatrixSize = 2;
   static constexpr int kPointSize = 2;
   using Tangent = Eigen::Matrix<double, 1, 1>;

@@ -18,6 +18,7 @@ namespace waymark {
 class SO3 {
  public:
   static constexpr int kDof = 3;
+  static constexpr int kRotationDof = 3;  ///< the last so many of a tangent are rotation
   static constexpr int kMatrixSize = 3;
   static constexpr int kPointSize = 3;
   using Tangent = Eigen::Vector3d;

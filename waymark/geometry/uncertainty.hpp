@@ -1,0 +1,124 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/se2.hpp"
+#include "waymark/geometry/se23.hpp"
+#include "waymark/geometry/se3.hpp"
+
+namespace waymark {
+
+/// Covariance in the tangent of G: translation first, then rotation, in the parent frame [m, rad and
+/// products].
+template <LieGroup G>
+using Covariance = typename G::Jacobian;
+
+/// a_X_b with its uncertainty: X = exp(xi) mean, xi ~ N(0, covariance), xi in the parent frame a (Barfoot and
+/// Furgale, "Associating Uncertainty with Three-Dimensional Poses for Use in Estimation Problems", IEEE T-RO
+/// 30(3), 2014; Barfoot, "State Estimation for Robotics", section 7.3). Not the covariance of the
+/// coordinates: see coordinate_covariance.
+template <LieGroup G>
+struct Uncertain {
+  G mean;
+  Covariance<G> covariance = Covariance<G>::Zero();
+};
+
+namespace internal {
+
+/// J P J^T, symmetric to the last bit.
+template <int N>
+[[nodiscard]] inline Eigen::Matrix<double, N, N> propagate(const Eigen::Matrix<double, N, N>& J,
+                                                           const Eigen::Matrix<double, N, N>& P) {
+  const Eigen::Matrix<double, N, N> result = J * P * J.transpose();
+  return (result + result.transpose()) / 2;
+}
+
+/// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi moves each by
+/// phi x t. sign = -1 gives the inverse.
+[[nodiscard]] inline SE2::Jacobian coordinate_jacobian(const SE2& X, double sign) {
+  SE2::Jacobian J = SE2::Jacobian::Identity();
+  J.topRightCorner<2, 1>() << -sign * X.y(), sign * X.x();
+  return J;
+}
+[[nodiscard]] inline SE3::Jacobian coordinate_jacobian(const SE3& X, double sign) {
+  SE3::Jacobian J = SE3::Jacobian::Identity();
+  J.topRightCorner<3, 3>() = -sign * SO3::hat(X.translation());
+  return J;
+}
+[[nodiscard]] inline SE23::Jacobian coordinate_jacobian(const SE23& X, double sign) {
+  SE23::Jacobian J = SE23::Jacobian::Identity();
+  J.block<3, 3>(0, 6) = -sign * SO3::hat(X.position());
+  J.block<3, 3>(3, 6) = -sign * SO3::hat(X.velocity());
+  return J;
+}
+template <LieGroup G>  // SO2 and SO3 have no translation
+[[nodiscard]] inline typename G::Jacobian coordinate_jacobian(const G&, double) {
+  return G::Jacobian::Identity();
+}
+
+}  // namespace internal
+
+/// a_X_c of a_X_b and b_X_c, whose errors are taken as independent. To first order (equation (23)): the terms
+/// of fourth order in the deviations that Barfoot and Furgale add are left out.
+template <LieGroup G>
+[[nodiscard]] inline Uncertain<G> compose(const Uncertain<G>& a_X_b, const Uncertain<G>& b_X_c) {
+  return {a_X_b.mean * b_X_c.mean,
+          a_X_b.covariance + internal::propagate(a_X_b.mean.adjoint(), b_X_c.covariance)};
+}
+
+/// b_X_a of a_X_b (equation (24)): the covariance moves to the frame b. Exact: (exp(xi) X)^-1 = exp(-Ad(X^-1)
+/// xi) X^-1.
+template <LieGroup G>
+[[nodiscard]] inline Uncertain<G> inverse(const Uncertain<G>& a_X_b) {
+  const G b_X_a = a_X_b.mean.inverse();
+  return {b_X_a, internal::propagate(b_X_a.adjoint(), a_X_b.covariance)};
+}
+
+/// b_X_c of a_X_b and a_X_c (equation (25)), to first order. `cross` is the covariance of their errors,
+/// E[xi_ab xi_ac^T]; leave it out for independent ones. Two poses of one trajectory are not: without `cross`
+/// the result is far too large.
+template <LieGroup G>
+[[nodiscard]] inline Uncertain<G> between(const Uncertain<G>& a_X_b, const Uncertain<G>& a_X_c,
+                                          const Covariance<G>& cross = Covariance<G>::Zero()) {
+  const G b_X_a = a_X_b.mean.inverse();
+  const Covariance<G> difference = a_X_b.covariance + a_X_c.covariance - cross - cross.transpose();
+  return {b_X_a * a_X_c.mean, internal::propagate(b_X_a.adjoint(), difference)};
+}
+
+/// The covariance as people read it (equation (26)): of the coordinates of b in a (position, for SE23
+/// velocity too, as numbers along the axes of a) and of the rotation about the axes of a. Same size and order
+/// as the tangent; to first order. This is what ROS calls a PoseWithCovariance.
+template <LieGroup G>
+[[nodiscard]] inline Covariance<G> coordinate_covariance(const Uncertain<G>& a_X_b) {
+  return internal::propagate(internal::coordinate_jacobian(a_X_b.mean, 1.0), a_X_b.covariance);
+}
+
+/// Undoes coordinate_covariance: for covariances that come from outside in ordinary coordinates.
+template <LieGroup G>
+[[nodiscard]] inline Uncertain<G> from_coordinate_covariance(const G& a_X_b,
+                                                             const Covariance<G>& covariance) {
+  return {a_X_b, internal::propagate(internal::coordinate_jacobian(a_X_b, -1.0), covariance)};
+}
+
+/// Standard deviations of the coordinates, for display: metres (and m/s) along the axes of the parent frame,
+/// then radians about them.
+template <LieGroup G>
+[[nodiscard]] inline typename G::Tangent coordinate_deviations(const Uncertain<G>& a_X_b) {
+  return coordinate_covariance(a_X_b).diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+/// One draw of X = exp(xi) mean. The covariance may be singular; what of it is negative by rounding counts as
+/// zero.
+template <LieGroup G>
+[[nodiscard]] inline G sample(const Uncertain<G>& a_X_b, Random& random) {
+  const Eigen::SelfAdjointEigenSolver<Covariance<G>> solver(a_X_b.covariance);
+  typename G::Tangent white;
+  for (int i = 0; i < G::kDof; ++i) white[i] = random.normal();
+  const typename G::Tangent deviations = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return plus(typename G::Tangent(solver.eigenvectors() * deviations.cwiseProduct(white)), a_X_b.mean);
+}
+
+}  // namespace waymark
