@@ -18,6 +18,9 @@ constexpr double kLargestCoefficient = 1e6;
 constexpr int kLargestSide = 1'000'000;
 /// Nearer than this to the camera centre a direction means nothing [m].
 constexpr double kNearest = 1e-12;
+/// Nearer than this to the optical axis is on it: the quotients below would lose digits to denormal numbers
+/// [m].
+constexpr double kOnAxis = 1e-200;
 
 auto invalid(std::string message, std::string key, std::string hint) {
   return fail(ErrorCode::InvalidArgument, std::move(message), {.key = std::move(key)}, std::move(hint));
@@ -91,14 +94,14 @@ double nearest_edge(const Model& camera, int width_px, int height_px) {
   return std::hypot(std::max({0.0, -left, -right}), std::max({0.0, -top, -bottom}));
 }
 
-auto folds(const char* quantity, double at, double rim_px, double edge_px) {
+auto folds(double angle_rad, double rim_px, double edge_px) {
   return invalid(
-      fmt::format("the distortion folds the image over at {} {:.4g}: {:.0f} px from the principal point, "
-                  "before the nearest image edge at {:.0f} px",
-                  quantity, at, rim_px, edge_px),
+      fmt::format("the distortion folds or tears the image {:.1f} degrees off the axis, {:.0f} px from the "
+                  "principal point: before the nearest image edge at {:.0f} px",
+                  angle_rad * 180.0 / std::numbers::pi, rim_px, edge_px),
       "distortion",
-      "Calibrate again with views that reach the edges, or check the signs, the order and "
-      "the number of the coefficients.");
+      "Calibrate again with views that reach the edges, or check the signs, the order and the number of "
+      "the coefficients and the size of the image.");
 }
 
 Result<double> find_domain(const PinholeRadtan& camera, int width_px, int height_px) {
@@ -108,7 +111,7 @@ Result<double> find_domain(const PinholeRadtan& camera, int width_px, int height
   const double edge = nearest_edge(camera, width_px, height_px);
   const double focal = std::min(camera.fx, camera.fy);
   if (limit < Radtan::kLargestRadius && rim < edge) {
-    return folds("the undistorted radius (tangent of the angle)", limit, rim * focal, edge * focal);
+    return folds(std::atan(limit), rim * focal, edge * focal);
   }
   return limit;
 }
@@ -120,14 +123,13 @@ Result<double> find_domain(const Equidistant& camera, int width_px, int height_p
   const double edge = nearest_edge(camera, width_px, height_px);
   const double focal = std::min(camera.fx, camera.fy);
   // A circular fisheye shows a full circle inside its image: what it sees beyond 90 degrees is enough.
-  if (limit < 0.5 * std::numbers::pi && rim < edge)
-    return folds("the angle [rad]", limit, rim * focal, edge * focal);
+  if (limit < 0.5 * std::numbers::pi && rim < edge) return folds(limit, rim * focal, edge * focal);
   return limit;
 }
 
 std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double limit,
                                             const Eigen::Vector3d& cam_p, Matrix23* J_px_p) {
-  if (!(cam_p.z() > kNearest)) return std::nullopt;
+  if (!(cam_p.z() > kNearest) || !std::isfinite(cam_p.z())) return std::nullopt;
   const Eigen::Vector2d undistorted = cam_p.head<2>() / cam_p.z();
   if (!(undistorted.norm() < limit)) return std::nullopt;
   Eigen::Matrix2d J;
@@ -150,10 +152,11 @@ std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double li
   double slope = 0.0;
   const double theta_d = EquidistantAngle{camera.k}.distort(theta, &slope);
   // On the axis every direction will do: there theta_d / rho and its radial derivative agree.
-  const double x = rho > 0.0 ? cam_p.x() / rho : 1.0;
-  const double y = rho > 0.0 ? cam_p.y() / rho : 0.0;
+  const bool on_axis = rho < kOnAxis;
+  const double x = on_axis ? 1.0 : cam_p.x() / rho;
+  const double y = on_axis ? 0.0 : cam_p.y() / rho;
   if (J_px_p != nullptr) {
-    const double across = rho > 0.0 ? theta_d / rho : 1.0 / norm;
+    const double across = on_axis ? 1.0 / norm : theta_d / rho;
     const double along = slope * (cam_p.z() / norm) / norm;
     const double depth = -slope * (rho / norm) / norm;
     *J_px_p << camera.fx * (across * y * y + along * x * x), camera.fx * (along - across) * x * y,
@@ -207,6 +210,10 @@ Result<CameraModel> CameraModel::make(const Projection& projection, int width_px
       std::visit([&](const auto& camera) { return find_domain(camera, width_px, height_px); }, projection);
   if (!limit) return tl::unexpected<Error>(limit.error());
   return CameraModel(projection, width_px, height_px, *limit);
+}
+
+double CameraModel::max_angle_rad() const {
+  return std::holds_alternative<PinholeRadtan>(projection_) ? std::atan(limit_) : limit_;
 }
 
 std::optional<Eigen::Vector2d> CameraModel::project(const Eigen::Vector3d& cam_p, Matrix23* J_px_p) const {

@@ -2,9 +2,7 @@
 
 #include <array>
 #include <optional>
-#include <string_view>
 #include <variant>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -15,21 +13,21 @@ namespace waymark {
 /// J_px_p: derivative of a projected pixel with respect to the point in the camera frame.
 using Matrix23 = Eigen::Matrix<double, 2, 3>;
 
-/// Pinhole with radial-tangential distortion, OpenCV's order k1 k2 p1 p2 [k3 [k4 k5 k6]] (Brown; "Camera
-/// Calibration and 3D Reconstruction", OpenCV). Unused coefficients are zero. fx, fy, cx, cy in pixels, pixel
-/// centres at +1/2.
+/// Pinhole with radial-tangential distortion, OpenCV's order k1 k2 p1 p2 [k3 [k4 k5 k6]] (Brown, "Decentering
+/// distortion of lenses", 1966; OpenCV, "Camera Calibration and 3D Reconstruction"): with k4 k5 k6 the
+/// rational model. fx, fy, cx, cy in pixels, pixel centres at +1/2.
 struct PinholeRadtan {
   double fx = 0, fy = 0, cx = 0, cy = 0;
-  std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6
+  std::array<double, 8> k{};  ///< k1 k2 p1 p2 k3 k4 k5 k6, zero beyond `coefficients`
   int coefficients =
-      0;  ///< how many the source gave: 0, 4, 5 or 8 (kept so that writing gives back what was read)
+      0;  ///< how many are in use: 0, 4, 5 or 8 (kept so that writing gives back what was read)
 
   friend bool operator==(const PinholeRadtan&, const PinholeRadtan&) = default;
 };
 
 /// Equidistant fisheye (Kannala and Brandt, "A generic camera model and calibration method for conventional,
 /// wide-angle, and fish-eye lenses", PAMI 2006): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
-/// k4 theta^8).
+/// k4 theta^8). Sees beyond 90 degrees from its axis. Pixel centres at +1/2.
 struct Equidistant {
   double fx = 0, fy = 0, cx = 0, cy = 0;
   std::array<double, 4> k{};
@@ -44,22 +42,32 @@ class CameraModel {
  public:
   using Projection = std::variant<PinholeRadtan, Equidistant>;
 
-  /// Fails on non-finite numbers, focal lengths or sizes <= 0, a distortion that folds before the nearest
-  /// image edge.
+  /// Finds the domain: the largest cone about the optical axis in which the projection is one to one (see
+  /// Radtan::domain and EquidistantAngle::domain). Fails on non-finite numbers, focal lengths or sizes <= 0
+  /// or beyond any lens, coefficients beyond their count, and a distortion that folds before the nearest
+  /// image edge (for the fisheye: and before 90 degrees, for a circular one may end inside its image). The
+  /// place of the error names the field.
   static Result<CameraModel> make(const Projection& projection, int width_px, int height_px);
 
   [[nodiscard]] int width_px() const { return width_px_; }
   [[nodiscard]] int height_px() const { return height_px_; }
   [[nodiscard]] const Projection& projection() const { return projection_; }
 
+  /// Half the opening of the cone in which points are seen: nothing at or beyond this angle from the optical
+  /// axis projects. 90 degrees without distortion, at most 180 (equidistant). The image may show less of it,
+  /// or its corners more.
+  [[nodiscard]] double max_angle_rad() const;
+
   /// Pixel of a point in the camera frame (x right, y down, z forward) [m], pixel centres at +1/2. Nothing
-  /// when the point is outside the domain: behind the camera or beyond where the distortion folds. May lie
-  /// outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian.
+  /// when the point is outside the domain: behind the camera or beyond where the distortion folds, or not a
+  /// number. May lie outside the image: see contains(). J_px_p, if given, is the 2x3 Jacobian [px/m];
+  /// untouched when there is nothing.
   [[nodiscard]] std::optional<Eigen::Vector2d> project(const Eigen::Vector3d& cam_p,
                                                        Matrix23* J_px_p = nullptr) const;
 
-  /// Unit bearing in the camera frame of a pixel; nothing where no point of the domain projects there.
-  /// Round trip with project below 1e-9 px. Newton with a bracketed start.
+  /// Unit bearing in the camera frame of a pixel; nothing where no point of the domain projects there. What
+  /// comes out always projects again: below 1e-9 px from where it came for pixels within 10000 px, relatively
+  /// 1e-13 beyond.
   [[nodiscard]] std::optional<Eigen::Vector3d> unproject(const Eigen::Vector2d& px) const;
 
   /// Normalised image coordinates (x/z, y/z) without distortion; nothing where unproject gives nothing or z

@@ -1,19 +1,263 @@
 #include "waymark/camera/camera_model.hpp"
 
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include "tests/support/random_camera.hpp"
 
 namespace waymark {
 namespace {
 
+using testing::any_camera;
+using testing::direction;
+using testing::near_one;
+using ::testing::StartsWith;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+CameraModel must(const Result<CameraModel>& camera) {
+  EXPECT_TRUE(camera) << to_string(camera.error());
+  return camera.value();
+}
+
+CameraModel pinhole() {
+  return must(CameraModel::make(PinholeRadtan{.fx = 100, .fy = 200, .cx = 32, .cy = 24}, 64, 48));
+}
+CameraModel webcam() {
+  return must(CameraModel::make(PinholeRadtan{.fx = 603.7,
+                                              .fy = 602.1,
+                                              .cx = 322.1,
+                                              .cy = 238.4,
+                                              .k = {0.08, -0.21, 0.001, -0.002, 0.05},
+                                              .coefficients = 5},
+                                640, 480));
+}
+CameraModel fisheye() {
+  return must(CameraModel::make(
+      Equidistant{.fx = 190, .fy = 190.5, .cx = 320, .cy = 240, .k = {0.02, -0.01, 0.003, -0.0003}}, 640,
+      480));
+}
+
+std::string error_of(const CameraModel::Projection& projection, int width = 640, int height = 480) {
+  const auto camera = CameraModel::make(projection, width, height);
+  return camera ? "" : to_string(camera.error());
+}
+
+/// How far a pixel comes back from where it went, in px, allowing 1e-13 of pixels beyond 10000.
+double round_trip_error(const CameraModel& camera, const Eigen::Vector2d& px) {
+  const auto bearing = camera.unproject(px);
+  if (!bearing || std::abs(bearing->norm() - 1.0) > 1e-15) return kInfinity;
+  const auto again = camera.project(*bearing);
+  return again ? (*again - px).norm() / std::max(1.0, px.norm() * 1e-4) : kInfinity;
+}
+
 TEST(CameraModel, ProjectsAPinholeByHand) {
-  const auto camera = CameraModel::make(PinholeRadtan{.fx = 100, .fy = 200, .cx = 32, .cy = 24}, 64, 48);
-  ASSERT_TRUE(camera);
-  const auto px = camera->project({0.1, -0.05, 2.0});
+  const auto px = pinhole().project({0.1, -0.05, 2.0});
   ASSERT_TRUE(px);
   EXPECT_DOUBLE_EQ(px->x(), 37.0);
   EXPECT_DOUBLE_EQ(px->y(), 19.0);
-  EXPECT_TRUE(camera->contains(*px));
-  EXPECT_FALSE(camera->project({0.1, -0.05, -2.0}));
+}
+
+TEST(CameraModel, ProjectsRadialAndTangentialTermsByHand) {
+  const PinholeRadtan lens{
+      .fx = 1, .fy = 1, .cx = 0, .cy = 0, .k = {0.1, 0.2, 0.01, 0.02}, .coefficients = 4};
+  const auto px = must(CameraModel::make(lens, 1, 1)).project({0.5, 1.0, 1.0});
+  ASSERT_TRUE(px);  // r^2 = 1.25, g = 1 + 0.125 + 0.3125
+  EXPECT_DOUBLE_EQ(px->x(), 0.5 * 1.4375 + 2 * 0.01 * 0.5 + 0.02 * (1.25 + 0.5));
+  EXPECT_DOUBLE_EQ(px->y(), 1.0 * 1.4375 + 0.01 * (1.25 + 2.0) + 2 * 0.02 * 0.5);
+}
+
+TEST(CameraModel, ProjectsAFisheyeByHand) {
+  const Equidistant lens{.fx = 100, .fy = 100, .cx = 200, .cy = 200, .k = {0.01, 0.001, 0, 0}};
+  const auto px = must(CameraModel::make(lens, 400, 400)).project({0.0, 3.0, 0.0});  // 90 degrees down
+  ASSERT_TRUE(px);
+  const double t = std::numbers::pi / 2;
+  EXPECT_NEAR(px->x(), 200, 1e-12);
+  EXPECT_NEAR(px->y(), 200 + 100 * t * (1 + 0.01 * t * t + 0.001 * t * t * t * t), 1e-11);
+}
+
+TEST(CameraModel, SeesNothingBehindAPinhole) {
+  EXPECT_FALSE(pinhole().project({0.1, -0.05, -2.0}));
+  EXPECT_FALSE(pinhole().project({0.1, -0.05, 0.0}));
+  EXPECT_FALSE(pinhole().project({0.0, 0.0, 0.0}));
+  EXPECT_DOUBLE_EQ(pinhole().max_angle_rad(), std::numbers::pi / 2);
+}
+
+TEST(CameraModel, AFisheyeSeesBehindItself) {
+  const CameraModel camera = fisheye();
+  ASSERT_GT(camera.max_angle_rad(), 2.0);
+  const Eigen::Vector3d cam_p(std::sin(1.9), 0, std::cos(1.9));
+  ASSERT_LT(cam_p.z(), 0);
+  const auto px = camera.project(5 * cam_p);
+  ASSERT_TRUE(px);
+  const auto bearing = camera.unproject(*px);
+  ASSERT_TRUE(bearing);
+  EXPECT_LT((*bearing - cam_p).norm(), 1e-14);
+  EXPECT_FALSE(camera.normalize(*px)) << "x/z of a point behind means nothing";
+  EXPECT_FALSE(camera.project({0, 0, -1})) << "straight behind, no direction is the right one";
+}
+
+TEST(CameraModel, ContainsItsPixelsHalfOpen) {
+  EXPECT_TRUE(pinhole().contains({0, 0}));
+  EXPECT_TRUE(pinhole().contains({63.999, 47.999}));
+  EXPECT_FALSE(pinhole().contains({64, 10}));
+  EXPECT_FALSE(pinhole().contains({10, -1e-9}));
+  EXPECT_FALSE(pinhole().contains({kNan, 10}));
+}
+
+TEST(CameraModel, HostilePointsAndPixelsGiveNothing) {
+  for (const CameraModel& camera : {pinhole(), webcam(), fisheye()}) {
+    for (const double bad : {kNan, kInfinity, -kInfinity}) {
+      for (int i = 0; i < 3; ++i) {
+        Eigen::Vector3d cam_p(0.1, 0.1, 1.0);
+        cam_p[i] = bad;
+        const auto px = camera.project(cam_p);
+        EXPECT_FALSE(px) << cam_p.transpose();
+      }
+      EXPECT_FALSE(camera.unproject({bad, 10}));
+      EXPECT_FALSE(camera.normalize({10, bad}));
+    }
+    for (const double huge : {1e-320, 1e-200, 1e100, 1e200, 1e308}) {
+      for (const Eigen::Vector3d& cam_p :
+           {Eigen::Vector3d(huge, 1, 1), Eigen::Vector3d(1, huge, huge), Eigen::Vector3d(1, 1, huge)}) {
+        Matrix23 J = Matrix23::Zero();
+        const auto px = camera.project(cam_p, &J);
+        EXPECT_TRUE(!px || (px->allFinite() && J.allFinite())) << cam_p.transpose();
+      }
+      const auto bearing = camera.unproject({huge, -huge});
+      EXPECT_TRUE(!bearing || bearing->allFinite());
+    }
+  }
+}
+
+TEST(CameraModel, RefusesImpossibleNumbersInWords) {
+  const PinholeRadtan good{.fx = 600, .fy = 600, .cx = 320, .cy = 240};
+  EXPECT_EQ(error_of(good), "");
+  PinholeRadtan bad = good;
+  bad.fx = -600;
+  EXPECT_EQ(error_of(bad),
+            "(fx): the focal length -600 is not possible. Give it in pixels, from 0.001 to 10000000.");
+  bad = good;
+  bad.fy = kNan;
+  EXPECT_EQ(error_of(bad),
+            "(fy): the focal length nan is not possible. Give it in pixels, from 0.001 to 10000000.");
+  bad = good;
+  bad.cx = kInfinity;
+  EXPECT_THAT(error_of(bad), StartsWith("(cx): the principal point inf is not possible."));
+  bad = good;
+  bad.k[0] = kNan;
+  bad.coefficients = 4;
+  EXPECT_THAT(error_of(bad), StartsWith("(distortion): the distortion coefficient nan is not possible."));
+  bad = good;
+  bad.coefficients = 6;
+  EXPECT_THAT(error_of(bad),
+              StartsWith("(distortion): radial-tangential distortion does not have 6 coefficients."));
+  bad = good;
+  bad.k[4] = 0.1;
+  bad.coefficients = 4;
+  EXPECT_THAT(error_of(bad),
+              StartsWith("(distortion): a distortion coefficient beyond the 4 in use is not zero."));
+  EXPECT_THAT(error_of(good, 0, 480), StartsWith("(resolution): the image size 0x480 is not possible."));
+  EXPECT_THAT(error_of(good, 640, -1), StartsWith("(resolution): the image size 640x-1 is not possible."));
+  EXPECT_THAT(error_of(Equidistant{.fx = 0, .fy = 1, .cx = 1, .cy = 1}),
+              StartsWith("(fx): the focal length 0 is not possible."));
+}
+
+TEST(CameraModel, RefusesADistortionThatFoldsInsideTheImage) {
+  // r (1 - r^2 / 2): slope 1 - 3/2 r^2, zero at r = 0.8165 where the distorted radius is 0.5443: 327 px.
+  PinholeRadtan lens{.fx = 600, .fy = 600, .cx = 320, .cy = 400, .k = {-0.5}, .coefficients = 4};
+  EXPECT_EQ(error_of(lens, 640, 800), "")
+      << "the fold at 327 px is beyond the nearest edge at 320 px: only corners are lost";
+  lens.fx = lens.fy = 500;
+  EXPECT_EQ(error_of(lens, 640, 800),
+            "(distortion): the distortion folds or tears the image 39.2 degrees off the axis, 272 px from "
+            "the principal point: "
+            "before the nearest image edge at 320 px. Calibrate again with views that reach the edges, or "
+            "check the signs, "
+            "the order and the number of the coefficients and the size of the image.");
+  const Equidistant folding{.fx = 300, .fy = 300, .cx = 320, .cy = 240, .k = {-0.8, 0, 0, 0}};
+  EXPECT_THAT(error_of(folding),
+              StartsWith("(distortion): the distortion folds or tears the image 37.0 degrees off the axis,"));
+}
+
+TEST(CameraModel, ACircularFisheyeMayEndInsideItsImage) {
+  // theta - 0.1 theta^3 folds at 1.826 rad (105 degrees), 1.217 focal lengths from the centre.
+  const Equidistant circular{.fx = 180, .fy = 180, .cx = 320, .cy = 240, .k = {-0.1, 0, 0, 0}};
+  const CameraModel camera = must(CameraModel::make(circular, 640, 480));
+  EXPECT_NEAR(camera.max_angle_rad(), std::sqrt(1 / 0.3), 1e-12);
+  EXPECT_TRUE(camera.unproject({320 + 219, 240}));
+  EXPECT_FALSE(camera.unproject({320 + 220, 240})) << "black rim of the image";
+}
+
+TEST(CameraModel, APrincipalPointOutsideTheImageIsFine) {
+  const CameraModel cropped =
+      must(CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = -20, .cy = 100}, 200, 200));
+  EXPECT_LT(round_trip_error(cropped, {1, 1}), 1e-9);
+  const PinholeRadtan lens{.fx = 500, .fy = 500, .cx = -400, .cy = 100, .k = {-0.5}, .coefficients = 4};
+  EXPECT_THAT(error_of(lens, 200, 200), StartsWith("(distortion): the distortion folds or tears the image"));
+}
+
+TEST(CameraModel, EveryPixelOfADenseGridComesBack) {
+  for (const CameraModel& camera : {webcam(), fisheye()}) {
+    double worst = 0;
+    for (double y = 0; y <= camera.height_px(); y += 4) {
+      for (double x = 0; x <= camera.width_px(); x += 4)
+        worst = std::max(worst, round_trip_error(camera, {x, y}));
+    }
+    EXPECT_LT(worst, 1e-9);
+  }
+}
+
+TEST(CameraModel, NormalizeAgreesWithUnproject) {
+  for (const CameraModel& camera : {pinhole(), webcam(), fisheye()}) {
+    const auto normalized = camera.normalize({140.25, 112.75});
+    const auto bearing = camera.unproject({140.25, 112.75});
+    ASSERT_TRUE(normalized && bearing);
+    EXPECT_LT((*normalized - bearing->head<2>() / bearing->z()).norm(), 1e-14);
+  }
+}
+
+RC_GTEST_PROP(CameraModelProperty, RoundTripIsExactEverywhereInTheDomain, ()) {
+  const CameraModel camera = any_camera();
+  // A pinhole reaches 90 degrees only at infinity; 84 degrees is ten focal lengths out.
+  const bool is_pinhole = std::holds_alternative<PinholeRadtan>(camera.projection());
+  const double reach =
+      is_pinhole ? std::min(camera.max_angle_rad(), std::atan(10.0)) : camera.max_angle_rad();
+  const Eigen::Vector3d cam_p = direction(reach * near_one());
+  const auto px = camera.project(cam_p * testing::between(0.1, 10.0));
+  RC_ASSERT(px.has_value());
+  RC_ASSERT(round_trip_error(camera, *px) < 1e-9);
+}
+
+RC_GTEST_PROP(CameraModelProperty, APixelEitherComesBackOrIsSeenByNoPoint, ()) {
+  const CameraModel camera = any_camera();
+  const Eigen::Vector2d px(testing::between(-1000, 2000), testing::between(-1000, 2000));
+  if (camera.unproject(px)) RC_ASSERT(round_trip_error(camera, px) < 1e-9);
+}
+
+RC_GTEST_PROP(CameraModelProperty, TwoPointsOfTheDomainNeverShareAPixel, ()) {
+  const CameraModel camera = any_camera();
+  const Eigen::Vector3d cam_p = direction(camera.max_angle_rad() * testing::between(1e-6, 0.98));
+  const auto px = camera.project(cam_p);
+  RC_ASSERT(px.has_value());
+  const auto bearing = camera.unproject(*px);
+  RC_ASSERT(bearing.has_value());
+  RC_ASSERT((*bearing - cam_p).norm() < 1e-9);
+}
+
+RC_GTEST_PROP(CameraModelProperty, NothingBeyondTheDomain, ()) {
+  const CameraModel camera = any_camera();
+  const double beyond =
+      camera.max_angle_rad() + (std::numbers::pi - camera.max_angle_rad()) * std::abs(testing::fraction());
+  RC_PRE(beyond + 1e-12 < std::numbers::pi);
+  RC_ASSERT(!camera.project(direction(beyond + 1e-12)).has_value());
 }
 
 }  // namespace

@@ -13,6 +13,9 @@ namespace {
 /// What is given back stays this far (relatively) inside the domain, so that it projects again after
 /// rounding.
 constexpr double kInside = 1.0 - 1e-14;
+/// A fold is flat: what the rim sends out may come back this much beyond it, relatively, by rounding of its
+/// pixel.
+constexpr double kRimSlack = 2e-14;
 
 /// Solves f(x) = target on [low, high] for an increasing f with f(low) <= target <= f(high): Newton, with
 /// bisection where Newton leaves the bracket or is too slow ("rtsafe", Press et al., "Numerical Recipes",
@@ -87,7 +90,7 @@ std::optional<Eigen::Vector2d> Radtan::undistort(const Eigen::Vector2d& distorte
   if (is_identity() || radius_d == 0.0) return distorted;
   const double rim = radial(k, limit, nullptr);
   const bool tangential = k[2] != 0.0 || k[3] != 0.0;
-  if (!tangential && radius_d > rim) return std::nullopt;
+  if (!tangential && radius_d > rim + kRimSlack * (1.0 + rim)) return std::nullopt;
 
   const auto f = [this](double r, double* slope) { return radial(k, r, slope); };
   const double r = std::min(solve_increasing(f, std::min(radius_d, rim), 0.0, limit), limit * kInside);
@@ -120,13 +123,15 @@ double Radtan::domain() const {
   const Polynomial denominator = {1.0, 0.0, k[5], 0.0, k[6], 0.0, k[7]};
   const Polynomial r = {0.0, 1.0};
   const Polynomial tangential = (6.0 * std::hypot(k[2], k[3])) * r;
-  // A and B times powers of the denominator, minus 6 r |p| times the same.
-  const Polynomial along = numerator * denominator +
-                           r * (derivative(numerator) * denominator - numerator * derivative(denominator)) -
-                           tangential * denominator * denominator;
+  // A and B, times powers of the denominator so that they become polynomials.
+  const Polynomial denominator_squared = denominator * denominator;
+  const Polynomial slope = numerator * denominator +
+                           r * (derivative(numerator) * denominator - numerator * derivative(denominator));
+  const Polynomial along = slope - tangential * denominator_squared;
   const Polynomial across = numerator - tangential * denominator;
+  const Polynomial stretch = kLargestStretch * denominator_squared - slope;
   double limit = kLargestRadius;
-  for (const Polynomial& must_stay_positive : {denominator, along, across}) {
+  for (const Polynomial& must_stay_positive : {denominator, along, across, stretch}) {
     limit = last_positive_before_root(must_stay_positive, limit).value_or(limit);
   }
   return limit;
@@ -146,9 +151,10 @@ double EquidistantAngle::distort(double theta, double* slope) const {
 }
 
 std::optional<double> EquidistantAngle::undistort(double theta_d, double limit) const {
-  if (!(theta_d <= distort(limit))) return std::nullopt;
+  const double rim = distort(limit);
+  if (!(theta_d <= rim + kRimSlack * (1.0 + rim))) return std::nullopt;
   const auto f = [this](double theta, double* slope) { return distort(theta, slope); };
-  return std::min(solve_increasing(f, theta_d, 0.0, limit), limit * kInside);
+  return std::min(solve_increasing(f, std::min(theta_d, rim), 0.0, limit), limit * kInside);
 }
 
 double EquidistantAngle::domain() const {

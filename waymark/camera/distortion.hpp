@@ -28,14 +28,17 @@ struct Radtan {
   /// Radius of the largest disk about the axis in which the map is known to be one to one: infinite without
   /// distortion, else at most kLargestRadius.
   ///
-  /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g, the tangential part lies within
+  /// The radial part has the Jacobian eigenvalues A = d(r g)/dr and B = g, those of the tangential part lie
+  /// within
   /// +-6 r |p|. While min(A, B) > 6 r |p| and the denominator is positive, the Jacobian is positive definite,
-  /// and a gradient map with a positive definite Jacobian on a convex set is one to one.
+  /// and a gradient map with a positive definite Jacobian on a convex set is one to one. The disk also ends
+  /// where A exceeds kLargestStretch: near a pole of g rounding errors grow beyond use.
   [[nodiscard]] double domain() const;
   /// Smallest distorted radius of the rim of the disk of radius `limit`, over all directions.
   [[nodiscard]] double distorted_radius(double limit) const;
 
-  static constexpr double kLargestRadius = 1e3;  ///< 89.94 degrees off the axis
+  static constexpr double kLargestRadius = 1e3;   ///< 89.94 degrees off the axis
+  static constexpr double kLargestStretch = 100;  ///< of A; no lens comes near, a pole of g does
 
   friend bool operator==(const Radtan&, const Radtan&) = default;
 };
