@@ -11,9 +11,9 @@ import re
 import sys
 
 INCLUDE = re.compile(r'^[ \t]*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
-TEST_HEADERS = {"gtest", "gmock", "rapidcheck", "opencv2", "Eigen", "fmt", "tests"}
+TEST_HEADERS = {"gtest", "gmock", "rapidcheck", "opencv2", "nlohmann", "Eigen", "fmt", "tests"}
 # C library headers that stand at the top like the standard ones.
-TOP_LEVEL_THIRD_PARTY = {"zstd.h": "zstd", "lz4.h": "lz4", "lz4frame.h": "lz4", "bzlib.h": "bzlib", "sqlite3.h": "sqlite3",
+TOP_LEVEL_THIRD_PARTY = {"zstd.h": "zstd", "lz4.h": "lz4", "lz4frame.h": "lz4", "libdeflate.h": "libdeflate", "bzlib.h": "bzlib", "sqlite3.h": "sqlite3",
                          "jpeglib.h": "jpeglib", "jerror.h": "jpeglib", "turbojpeg.h": "turbojpeg", "png.h": "png",
                          "cairo.h": "cairo", "cairo-svg.h": "cairo", "cairo-pdf.h": "cairo"}
 

@@ -24,10 +24,14 @@ TEST(Time, StampsOfDifferentClocksDoNotSubtract) {
 }
 
 TEST(Error, SaysWhatWhereAndHowToMend) {
-  const Error error{ErrorCode::InvalidArgument, "negative focal length -3", {.source = "cam.yaml", .line = 12, .key = "fx"},
+  const Error error{ErrorCode::InvalidArgument,
+                    "negative focal length -3",
+                    {.source = "cam.yaml", .line = 12, .key = "fx"},
                     "Give a value in pixels greater than 0."};
-  EXPECT_EQ(to_string(error), "cam.yaml:12 (fx): negative focal length -3. Give a value in pixels greater than 0.");
-  EXPECT_EQ(to_string(Error{ErrorCode::Unreadable, "cut short", {.source = "a.png", .byte = 7}}), "a.png at byte 7: cut short");
+  EXPECT_EQ(to_string(error),
+            "cam.yaml:12 (fx): negative focal length -3. Give a value in pixels greater than 0.");
+  EXPECT_EQ(to_string(Error{ErrorCode::Unreadable, "cut short", {.source = "a.png", .byte = 7}}),
+            "a.png at byte 7: cut short");
   EXPECT_EQ(to_string(Error{ErrorCode::NotFound, "nothing here"}), "nothing here");
 }
 
@@ -54,7 +58,8 @@ TEST(Random, NormalHasTheMomentsOfTheNormal) {
   std::array<double, 5> moments{};
   for (int i = 0; i < kDraws; ++i) {
     const double x = random.normal();
-    for (std::size_t k = 1; k < moments.size(); ++k) moments.at(k) += std::pow(x, static_cast<double>(k)) / kDraws;
+    for (std::size_t k = 1; k < moments.size(); ++k)
+      moments.at(k) += std::pow(x, static_cast<double>(k)) / kDraws;
   }
   EXPECT_NEAR(moments[1], 0.0, 4 * std::sqrt(1.0 / kDraws));
   EXPECT_NEAR(moments[2], 1.0, 4 * std::sqrt(2.0 / kDraws));

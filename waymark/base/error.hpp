@@ -8,7 +8,8 @@
 
 namespace waymark {
 
-/// What kind of expected failure it was. A bug asserts instead; "nothing seen" is an empty value, not an error.
+/// What kind of expected failure it was. A bug asserts instead; "nothing seen" is an empty value, not an
+/// error.
 enum class ErrorCode : std::uint8_t {
   InvalidArgument,  ///< a value outside its documented range, or values that contradict each other
   NotFound,         ///< a file, key, tag or topic that is not there
@@ -23,10 +24,10 @@ enum class ErrorCode : std::uint8_t {
 
 /// Where it happened: whatever of file, line, byte and key is known.
 struct Place {
-  std::string source = {};                         ///< file path or other name of the input
-  std::optional<std::int64_t> line = {};           ///< 1-based line of a text file
-  std::optional<std::int64_t> byte = {};           ///< 0-based offset in a binary file
-  std::string key = {};                            ///< dotted key of a configuration value
+  std::string source = {};                ///< file path or other name of the input
+  std::optional<std::int64_t> line = {};  ///< 1-based line of a text file
+  std::optional<std::int64_t> byte = {};  ///< 0-based offset in a binary file
+  std::string key = {};                   ///< dotted key of a configuration value
 
   friend bool operator==(const Place&, const Place&) = default;
 };
@@ -48,14 +49,16 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:
   using Base = tl::expected<T, Error>;
   using Base::Base;
-  Result(Base base) : Base(std::move(base)) {}  // NOLINT(google-explicit-constructor): so that map() and and_then() chain
+  Result(Base base)
+      : Base(std::move(base)) {}  // NOLINT(google-explicit-constructor): so that map() and and_then() chain
 };
 
 /// Success or an Error, for what has no value to give back.
 using Status = Result<void>;
 
 /// `return fail(ErrorCode::NotFound, "no such file", {.source = path}, "Check the path.");`
-[[nodiscard]] inline tl::unexpected<Error> fail(ErrorCode code, std::string message, Place place = {}, std::string hint = {}) {
+[[nodiscard]] inline tl::unexpected<Error> fail(ErrorCode code, std::string message, Place place = {},
+                                                std::string hint = {}) {
   return tl::unexpected<Error>(Error{code, std::move(message), std::move(place), std::move(hint)});
 }
 

@@ -12,8 +12,8 @@
 
 namespace waymark {
 
-/// One field of an option struct, named once: YAML keys, command line flags, Python keywords and the reference page are
-/// made from it. The name carries the unit where one is needed ("tag_size_m").
+/// One field of an option struct, named once: YAML keys, command line flags, Python keywords and the
+/// reference page are made from it. The name carries the unit where one is needed ("tag_size_m").
 struct Field {
   std::string_view name;      ///< snake_case key; the flag is the same with dashes
   std::string_view sentence;  ///< what it does and when to touch it
@@ -25,7 +25,8 @@ struct Field {
 ///
 ///     template <class Self, class Visitor>
 ///     static void fields(Self& self, Visitor&& visit) {
-///       visit(self.quad_decimate, Field{"quad_decimate", "Look for quads in an image this much smaller.", 1, 8});
+///       visit(self.quad_decimate, Field{"quad_decimate", "Look for quads in an image this much smaller.", 1,
+///       8});
 ///     }
 template <class T>
 concept HasFields = requires(T& self) { T::fields(self, [](auto&, const Field&) {}); };
@@ -48,7 +49,8 @@ template <HasFields Options>
       const double number = static_cast<double>(value);
       const bool inside = number >= field.min && number <= field.max;
       if (status && !inside) {
-        status = fail(ErrorCode::InvalidArgument, fmt::format("{} is outside [{}, {}]", number, field.min, field.max),
+        status = fail(ErrorCode::InvalidArgument,
+                      fmt::format("{} is outside [{}, {}]", number, field.min, field.max),
                       {.key = std::string(field.name)}, std::string(field.sentence));
       }
     }

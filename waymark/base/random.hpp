@@ -5,8 +5,8 @@
 
 namespace waymark {
 
-/// Random numbers from a seed that is passed in. The same seed gives the same numbers on every platform: the standard
-/// fixes the engine but not its distributions, so those are here.
+/// Random numbers from a seed that is passed in. The same seed gives the same numbers on every platform: the
+/// standard fixes the engine but not its distributions, so those are here.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}
@@ -17,8 +17,8 @@ class Random {
   [[nodiscard]] double uniform(double low, double high);
   /// Uniform integer in [0, count); count > 0.
   [[nodiscard]] std::uint64_t index(std::uint64_t count);
-  /// Standard normal. Marsaglia's polar method (Marsaglia and Bray, "A convenient method for generating normal
-  /// variables", SIAM Review 6, 1964).
+  /// Standard normal. Marsaglia's polar method (Marsaglia and Bray, "A convenient method for generating
+  /// normal variables", SIAM Review 6, 1964).
   [[nodiscard]] double normal();
   /// Normal with the given mean and standard deviation.
   [[nodiscard]] double normal(double mean, double sigma);

@@ -26,12 +26,15 @@ struct HostClock {
   static constexpr bool is_steady = false;
 };
 
-/// When a measurement was made (for a camera: the middle of the exposure). Stamps of different clocks do not subtract.
+/// When a measurement was made (for a camera: the middle of the exposure). Stamps of different clocks do not
+/// subtract.
 using SensorTime = SensorClock::time_point;
 /// When it arrived.
 using HostTime = HostClock::time_point;
 
 /// Seconds as double, for formulas only.
-[[nodiscard]] constexpr double to_seconds(Duration duration) { return static_cast<double>(duration.count()) * 1e-9; }
+[[nodiscard]] constexpr double to_seconds(Duration duration) {
+  return static_cast<double>(duration.count()) * 1e-9;
+}
 
 }  // namespace waymark

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "waymark/base/error.hpp"
+#include "waymark/recording/byte_io.hpp"
+
+namespace waymark {
+
+/// Where a writer puts its bytes, in order. Bytes accepted with success survive the death of the process.
+class ByteSink {
+ public:
+  virtual ~ByteSink() = default;
+  virtual Status write(ByteSpan bytes) = 0;
+  /// Makes what was written survive a power cut, where the medium can.
+  virtual Status sync() = 0;
+};
+
+/// Bytes at any offset, for readers.
+class ByteSource {
+ public:
+  virtual ~ByteSource() = default;
+  /// Size now; a recording in progress grows.
+  [[nodiscard]] virtual Result<std::uint64_t> size() const = 0;
+  /// Fills all of `out` from `offset`, or fails.
+  virtual Status read(std::uint64_t offset, std::span<std::uint8_t> out) const = 0;
+  [[nodiscard]] virtual std::string name() const = 0;
+};
+
+/// A new file. Fails when it exists already: a recording is never overwritten.
+[[nodiscard]] Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path);
+[[nodiscard]] Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path);
+
+/// Bytes in memory; they must outlive the source.
+[[nodiscard]] std::unique_ptr<ByteSource> memory_source(ByteSpan bytes, std::string name = "memory");
+/// Appends to bytes that must outlive the sink.
+[[nodiscard]] std::unique_ptr<ByteSink> memory_sink(Bytes& bytes);
+
+}  // namespace waymark

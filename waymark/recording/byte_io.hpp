@@ -1,0 +1,89 @@
+#pragma once
+
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace waymark {
+
+using Bytes = std::vector<std::uint8_t>;
+using ByteSpan = std::span<const std::uint8_t>;
+
+/// A number as it lies in a little-endian file, on any machine.
+template <class T>
+  requires std::integral<T> || std::floating_point<T>
+[[nodiscard]] T from_little_endian(const std::uint8_t* bytes) {
+  std::uint8_t raw[sizeof(T)];
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    raw[i] = bytes[std::endian::native == std::endian::little ? i : sizeof(T) - 1 - i];
+  }
+  T value{};
+  std::memcpy(&value, raw, sizeof(T));
+  return value;
+}
+
+template <class T>
+  requires std::integral<T> || std::floating_point<T>
+void append_little_endian(Bytes& out, T value) {
+  std::uint8_t raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  for (std::size_t i = 0; i < sizeof(T); ++i) {
+    out.push_back(raw[std::endian::native == std::endian::little ? i : sizeof(T) - 1 - i]);
+  }
+}
+
+/// Reads forward through bytes it does not own. After the first read past the end it is failed(), gives zeros
+/// and empty values, and never touches memory outside: check failed() once at the end.
+class ByteReader {
+ public:
+  explicit ByteReader(ByteSpan bytes) : bytes_(bytes) {}
+
+  [[nodiscard]] bool failed() const { return failed_; }
+  [[nodiscard]] std::size_t position() const { return position_; }
+  [[nodiscard]] std::size_t remaining() const { return bytes_.size() - position_; }
+
+  [[nodiscard]] ByteSpan take(std::uint64_t count) {
+    if (failed_ || count > remaining()) {
+      failed_ = true;
+      return {};
+    }
+    const ByteSpan part = bytes_.subspan(position_, static_cast<std::size_t>(count));
+    position_ += static_cast<std::size_t>(count);
+    return part;
+  }
+
+  template <class T>
+  [[nodiscard]] T number() {
+    const ByteSpan raw = take(sizeof(T));
+    return raw.empty() ? T{} : from_little_endian<T>(raw.data());
+  }
+
+  /// Bytes behind a count of type Length.
+  template <class Length>
+  [[nodiscard]] ByteSpan counted() {
+    return take(number<Length>());
+  }
+
+ private:
+  ByteSpan bytes_;
+  std::size_t position_ = 0;
+  bool failed_ = false;
+};
+
+[[nodiscard]] inline std::string_view as_text(ByteSpan bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+[[nodiscard]] inline ByteSpan as_bytes(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+inline void append(Bytes& out, ByteSpan part) { out.insert(out.end(), part.begin(), part.end()); }
+
+}  // namespace waymark

@@ -1,0 +1,159 @@
+#include "waymark/recording/mcap_stream.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "waymark/recording/compression.hpp"
+
+namespace waymark::mcap {
+namespace {
+
+Place at(const ByteSource& source, std::uint64_t offset) {
+  return {.source = source.name(), .byte = static_cast<std::int64_t>(offset)};
+}
+
+Status check_magic(const ByteSource& source, std::uint64_t size) {
+  std::uint8_t magic[sizeof(kMagic)] = {};
+  const bool enough = size >= sizeof(kMagic);
+  if (enough) {
+    if (Status status = source.read(0, magic); !status) return status;
+  }
+  if (!enough || !std::ranges::equal(magic, kMagic)) {
+    return fail(ErrorCode::Unreadable, "this is not an MCAP file: it does not begin with the MCAP magic",
+                at(source, 0));
+  }
+  return {};
+}
+
+/// A record that lies whole between offset and size; nothing at the end of the data or where it is cut.
+struct Frame {
+  std::uint8_t opcode = 0;
+  std::uint64_t length = 0;
+};
+
+Result<Frame> read_frame(const ByteSource& source, std::uint64_t offset, std::uint64_t size,
+                         const ReaderOptions& options) {
+  if (size - offset < kRecordPrefixSize)
+    return fail(ErrorCode::Unreadable, "the file is cut inside a record", at(source, offset));
+  std::uint8_t prefix[kRecordPrefixSize] = {};
+  if (Status status = source.read(offset, prefix); !status) return tl::unexpected(status.error());
+  const Frame frame{.opcode = prefix[0], .length = from_little_endian<std::uint64_t>(prefix + 1)};
+  if (frame.length > size - offset - kRecordPrefixSize) {
+    return fail(ErrorCode::Unreadable,
+                fmt::format("a record of {} bytes reaches beyond the end of the file", frame.length),
+                at(source, offset));
+  }
+  if (frame.length > options.max_record_bytes) {
+    return fail(ErrorCode::LimitExceeded,
+                fmt::format("a record of {} bytes is larger than the allowed {}", frame.length,
+                            options.max_record_bytes),
+                at(source, offset));
+  }
+  return frame;
+}
+
+Status visit_chunk(ByteSpan content, std::uint64_t offset, const ReaderOptions& options,
+                   StreamSummary& summary, const std::function<Status(const RecordView&)>& visit,
+                   const Place& place) {
+  const Result<Chunk> chunk = decode<Chunk>(content);
+  const Result<Bytes> records =
+      chunk ? unpack_chunk(*chunk, options) : Result<Bytes>(tl::unexpected(chunk.error()));
+  if (!records) {
+    Error problem = records.error();
+    problem.place = place;
+    summary.problems.push_back(std::move(problem));
+    return {};
+  }
+  Status callback;
+  const Status walked = visit_records(*records, [&](std::uint8_t opcode, ByteSpan inner, std::size_t) {
+    callback = visit({.opcode = opcode, .content = inner, .offset = offset, .in_chunk = true});
+    return callback;
+  });
+  if (!callback) return callback;
+  if (!walked) {
+    Error problem = walked.error();
+    problem.place = place;
+    summary.problems.push_back(std::move(problem));
+  }
+  return {};
+}
+
+bool ends_with_magic(const ByteSource& source, std::uint64_t offset, std::uint64_t size) {
+  std::uint8_t magic[sizeof(kMagic)] = {};
+  return size - offset == sizeof(kMagic) && source.read(offset, magic) && std::ranges::equal(magic, kMagic);
+}
+
+}  // namespace
+
+Result<Bytes> unpack_chunk(const Chunk& chunk, const ReaderOptions& options) {
+  const Result<Compression> compression = parse_compression(chunk.compression);
+  if (!compression) return tl::unexpected(compression.error());
+  if (chunk.uncompressed_size > options.max_record_bytes) {
+    return fail(ErrorCode::LimitExceeded, fmt::format("a chunk of {} bytes is larger than the allowed {}",
+                                                      chunk.uncompressed_size, options.max_record_bytes));
+  }
+  Result<Bytes> records = decompress(*compression, chunk.records.bytes, chunk.uncompressed_size);
+  if (records && chunk.uncompressed_crc != 0 && crc32(*records) != chunk.uncompressed_crc) {
+    return fail(ErrorCode::Unreadable,
+                "a chunk's checksum (CRC-32) is wrong: its bytes were changed or lost");
+  }
+  return records;
+}
+
+Status visit_records(ByteSpan bytes,
+                     const std::function<Status(std::uint8_t, ByteSpan, std::size_t)>& visit) {
+  ByteReader in(bytes);
+  while (in.remaining() > 0) {
+    const std::size_t offset = in.position();
+    const auto opcode = in.number<std::uint8_t>();
+    const ByteSpan content = in.counted<std::uint64_t>();
+    if (in.failed())
+      return fail(ErrorCode::Unreadable, "a record is cut short",
+                  {.byte = static_cast<std::int64_t>(offset)});
+    if (Status status = visit(opcode, content, offset); !status) return status;
+  }
+  return {};
+}
+
+Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
+                                  const std::function<Status(const RecordView&)>& visit) {
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
+  StreamSummary summary{.good_bytes = sizeof(kMagic)};
+  Bytes content;
+  bool footer = false;
+  while (!footer) {
+    const std::uint64_t offset = summary.good_bytes;
+    const Result<Frame> frame = read_frame(source, offset, *size, options);
+    if (!frame) {
+      summary.problems.push_back(frame.error());
+      return summary;
+    }
+    content.resize(static_cast<std::size_t>(frame->length));
+    if (Status status = source.read(offset + kRecordPrefixSize, content); !status) {
+      summary.problems.push_back(status.error());
+      return summary;
+    }
+    if (Status status = visit({.opcode = frame->opcode, .content = content, .offset = offset}); !status) {
+      return tl::unexpected(status.error());
+    }
+    if (frame->opcode == static_cast<std::uint8_t>(Opcode::Chunk)) {
+      if (Status status = visit_chunk(content, offset, options, summary, visit, at(source, offset));
+          !status) {
+        return tl::unexpected(status.error());
+      }
+    }
+    footer = frame->opcode == static_cast<std::uint8_t>(Opcode::Footer);
+    summary.good_bytes = offset + kRecordPrefixSize + frame->length;
+  }
+  summary.complete = ends_with_magic(source, summary.good_bytes, *size);
+  if (!summary.complete) {
+    summary.problems.push_back(
+        {ErrorCode::Unreadable, "the closing MCAP magic is missing", at(source, summary.good_bytes)});
+  }
+  return summary;
+}
+
+}  // namespace waymark::mcap

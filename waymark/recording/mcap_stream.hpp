@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/mcap_records.hpp"
+
+namespace waymark::mcap {
+
+struct ReaderOptions {
+  /// Refuse a record or an unpacked chunk larger than this; a reader never holds more than two of them.
+  std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
+};
+
+/// One record as it lies in the file; the content is gone after the callback returns.
+struct RecordView {
+  std::uint8_t opcode = 0;  ///< of enum Opcode, or one this version does not know: pass it over
+  ByteSpan content{};
+  std::uint64_t offset = 0;  ///< of the record in the file; inside a chunk, that of the chunk
+  bool in_chunk = false;
+};
+
+/// How reading front to back ended.
+struct StreamSummary {
+  bool complete = false;         ///< the closing magic was reached
+  std::uint64_t good_bytes = 0;  ///< end of the last whole record: what recovery keeps
+  std::vector<Error>
+      problems{};  ///< the cut at the end, chunks whose CRC or packing is wrong (they are passed over)
+};
+
+/// Reads all records front to back, those inside chunks included (behind their chunk's own record). Needs no
+/// index, so it works on a recording in progress or one whose writer died. Fails only when it is not an MCAP
+/// file at all, or when the callback does; damage is reported in the summary. Memory: one record and one
+/// unpacked chunk.
+[[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
+                                                const std::function<Status(const RecordView&)>& visit);
+
+/// The records inside a chunk, unpacked and with the CRC checked.
+[[nodiscard]] Result<Bytes> unpack_chunk(const Chunk& chunk, const ReaderOptions& options);
+
+/// Calls visit for each record in unpacked bytes (a chunk or a summary section). Fails on a record that is
+/// cut short.
+[[nodiscard]] Status visit_records(
+    ByteSpan bytes,
+    const std::function<Status(std::uint8_t opcode, ByteSpan content, std::size_t offset)>& visit);
+
+}  // namespace waymark::mcap
