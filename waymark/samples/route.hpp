@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "waymark/geometry/se2.hpp"
+
+namespace waymark {
+
+/// One point of a route.
+struct RoutePoint {
+  SE2 map_T_base{};          ///< x along the direction of travel
+  double arc_length_m = 0;   ///< from the first point
+  double curvature_1_m = 0;  ///< signed, positive to the left
+  double speed_m_s = 0;      ///< reference speed
+};
+
+/// A path to drive, points in order of arc length. Closed: the first point follows the last, `length_m` after
+/// the start.
+struct Route {
+  std::vector<RoutePoint> points{};
+  bool closed = false;
+  double length_m = 0;
+};
+
+}  // namespace waymark
