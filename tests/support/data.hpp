@@ -19,4 +19,4 @@ std::filesystem::path fresh_folder(const std::string& name);
 #define WAYMARK_REAL_DATA(name, relative)                                           \
   const auto name##_or_none = ::waymark::testing::real_data(relative);              \
   if (!name##_or_none) GTEST_SKIP() << "WAYMARK_DATA does not hold " << (relative); \
-  const std::filesystem::path name = *name##_or_none
+  const std::filesystem::path& name = *name##_or_none

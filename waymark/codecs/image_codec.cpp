@@ -1,0 +1,128 @@
+#include "waymark/codecs/image_codec.hpp"
+
+#include <new>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/formats.hpp"
+
+namespace waymark {
+namespace codecs {
+
+Status check_limit(const ImageInfo& info, const Input& input, const DecodeOptions& options) {
+  const std::int64_t pixels = std::int64_t{info.width} * info.height;
+  if (pixels > options.max_pixels) {
+    return fail(ErrorCode::LimitExceeded,
+                fmt::format("picture of {} x {} px, more than {} pixels", info.width, info.height,
+                            options.max_pixels),
+                input.whole(), "Make it smaller or raise max_pixels.");
+  }
+  return {};
+}
+
+tl::unexpected<Error> cut_short(const Input& input, std::string message) {
+  return fail(ErrorCode::Unreadable, std::move(message), input.at(input.bytes.size()),
+              "The file is cut short: copy it again from its source.");
+}
+
+namespace {
+
+Result<Image> decode(const Input& input, const DecodeOptions& options) {
+  const Result<ImageFormat> format = recognise(input);
+  if (!format) return tl::unexpected(format.error());
+  switch (*format) {
+    case ImageFormat::Jpeg:
+      return decode_jpeg(input, options);
+    case ImageFormat::Png:
+      return decode_png(input, options);
+    case ImageFormat::Pnm:
+      break;
+  }
+  return decode_pnm(input, options);
+}
+
+tl::unexpected<Error> out_of_memory(Place place) {
+  return fail(ErrorCode::LimitExceeded, "not enough memory for this picture", std::move(place),
+              "Make it smaller.");
+}
+
+/// No exception leaves the room: what runs out of memory becomes an Error.
+template <class Work>
+auto without_exceptions(const Place& place, Work work) -> decltype(work()) {
+  try {
+    return work();
+  } catch (const std::bad_alloc&) {
+    return out_of_memory(place);
+  } catch (const std::length_error&) {
+    return out_of_memory(place);
+  }
+}
+
+Pixels pixels_of(const ImageView& image) { return {image.data, image.width, image.height, 1, image.stride}; }
+Pixels pixels_of(const ColorImage& image) {
+  return {image.empty() ? nullptr : image.row_bytes(0), image.width(), image.height(), 3, 3 * image.width()};
+}
+
+/// Encodes what is not empty.
+template <class Picture, class Encode>
+Bytes encode(const Picture& image, Encode encode_pixels) {
+  if (image.empty()) return fail(ErrorCode::InvalidArgument, "an empty picture cannot be encoded");
+  return without_exceptions({}, [&]() -> Bytes { return encode_pixels(pixels_of(image)); });
+}
+
+}  // namespace
+}  // namespace codecs
+
+std::string_view to_string(ImageFormat format) {
+  switch (format) {
+    case ImageFormat::Jpeg:
+      return "JPEG";
+    case ImageFormat::Png:
+      return "PNG";
+    case ImageFormat::Pnm:
+      break;
+  }
+  return "PNM";
+}
+
+Result<ImageInfo> probe(std::span<const std::uint8_t> bytes, std::string_view name) {
+  const codecs::Input input{bytes, name};
+  return codecs::without_exceptions(input.whole(), [&]() -> Result<ImageInfo> {
+    const Result<ImageFormat> format = codecs::recognise(input);
+    if (!format) return tl::unexpected(format.error());
+    if (*format == ImageFormat::Jpeg) return codecs::probe_jpeg(input);
+    if (*format == ImageFormat::Png) return codecs::probe_png(input);
+    return codecs::probe_pnm(input);
+  });
+}
+
+Result<Image> decode_image(std::span<const std::uint8_t> bytes, std::string_view name,
+                           const DecodeOptions& options) {
+  if (const Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  const codecs::Input input{bytes, name};
+  return codecs::without_exceptions(input.whole(), [&] { return codecs::decode(input, options); });
+}
+
+Result<std::vector<std::uint8_t>> encode_png(const ImageView& image) {
+  return codecs::encode(image, [](const codecs::Pixels& pixels) { return codecs::encode_png(pixels); });
+}
+Result<std::vector<std::uint8_t>> encode_png(const ColorImage& image) {
+  return codecs::encode(image, [](const codecs::Pixels& pixels) { return codecs::encode_png(pixels); });
+}
+Result<std::vector<std::uint8_t>> encode_jpeg(const ImageView& image, int quality) {
+  return codecs::encode(image,
+                        [&](const codecs::Pixels& pixels) { return codecs::encode_jpeg(pixels, quality); });
+}
+Result<std::vector<std::uint8_t>> encode_jpeg(const ColorImage& image, int quality) {
+  return codecs::encode(image,
+                        [&](const codecs::Pixels& pixels) { return codecs::encode_jpeg(pixels, quality); });
+}
+Result<std::vector<std::uint8_t>> encode_pnm(const ImageView& image) {
+  return codecs::encode(image, [](const codecs::Pixels& pixels) { return codecs::encode_pnm(pixels); });
+}
+Result<std::vector<std::uint8_t>> encode_pnm(const ColorImage& image) {
+  return codecs::encode(image, [](const codecs::Pixels& pixels) { return codecs::encode_pnm(pixels); });
+}
+
+}  // namespace waymark
