@@ -1,0 +1,59 @@
+#pragma once
+
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark {
+
+/// How a person drives: smoothly, about where and about as fast as meant.
+struct DriverOptions {
+  double speed_m_s = 0.3;
+  double look_ahead_m = 0.5;
+  double lateral_wander_m = 0.02;
+  double speed_wander = 0.08;
+  double wander_time_s = 3.0;
+  double overlap_m = 1.0;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.speed_m_s, Field{"speed_m_s", "Cruising speed.", 0.01, 5});
+    visit(self.look_ahead_m, Field{"look_ahead_m", "How far ahead the driver looks.", 0.05, 5});
+    visit(self.lateral_wander_m,
+          Field{"lateral_wander_m", "How far off the line, standard deviation.", 0, 1});
+    visit(self.speed_wander,
+          Field{"speed_wander", "How unevenly, as a share of the speed, standard deviation.", 0, 0.5});
+    visit(self.wander_time_s, Field{"wander_time_s", "How long the driver's mistakes last.", 0.1, 60});
+    visit(self.overlap_m, Field{"overlap_m", "How far past the start a closed lap is driven.", 0, 10});
+  }
+};
+
+/// Steers along a path by pure pursuit on a line that wanders about it (Ornstein-Uhlenbeck). Sees the truth,
+/// as a person beside the robot does. Deterministic by seed.
+class ScriptedDriver {
+ public:
+  ScriptedDriver(std::vector<PathPoint> path, bool closed, const DriverOptions& options, Random random);
+
+  /// The stick positions now. Zero once the lap is done.
+  [[nodiscard]] VelocityCommand drive(const SE2& map_T_base, SensorTime now);
+  [[nodiscard]] bool done() const { return done_; }
+
+ private:
+  void advance(const SE2& map_T_base);
+
+  std::vector<PathPoint> path_;
+  bool closed_;
+  DriverOptions options_;
+  Random random_;
+  std::size_t nearest_ = 0;
+  double driven_m_ = 0;
+  bool done_ = false;
+  SensorTime last_{};
+  double offset_ = 0;  ///< of one standard deviation
+  double haste_ = 0;
+};
+
+}  // namespace waymark

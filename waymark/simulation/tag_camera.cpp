@@ -1,0 +1,38 @@
+#include "waymark/simulation/tag_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace waymark {
+namespace {
+
+double shortest_side(const std::array<Eigen::Vector2d, 4>& corners) {
+  double shortest = (corners[0] - corners[3]).norm();
+  for (std::size_t i = 1; i < corners.size(); ++i)
+    shortest = std::min(shortest, (corners[i] - corners[i - 1]).norm());
+  return shortest;
+}
+
+}  // namespace
+
+TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam, SensorTime stamp,
+                  const TagCameraOptions& options, Random& random) {
+  TagFrame frame{.stamp = stamp};
+  const SE3 cam_T_map = map_T_cam.inverse();
+  for (const auto& [id, tag] : world.tags.tags) {
+    const SE3 cam_T_tag = cam_T_map * tag.map_T_tag;
+    const auto corners = visible_corners(camera, cam_T_tag, tag.size_m);
+    if (!corners || cam_T_tag.translation().norm() > options.max_range_m) continue;
+    if (random.uniform() < options.miss_probability) continue;
+    const double sigma =
+        std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
+    TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
+    for (auto& corner : detection.corners_px)
+      corner += sigma * Eigen::Vector2d(random.normal(), random.normal());
+    detection.corner_covariance_px2 = CornerCovariance::Identity() * std::max(sigma * sigma, 1e-12);
+    frame.detections.push_back(detection);
+  }
+  return frame;
+}
+
+}  // namespace waymark

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "waymark/base/fields.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/visibility.hpp"
+#include "waymark/simulation/world.hpp"
+
+namespace waymark {
+
+/// A camera and detector in one: corners with noise instead of pictures.
+struct TagCameraOptions {
+  double corner_sigma_px = 0.1;
+  double small_tag_sigma_px = 2.0;
+  double miss_probability = 0.02;
+  double max_range_m = 4.0;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.corner_sigma_px,
+          Field{"corner_sigma_px", "Corner noise of a large tag, each coordinate.", 0, 10});
+    visit(self.small_tag_sigma_px,
+          Field{"small_tag_sigma_px",
+                "Further noise that falls with size: this number divided by the side in pixels.", 0, 100});
+    visit(self.miss_probability,
+          Field{"miss_probability", "Chance that a visible tag is not found in a frame.", 0, 1});
+    visit(self.max_range_m, Field{"max_range_m", "No tag is found beyond this distance.", 0});
+  }
+};
+
+/// What the detector would say of a frame taken from map_T_cam: corners with white noise and the covariance
+/// of that noise. O(tags).
+[[nodiscard]] TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam,
+                                SensorTime stamp, const TagCameraOptions& options, Random& random);
+
+}  // namespace waymark
