@@ -1,0 +1,93 @@
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace waymark::plot {
+
+/// A place on the page: millimetres from its top left corner, x right, y down.
+struct Point {
+  double x_mm = 0;
+  double y_mm = 0;
+
+  friend bool operator==(const Point&, const Point&) = default;
+};
+
+/// An upright rectangle on the page.
+struct Box {
+  double x_mm = 0;  ///< left
+  double y_mm = 0;  ///< top
+  double width_mm = 0;
+  double height_mm = 0;
+
+  [[nodiscard]] double right_mm() const { return x_mm + width_mm; }
+  [[nodiscard]] double bottom_mm() const { return y_mm + height_mm; }
+  [[nodiscard]] double middle_x_mm() const { return x_mm + width_mm / 2; }
+  [[nodiscard]] double middle_y_mm() const { return y_mm + height_mm / 2; }
+};
+
+/// sRGB, each 0 to 1.
+struct Color {
+  double red = 0;
+  double green = 0;
+  double blue = 0;
+
+  friend bool operator==(const Color&, const Color&) = default;
+};
+inline constexpr Color kBlack{0, 0, 0};
+inline constexpr Color kWhite{1, 1, 1};
+
+/// A filled area: closed loops, filled where the number of loops around a point is odd.
+struct Fill {
+  std::vector<std::vector<Point>> loops;
+  Color color;
+};
+
+/// A line through points.
+struct Stroke {
+  std::vector<Point> points;
+  double width_mm = 0.2;
+  Color color;
+  std::vector<double> dash_mm;  ///< lengths of dash, gap, dash, …; empty: solid
+};
+
+enum class Align { Left, Middle, Right };
+
+/// One line of words. It shrinks to `room_mm` when it would be longer, so that nothing ever leaves its place.
+struct Text {
+  std::string words;     ///< UTF-8
+  Point baseline;        ///< where the baseline is at the left end, the middle or the right end
+  double height_mm = 3;  ///< of the font (em), before shrinking
+  double room_mm = 1e9;  ///< longest allowed
+  Align align = Align::Left;
+  bool bold = false;
+  bool upwards = false;  ///< turned by a quarter: reads from bottom to top
+  Color color = {};
+};
+
+/// A named part of the page: in SVG a group with this id, so that it can be found again.
+struct Group {
+  std::string name;
+};
+
+using Shape = std::variant<Fill, Stroke, Text, Group>;
+
+/// A page in true size: what is drawn first lies below. White where nothing is drawn.
+struct Drawing {
+  double width_mm = 0;
+  double height_mm = 0;
+  std::string title;
+  std::vector<Shape> shapes;
+};
+
+/// A filled rectangle.
+[[nodiscard]] inline Fill filled(const Box& box, Color color = kBlack) {
+  return {{{{box.x_mm, box.y_mm},
+            {box.right_mm(), box.y_mm},
+            {box.right_mm(), box.bottom_mm()},
+            {box.x_mm, box.bottom_mm()}}},
+          color};
+}
+
+}  // namespace waymark::plot

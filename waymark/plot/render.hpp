@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/plot/drawing.hpp"
+
+namespace waymark::plot {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// The three ways to write a drawing. All are true to scale, and the same drawing gives the same bytes.
+enum class FileFormat : std::uint8_t { Pdf, Svg, Png };
+
+/// By the suffix of a path, any case: ".pdf", ".svg", ".png". Error: InvalidArgument, which says these three.
+[[nodiscard]] Result<FileFormat> format_of(std::string_view path);
+
+/// One PDF with a page per drawing; text stays text; the file asks its viewer not to scale it when printing
+/// (ViewerPreferences, PrintScaling None: ISO 32000-1, table 150). Errors: InvalidArgument (no page, a page
+/// larger than 5 m).
+[[nodiscard]] Result<Bytes> render_pdf(std::span<const Drawing> pages);
+
+/// SVG 1.1 with one user unit a millimetre; text as outlines, so that it looks the same everywhere, with its
+/// words as label.
+[[nodiscard]] Result<Bytes> render_svg(const Drawing& page);
+
+/// RGB PNG at `dpi` pixels an inch (recorded in the file, so that it prints at its size), antialiased: an
+/// edge between two pixels is grey by its share. Errors: InvalidArgument (dpi outside 10 … 2400),
+/// LimitExceeded (more than 200 megapixels).
+[[nodiscard]] Result<Bytes> render_png(const Drawing& page, double dpi);
+
+/// How long a line of words is when drawn at this height. 0 for no words.
+[[nodiscard]] double text_length_mm(const std::string& words, double height_mm, bool bold);
+
+}  // namespace waymark::plot

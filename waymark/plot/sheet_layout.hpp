@@ -1,0 +1,79 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/families/family.hpp"
+#include "waymark/plot/drawing.hpp"
+#include "waymark/plot/paper.hpp"
+
+namespace waymark::plot {
+
+/// How the paper lies. Auto: upright, or turned when more tags fit (or only then one does).
+enum class Orientation { Auto, Portrait, Landscape };
+
+/// What a sheet of tags shall be. "Size" of a tag is the side of the square where its black border meets the
+/// white one; families with an inner border (circle, custom, standard) reach beyond it.
+struct SheetOptions {
+  double tag_size_m = 0.0;
+  Paper paper = {"A4", 210, 297};
+  Orientation orientation = Orientation::Auto;
+  double margin_m = 0.005;
+  int per_page = 0;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.tag_size_m,
+          Field{"tag_size_m", "Side of the square where the black border meets the white one, in metres.",
+                0.001, 5});
+    visit(self.margin_m,
+          Field{"margin_m", "Edge of the paper that the printer cannot ink, in metres.", 0, 0.1});
+    visit(self.per_page, Field{"per_page", "Tags on a page; 0: as many as fit.", 0, 10000});
+  }
+};
+
+/// A tag on the page and what belongs to it.
+struct PlacedTag {
+  TagId tag;
+  Box square;   ///< its size: where the black border meets the white one
+  Box cells;    ///< all its cells, total_width x total_width
+  Box tile;     ///< where it is cut out: cells, white margin and caption
+  Box caption;  ///< below the cells: dimension arrow, then up mark and name
+  Box up_mark;  ///< within the caption: a triangle that points to the upper edge of the tag
+};
+
+/// The lowest strip of a page: check ruler, how to print, what is on the page.
+struct Footer {
+  Box strip;
+  Box ruler;  ///< the bar that can be measured; its width is the length it claims (100 mm, or less on small
+              ///< paper)
+};
+
+/// A whole print job, in millimetres; nothing on it overlaps and everything inked lies within the margins.
+struct SheetLayout {
+  Paper paper;  ///< as it lies
+  FamilyId family = FamilyId::Tag36h11;
+  double tag_size_mm = 0;
+  double margin_mm = 0;
+  int tags_per_page = 0;
+  Footer footer;  ///< the same on every page
+  std::vector<std::vector<PlacedTag>> pages;
+};
+
+/// Lays out the tags of these numbers in their order, row by row, page by page. Pure; O(numbers).
+/// Errors: InvalidArgument (a size that is no size, a number the family does not have or that is named twice,
+/// a tag or per_page that does not fit: says the largest size that does, and the paper that would),
+/// LimitExceeded (over 2000 pages).
+[[nodiscard]] Result<SheetLayout> layout_sheet(FamilyId family, const std::vector<int>& numbers,
+                                               const SheetOptions& options);
+
+/// The largest tag_size_m, to a tenth of a millimetre, with which at least one tag (or options.per_page of
+/// them) fits on a page; nothing when not even 1 mm does. options.tag_size_m does not matter.
+[[nodiscard]] std::optional<double> largest_tag_size_m(FamilyId family, const SheetOptions& options);
+
+/// The pages of a layout, drawn.
+[[nodiscard]] std::vector<Drawing> draw_sheet(const SheetLayout& layout);
+
+}  // namespace waymark::plot

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <vector>
+
+#include "waymark/families/family.hpp"
+#include "waymark/plot/drawing.hpp"
+
+namespace waymark::plot {
+
+/// A square of cells, row by row from its top left corner; true where ink is.
+struct Cells {
+  int width = 0;
+  std::vector<bool> ink;
+};
+
+/// The ink of a tag, total_width cells wide. What is no part of the tag (corners of the circle families)
+/// stays white. The number must exist in the family.
+[[nodiscard]] Cells tag_cells(const TagId& tag);
+
+/// The same tag with a black border of two cells and no white margin, as Kalibr prints and reads it (wiki of
+/// github.com/ethz-asl/kalibr, "Calibration targets"): width_at_border + 2 cells wide. Only for families with the
+/// black border outside (reversed_border false).
+[[nodiscard]] Cells two_cell_border(const TagId& tag);
+
+/// The border of the inked area as closed loops, one corner a point: no two loops share a side, so no
+/// renderer can leave a seam between neighbouring cells. `place` is where the whole square of cells lies on
+/// the page. O(cells).
+[[nodiscard]] std::vector<std::vector<Point>> outline(const Cells& cells, const Box& place);
+
+}  // namespace waymark::plot

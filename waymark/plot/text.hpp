@@ -1,0 +1,22 @@
+#pragma once
+// Inside the room: how words become marks on the page, the same for every format.
+
+#include <string>
+
+#include "waymark/plot/drawing.hpp"
+
+typedef struct _cairo cairo_t;  // NOLINT: as cairo.h declares it; that header stays in .cpp files
+
+namespace waymark::plot {
+
+/// Draws one line of words on a canvas whose unit is the millimetre.
+void draw_text(cairo_t* canvas, const Text& text);
+
+/// The outlines of the words as SVG path data, in millimetres of the page.
+[[nodiscard]] std::string text_outline(const Text& text);
+
+/// 12.3456 -> "12.3456", 5.0 -> "5": at most four decimals (a tenth of a micrometre on paper), never an
+/// exponent.
+[[nodiscard]] std::string short_number(double value);
+
+}  // namespace waymark::plot
