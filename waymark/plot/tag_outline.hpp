@@ -18,8 +18,8 @@ struct Cells {
 [[nodiscard]] Cells tag_cells(const TagId& tag);
 
 /// The same tag with a black border of two cells and no white margin, as Kalibr prints and reads it (wiki of
-/// github.com/ethz-asl/kalibr, "Calibration targets"): width_at_border + 2 cells wide. Only for families with the
-/// black border outside (reversed_border false).
+/// github.com/ethz-asl/kalibr, "Calibration targets"): width_at_border + 2 cells wide. Only for families with
+/// the black border outside (reversed_border false).
 [[nodiscard]] Cells two_cell_border(const TagId& tag);
 
 /// The border of the inked area as closed loops, one corner a point: no two loops share a side, so no
