@@ -234,4 +234,13 @@ bool CameraModel::contains(const Eigen::Vector2d& px) const {
   return px.x() >= 0.0 && px.y() >= 0.0 && px.x() < width_px_ && px.y() < height_px_;
 }
 
+Status check_camera_matches_image(const CameraModel& camera, int width_px, int height_px) {
+  if (width_px == camera.width_px() && height_px == camera.height_px()) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("the calibration is for {}x{} but the image is {}x{}", camera.width_px(),
+                          camera.height_px(), width_px, height_px),
+              {},
+              "Calibrate at the resolution in use, or set the camera to the resolution of its calibration.");
+}
+
 }  // namespace waymark

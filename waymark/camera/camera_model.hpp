@@ -89,4 +89,7 @@ class CameraModel {
   double limit_ = 0;  ///< domain: largest undistorted radius (radtan, x/z) or angle (equidistant, rad)
 };
 
+/// Fails when an image of this size is not one of this camera: intrinsics hold for one resolution only.
+[[nodiscard]] Status check_camera_matches_image(const CameraModel& camera, int width_px, int height_px);
+
 }  // namespace waymark

@@ -204,6 +204,17 @@ TEST(CameraModel, APrincipalPointOutsideTheImageIsFine) {
   EXPECT_THAT(error_of(lens, 200, 200), StartsWith("(distortion): the distortion folds or tears the image"));
 }
 
+TEST(CameraModel, SaysWhenAnImageIsNotItsOwn) {
+  EXPECT_TRUE(check_camera_matches_image(webcam(), 640, 480));
+  const Status status = check_camera_matches_image(webcam(), 1280, 720);
+  ASSERT_FALSE(status);
+  EXPECT_EQ(to_string(status.error()),
+            "the calibration is for 640x480 but the image is 1280x720. Calibrate at the resolution in use, "
+            "or set the "
+            "camera to the resolution of its calibration.");
+  EXPECT_FALSE(check_camera_matches_image(webcam(), 480, 640)) << "turned by a quarter";
+}
+
 TEST(CameraModel, EveryPixelOfADenseGridComesBack) {
   for (const CameraModel& camera : {webcam(), fisheye()}) {
     double worst = 0;

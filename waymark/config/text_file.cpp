@@ -1,0 +1,60 @@
+#include "waymark/config/text_file.hpp"
+
+#include <fstream>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    return fail(ErrorCode::NotFound, "there is no such file", {.source = path.string()}, "Check the path.");
+  }
+  if (std::filesystem::is_directory(status)) {
+    return fail(ErrorCode::Unreadable, "this is a folder", {.source = path.string()}, "Give a file.");
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    return fail(ErrorCode::Unreadable, "the file cannot be opened", {.source = path.string()},
+                "Check its permissions.");
+  }
+  std::string text(max_bytes + 1,
+                   '\0');  // one more than allowed tells a full file from a longer one, pipes included
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed", {.source = path.string()});
+  if (text.size() > max_bytes) {
+    return fail(ErrorCode::LimitExceeded,
+                fmt::format("the file is longer than the {} bytes allowed", max_bytes),
+                {.source = path.string()}, "Is this the right file?");
+  }
+  return text;
+}
+
+Status write_text_file(const std::filesystem::path& path, std::string_view text) {
+  std::filesystem::path beside = path;
+  beside += ".tmp";
+  {
+    std::ofstream file(beside, std::ios::binary | std::ios::trunc);
+    file.write(text.data(), static_cast<std::streamsize>(text.size()));
+    file.close();
+    if (!file) {
+      std::error_code ignored;
+      std::filesystem::remove(beside, ignored);
+      return fail(ErrorCode::Unwritable, "the file cannot be written", {.source = path.string()},
+                  "Check that its folder exists, may be written and has room.");
+    }
+  }
+  std::error_code error;
+  std::filesystem::rename(beside, path, error);
+  if (!error) return {};
+  std::error_code ignored;
+  std::filesystem::remove(beside, ignored);
+  return fail(ErrorCode::Unwritable, fmt::format("the file cannot be put in place: {}", error.message()),
+              {.source = path.string()});
+}
+
+}  // namespace waymark

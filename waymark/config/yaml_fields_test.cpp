@@ -1,0 +1,163 @@
+#include "waymark/config/yaml_fields.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+namespace waymark {
+namespace {
+
+using ::testing::ElementsAre;
+
+struct Inner {
+  double speed_m_s = 0.5;
+  bool enabled = true;
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.speed_m_s, Field{"speed_m_s", "How fast to drive.", 0, 2});
+    visit(self.enabled, Field{"enabled", "Whether at all."});
+  }
+  friend bool operator==(const Inner&, const Inner&) = default;
+};
+
+struct Outer {
+  std::string name = "limo";
+  int count = 3;
+  std::uint8_t small = 7;
+  Inner inner = {};
+  std::vector<double> sizes_m = {0.1, 0.2};
+  std::vector<Inner> laps = {};
+  std::optional<double> seed = {};
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.name, Field{"name", "What it is called."});
+    visit(self.count, Field{"count", "How many; 1 to 10.", 1, 10});
+    visit(self.small, Field{"small", "Something small."});
+    visit(self.inner, Field{"inner", "Options of the inside."});
+    visit(self.sizes_m, Field{"sizes_m", "Sides of tags.", 0.001, 10});
+    visit(self.laps, Field{"laps", "One for each lap."});
+    visit(self.seed, Field{"seed", "Fixes the randomness.", 0});
+  }
+  friend bool operator==(const Outer&, const Outer&) = default;
+};
+
+Outer must(const std::string& text) {
+  const auto options = parse_fields<Outer>(text, "o.yaml");
+  EXPECT_TRUE(options) << to_string(options.error());
+  return options.value();
+}
+std::string error_of(const std::string& text) {
+  const auto options = parse_fields<Outer>(text, "o.yaml");
+  return options ? "" : to_string(options.error());
+}
+
+TEST(YamlFields, WhatIsMissingKeepsItsDefault) {
+  EXPECT_EQ(must(""), Outer{});
+  EXPECT_EQ(must("{}"), Outer{});
+  EXPECT_EQ(must("count: ~\n"), Outer{});
+  EXPECT_EQ(must("count: 5\n"), Outer{.count = 5});
+}
+
+TEST(YamlFields, ReadsEveryKindOfField) {
+  const Outer options = must(
+      "name: 'a b'\ncount: 10\nsmall: 255\ninner:\n  speed_m_s: 1\n  enabled: false\nsizes_m: [0.16]\n"
+      "laps:\n- speed_m_s: 0.25\n- {}\nseed: 4\n");
+  EXPECT_EQ(options.name, "a b");
+  EXPECT_EQ(options.small, 255);
+  EXPECT_EQ(options.inner, (Inner{1.0, false}));
+  EXPECT_THAT(options.sizes_m, ElementsAre(0.16));
+  EXPECT_THAT(options.laps, ElementsAre(Inner{0.25, true}, Inner{}));
+  EXPECT_EQ(options.seed, 4.0);
+}
+
+TEST(YamlFields, AnUnknownKeyGetsTheNearestWord) {
+  EXPECT_EQ(error_of("name: x\ncuont: 3\n"), "o.yaml:2 (cuont): unknown key 'cuont'. Did you mean 'count'?");
+  EXPECT_EQ(error_of("inner:\n  sped_m_s: 1\n"),
+            "o.yaml:2 (inner.sped_m_s): unknown key 'sped_m_s'. Did you mean 'speed_m_s'?");
+  EXPECT_EQ(error_of("laps:\n- enabled: true\n- enabeld: true\n"),
+            "o.yaml:3 (laps[1].enabeld): unknown key 'enabeld'. Did you mean 'enabled'?");
+}
+
+TEST(YamlFields, AWrongTypeSaysWhatItIsNot) {
+  EXPECT_EQ(error_of("count: many\n"), "o.yaml:1 (count): 'many' is not a whole number");
+  EXPECT_EQ(error_of("count: 2.5\n"), "o.yaml:1 (count): '2.5' is not a whole number");
+  EXPECT_EQ(error_of("inner: 3\n"), "o.yaml:1 (inner): '3' is not a map (key: value)");
+  EXPECT_EQ(error_of("inner: {enabled: 1}\n"), "o.yaml:1 (inner.enabled): '1' is not true or false");
+  EXPECT_EQ(error_of("sizes_m: 0.1\n"), "o.yaml:1 (sizes_m): a list is needed. Write `[a, b]`.");
+  EXPECT_EQ(error_of("name: [a]\n"), "o.yaml:1 (name): a list is not a word");
+  EXPECT_EQ(error_of("[1, 2]\n"), "o.yaml:1: a list is not a map (key: value)");
+}
+
+TEST(YamlFields, ANumberOutsideItsRangeSaysTheRange) {
+  EXPECT_EQ(error_of("count: 11\n"), "o.yaml:1 (count): 11 is outside [1, 10]. How many; 1 to 10.");
+  EXPECT_EQ(error_of("inner:\n  speed_m_s: -0.5\n"),
+            "o.yaml:2 (inner.speed_m_s): -0.5 is outside [0, 2]. How fast to drive.");
+  EXPECT_EQ(error_of("sizes_m: [1, 20]\n"),
+            "o.yaml:1 (sizes_m[1]): 20 is outside [0.001, 10]. Sides of tags.");
+  EXPECT_EQ(error_of("small: 256\n"), "o.yaml:1 (small): 256 is outside [0, 255]");
+  EXPECT_EQ(error_of("seed: -1\n"), "o.yaml:1 (seed): -1 is outside [0, inf]. Fixes the randomness.");
+  EXPECT_EQ(error_of("count: 99999999999999999999\n"),
+            "o.yaml:1 (count): '99999999999999999999' is not a whole number");
+}
+
+TEST(YamlFields, WritesTheWholeStruct) {
+  EXPECT_EQ(write_fields(Outer{.name = "", .laps = {Inner{}, Inner{2.0, false}}, .seed = 1e-5}),
+            "name: \"\"\n"
+            "count: 3\n"
+            "small: 7\n"
+            "inner:\n"
+            "  speed_m_s: 0.5\n"
+            "  enabled: true\n"
+            "sizes_m: [0.1, 0.2]\n"
+            "laps:\n"
+            "  - speed_m_s: 0.5\n"
+            "    enabled: true\n"
+            "  - speed_m_s: 2.0\n"
+            "    enabled: false\n"
+            "seed: 1.0e-05\n");
+}
+
+RC_GTEST_PROP(YamlFieldsProperty, WhatIsWrittenReadsBackTheSame, ()) {
+  const auto inner = [] {
+    return Inner{*rc::gen::inRange(0, 2001) / 1000.0 / 3.0, *rc::gen::arbitrary<bool>()};
+  };
+  Outer options{.name = *rc::gen::string<std::string>(), .count = *rc::gen::inRange(1, 11), .inner = inner()};
+  options.small = *rc::gen::arbitrary<std::uint8_t>();
+  options.sizes_m = *rc::gen::container<std::vector<double>>(
+      rc::gen::map(rc::gen::inRange(1, 1000), [](int n) { return n / 101.0; }));
+  for (int i = *rc::gen::inRange(0, 4); i > 0; --i) options.laps.push_back(inner());
+  if (*rc::gen::arbitrary<bool>()) options.seed = *rc::gen::inRange(0, 1 << 30) * 1e-12;
+  const std::string text = write_fields(options);
+  const auto back = parse_fields<Outer>(text, "o.yaml");
+  RC_LOG() << text;
+  RC_ASSERT(back.has_value());
+  RC_ASSERT(*back == options);
+}
+
+TEST(YamlWrite, NumbersStayNumbersInEveryReader) {
+  EXPECT_EQ(yaml_number(1), "1.0");
+  EXPECT_EQ(yaml_number(-0.0), "-0.0");
+  EXPECT_EQ(yaml_number(0.1), "0.1");
+  EXPECT_EQ(yaml_number(1e-5), "1.0e-05") << "PyYAML reads 1e-05 as a word";
+  EXPECT_EQ(yaml_number(1.25e300), "1.25e+300");
+  EXPECT_EQ(yaml_number(std::numeric_limits<double>::denorm_min()), "5.0e-324");
+}
+
+TEST(YamlWrite, WordsStayWords) {
+  EXPECT_EQ(yaml_text("tag36h11"), "tag36h11");
+  EXPECT_EQ(yaml_text("/camera/image_raw"), "/camera/image_raw");
+  EXPECT_EQ(yaml_text("true"), "\"true\"");
+  EXPECT_EQ(yaml_text("12"), "\"12\"");
+  EXPECT_EQ(yaml_text("a: b # c"), "\"a: b # c\"");
+  EXPECT_EQ(yaml_text("say \"\\\"\n"), "\"say \\\"\\\\\\\"\\x0a\"");
+  EXPECT_EQ(yaml_text(""), "\"\"");
+}
+
+}  // namespace
+}  // namespace waymark
