@@ -79,6 +79,7 @@ std::string lower(std::string_view text) {
 
 std::vector<std::string> family_names() {
   std::vector<std::string> names;
+  names.reserve(kSources.size());
   for (const Source& source : kSources) names.emplace_back(source.name);
   return names;
 }
@@ -89,14 +90,18 @@ std::string quoted(std::string_view text) {
   return fmt::format("'{}{}'", text.substr(0, kLongest), text.size() > kLongest ? "…" : "");
 }
 
+/// Row-major index of a cell counted from the corner of the border square.
+std::size_t index_of_cell(const Family& family, int x, int y) {
+  const auto width = static_cast<std::size_t>(family.total_width);
+  const int margin = (family.total_width - family.width_at_border) / 2;
+  return static_cast<std::size_t>(y + margin) * width + static_cast<std::size_t>(x + margin);
+}
+
 /// The ring of cells whose distance from the border square is `outset` (0: the outermost cells inside it).
 void draw_ring(std::vector<std::uint8_t>& cells, const Family& family, int outset, std::uint8_t value) {
-  const int margin = (family.total_width - family.width_at_border) / 2;
-  const int first = margin - outset;
-  const int last = margin + family.width_at_border - 1 + outset;
-  const auto put = [&](int x, int y) {
-    cells.at(static_cast<std::size_t>(y * family.total_width + x)) = value;
-  };
+  const int first = -outset;
+  const int last = family.width_at_border - 1 + outset;
+  const auto put = [&](int x, int y) { cells.at(index_of_cell(family, x, y)) = value; };
   for (int i = first; i <= last; ++i) {
     put(i, first);
     put(i, last);
@@ -159,16 +164,15 @@ std::vector<std::uint8_t> bitmap(const TagId& id) {
   constexpr std::uint8_t kNoPart = 128;
   const Family& table = family(id.family);
   if (id.number < 0 || static_cast<std::size_t>(id.number) >= table.codes.size()) return {};
-  const int width = table.total_width;
-  std::vector<std::uint8_t> cells(static_cast<std::size_t>(width * width), kNoPart);
+  const auto width = static_cast<std::size_t>(table.total_width);
+  std::vector<std::uint8_t> cells(width * width, kNoPart);
   draw_ring(cells, table, 0, table.reversed_border ? kWhite : kBlack);
   draw_ring(cells, table, 1, table.reversed_border ? kBlack : kWhite);
-  const int margin = (width - table.width_at_border) / 2;
   const std::uint64_t code = table.codes.at(static_cast<std::size_t>(id.number));
   for (std::size_t i = 0; i < table.bits.size(); ++i) {
     const BitCell& bit = table.bits[i];
     const bool white = ((code >> (table.bits.size() - 1 - i)) & 1U) != 0;
-    cells.at(static_cast<std::size_t>((bit.y + margin) * width + bit.x + margin)) = white ? kWhite : kBlack;
+    cells.at(index_of_cell(table, bit.x, bit.y)) = white ? kWhite : kBlack;
   }
   return cells;
 }

@@ -46,7 +46,8 @@ TEST_P(EachFamily, BitmapHoldsTheCodeInsideABorderOfTwoRings) {
     const std::vector<std::uint8_t> cells = bitmap({GetParam(), number});
     ASSERT_EQ(cells.size(), static_cast<std::size_t>(table.total_width * table.total_width));
     const auto at = [&](int x, int y) {
-      return cells.at(static_cast<std::size_t>((y + margin) * table.total_width + x + margin));
+      const auto width = static_cast<std::size_t>(table.total_width);
+      return cells.at(static_cast<std::size_t>(y + margin) * width + static_cast<std::size_t>(x + margin));
     };
     std::uint64_t code = 0;
     for (const BitCell& bit : table.bits) code = code << 1U | (at(bit.x, bit.y) == 255 ? 1U : 0U);
@@ -117,6 +118,7 @@ TEST(ParseTagId, RefusesWhatIsNoNumberOfTheFamily) {
 TEST(FamilyTable, IsBuiltOnceWhoeverAsksFirst) {
   std::array<const Family*, 8> seen{};
   std::vector<std::thread> threads;
+  threads.reserve(seen.size());
   for (auto& slot : seen) threads.emplace_back([&slot] { slot = &family(FamilyId::TagCircle49h12); });
   for (auto& thread : threads) thread.join();
   for (const Family* table : seen) {

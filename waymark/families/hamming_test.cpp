@@ -37,7 +37,8 @@ TEST_P(HammingOf, TurningACodeTurnsItsPrint) {
     const std::vector<std::uint8_t> cells = bitmap({GetParam(), number});
     // Clockwise: what was on the left comes to the top.
     const auto clockwise = [&](int x, int y) {
-      return cells.at(static_cast<std::size_t>((width - 1 - x) * width + y));
+      const auto row = static_cast<std::size_t>(width - 1 - x);
+      return cells.at(row * static_cast<std::size_t>(width) + static_cast<std::size_t>(y));
     };
     std::uint64_t read = 0;
     for (const BitCell& bit : table.bits) {

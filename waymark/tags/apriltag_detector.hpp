@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/families/family.hpp"
+#include "waymark/tags/detector.hpp"
+
+namespace waymark {
+
+/// What the AprilTag 3 detector is asked to do. The defaults were chosen on photographs and rendered images,
+/// see waymark/tags/README.md.
+struct DetectorOptions {
+  std::vector<std::string> families = {"tag36h11"};
+  /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
+  /// quad pass for a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
+  /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
+  int max_hamming = 1;
+  double min_decision_margin = 0;
+  double quad_decimate = 1;
+  double quad_sigma = 0;
+  bool refine_edges = true;
+  double decode_sharpening = 0.6;
+  int min_white_black_diff = 15;
+  int threads = 1;
+  int memory_limit_mib = 512;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.families,
+          Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
+    visit(self.max_hamming,
+          Field{"max_hamming",
+                "Wrong bits corrected in a tag, 0 to 2 (the library knows no more). One more finds "
+                "slightly more tags and many more that are not there.",
+                0, 2});
+    visit(self.min_decision_margin,
+          Field{"min_decision_margin",
+                "Least mean distance of the data bits from the black/white threshold, in grey levels after "
+                "sharpening; raise it if tags are seen that are not there.",
+                0, 2000});
+    visit(self.quad_decimate,
+          Field{"quad_decimate",
+                "Look for quads in an image this much smaller: 1, 1.5 or a whole number to 8. 2 "
+                "is about four times as fast and loses tags with less than 5 px a bit.",
+                1, 8});
+    visit(self.quad_sigma,
+          Field{"quad_sigma",
+                "Standard deviation in pixels of a blur before looking for quads; about 0.8 for very "
+                "noisy images. With quad_decimate 1 the bits are read from the blurred image too.",
+                0, 2});
+    visit(self.refine_edges,
+          Field{"refine_edges", "Let the library move each edge to the strongest gradient nearby."});
+    visit(self.decode_sharpening,
+          Field{"decode_sharpening",
+                "Sharpening of the data bits before they are read; helps small and blurred "
+                "tags.",
+                0, 4});
+    visit(
+        self.min_white_black_diff,
+        Field{
+            "min_white_black_diff",
+            "Least difference of black and white in grey levels; lower for faint prints in the dark, at the "
+            "price of time wherever the image noise exceeds an eighth of it.",
+            1, 255});
+    visit(self.threads,
+          Field{"threads",
+                "Threads for one image. More than 1 about halves the time of a large image on two cores.", 1,
+                64});
+    visit(self.memory_limit_mib,
+          Field{"memory_limit_mib", "Largest total size of the decoding tables, in MiB.", 1, 16384});
+  }
+};
+
+/// A detector with libapriltag 3.3 behind it. Errors: a value out of range or an unknown family
+/// (InvalidArgument), tables beyond memory_limit_mib (LimitExceeded). Takes milliseconds for tag36h11, up to
+/// a second for the largest families.
+///
+/// detect() works on the image where it lies, with any stride, unless quad_sigma needs a copy. Memory of its
+/// own is about 12 bytes a pixel, and up to 60 in an image of noise; images beyond kMaxImagePixels are
+/// refused. Several threads may call it at once: each gets a workspace of its own, kept for later calls.
+[[nodiscard]] Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& options = {});
+
+/// Largest image accepted, 8192 x 8192 or the like; no side may exceed 32767.
+inline constexpr std::int64_t kMaxImagePixels = std::int64_t{1} << 26;
+
+/// Size of the table that decodes one family with `max_hamming` corrected bits (0 to 2), in bytes: it lists
+/// every code with every pattern of wrong bits.
+[[nodiscard]] std::int64_t decode_table_bytes(const Family& family, int max_hamming);
+
+}  // namespace waymark
