@@ -1,0 +1,102 @@
+#include "waymark/replay/route_progress.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace waymark {
+namespace {
+
+/// The stretch from point i to the next one.
+struct Segment {
+  Eigen::Vector2d from;
+  Eigen::Vector2d to;
+  double arc_from = 0;
+  double arc_to = 0;
+};
+
+Segment segment(const Route& route, std::size_t i) {
+  const bool wraps = i + 1 == route.points.size();
+  const RoutePoint& a = route.points[i];
+  const RoutePoint& b = route.points[wraps ? 0 : i + 1];
+  return {a.map_T_base.translation(), b.map_T_base.translation(), a.arc_length_m,
+          wraps ? route.length_m : b.arc_length_m};
+}
+
+std::size_t segments(const Route& route) {
+  return route.closed ? route.points.size() : route.points.size() - 1;
+}
+
+double blend_angle(double a, double b, double u) {
+  return a + u * std::remainder(b - a, 2 * std::numbers::pi);
+}
+
+RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) {
+  const Segment s = segment(route, i);
+  const Eigen::Vector2d along = s.to - s.from;
+  const double u = std::clamp(
+      (map_T_base.translation() - s.from).dot(along) / std::max(along.squaredNorm(), 1e-18), 0.0, 1.0);
+  const double yaw = blend_angle(route.points[i].map_T_base.yaw(),
+                                 route.points[(i + 1) % route.points.size()].map_T_base.yaw(), u);
+  const Eigen::Vector2d foot = s.from + u * along;
+  RouteProgress progress{.index = i,
+                         .arc_length_m = s.arc_from + u * (s.arc_to - s.arc_from),
+                         .map_T_route = SE2(foot.x(), foot.y(), yaw)};
+  const SE2 route_T_base = progress.map_T_route.inverse() * map_T_base;
+  progress.cross_track_m = std::copysign((map_T_base.translation() - foot).norm(), route_T_base.y());
+  progress.heading_error_rad = route_T_base.yaw();
+  return progress;
+}
+
+}  // namespace
+
+RouteProgress locate(const Route& route, const SE2& map_T_base) {
+  assert(route.points.size() >= 2);
+  RouteProgress best{.cross_track_m = std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < segments(route); ++i) {
+    const RouteProgress here = foot_on(route, i, map_T_base);
+    if (std::abs(here.cross_track_m) < std::abs(best.cross_track_m)) best = here;
+  }
+  return best;
+}
+
+RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProgress& before,
+                      double window_m) {
+  assert(route.points.size() >= 2);
+  const auto count = static_cast<std::ptrdiff_t>(segments(route));
+  const double step = route.length_m / static_cast<double>(count);
+  const auto ahead =
+      std::min<std::ptrdiff_t>(count - 1, static_cast<std::ptrdiff_t>(std::ceil(window_m / step)));
+  const std::ptrdiff_t back = std::min<std::ptrdiff_t>(count - 1 - ahead, 2);
+  RouteProgress best{.cross_track_m = std::numeric_limits<double>::infinity()};
+  for (std::ptrdiff_t k = -back; k <= ahead; ++k) {
+    std::ptrdiff_t i = static_cast<std::ptrdiff_t>(before.index) + k;
+    if (route.closed) i = (i + count) % count;
+    if (i < 0 || i >= count) continue;
+    const RouteProgress here = foot_on(route, static_cast<std::size_t>(i), map_T_base);
+    if (std::abs(here.cross_track_m) < std::abs(best.cross_track_m)) best = here;
+  }
+  return best;
+}
+
+SE2 pose_at(const Route& route, double arc_length_m) {
+  assert(route.points.size() >= 2);
+  double s = arc_length_m;
+  if (route.closed) s -= route.length_m * std::floor(s / route.length_m);
+  s = std::clamp(s, 0.0, route.length_m);
+  const auto after = std::ranges::upper_bound(route.points, s, {}, &RoutePoint::arc_length_m);
+  const auto i =
+      std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - route.points.begin() - 1, 0)),
+               segments(route) - 1);
+  const Segment stretch = segment(route, i);
+  const double u =
+      std::clamp((s - stretch.arc_from) / std::max(stretch.arc_to - stretch.arc_from, 1e-18), 0.0, 1.0);
+  const Eigen::Vector2d p = (1 - u) * stretch.from + u * stretch.to;
+  const double yaw = blend_angle(route.points[i].map_T_base.yaw(),
+                                 route.points[(i + 1) % route.points.size()].map_T_base.yaw(), u);
+  return {p.x(), p.y(), yaw};
+}
+
+}  // namespace waymark
