@@ -17,7 +17,7 @@ namespace {
 using waymark::testing::edge_mm;
 using waymark::testing::Raster;
 
-constexpr double kTolerated_mm = 0.05;
+constexpr double kToleratedMm = 0.05;
 
 Raster printed(const BoardLayout& layout, double dpi) {
   const Drawing page = draw_board(layout);
@@ -48,9 +48,9 @@ TEST(PrintedAprilGrid, HasItsTagsAndSquaresWhereTheyBelong) {
     const double band0 = square.y_mm + cell_mm;
     const double band1 = square.bottom_mm() - cell_mm;
     EXPECT_NEAR(edge_mm(page, true, square.x_mm - 3, square.x_mm + 3, band0, band1), square.x_mm,
-                kTolerated_mm);
+                kToleratedMm);
     EXPECT_NEAR(edge_mm(page, true, square.right_mm() - 3, square.right_mm() + 3, band0, band1),
-                square.right_mm(), kTolerated_mm);
+                square.right_mm(), kToleratedMm);
     // The square that touches the upper left corner: black up to the corner, and no further.
     const double inside_mm = 0.3;
     EXPECT_EQ(ink_at(page, square.x_mm - inside_mm, square.y_mm - inside_mm), 1.0);
@@ -59,7 +59,7 @@ TEST(PrintedAprilGrid, HasItsTagsAndSquaresWhereTheyBelong) {
     EXPECT_EQ(ink_at(page, square.x_mm + inside_mm, square.y_mm + inside_mm), 1.0);
     EXPECT_NEAR(edge_mm(page, true, square.x_mm - gap_mm - 2, square.x_mm - gap_mm + 2,
                         square.y_mm - gap_mm + 1, square.y_mm - 1),
-                square.x_mm - gap_mm, kTolerated_mm);
+                square.x_mm - gap_mm, kToleratedMm);
   }
 }
 
@@ -72,11 +72,12 @@ TEST(PrintedAprilGrid, ShowsTheCodesFromTheLowerLeftCorner) {
   const double bottom_mm = layout.board.bottom_mm() - 7.2;
   for (int number = 0; number < 36; ++number) {
     const Cells cells = two_cell_border({FamilyId::Tag36h11, number});
+    const int row = number / 6;
     const double x_mm = left_mm + (number % 6) * 31.2;
-    const double y_mm = bottom_mm - (number / 6) * 31.2 - 24;
+    const double y_mm = bottom_mm - row * 31.2 - 24;
     for (int y = 0; y < cells.width; ++y) {
       for (int x = 0; x < cells.width; ++x) {
-        const bool ink = cells.ink[static_cast<std::size_t>(y * cells.width + x)];
+        const bool ink = cells.at(x, y);
         ASSERT_EQ(ink_at(page, x_mm + (x + 0.5) * 2.4, y_mm + (y + 0.5) * 2.4), ink ? 1.0 : 0.0)
             << number << " " << x << " " << y;
       }

@@ -21,7 +21,7 @@ namespace {
 using waymark::testing::edge_mm;
 using waymark::testing::Raster;
 
-constexpr double kTolerated_mm = 0.05;
+constexpr double kToleratedMm = 0.05;
 
 struct Case {
   FamilyId family;
@@ -57,7 +57,7 @@ std::vector<Case> cases() {
 SheetLayout sheet_of(const Case& wanted) {
   SheetOptions options;
   options.paper = parse_paper(wanted.paper).value();
-  options.tag_size_m = largest_tag_size_m(wanted.family, options).value() * wanted.share;
+  options.tag_size_m = largest_tag_size_m(wanted.family, options).value_or(0.0) * wanted.share;
   return layout_sheet(wanted.family, {0, 3, 7, 11, 12, 29}, options).value();
 }
 
@@ -81,9 +81,9 @@ void expect_true_to_scale(const Raster& page, const std::vector<PlacedTag>& tags
     const Box& square = placed.square;
     const std::array<double, 4> wanted = {square.x_mm, square.right_mm(), square.y_mm, square.bottom_mm()};
     for (std::size_t i = 0; i < 4; ++i)
-      EXPECT_NEAR(border.at(i), wanted.at(i), kTolerated_mm) << to_string(placed.tag) << " edge " << i;
-    EXPECT_NEAR(border[1] - border[0], tag_size_mm, kTolerated_mm) << to_string(placed.tag);
-    EXPECT_NEAR(border[3] - border[2], tag_size_mm, kTolerated_mm) << to_string(placed.tag);
+      EXPECT_NEAR(border.at(i), wanted.at(i), kToleratedMm) << to_string(placed.tag) << " edge " << i;
+    EXPECT_NEAR(border[1] - border[0], tag_size_mm, kToleratedMm) << to_string(placed.tag);
+    EXPECT_NEAR(border[3] - border[2], tag_size_mm, kToleratedMm) << to_string(placed.tag);
   }
 }
 
@@ -99,7 +99,7 @@ void expect_readable(const Raster& page, const std::vector<PlacedTag>& tags) {
                                            {square.right_mm(), square.y_mm},
                                            {square.right_mm(), square.bottom_mm()},
                                            {square.x_mm, square.bottom_mm()}}};
-    const double tolerated_mm = kTolerated_mm + 0.35 / page.px_per_mm();
+    const double tolerated_mm = kToleratedMm + 0.35 / page.px_per_mm();
     for (std::size_t k = 0; k < 4; ++k) {
       EXPECT_NEAR(seen[i].corners_mm.at(k).x_mm, corners.at(k).x_mm, tolerated_mm);
       EXPECT_NEAR(seen[i].corners_mm.at(k).y_mm, corners.at(k).y_mm, tolerated_mm);
@@ -234,7 +234,7 @@ TEST(PrintedRuler, MeasuresWhatItsWordsClaim) {
     const std::string text = waymark::testing::text_of_pdf(pdf);
     std::smatch claim;
     ASSERT_TRUE(std::regex_search(text, claim, std::regex("this bar must measure ([0-9]+) mm"))) << text;
-    EXPECT_NEAR(right_mm - left_mm, std::stod(claim[1]), kTolerated_mm) << paper;
+    EXPECT_NEAR(right_mm - left_mm, std::stod(claim[1]), kToleratedMm) << paper;
     lengths.insert(std::stoi(claim[1]));
   }
   EXPECT_EQ(lengths, (std::set{40, 60, 100}));

@@ -145,7 +145,7 @@ Raster read_png(const Bytes& png) {
     for (int y = 0; y < raster.height; ++y) {
       // The page is opaque and black, white or grey: one channel of the four says it all.
       for (int x = 0; x < raster.width; ++x)
-        raster.grey.push_back(data[static_cast<std::ptrdiff_t>(y) * stride + 4 * x + 1]);
+        raster.grey.push_back(data[static_cast<std::ptrdiff_t>(y) * stride + std::ptrdiff_t{4} * x + 1]);
     }
   }
   cairo_surface_destroy(surface);

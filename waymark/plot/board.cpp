@@ -11,7 +11,7 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kCaptionHeight_mm = 15.0;
+constexpr double kCaptionHeightMm = 15.0;
 
 Paper lying(const Paper& paper, bool wide) {
   return (paper.width_mm > paper.height_mm) == wide ? paper : turned(paper);
@@ -26,9 +26,8 @@ Box extent(const BoardOptions& options, double tag_size_mm) {
 bool fits_lying(const BoardOptions& options, double tag_size_mm, const Paper& paper) {
   const Box board = extent(options, tag_size_mm);
   const double margins_mm = 2e3 * options.margin_m;
-  return board.width_mm <= paper.width_mm - margins_mm + kTolerance_mm &&
-         board.height_mm <=
-             paper.height_mm - margins_mm - kFooterHeight_mm - kCaptionHeight_mm + kTolerance_mm;
+  return board.width_mm <= paper.width_mm - margins_mm + kToleranceMm &&
+         board.height_mm <= paper.height_mm - margins_mm - kFooterHeightMm - kCaptionHeightMm + kToleranceMm;
 }
 
 /// The paper as it must lie for the board, or nothing.
@@ -48,7 +47,7 @@ tl::unexpected<Error> does_not_fit(const BoardOptions& options) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
     (place_on(options, middle_mm, options.paper) ? fitting_mm : failing_mm) = middle_mm;
   }
-  const double largest_mm = std::floor(fitting_mm * 10 + kTolerance_mm) / 10;
+  const double largest_mm = std::floor(fitting_mm * 10 + kToleranceMm) / 10;
   std::string hint = largest_mm >= 1.0 ? fmt::format("The largest tags that do: {:g} m.", largest_mm / 1e3)
                                        : std::string("No tag of 1 mm or more does: ask for fewer.");
   const auto& papers = known_papers();
@@ -138,10 +137,10 @@ Result<BoardLayout> layout_board(const BoardOptions& options) {
   BoardLayout layout{
       options, *paper, extent(options, size_mm), {}, place_footer(*paper, options.margin_m * 1e3), {}};
   const double top_mm = options.margin_m * 1e3;
-  const double free_mm = layout.footer.strip.y_mm - top_mm - kCaptionHeight_mm - layout.board.height_mm;
+  const double free_mm = layout.footer.strip.y_mm - top_mm - kCaptionHeightMm - layout.board.height_mm;
   layout.board.x_mm = paper->width_mm / 2 - layout.board.width_mm / 2;
   layout.board.y_mm = top_mm + free_mm / 2;
-  layout.caption = {layout.board.x_mm, layout.board.bottom_mm(), layout.board.width_mm, kCaptionHeight_mm};
+  layout.caption = {layout.board.x_mm, layout.board.bottom_mm(), layout.board.width_mm, kCaptionHeightMm};
   for (int row = 0; row < options.rows; ++row) {
     for (int column = 0; column < options.columns; ++column)
       layout.tags.push_back(place(layout, column, row));

@@ -13,7 +13,7 @@ namespace waymark::plot {
 namespace {
 
 using ::testing::HasSubstr;
-constexpr double kSlack_mm = 1e-6;
+constexpr double kSlackMm = 1e-6;
 
 BoardOptions board_of(double tag_size_m) {
   BoardOptions options;
@@ -29,7 +29,9 @@ std::string error_of(const BoardOptions& options) {
 /// Kalibr, GridCalibrationTargetAprilgrid::createGridPoints: corner (row, column) of the grid of 2 rows x 2
 /// columns of corners, from the lower left corner of tag 0, x right, y up, in units of the tag size.
 Point kalibr_corner(int row, int column, double spacing) {
-  return {(column / 2) * (1 + spacing) + column % 2, (row / 2) * (1 + spacing) + row % 2};
+  const int tag_column = column / 2;
+  const int tag_row = row / 2;
+  return {tag_column * (1 + spacing) + column % 2, tag_row * (1 + spacing) + row % 2};
 }
 
 TEST(Board, CornersAreWhereKalibrExpectsThem) {
@@ -42,11 +44,11 @@ TEST(Board, CornersAreWhereKalibrExpectsThem) {
     const int row = placed.tag.number / 5;
     const int column = placed.tag.number % 5;
     const Point wanted = kalibr_corner(2 * row, 2 * column, 0.3);
-    EXPECT_NEAR(placed.square.x_mm - origin.x_mm, wanted.x_mm * 24, kSlack_mm);
-    EXPECT_NEAR(origin.bottom_mm() - placed.square.bottom_mm(), wanted.y_mm * 24, kSlack_mm);
+    EXPECT_NEAR(placed.square.x_mm - origin.x_mm, wanted.x_mm * 24, kSlackMm);
+    EXPECT_NEAR(origin.bottom_mm() - placed.square.bottom_mm(), wanted.y_mm * 24, kSlackMm);
     const Point opposite = kalibr_corner(2 * row + 1, 2 * column + 1, 0.3);
-    EXPECT_NEAR(placed.square.right_mm() - origin.x_mm, opposite.x_mm * 24, kSlack_mm);
-    EXPECT_NEAR(origin.bottom_mm() - placed.square.y_mm, opposite.y_mm * 24, kSlack_mm);
+    EXPECT_NEAR(placed.square.right_mm() - origin.x_mm, opposite.x_mm * 24, kSlackMm);
+    EXPECT_NEAR(origin.bottom_mm() - placed.square.y_mm, opposite.y_mm * 24, kSlackMm);
   }
 }
 
@@ -64,15 +66,15 @@ TEST(Board, StaysOnThePage) {
       RC_DISCARD("does not fit");
     }
     const double margin_mm = options.margin_m * 1e3;
-    RC_ASSERT(layout->board.x_mm >= margin_mm - kSlack_mm);
-    RC_ASSERT(layout->board.y_mm >= margin_mm - kSlack_mm);
-    RC_ASSERT(layout->board.right_mm() <= layout->paper.width_mm - margin_mm + kSlack_mm);
-    RC_ASSERT(layout->caption.y_mm >= layout->board.bottom_mm() - kSlack_mm);
-    RC_ASSERT(layout->caption.bottom_mm() <= layout->footer.strip.y_mm + kSlack_mm);
+    RC_ASSERT(layout->board.x_mm >= margin_mm - kSlackMm);
+    RC_ASSERT(layout->board.y_mm >= margin_mm - kSlackMm);
+    RC_ASSERT(layout->board.right_mm() <= layout->paper.width_mm - margin_mm + kSlackMm);
+    RC_ASSERT(layout->caption.y_mm >= layout->board.bottom_mm() - kSlackMm);
+    RC_ASSERT(layout->caption.bottom_mm() <= layout->footer.strip.y_mm + kSlackMm);
     const double gap_mm = options.spacing * options.tag_size_m * 1e3;
     for (const PlacedTag& placed : layout->tags) {
-      RC_ASSERT(placed.square.x_mm >= layout->board.x_mm + gap_mm - kSlack_mm);
-      RC_ASSERT(placed.square.bottom_mm() <= layout->board.bottom_mm() - gap_mm + kSlack_mm);
+      RC_ASSERT(placed.square.x_mm >= layout->board.x_mm + gap_mm - kSlackMm);
+      RC_ASSERT(placed.square.bottom_mm() <= layout->board.bottom_mm() - gap_mm + kSlackMm);
     }
   }));
 }

@@ -11,8 +11,8 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kSmallestSide_mm = 20.0;
-constexpr double kLargestSide_mm = 5000.0;
+constexpr double kSmallestSideMm = 20.0;
+constexpr double kLargestSideMm = 5000.0;
 
 std::string lower(std::string_view text) {
   std::string out(text);
@@ -38,7 +38,7 @@ std::optional<Paper> own_size(std::string_view text) {
   return Paper{std::string(text), *width_mm, *height_mm};
 }
 
-bool sane(double side_mm) { return side_mm >= kSmallestSide_mm && side_mm <= kLargestSide_mm; }
+bool sane(double side_mm) { return side_mm >= kSmallestSideMm && side_mm <= kLargestSideMm; }
 
 }  // namespace
 
@@ -61,7 +61,7 @@ Result<Paper> parse_paper(std::string_view text) {
   if (const auto paper = own_size(wanted)) {
     if (sane(paper->width_mm) && sane(paper->height_mm)) return *paper;
     return fail(ErrorCode::InvalidArgument, fmt::format("paper of {} mm", paper->name), {.key = "paper"},
-                fmt::format("Each side must be {} to {} mm.", kSmallestSide_mm, kLargestSide_mm));
+                fmt::format("Each side must be {} to {} mm.", kSmallestSideMm, kLargestSideMm));
   }
   std::string hint = suggestion(wanted, names);
   hint += fmt::format("{}Or give WIDTHxHEIGHT in millimetres, as in 300x400.", hint.empty() ? "" : " ");

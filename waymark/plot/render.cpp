@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kPointsPerMillimetre = 72.0 / 25.4;
 constexpr double kMillimetresPerInch = 25.4;
-constexpr double kLargestSide_mm = 5000.0;
+constexpr double kLargestSideMm = 5000.0;
 constexpr double kMostPixels = 200e6;
 constexpr double kMostPixelsASide = 32767.0;  // cairo's own limit
 
@@ -78,10 +78,10 @@ void draw_page(cairo_t* canvas, const Drawing& page, double units_per_mm) {
 }
 
 Status check_size(const Drawing& page) {
-  const auto sane = [](double side_mm) { return side_mm > 0.0 && side_mm <= kLargestSide_mm; };
+  const auto sane = [](double side_mm) { return side_mm > 0.0 && side_mm <= kLargestSideMm; };
   if (sane(page.width_mm) && sane(page.height_mm)) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("a page of {} x {} mm", page.width_mm, page.height_mm),
-              {}, fmt::format("Each side must be more than 0 and at most {} mm.", kLargestSide_mm));
+              {}, fmt::format("Each side must be more than 0 and at most {} mm.", kLargestSideMm));
 }
 
 tl::unexpected<Error> cairo_failed(cairo_status_t status) {

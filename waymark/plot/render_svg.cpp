@@ -1,3 +1,4 @@
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -34,7 +35,7 @@ std::string escaped(std::string_view words) {
 }
 
 std::string hex(const Color& color) {
-  const auto byte = [](double share) { return static_cast<int>(share * 255.0 + 0.5); };
+  const auto byte = [](double share) { return std::lround(share * 255.0); };
   return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
 }
 

@@ -51,8 +51,8 @@ void draw_caption(const PlacedTag& placed, double tag_size_mm, std::vector<Shape
 void draw_cut_lines(const std::vector<PlacedTag>& tags, std::vector<Shape>& shapes) {
   const auto tile_at = [&](double x_mm, double y_mm) {
     return std::any_of(tags.begin(), tags.end(), [&](const PlacedTag& other) {
-      return std::abs(other.tile.x_mm - x_mm) < kTolerance_mm &&
-             std::abs(other.tile.y_mm - y_mm) < kTolerance_mm;
+      return std::abs(other.tile.x_mm - x_mm) < kToleranceMm &&
+             std::abs(other.tile.y_mm - y_mm) < kToleranceMm;
     });
   };
   const auto cut = [&](Point from, Point to) {

@@ -13,7 +13,7 @@ namespace waymark::plot {
 namespace {
 
 constexpr std::size_t kMostPages = 2000;
-constexpr double kNarrowestTile_mm = 18.0;  // so that the caption of a small tag can be read
+constexpr double kNarrowestTileMm = 18.0;  // so that the caption of a small tag can be read
 
 /// The measures of one tile, the same for all tags of a family and size.
 struct Tile {
@@ -34,7 +34,7 @@ Tile tile_of(const Family& family, double tag_size_mm) {
   // data cells, and half a cell of paper keeps the scissors off them.
   tile.white_mm = family.reversed_border ? cell_mm / 2 : 0.0;
   tile.caption_mm = std::clamp(0.12 * tag_size_mm, 7.5, 16.0);
-  tile.width_mm = std::max(tile.cells_mm + 2 * tile.white_mm, kNarrowestTile_mm);
+  tile.width_mm = std::max(tile.cells_mm + 2 * tile.white_mm, kNarrowestTileMm);
   tile.height_mm = tile.cells_mm + 2 * tile.white_mm + tile.caption_mm;
   return tile;
 }
@@ -48,21 +48,21 @@ struct Grid {
 };
 
 int how_often(double length_mm, double room_mm) {
-  return std::max(0, static_cast<int>(std::floor((room_mm + kTolerance_mm) / length_mm)));
+  return std::max(0, static_cast<int>(std::floor((room_mm + kToleranceMm) / length_mm)));
 }
 
 /// The largest grid of tiles on a sheet that lies as it is.
 Grid grid_on(const Paper& paper, const Tile& tile, double margin_mm) {
   return {paper, how_often(tile.width_mm, paper.width_mm - 2 * margin_mm),
-          how_often(tile.height_mm, paper.height_mm - 2 * margin_mm - kFooterHeight_mm)};
+          how_often(tile.height_mm, paper.height_mm - 2 * margin_mm - kFooterHeightMm)};
 }
 
 /// The grid on the paper, turned if that is allowed and of use for `wanted` tags (0: as many as can be).
 Grid best_grid(const Paper& paper, const Tile& tile, double margin_mm, Orientation orientation, int wanted) {
   const bool upright = paper.width_mm <= paper.height_mm;
   const Paper portrait = upright ? paper : turned(paper);
-  const Grid tall = grid_on(portrait, tile, margin_mm);
-  const Grid wide = grid_on(turned(portrait), tile, margin_mm);
+  Grid tall = grid_on(portrait, tile, margin_mm);
+  Grid wide = grid_on(turned(portrait), tile, margin_mm);
   if (orientation == Orientation::Portrait) return tall;
   if (orientation == Orientation::Landscape) return wide;
   if (wanted > 0 && tall.capacity() >= wanted) return tall;
@@ -143,7 +143,7 @@ std::optional<double> largest_tag_size_m(FamilyId id, const SheetOptions& option
     const double size_mm = (fitting_mm + failing_mm) / 2;
     (fits(family(id), size_mm, options.paper, options) ? fitting_mm : failing_mm) = size_mm;
   }
-  const double rounded_mm = std::floor(fitting_mm * 10 + kTolerance_mm) / 10;
+  const double rounded_mm = std::floor(fitting_mm * 10 + kToleranceMm) / 10;
   return rounded_mm >= 1.0 ? std::optional(rounded_mm / 1e3) : std::nullopt;
 }
 
@@ -173,9 +173,9 @@ Result<SheetLayout> layout_sheet(FamilyId id, const std::vector<int>& numbers, c
   const double top_mm = (margin_mm + layout.footer.strip.y_mm) / 2 - grid.rows * tile.height_mm / 2;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (i % step == 0) layout.pages.emplace_back();
-    const int place_on_page = static_cast<int>(i % step);
-    const Point corner{left_mm + place_on_page % grid.columns * tile.width_mm,
-                       top_mm + place_on_page / grid.columns * tile.height_mm};
+    const int column = static_cast<int>(i % step) % grid.columns;
+    const int row = static_cast<int>(i % step) / grid.columns;
+    const Point corner{left_mm + column * tile.width_mm, top_mm + row * tile.height_mm};
     layout.pages.back().push_back(place({id, numbers[i]}, tile, size_mm, corner));
   }
   return layout;

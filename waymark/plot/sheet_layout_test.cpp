@@ -11,17 +11,16 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kSlack_mm = 1e-6;
+constexpr double kSlackMm = 1e-6;
 
 bool overlap(const Box& a, const Box& b) {
-  return a.x_mm < b.right_mm() - kSlack_mm && b.x_mm < a.right_mm() - kSlack_mm &&
-         a.y_mm < b.bottom_mm() - kSlack_mm && b.y_mm < a.bottom_mm() - kSlack_mm;
+  return a.x_mm < b.right_mm() - kSlackMm && b.x_mm < a.right_mm() - kSlackMm &&
+         a.y_mm < b.bottom_mm() - kSlackMm && b.y_mm < a.bottom_mm() - kSlackMm;
 }
 
 bool contains(const Box& outer, const Box& inner) {
-  return inner.x_mm >= outer.x_mm - kSlack_mm && inner.y_mm >= outer.y_mm - kSlack_mm &&
-         inner.right_mm() <= outer.right_mm() + kSlack_mm &&
-         inner.bottom_mm() <= outer.bottom_mm() + kSlack_mm;
+  return inner.x_mm >= outer.x_mm - kSlackMm && inner.y_mm >= outer.y_mm - kSlackMm &&
+         inner.right_mm() <= outer.right_mm() + kSlackMm && inner.bottom_mm() <= outer.bottom_mm() + kSlackMm;
 }
 
 std::vector<int> first_numbers(int count) {
@@ -53,11 +52,11 @@ void expect_lawful(const SheetLayout& layout) {
       RC_ASSERT(!overlap(placed.cells, placed.caption));
       RC_ASSERT(!overlap(placed.tile, layout.footer.strip));
       // The size is where black meets white, in the middle of all cells.
-      RC_ASSERT(std::abs(placed.square.width_mm - layout.tag_size_mm) < kSlack_mm);
+      RC_ASSERT(std::abs(placed.square.width_mm - layout.tag_size_mm) < kSlackMm);
       RC_ASSERT(std::abs(placed.cells.width_mm * table.width_at_border / table.total_width -
-                         layout.tag_size_mm) < kSlack_mm);
-      RC_ASSERT(std::abs(placed.square.middle_x_mm() - placed.cells.middle_x_mm()) < kSlack_mm);
-      RC_ASSERT(std::abs(placed.square.middle_y_mm() - placed.cells.middle_y_mm()) < kSlack_mm);
+                         layout.tag_size_mm) < kSlackMm);
+      RC_ASSERT(std::abs(placed.square.middle_x_mm() - placed.cells.middle_x_mm()) < kSlackMm);
+      RC_ASSERT(std::abs(placed.square.middle_y_mm() - placed.cells.middle_y_mm()) < kSlackMm);
       for (std::size_t k = 0; k < i; ++k) RC_ASSERT(!overlap(placed.tile, tags[k].tile));
     }
   }

@@ -11,9 +11,9 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kLongestRuler_mm = 100.0;
-constexpr double kRulerHeight_mm = 4.5;
-constexpr double kHairline_mm = 0.15;
+constexpr double kLongestRulerMm = 100.0;
+constexpr double kRulerHeightMm = 4.5;
+constexpr double kHairlineMm = 0.15;
 
 void line(Point from, Point to, double width_mm, std::vector<Shape>& shapes) {
   shapes.emplace_back(Stroke{{from, to}, width_mm, kMarkColor, {}});
@@ -33,26 +33,26 @@ std::string millimetres(double length_mm) {
 }
 
 Status check_tag_size(double tag_size_m) {
-  constexpr double kSmallest_m = 0.001;
-  constexpr double kLargest_m = 5.0;
-  if (tag_size_m >= kSmallest_m && tag_size_m <= kLargest_m) return {};
-  const bool millimetres_given = tag_size_m > kLargest_m && tag_size_m <= kLargest_m * 1e3;
+  constexpr double kSmallestM = 0.001;
+  constexpr double kLargestM = 5.0;
+  if (tag_size_m >= kSmallestM && tag_size_m <= kLargestM) return {};
+  const bool millimetres_given = tag_size_m > kLargestM && tag_size_m <= kLargestM * 1e3;
   return fail(ErrorCode::InvalidArgument, fmt::format("{} m is no size of a tag to print", tag_size_m),
               {.key = "tag_size_m"},
               millimetres_given
                   ? fmt::format("Sizes are in metres: {:g} mm is {:g}.", tag_size_m, tag_size_m / 1e3)
-                  : fmt::format("Give metres, {:g} to {:g}; 160 mm is 0.16.", kSmallest_m, kLargest_m));
+                  : fmt::format("Give metres, {:g} to {:g}; 160 mm is 0.16.", kSmallestM, kLargestM));
 }
 
 Footer place_footer(const Paper& paper, double margin_mm) {
   Footer footer;
-  footer.strip = {margin_mm, paper.height_mm - margin_mm - kFooterHeight_mm, paper.width_mm - 2 * margin_mm,
-                  kFooterHeight_mm};
-  constexpr double kStep_mm = 10.0;
+  footer.strip = {margin_mm, paper.height_mm - margin_mm - kFooterHeightMm, paper.width_mm - 2 * margin_mm,
+                  kFooterHeightMm};
+  constexpr double kStepMm = 10.0;
   // Half a hairline of the end ticks lies outside the length they mark.
-  const double room_mm = footer.strip.width_mm - kHairline_mm;
-  const double length_mm = std::min(kLongestRuler_mm, std::floor(room_mm / kStep_mm) * kStep_mm);
-  footer.ruler = {paper.width_mm / 2 - length_mm / 2, footer.strip.y_mm + 1.5, length_mm, kRulerHeight_mm};
+  const double room_mm = footer.strip.width_mm - kHairlineMm;
+  const double length_mm = std::min(kLongestRulerMm, std::floor(room_mm / kStepMm) * kStepMm);
+  footer.ruler = {paper.width_mm / 2 - length_mm / 2, footer.strip.y_mm + 1.5, length_mm, kRulerHeightMm};
   return footer;
 }
 
@@ -60,16 +60,16 @@ void draw_footer(const Footer& footer, const std::string& remark, std::vector<Sh
   const Box& ruler = footer.ruler;
   shapes.emplace_back(Group{"ruler"});
   // A bar of alternating black and white centimetres between its two ends.
-  for (double at_mm = 0.0; at_mm < ruler.width_mm - kTolerance_mm; at_mm += 20.0) {
+  for (double at_mm = 0.0; at_mm < ruler.width_mm - kToleranceMm; at_mm += 20.0) {
     const double length_mm = std::min(10.0, ruler.width_mm - at_mm);
     shapes.emplace_back(filled({ruler.x_mm + at_mm, ruler.y_mm + 1.5, length_mm, 1.5}));
   }
   const double top_mm = ruler.y_mm + 1.5;
   const double bottom_mm = ruler.y_mm + 3.0;
-  line({ruler.x_mm, top_mm}, {ruler.right_mm(), top_mm}, kHairline_mm, shapes);
-  line({ruler.x_mm, bottom_mm}, {ruler.right_mm(), bottom_mm}, kHairline_mm, shapes);
+  line({ruler.x_mm, top_mm}, {ruler.right_mm(), top_mm}, kHairlineMm, shapes);
+  line({ruler.x_mm, bottom_mm}, {ruler.right_mm(), bottom_mm}, kHairlineMm, shapes);
   for (const double x_mm : {ruler.x_mm, ruler.right_mm()}) {
-    line({x_mm, ruler.y_mm}, {x_mm, ruler.bottom_mm()}, kHairline_mm, shapes);
+    line({x_mm, ruler.y_mm}, {x_mm, ruler.bottom_mm()}, kHairlineMm, shapes);
   }
 
   shapes.emplace_back(Group{"how-to-print"});
@@ -97,9 +97,9 @@ void draw_dimension(double from_mm, double to_mm, const Box& strip, const std::s
   const double gap_mm = beside ? 0.0 : words_mm + tip_mm / 2;
   const double middle_mm = (from_mm + to_mm) / 2;
   for (const double x_mm : {from_mm, to_mm})
-    line({x_mm, strip.y_mm}, {x_mm, strip.bottom_mm()}, kHairline_mm, shapes);
-  line({from_mm + tip_mm / 2, y_mm}, {middle_mm - gap_mm / 2, y_mm}, kHairline_mm, shapes);
-  line({middle_mm + gap_mm / 2, y_mm}, {to_mm - tip_mm / 2, y_mm}, kHairline_mm, shapes);
+    line({x_mm, strip.y_mm}, {x_mm, strip.bottom_mm()}, kHairlineMm, shapes);
+  line({from_mm + tip_mm / 2, y_mm}, {middle_mm - gap_mm / 2, y_mm}, kHairlineMm, shapes);
+  line({middle_mm + gap_mm / 2, y_mm}, {to_mm - tip_mm / 2, y_mm}, kHairlineMm, shapes);
   tip(from_mm, y_mm, tip_mm, shapes);
   tip(to_mm, y_mm, -tip_mm, shapes);
   const Point baseline{beside ? to_mm + 1.0 : middle_mm, y_mm + height_mm * 0.36};

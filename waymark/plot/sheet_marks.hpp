@@ -13,7 +13,7 @@ inline constexpr Color kMarkColor{0.25, 0.25, 0.25};   ///< of words, arrows and
 inline constexpr Color kFaintColor{0.55, 0.55, 0.55};  ///< of cut lines and side remarks
 
 /// Room for rounding in comparisons of lengths.
-inline constexpr double kTolerance_mm = 1e-6;
+inline constexpr double kToleranceMm = 1e-6;
 
 /// 160 -> "160 mm", 24.69 -> "24.69 mm": what a ruler can show, to a hundredth.
 [[nodiscard]] std::string millimetres(double length_mm);
@@ -22,7 +22,7 @@ inline constexpr double kTolerance_mm = 1e-6;
 [[nodiscard]] Status check_tag_size(double tag_size_m);
 
 /// Height of the footer strip; its place on a page.
-inline constexpr double kFooterHeight_mm = 15.0;
+inline constexpr double kFooterHeightMm = 15.0;
 [[nodiscard]] Footer place_footer(const Paper& paper, double margin_mm);
 
 /// The ruler with its ticks and the words that go with it; `remark` is the last line.

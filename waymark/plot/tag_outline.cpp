@@ -13,11 +13,17 @@ constexpr unsigned kDirections = 4;
 constexpr std::array<int, kDirections> kStepX = {1, 0, -1, 0};
 constexpr std::array<int, kDirections> kStepY = {0, 1, 0, -1};
 
+Cells blank(int width, bool ink = false) {
+  Cells cells{width, {}};
+  cells.ink.assign(cells.index(0, width), ink);
+  return cells;
+}
+
 /// The sides between ink and white, each walked with the ink on its right hand.
 class Sides {
  public:
   explicit Sides(const Cells& cells) : cells_(cells), lattice_(cells.width + 1) {
-    for (auto& starts : starts_) starts.assign(static_cast<std::size_t>(lattice_ * lattice_), false);
+    starts_.fill(blank(lattice_));
     for (int y = 0; y < cells.width; ++y) {
       for (int x = 0; x < cells.width; ++x) {
         if (!ink(x, y)) continue;
@@ -43,15 +49,16 @@ class Sides {
  private:
   [[nodiscard]] bool ink(int x, int y) const {
     if (x < 0 || y < 0 || x >= cells_.width || y >= cells_.width) return false;
-    return cells_.ink[static_cast<std::size_t>(y * cells_.width + x)];
+    return cells_.at(x, y);
   }
   std::vector<bool>::reference side(int x, int y, unsigned direction) {
-    return starts_.at(direction)[static_cast<std::size_t>(y * lattice_ + x)];
+    Cells& starts = starts_.at(direction);
+    return starts.ink[starts.index(x, y)];
   }
 
   const Cells& cells_;
   int lattice_;
-  std::array<std::vector<bool>, kDirections> starts_;
+  std::array<Cells, kDirections> starts_;  ///< lattice points where a side starts, by its direction
 };
 
 /// Walks the loop that starts to the right of a lattice point, and takes its sides away. Where two inked
@@ -89,12 +96,10 @@ Cells two_cell_border(const TagId& tag) {
   const int border = family(tag.family).width_at_border;
   assert(!family(tag.family).reversed_border);
   const int margin = (plain.width - border) / 2;
-  const int width = border + 2;
-  Cells cells{width, std::vector<bool>(static_cast<std::size_t>(width * width), true)};
+  Cells cells = blank(border + 2, true);
   for (int y = 1; y < border - 1; ++y) {
     for (int x = 1; x < border - 1; ++x) {
-      cells.ink[static_cast<std::size_t>((y + 1) * width + x + 1)] =
-          plain.ink[static_cast<std::size_t>((y + margin) * plain.width + x + margin)];
+      cells.ink[cells.index(x + 1, y + 1)] = plain.at(x + margin, y + margin);
     }
   }
   return cells;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "waymark/families/family.hpp"
@@ -11,6 +12,11 @@ namespace waymark::plot {
 struct Cells {
   int width = 0;
   std::vector<bool> ink;
+
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] bool at(int x, int y) const { return ink[index(x, y)]; }
 };
 
 /// The ink of a tag, total_width cells wide. What is no part of the tag (corners of the circle families)

@@ -33,7 +33,7 @@ void expect_outline(const Cells& cells) {
   const Loops loops = outline(cells, {0, 0, width, width});
   for (int y = 0; y < cells.width; ++y) {
     for (int x = 0; x < cells.width; ++x) {
-      RC_ASSERT(inside(loops, x + 0.5, y + 0.5) == cells.ink[static_cast<std::size_t>(y * cells.width + x)]);
+      RC_ASSERT(inside(loops, x + 0.5, y + 0.5) == cells.at(x, y));
     }
   }
   std::set<std::tuple<int, int, int, int>> unit_sides;
@@ -111,8 +111,7 @@ TEST(TwoCellBorder, IsKalibrsTag) {
         const bool border = std::min({x, y, cells.width - 1 - x, cells.width - 1 - y}) < 2;
         const int shift = bits * bits - 1 - ((y - 2) * bits + x - 2);
         const bool ink = border || ((code >> static_cast<unsigned>(shift)) & 1U) == 0;
-        EXPECT_EQ(cells.ink[static_cast<std::size_t>(y * cells.width + x)], ink)
-            << to_string(id) << " " << x << " " << y;
+        EXPECT_EQ(cells.at(x, y), ink) << to_string(id) << " " << x << " " << y;
       }
     }
   }
