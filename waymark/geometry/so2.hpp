@@ -24,6 +24,13 @@ class SO2 {
   /// Counter-clockwise by `angle` [rad].
   explicit SO2(double angle) : cos_(std::cos(angle)), sin_(std::sin(angle)) { assert(std::isfinite(angle)); }
 
+  /// From a direction (cosine, sine) of any length but 0, e.g. a vector along the x axis of b, in a.
+  [[nodiscard]] static SO2 from_cos_sin(double cosine, double sine) {
+    const double length = std::hypot(cosine, sine);
+    assert(std::isfinite(length) && length > 0);
+    return {cosine / length, sine / length};
+  }
+
   [[nodiscard]] static SO2 identity() { return {}; }
   [[nodiscard]] static SO2 exp(const Tangent& xi) { return SO2(xi[0]); }
   [[nodiscard]] Tangent log() const { return Tangent(angle()); }

@@ -32,7 +32,7 @@ class SO3 {
   /// From any finite quaternion but zero, of either sign; normalised. For trusted input: see
   /// try_from_quaternion.
   [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b) {
-    assert(a_q_b.coeffs().allFinite() && a_q_b.norm() > 0);
+    assert(a_q_b.coeffs().allFinite() && a_q_b.coeffs().stableNorm() > 0);
     return canonical(Eigen::Quaterniond(a_q_b.coeffs().stableNormalized()));
   }
   /// The rotation nearest to a_R_b in the Frobenius norm (Davenport's q-method, as in Bar-Itzhack, "New

@@ -7,7 +7,7 @@
 namespace waymark {
 
 /// The Stumpff functions c_k(s) = sum_i (-s)^i / (k + 2i)!, k = 0 … 5, of s = theta^2 >= 0 (Stumpff,
-/// "Himmelsmechanik I", 1959, section 41; docs/concepts/geometry.md, equation (12)). Every coefficient of the
+/// "Himmelsmechanik I", 1959; docs/concepts/geometry.md, equation (12)). Every coefficient of the
 /// exponentials and Jacobians here is one of them:
 ///
 ///     c0 = cos theta             c1 = sin theta / theta              c2 = (1 - cos theta) / theta^2

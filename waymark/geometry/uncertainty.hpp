@@ -28,12 +28,17 @@ struct Uncertain {
 
 namespace internal {
 
-/// J P J^T, symmetric to the last bit.
+/// Symmetric to the last bit, whatever rounding did before: covariances go round in filters for hours.
+template <int N>
+[[nodiscard]] inline Eigen::Matrix<double, N, N> symmetrized(const Eigen::Matrix<double, N, N>& P) {
+  return (P + P.transpose()) / 2;
+}
+
+/// J P J^T.
 template <int N>
 [[nodiscard]] inline Eigen::Matrix<double, N, N> propagate(const Eigen::Matrix<double, N, N>& J,
                                                            const Eigen::Matrix<double, N, N>& P) {
-  const Eigen::Matrix<double, N, N> result = J * P * J.transpose();
-  return (result + result.transpose()) / 2;
+  return symmetrized<N>(J * P * J.transpose());
 }
 
 /// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi moves each by
@@ -65,8 +70,9 @@ template <LieGroup G>  // SO2 and SO3 have no translation
 /// of fourth order in the deviations that Barfoot and Furgale add are left out.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> compose(const Uncertain<G>& a_X_b, const Uncertain<G>& b_X_c) {
-  return {a_X_b.mean * b_X_c.mean,
-          a_X_b.covariance + internal::propagate(a_X_b.mean.adjoint(), b_X_c.covariance)};
+  const Covariance<G> J_ac_bc = a_X_b.mean.adjoint();
+  return {a_X_b.mean * b_X_c.mean, internal::symmetrized<G::kDof>(
+                                       a_X_b.covariance + J_ac_bc * b_X_c.covariance * J_ac_bc.transpose())};
 }
 
 /// b_X_a of a_X_b (equation (24)): the covariance moves to the frame b. Exact: (exp(xi) X)^-1 = exp(-Ad(X^-1)
@@ -74,7 +80,7 @@ template <LieGroup G>
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> inverse(const Uncertain<G>& a_X_b) {
   const G b_X_a = a_X_b.mean.inverse();
-  return {b_X_a, internal::propagate(b_X_a.adjoint(), a_X_b.covariance)};
+  return {b_X_a, internal::propagate<G::kDof>(b_X_a.adjoint(), a_X_b.covariance)};
 }
 
 /// b_X_c of a_X_b and a_X_c (equation (25)), to first order. `cross` is the covariance of their errors,
@@ -85,7 +91,7 @@ template <LieGroup G>
                                           const Covariance<G>& cross = Covariance<G>::Zero()) {
   const G b_X_a = a_X_b.mean.inverse();
   const Covariance<G> difference = a_X_b.covariance + a_X_c.covariance - cross - cross.transpose();
-  return {b_X_a * a_X_c.mean, internal::propagate(b_X_a.adjoint(), difference)};
+  return {b_X_a * a_X_c.mean, internal::propagate<G::kDof>(b_X_a.adjoint(), difference)};
 }
 
 /// The covariance as people read it (equation (26)): of the coordinates of b in a (position, for SE23
@@ -93,14 +99,14 @@ template <LieGroup G>
 /// as the tangent; to first order. This is what ROS calls a PoseWithCovariance.
 template <LieGroup G>
 [[nodiscard]] inline Covariance<G> coordinate_covariance(const Uncertain<G>& a_X_b) {
-  return internal::propagate(internal::coordinate_jacobian(a_X_b.mean, 1.0), a_X_b.covariance);
+  return internal::propagate<G::kDof>(internal::coordinate_jacobian(a_X_b.mean, 1.0), a_X_b.covariance);
 }
 
 /// Undoes coordinate_covariance: for covariances that come from outside in ordinary coordinates.
 template <LieGroup G>
 [[nodiscard]] inline Uncertain<G> from_coordinate_covariance(const G& a_X_b,
                                                              const Covariance<G>& covariance) {
-  return {a_X_b, internal::propagate(internal::coordinate_jacobian(a_X_b, -1.0), covariance)};
+  return {a_X_b, internal::propagate<G::kDof>(internal::coordinate_jacobian(a_X_b, -1.0), covariance)};
 }
 
 /// Standard deviations of the coordinates, for display: metres (and m/s) along the axes of the parent frame,
