@@ -1,0 +1,37 @@
+#!/usr/bin/python3
+"""Puts what `waymark … --help` prints into docs/reference/cli.md, below each line "<!-- help: waymark … -->".
+
+usage: tools/update_cli_reference.py PROGRAM [--check]     --check changes nothing; exit code 1 when the page is stale
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/reference/cli.md"
+PLACE = re.compile(r"(<!-- help: waymark ?([a-z ]*) -->\n```text\n).*?(^```\n)", re.S | re.M)
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__)
+    text = PAGE.read_text(encoding="utf-8")
+
+    def help_of(match):
+        words = [sys.argv[1], *match.group(2).split(), "--help"]
+        printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
+        return match.group(1) + printed.strip("\n") + "\n" + match.group(3)
+
+    fresh, count = PLACE.subn(help_of, text)
+    if "--check" not in sys.argv:
+        PAGE.write_text(fresh, encoding="utf-8")
+        print(f"{PAGE}: {count} verbs")
+        return 0
+    if fresh == text and count > 0:
+        return 0
+    print(f"{PAGE} is not what --help prints. Run: tools/update_cli_reference.py {sys.argv[1]}")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,72 @@
+#include "waymark/cli/console.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace waymark::cli {
+namespace {
+
+std::int64_t now_ms() {
+  const auto since_start = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::milliseconds>(since_start).count();
+}
+
+}  // namespace
+
+Console::Console(std::string verb, std::FILE* out, std::FILE* err)
+    : verb_(std::move(verb)), out_(out), err_(err), watched_(isatty(fileno(err)) == 1) {}
+
+void Console::print(std::string_view text) {
+  if (output_ended()) return;
+  end_progress();
+  errno = 0;
+  const bool written =
+      std::fwrite(text.data(), 1, text.size(), out_) == text.size() && std::fflush(out_) == 0;
+  if (written) return;
+  output_ = errno == EPIPE ? Output::ClosedByReader : Output::Failed;
+  if (output_ == Output::Failed) {
+    say(fmt::format("cannot write to standard output: {}. The results are incomplete.",
+                    std::strerror(errno)));
+  }
+}
+
+void Console::say(std::string_view words) {
+  end_progress();
+  fmt::print(err_, "{}: {}\n", verb_, words);
+}
+
+void Console::progress(std::size_t done, std::size_t all, std::string_view what) {
+  constexpr std::int64_t kRedrawMs = 100;
+  if (!watched_ || all < 2 || now_ms() - last_progress_ms_ < kRedrawMs) return;
+  last_progress_ms_ = now_ms();
+  progress_shown_ = true;
+  constexpr std::size_t kBar = 20;
+  constexpr std::size_t kName = 40;
+  const std::size_t filled = kBar * done / all;
+  const std::string_view tail = what.substr(what.size() - std::min(what.size(), kName));
+  fmt::print(err_, "\r\x1b[K[{:#<{}}{:.<{}}] {}/{} {}", "", filled, "", kBar - filled, done, all, tail);
+  std::fflush(err_);
+}
+
+void Console::end_progress() {
+  if (!progress_shown_) return;
+  progress_shown_ = false;
+  fmt::print(err_, "\r\x1b[K");
+  std::fflush(err_);
+}
+
+ExitCode Console::finish(ExitCode code) {
+  end_progress();
+  if (output_ == Output::Failed) return ExitCode::SomeFailed;
+  if (output_ == Output::ClosedByReader) return ExitCode::Ok;
+  return code;
+}
+
+}  // namespace waymark::cli

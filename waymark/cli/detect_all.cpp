@@ -1,0 +1,59 @@
+#include "waymark/cli/detect_all.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/codecs/image_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// Reads the picture and finds its tags; what fails is in the report.
+Image process(const Input& input, const Detector& detector, PictureReport& report) {
+  report.image = input.path;
+  report.error = input.error;
+  if (report.error) return {};
+  auto image = read_image(input.path);
+  if (!image) {
+    report.error = image.error();
+    return {};
+  }
+  report.width_px = image->width();
+  report.height_px = image->height();
+  auto detections = detector.detect(*image);
+  if (detections) report.detections = std::move(*detections);
+  if (!detections) report.error = detections.error();
+  return std::move(*image);
+}
+
+}  // namespace
+
+ExitCode DetectSummary::exit_code() const {
+  if (stopped) return ExitCode::Interrupted;
+  return failed > 0 ? ExitCode::SomeFailed : ExitCode::Ok;
+}
+
+DetectSummary detect_all(const std::vector<Input>& inputs, const Detector& detector, Console& console,
+                         const EachPicture& each) {
+  DetectSummary summary;
+  for (std::size_t i = 0; i < inputs.size() && !console.output_ended(); ++i) {
+    summary.stopped = interrupted();
+    if (summary.stopped) {
+      console.say(fmt::format("stopped after {} of {} inputs", i, inputs.size()));
+      break;
+    }
+    console.progress(i, inputs.size(), inputs[i].path);
+    PictureReport report;
+    const Image image = process(inputs[i], detector, report);
+    each(i, report, image);
+    summary.tags += report.detections.size();
+    ++(report.error ? summary.failed : summary.pictures);
+    if (report.error) console.say(*report.error);
+  }
+  console.end_progress();
+  return summary;
+}
+
+}  // namespace waymark::cli

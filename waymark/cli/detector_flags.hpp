@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include "waymark/base/error.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
+
+namespace waymark::cli {
+
+/// The configuration file of verbs that detect: "detector:" and below it the fields of DetectorOptions.
+struct DetectConfig {
+  DetectorOptions detector;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.detector, Field{"detector", "How tags are looked for."});
+  }
+};
+
+/// The flags with which a verb chooses and tunes its detector: --family, --config, --no-refine, and one for
+/// every field of DetectorOptions. Must stay where it is while the command line is parsed.
+class DetectorFlags {
+ public:
+  explicit DetectorFlags(CLI::App& app);
+
+  /// Defaults, then the configuration file, then flags. Fails on an unknown family or key, or a value out of
+  /// range.
+  [[nodiscard]] Result<std::unique_ptr<Detector>> make() const;
+
+ private:
+  std::vector<std::string> families_;
+  std::string config_path_;
+  OptionFlags<DetectorOptions> options_;
+};
+
+}  // namespace waymark::cli

@@ -1,0 +1,19 @@
+#include <string>
+#include <vector>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/program.hpp"
+
+int main(int argc, char** argv) {
+  namespace cli = waymark::cli;
+  cli::watch_signals();
+  const cli::Verb program{
+      .name = "waymark",
+      .sentence = "Teaches a robot a route once and repeats it, from AprilTags and one camera.",
+      .help =
+          "`waymark VERB --help` explains a verb with an example. Start here:\n"
+          "  waymark detect --annotate seen photos/      find the tags in a folder of pictures\n",
+      .verbs = {cli::detect_verb(), cli::evaluate_verb()},
+  };
+  return cli::run_program(program, std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));
+}

@@ -1,0 +1,156 @@
+#include "waymark/cli/program.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <memory>
+#include <new>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/help_text.hpp"
+
+#ifndef WAYMARK_VERSION
+#define WAYMARK_VERSION "unknown"
+#endif
+
+namespace waymark::cli {
+namespace {
+
+/// A verb with its part of the parser.
+struct Node {
+  const Verb* verb = nullptr;
+  CLI::App* app = nullptr;
+  Run run;
+  std::vector<Node> children;
+};
+
+Node grow(const Verb& verb, CLI::App& app) {
+  Node node{&verb, &app, {}, {}};
+  app.set_help_flag("-h,--help", "Print this and stop");
+  app.footer(verb.help);
+  if (verb.prepare) node.run = verb.prepare(app);
+  for (const Verb& child : verb.verbs) {
+    CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
+    node.children.push_back(grow(child, *sub));
+  }
+  if (!node.children.empty()) app.require_subcommand(1);
+  return node;
+}
+
+/// How far the words lead into the tree of verbs.
+struct Chosen {
+  const Node* node = nullptr;
+  std::string name;          ///< "waymark evaluate detections"
+  std::string unknown_verb;  ///< the word that should have been a verb; empty when there is none
+};
+
+Chosen choose(const Node& root, const std::vector<std::string>& words) {
+  Chosen chosen{&root, root.verb->name, {}};
+  for (const std::string& word : words) {
+    if (chosen.node->children.empty()) break;
+    if (word.starts_with('-')) continue;
+    const auto& children = chosen.node->children;
+    const auto found =
+        std::find_if(children.begin(), children.end(), [&](const Node& n) { return n.verb->name == word; });
+    if (found == children.end()) {
+      chosen.unknown_verb = word;
+      break;
+    }
+    chosen.node = &*found;
+    chosen.name += " " + word;
+  }
+  return chosen;
+}
+
+std::vector<std::string> flags_of(const CLI::App& app) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  }
+  return flags;
+}
+
+/// The first word that looks like a flag and is none; empty when there is none.
+std::string unknown_flag(const CLI::App& root) {
+  for (const std::string& word : root.remaining(true)) {
+    if (word.size() > 1 && word.starts_with('-') && word != "--") return word.substr(0, word.find('='));
+  }
+  return {};
+}
+
+/// What a ParseError means, with the nearest known flag where one was misspelt.
+std::string explain(const CLI::ParseError& error, const CLI::App& root, const CLI::App& app) {
+  const std::string flag = unknown_flag(root);
+  if (flag.empty()) return error.what();
+  const std::string nearest = nearest_word(flag, flags_of(app));
+  return fmt::format("unknown flag '{}'.{}", flag,
+                     nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));
+}
+
+std::vector<std::string> names_of(const std::vector<Node>& nodes) {
+  std::vector<std::string> names;
+  for (const Node& node : nodes) names.push_back(node.verb->name);
+  return names;
+}
+
+ExitCode misused(Console& console, const std::string& name, const std::string& what) {
+  console.say(fmt::format("{}{} See `{} --help`.", what,
+                          what.ends_with('?') || what.ends_with('.') ? "" : ".", name));
+  return ExitCode::Usage;
+}
+
+ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
+  CLI::App app(program.sentence, program.name);
+  app.formatter(std::make_shared<WrappingFormatter>());
+  app.set_version_flag("--version", program.name + " " WAYMARK_VERSION, "Print the version and stop");
+  const Node root = grow(program, app);
+  if (!words.empty() && words.front() == "help") {  // `waymark help detect`
+    words.erase(words.begin());
+    words.emplace_back("--help");
+  }
+  const Chosen chosen = choose(root, words);
+  Console console(chosen.name, out, err);
+  if (words.empty()) {
+    console.say("no verb given.\n\n" + app.help());
+    return ExitCode::Usage;
+  }
+  if (!chosen.unknown_verb.empty()) {
+    return misused(console, chosen.name,
+                   fmt::format("unknown verb '{}'. {}", chosen.unknown_verb,
+                               suggestion(chosen.unknown_verb, names_of(chosen.node->children))));
+  }
+  try {
+    std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
+    app.parse(std::move(words));
+  } catch (const CLI::CallForHelp&) {
+    console.print(app.help());
+    return console.finish(ExitCode::Ok);
+  } catch (const CLI::CallForVersion& version) {
+    console.print(std::string(version.what()) + "\n");
+    return console.finish(ExitCode::Ok);
+  } catch (const CLI::ParseError& error) {
+    return misused(console, chosen.name, explain(error, app, *chosen.node->app));
+  }
+  return console.finish(chosen.node->run(console));
+}
+
+}  // namespace
+
+int run_program(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
+  ExitCode code = ExitCode::SomeFailed;
+  try {
+    code = parse_and_run(program, std::move(words), out, err);
+  } catch (const std::bad_alloc&) {
+    fmt::print(err, "{}: out of memory\n", program.name);
+  } catch (const std::exception& error) {  // from a library; ours do not throw
+    fmt::print(err, "{}: internal error: {}. Please report it.\n", program.name, error.what());
+  }
+  return static_cast<int>(code);
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "waymark/cli/console.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace waymark::cli {
+
+/// What runs once the command line is parsed.
+using Run = std::function<ExitCode(Console&)>;
+
+/// A word of the command line and what it does. Either it runs (`prepare`) or it leads to further words
+/// (`verbs`).
+struct Verb {
+  std::string name;
+  std::string sentence;  ///< in the list of verbs
+  std::string help;      ///< at the end of its own --help: an example with its output, exit codes
+  std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
+  std::vector<Verb> verbs = {};
+};
+
+// One line a verb; main.cpp lists them.
+[[nodiscard]] Verb detect_verb();
+[[nodiscard]] Verb evaluate_verb();
+
+}  // namespace waymark::cli
