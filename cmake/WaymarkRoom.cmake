@@ -1,7 +1,8 @@
-# waymark_room(NAME USES room... [PUBLIC lib...] [PRIVATE lib...])
+# waymark_room(NAME [INTERNAL] USES room... [PUBLIC lib...] [PRIVATE lib...])
 #
 # One folder = one target = one layer. Sources, headers and tests stand side by side in waymark/NAME; tests are the
 # files called *_test.cpp. USES is held against cmake/rooms.txt: an edge the table does not allow stops the configure.
+# An INTERNAL room is the inside of a program and is not installed.
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z]+ *\\|")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt)
 foreach(row IN LISTS _waymark_rows)
@@ -31,7 +32,7 @@ function(waymark_check_edges name)
 endfunction()
 
 function(waymark_room name)
-  cmake_parse_arguments(ROOM "" "" "USES;PUBLIC;PRIVATE;TEST_LIBS" ${ARGN})
+  cmake_parse_arguments(ROOM "INTERNAL" "" "USES;PUBLIC;PRIVATE;TEST_LIBS" ${ARGN})
   waymark_check_edges(${name} ${ROOM_USES})
   file(GLOB sources CONFIGURE_DEPENDS *.cpp)
   file(GLOB headers CONFIGURE_DEPENDS *.hpp)
@@ -57,7 +58,9 @@ function(waymark_room name)
   foreach(used IN LISTS ROOM_USES)
     target_link_libraries(${target} ${scope} waymark_${used})
   endforeach()
-  install(TARGETS ${target} EXPORT WaymarkTargets FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  if(NOT ROOM_INTERNAL)
+    install(TARGETS ${target} EXPORT WaymarkTargets FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  endif()
 
   if(WAYMARK_BUILD_TESTS AND tests)
     waymark_test(waymark_${name}_tests SOURCES ${tests} LIBS ${target} ${ROOM_TEST_LIBS})
