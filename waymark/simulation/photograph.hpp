@@ -1,0 +1,116 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/families/family.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/image/image.hpp"
+
+/// Still photographs of flat tags and printed sheets, with exact truth.
+namespace waymark {
+
+/// A printed tag before the camera. Cells that a family leaves open (the corners of the round ones) show
+/// paper.
+struct TagInScene {
+  TagId tag;
+  SE3 cam_T_tag;            ///< tag frame: centre, x right, y down, z into the tag
+  double size_m = 0;        ///< side of the square where black border meets white border
+  double margin_cells = 1;  ///< white paper around the tag's own total width, in cells of the tag
+};
+
+/// A printed sheet before the camera.
+struct SheetInScene {
+  Image raster;                 ///< 0 ink to 255 paper
+  double metres_per_pixel = 0;  ///< of the raster, e.g. 0.0254 / 300
+  SE3 cam_T_sheet;              ///< sheet frame: centre of the raster, x right, y down, z into the sheet
+};
+
+/// What lies before the camera. Nearer things (by the distance of their centres) cover those behind; things
+/// that pierce each other are not resolved.
+struct PhotographScene {
+  std::vector<TagInScene> tags;
+  std::vector<SheetInScene> sheets;
+};
+
+/// How the camera sees it. Levels are grey levels of the picture (DN, 0 to 255).
+struct PhotographOptions {
+  double blur_sigma_px = 0.6;
+  double black_level_dn = 40;
+  double white_level_dn = 200;
+  double read_noise_dn = 1.0;
+  double shot_noise_dn = 0.02;
+  std::string background = "clutter";
+  double background_level_dn = 110;
+  double background_contrast_dn = 60;
+  double clutter_size_px = 48;
+  double illumination_gradient = 0.2;
+  double illumination_direction_deg = 30;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.blur_sigma_px, Field{"blur_sigma_px",
+                                    "Standard deviation of the lens's Gaussian spread, on top of the square "
+                                    "of the pixel; below 0.05 none.",
+                                    0, 50});
+    visit(self.black_level_dn, Field{"black_level_dn", "Grey level of ink in mean light.", 0, 255});
+    visit(self.white_level_dn, Field{"white_level_dn", "Grey level of paper in mean light.", 0, 255});
+    visit(self.read_noise_dn, Field{"read_noise_dn", "Standard deviation of the noise in the dark.", 0, 100});
+    visit(self.shot_noise_dn, Field{"shot_noise_dn",
+                                    "Variance that a grey level of light adds to the noise: variance = "
+                                    "read_noise_dn^2 + shot_noise_dn * level.",
+                                    0, 100});
+    visit(self.background, Field{"background", "What lies behind the tags: flat, gradient or clutter."});
+    visit(self.background_level_dn,
+          Field{"background_level_dn", "Mean grey level of the background.", 0, 255});
+    visit(self.background_contrast_dn,
+          Field{"background_contrast_dn", "Largest difference of the background from its mean.", 0, 255});
+    visit(self.clutter_size_px,
+          Field{"clutter_size_px", "Size of the largest blobs of a cluttered background.", 1, 10000});
+    visit(self.illumination_gradient, Field{"illumination_gradient",
+                                            "How much brighter the lit end of the picture's diagonal is than "
+                                            "the other, relative to the mean.",
+                                            0, 1.9});
+    visit(self.illumination_direction_deg,
+          Field{"illumination_direction_deg", "Where the light comes from: 0 right, 90 below.", -360, 360});
+  }
+};
+
+/// What is true of a tag in a photograph.
+struct TagTruth {
+  TagId tag;
+  SE3 cam_T_tag;
+  double size_m = 0;
+  /// TL, TR, BR, BL of the printed tag, in distorted pixels, centres at +1/2; they may lie outside the
+  /// picture.
+  std::array<Eigen::Vector2d, 4> corners_px{};
+  double size_px = 0;  ///< side it would have if it faced the camera where it is
+  double tilt_rad =
+      0;  ///< between the line of sight and the tag's normal, 0 face to face; above pi/2 turned away
+  /// Share of the size x size square that is in the picture and not covered by something nearer, of 33 x 33
+  /// points up to and including the edges; 1 is wholly visible, 0 turned away or out of sight.
+  double visible_fraction = 0;
+};
+
+struct Photograph {
+  Image image;
+  std::vector<TagTruth> tags =
+      {};  ///< in the scene's order; a tag whose corners do not all project is left out
+};
+
+/// Takes the picture: each pixel is the exact average of the scene over its square (see Coverage), spread by
+/// the lens; then light, noise, rounding. The same scene, options and seed give the same picture. Backgrounds
+/// are out of focus: constant within the reach of the lens. Errors: InvalidArgument (an option, a size, a tag
+/// number, an empty raster, a pose with a number that is not finite), LimitExceeded (more than 250 million
+/// pixels). Time goes with the pixels around tags and sheets.
+[[nodiscard]] Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& scene,
+                                            const PhotographOptions& options, Random& random);
+
+}  // namespace waymark
