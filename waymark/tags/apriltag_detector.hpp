@@ -24,7 +24,7 @@ struct DetectorOptions {
   double quad_decimate = 1;
   double quad_sigma = 0;
   bool refine_edges = true;
-  double decode_sharpening = 0.6;
+  double decode_sharpening = 0.8;
   int min_white_black_diff = 15;
   int threads = 1;
   int memory_limit_mib = 512;
