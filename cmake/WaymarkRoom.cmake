@@ -3,10 +3,10 @@
 # One folder = one target = one layer. Sources, headers and tests stand side by side in waymark/NAME; tests are the
 # files called *_test.cpp. USES is held against cmake/rooms.txt: an edge the table does not allow stops the configure.
 # An INTERNAL room is the inside of a program and is not installed.
-file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z]+ *\\|")
+file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z/]+ *\\|")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt)
 foreach(row IN LISTS _waymark_rows)
-  string(REGEX MATCH "^([a-z]+) *\\|([^|]*)" _ "${row}")
+  string(REGEX MATCH "^([a-z/]+) *\\|([^|]*)" _ "${row}")
   set(_room ${CMAKE_MATCH_1})
   string(STRIP "${CMAKE_MATCH_2}" _edges)
   separate_arguments(_edges)
@@ -40,6 +40,9 @@ function(waymark_room name)
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|/main\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
 
+  # A room in a room (drivers/simulated) is the target waymark_drivers_simulated.
+  string(REPLACE "/" "_" name ${name})
+  string(REPLACE "/" "_" ROOM_USES "${ROOM_USES}")
   set(target waymark_${name})
   if(sources)
     set(scope PUBLIC)

@@ -37,7 +37,7 @@ def read_table(path):
 
 def linked_rooms(cmake_lists):
     """The rooms a room says it uses; what those use comes with them."""
-    match = re.search(r"waymark_room\(\s*\w+([^)]*)\)", cmake_lists.read_text(), re.S)
+    match = re.search(r"waymark_room\(\s*[\w/]+([^)]*)\)", cmake_lists.read_text(), re.S)
     words = match.group(1).split() if match else []
     uses, taking = set(), False
     for word in words:
@@ -74,7 +74,7 @@ def check_file(path, room_name, room, reach, brought):
         header = match.group(2)
         parts = header.split("/")
         if parts[0] == "waymark":
-            used = parts[1]
+            used = "/".join(parts[1:-1])
             if used != room_name and used not in reach:
                 yield f"{path}:{line}: room '{room_name}' includes {header} but does not link '{used}'"
         elif match.group(1) == '"' and parts[0] != "tests":
@@ -89,17 +89,20 @@ def check_file(path, room_name, room, reach, brought):
 def main():
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
     rooms = read_table(root / "cmake/rooms.txt")
-    folders = [f for f in sorted((root / "waymark").iterdir()) if f.is_dir()]
-    links = {f.name: linked_rooms(f / "CMakeLists.txt") for f in folders if (f / "CMakeLists.txt").exists()}
+    top = root / "waymark"
+    folders = {str(f.relative_to(top)): f for f in sorted(top.rglob("*")) if f.is_dir()}
+    # A folder that only holds rooms (drivers) is none itself.
+    folders = {name: f for name, f in folders.items() if not any(room.startswith(name + "/") for room in rooms)}
+    links = {name: linked_rooms(f / "CMakeLists.txt") for name, f in folders.items() if (f / "CMakeLists.txt").exists()}
     problems = []
-    for folder in folders:
-        if folder.name not in rooms:
-            problems.append(f"{folder}: room '{folder.name}' is not in cmake/rooms.txt")
+    for name, folder in folders.items():
+        if name not in rooms:
+            problems.append(f"{folder}: room '{name}' is not in cmake/rooms.txt")
             continue
-        reach = closure(folder.name, links)
+        reach = closure(name, links)
         brought = set().union(*(rooms[used]["headers"] for used in reach))  # what their headers include comes along
-        for path in sorted(folder.rglob("*.[hc]pp")):
-            problems.extend(check_file(path, folder.name, rooms[folder.name], reach, brought))
+        for path in sorted(folder.glob("*.[hc]pp")):
+            problems.extend(check_file(path, name, rooms[name], reach, brought))
     print("\n".join(problems) if problems else f"includes of {len(folders)} rooms are as cmake/rooms.txt allows")
     return 1 if problems else 0
 

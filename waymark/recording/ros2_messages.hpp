@@ -184,6 +184,16 @@ struct AprilTagDetectionArray {
   WAYMARK_ROS2_FIELDS(self.header, self.detections)
 };
 
+/// Ours: what apriltag_msgs has no room for. One entry a detection, in the order of the
+/// AprilTagDetectionArray with the same stamp.
+struct TagCornerCovariances {
+  static constexpr std::string_view kType = "waymark_msgs/msg/TagCornerCovariances";
+  Header header{};
+  std::vector<std::int32_t> id{};
+  std::vector<double> covariance_px2{};  ///< 64 numbers an entry: 8x8, corners TL TR BR BL as x y x y x y x y
+  WAYMARK_ROS2_FIELDS(self.header, self.id, self.covariance_px2)
+};
+
 struct KeyValue {
   std::string key{};
   std::string value{};

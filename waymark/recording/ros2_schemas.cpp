@@ -58,6 +58,8 @@ constexpr std::array kDefinitions = {
         "Point[4] corners\nfloat64[9] homography\n"},
     Definition{"apriltag_msgs/AprilTagDetectionArray",
                "std_msgs/Header header\nAprilTagDetection[] detections\n"},
+    Definition{"waymark_msgs/TagCornerCovariances",
+               "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
     Definition{"diagnostic_msgs/KeyValue", "string key\nstring value\n"},
     Definition{"diagnostic_msgs/DiagnosticStatus",
                "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"

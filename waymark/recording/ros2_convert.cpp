@@ -1,0 +1,233 @@
+#include "waymark/recording/ros2_convert.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <Eigen/Geometry>
+
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark::ros2 {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr double kHalfPixel = 0.5;  // ours less theirs
+constexpr std::string_view kLeftWheel = "left_wheel";
+constexpr std::string_view kRightWheel = "right_wheel";
+
+Header header(SensorTime stamp, std::string_view frame) { return {to_ros(stamp), std::string(frame)}; }
+Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Eigen::Vector3d vector(const Vector3& v) { return {v.x, v.y, v.z}; }
+
+Quaternion quaternion(const SO3& a_R_b) {
+  const Eigen::Quaterniond q = a_R_b.quaternion();
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+SO3 rotation(const Quaternion& q) {
+  return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
+}
+
+}  // namespace
+
+Time to_ros(SensorTime stamp) {
+  const std::int64_t ns = stamp.time_since_epoch().count();
+  const std::int64_t sec = ns >= 0 ? ns / kSecond : -((-ns + kSecond - 1) / kSecond);
+  return {static_cast<std::int32_t>(sec), static_cast<std::uint32_t>(ns - sec * kSecond)};
+}
+
+SensorTime from_ros(const Time& stamp) { return SensorTime(Duration(stamp.sec * kSecond + stamp.nanosec)); }
+
+Pose to_ros(const SE3& a_T_b) { return {vector(a_T_b.translation()), quaternion(a_T_b.rotation())}; }
+
+SE3 from_ros(const Pose& pose) { return {rotation(pose.orientation), vector(pose.position)}; }
+
+TransformStamped to_ros_transform(SensorTime stamp, std::string_view parent, std::string_view child,
+                                  const SE3& parent_T_child) {
+  return {header(stamp, parent), std::string(child), vector(parent_T_child.translation()),
+          quaternion(parent_T_child.rotation())};
+}
+
+SE3 from_ros(const TransformStamped& transform) {
+  return {rotation(transform.rotation), vector(transform.translation)};
+}
+
+Odometry to_ros(const waymark::Odometry& odometry) {
+  Odometry message;
+  message.header = header(odometry.stamp, kOdomFrame);
+  message.child_frame_id = kBaseFrame;
+  message.pose.pose = to_ros(lift(odometry.odom_T_base));
+  message.twist.twist.linear.x = odometry.speed_m_s;
+  message.twist.twist.angular.z = odometry.yaw_rate_rad_s;
+  return message;
+}
+
+waymark::Odometry from_ros(const Odometry& message) {
+  return {from_ros(message.header.stamp), project_to_plane(from_ros(message.pose.pose)),
+          message.twist.twist.linear.x, message.twist.twist.angular.z};
+}
+
+JointState to_ros(const WheelTicks& ticks) {
+  return {header(ticks.stamp, kBaseFrame),
+          {std::string(kLeftWheel), std::string(kRightWheel)},
+          {ticks.left_rad, ticks.right_rad},
+          {},
+          {}};
+}
+
+Result<WheelTicks> from_ros(const JointState& message) {
+  WheelTicks ticks{.stamp = from_ros(message.header.stamp)};
+  bool left = false;
+  bool right = false;
+  for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
+    if (message.name[i] == kLeftWheel) {
+      ticks.left_rad = message.position[i];
+      left = true;
+    } else if (message.name[i] == kRightWheel) {
+      ticks.right_rad = message.position[i];
+      right = true;
+    }
+  }
+  if (!left || !right)
+    return fail(ErrorCode::Unreadable, "a JointState without the joints left_wheel and right_wheel");
+  return ticks;
+}
+
+Imu to_ros(const ImuSample& imu) {
+  Imu message;
+  message.header = header(imu.stamp, kBaseFrame);
+  message.angular_velocity = vector(imu.angular_velocity_rad_s);
+  message.linear_acceleration = vector(imu.linear_acceleration_m_s2);
+  return message;
+}
+
+ImuSample from_ros(const Imu& message) {
+  return {from_ros(message.header.stamp), vector(message.angular_velocity),
+          vector(message.linear_acceleration)};
+}
+
+TwistStamped to_ros(const StampedCommand& command) {
+  TwistStamped message;
+  message.header = header(command.stamp, kBaseFrame);
+  message.twist.linear.x = command.command.speed_m_s;
+  message.twist.angular.z = command.command.yaw_rate_rad_s;
+  return message;
+}
+
+StampedCommand from_ros(const TwistStamped& message) {
+  return {from_ros(message.header.stamp), {message.twist.linear.x, message.twist.angular.z}};
+}
+
+PoseStamped to_ros(const TruthPose& truth) {
+  return {header(truth.stamp, kMapFrame), to_ros(truth.map_T_base)};
+}
+
+AprilTagDetectionArray to_ros(const TagFrame& frame) {
+  AprilTagDetectionArray message{.header = header(frame.stamp, kCameraFrame)};
+  for (const TagDetection& detection : frame.detections) {
+    AprilTagDetection out;
+    out.family = to_string(detection.tag.family);
+    out.id = detection.tag.number;
+    out.hamming = detection.hamming;
+    out.decision_margin = static_cast<float>(detection.decision_margin);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector2d& corner = detection.corners_px[3 - i];
+      out.corners[i] = {corner.x() - kHalfPixel, corner.y() - kHalfPixel};
+      out.centre.x += out.corners[i].x / 4;
+      out.centre.y += out.corners[i].y / 4;
+    }
+    message.detections.push_back(out);
+  }
+  return message;
+}
+
+TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
+  TagCornerCovariances message{.header = header(frame.stamp, kCameraFrame)};
+  for (const TagDetection& detection : frame.detections) {
+    message.id.push_back(detection.tag.number);
+    // Unknown: all zero, which no detector measures.
+    const CornerCovariance covariance = detection.corner_covariance_px2.value_or(CornerCovariance::Zero());
+    message.covariance_px2.insert(message.covariance_px2.end(), covariance.data(),
+                                  covariance.data() + covariance.size());
+  }
+  return message;
+}
+
+Result<TagFrame> from_ros(const AprilTagDetectionArray& message) {
+  TagFrame frame{.stamp = from_ros(message.header.stamp)};
+  for (const AprilTagDetection& in : message.detections) {
+    // Older recorders leave the family empty; all of them had 36h11.
+    const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
+    if (!family) return tl::unexpected(family.error());
+    TagDetection detection{
+        .tag = {*family, in.id}, .hamming = in.hamming, .decision_margin = in.decision_margin};
+    for (std::size_t i = 0; i < 4; ++i) {
+      detection.corners_px[3 - i] =
+          Eigen::Vector2d(in.corners[i].x + kHalfPixel, in.corners[i].y + kHalfPixel);
+    }
+    frame.detections.push_back(detection);
+  }
+  return frame;
+}
+
+Status add_covariances(TagFrame& frame, const TagCornerCovariances& message) {
+  const std::size_t count = frame.detections.size();
+  bool same = message.id.size() == count && message.covariance_px2.size() == 64 * count;
+  for (std::size_t i = 0; same && i < count; ++i) same = message.id[i] == frame.detections[i].tag.number;
+  if (!same)
+    return fail(ErrorCode::Unreadable, "corner covariances of other detections than those of the frame");
+  for (std::size_t i = 0; i < count; ++i) {
+    const CornerCovariance covariance =
+        Eigen::Map<const CornerCovariance>(message.covariance_px2.data() + 64 * i);
+    if (!covariance.isZero(0)) frame.detections[i].corner_covariance_px2 = covariance;
+  }
+  return {};
+}
+
+CameraInfo to_ros(const CameraModel& camera, SensorTime stamp) {
+  CameraInfo message;
+  message.header = header(stamp, kCameraFrame);
+  message.width = static_cast<std::uint32_t>(camera.width_px());
+  message.height = static_cast<std::uint32_t>(camera.height_px());
+  std::visit(
+      [&](const auto& model) {
+        message.k = {model.fx, 0, model.cx - kHalfPixel, 0, model.fy, model.cy - kHalfPixel, 0, 0, 1};
+        message.d.assign(model.k.begin(), model.k.end());
+      },
+      camera.projection());
+  if (const auto* radtan = std::get_if<PinholeRadtan>(&camera.projection())) {
+    message.distortion_model = radtan->coefficients > 5 ? "rational_polynomial" : "plumb_bob";
+    message.d.resize(radtan->coefficients > 5 ? 8 : 5);
+  } else {
+    message.distortion_model = "equidistant";
+  }
+  message.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  message.p = {message.k[0], 0, message.k[2], 0, 0, message.k[4], message.k[5], 0, 0, 0, 1, 0};
+  return message;
+}
+
+Result<CameraModel> from_ros(const CameraInfo& message) {
+  const double fx = message.k[0];
+  const double fy = message.k[4];
+  const double cx = message.k[2] + kHalfPixel;
+  const double cy = message.k[5] + kHalfPixel;
+  const auto width = static_cast<int>(std::min<std::uint32_t>(message.width, 1U << 20));
+  const auto height = static_cast<int>(std::min<std::uint32_t>(message.height, 1U << 20));
+  if (message.distortion_model == "equidistant" || message.distortion_model == "fisheye") {
+    Equidistant model{.fx = fx, .fy = fy, .cx = cx, .cy = cy};
+    std::copy_n(message.d.begin(), std::min(message.d.size(), model.k.size()), model.k.begin());
+    return CameraModel::make(model, width, height);
+  }
+  if (message.distortion_model == "plumb_bob" || message.distortion_model == "rational_polynomial" ||
+      message.distortion_model.empty()) {
+    PinholeRadtan model{.fx = fx, .fy = fy, .cx = cx, .cy = cy};
+    std::copy_n(message.d.begin(), std::min(message.d.size(), model.k.size()), model.k.begin());
+    model.coefficients = static_cast<int>(std::min(message.d.size(), model.k.size()));
+    return CameraModel::make(model, width, height);
+  }
+  return fail(ErrorCode::Unsupported,
+              fmt::format("distortion model '{}' is not known", message.distortion_model),
+              {.key = "distortion_model"}, "Known: plumb_bob, rational_polynomial, equidistant.");
+}
+
+}  // namespace waymark::ros2

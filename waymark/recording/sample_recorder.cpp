@@ -1,0 +1,105 @@
+#include "waymark/recording/sample_recorder.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "waymark/recording/cdr.hpp"
+
+namespace waymark {
+namespace {
+
+// Quality of service as rosbag2 writes it (YAML), so that `ros2 bag play` offers the topic as a robot would.
+constexpr const char* kReliable = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
+constexpr const char* kLatched = "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n";
+
+std::uint64_t nanoseconds(SensorTime stamp) {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.time_since_epoch().count()));
+}
+
+}  // namespace
+
+Result<SampleRecorder> SampleRecorder::open(std::unique_ptr<ByteSink> sink,
+                                            const mcap::WriterOptions& options) {
+  Result<mcap::Writer> writer = mcap::Writer::open(std::move(sink), options);
+  if (!writer) return tl::unexpected(writer.error());
+  return SampleRecorder(std::move(*writer));
+}
+
+Status SampleRecorder::write(const std::string& topic, std::string_view type, SensorTime stamp,
+                             const Bytes& data) {
+  if (!channels_.contains(topic)) {
+    const auto schema = writer_.add_schema(std::string(type), "ros2msg", as_bytes(ros2::schema_text(type)));
+    if (!schema) return tl::unexpected(schema.error());
+    const char* qos = topic == topics::kTfStatic ? kLatched : kReliable;
+    const auto channel = writer_.add_channel(topic, *schema, "cdr", {{"offered_qos_profiles", qos}});
+    if (!channel) return tl::unexpected(channel.error());
+    channels_[topic] = *channel;
+  }
+  return writer_.write(channels_.at(topic), nanoseconds(stamp), nanoseconds(stamp), data);
+}
+
+template <class Message>
+Status SampleRecorder::add_message(const std::string& topic, SensorTime stamp, const Message& message) {
+  return write(topic, Message::kType, stamp, cdr::encode(message));
+}
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::TFMessage&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::PoseStamped&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime,
+                                            const ros2::PoseWithCovarianceStamped&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::DiagnosticArray&);
+
+Status SampleRecorder::add(const Sample& sample) {
+  struct Visitor {
+    SampleRecorder& recorder;
+    Status operator()(const TagFrame& frame) const {
+      if (Status status = recorder.add_message(topics::kTags, frame.stamp, ros2::to_ros(frame)); !status)
+        return status;
+      const bool known = std::ranges::any_of(
+          frame.detections, [](const auto& d) { return d.corner_covariance_px2.has_value(); });
+      return known
+                 ? recorder.add_message(topics::kTagCovariances, frame.stamp, ros2::covariances_to_ros(frame))
+                 : Status{};
+    }
+    Status operator()(const Odometry& s) const {
+      return recorder.add_message(topics::kOdometry, s.stamp, ros2::to_ros(s));
+    }
+    Status operator()(const WheelTicks& s) const {
+      return recorder.add_message(topics::kWheels, s.stamp, ros2::to_ros(s));
+    }
+    Status operator()(const ImuSample& s) const {
+      return recorder.add_message(topics::kImu, s.stamp, ros2::to_ros(s));
+    }
+    Status operator()(const StampedCommand& s) const {
+      return recorder.add_message(topics::kCommand, s.stamp, ros2::to_ros(s));
+    }
+    Status operator()(const TruthPose& s) const {
+      return recorder.add_message(topics::kTruth, s.stamp, ros2::to_ros(s));
+    }
+  };
+  return std::visit(Visitor{*this}, sample);
+}
+
+Status SampleRecorder::add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam) {
+  if (Status status = add_message(topics::kCameraInfo, stamp, ros2::to_ros(camera, stamp)); !status)
+    return status;
+  ros2::TFMessage message;
+  message.transforms.push_back(
+      ros2::to_ros_transform(stamp, ros2::kBaseFrame, ros2::kCameraFrame, base_T_cam));
+  return add_message(topics::kTfStatic, stamp, message);
+}
+
+Status SampleRecorder::add_metadata(const std::string& name,
+                                    const std::map<std::string, std::string>& values) {
+  return writer_.write_metadata({.name = name, .metadata = values});
+}
+
+Status SampleRecorder::add_attachment(const std::string& name, const std::string& media_type,
+                                      SensorTime stamp, std::string_view text) {
+  return writer_.write_attachment({.log_time = nanoseconds(stamp),
+                                   .create_time = nanoseconds(stamp),
+                                   .name = name,
+                                   .media_type = media_type,
+                                   .data = {as_bytes(text)}});
+}
+
+}  // namespace waymark

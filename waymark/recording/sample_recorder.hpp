@@ -1,0 +1,58 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/mcap_writer.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// Topic names of a recording (docs/formats/recording.md).
+namespace topics {
+inline constexpr const char* kTags = "/tag_detections";
+inline constexpr const char* kTagCovariances = "/tag_corner_covariances";
+inline constexpr const char* kCameraInfo = "/camera_info";
+inline constexpr const char* kOdometry = "/odom";
+inline constexpr const char* kWheels = "/joint_states";
+inline constexpr const char* kImu = "/imu";
+inline constexpr const char* kCommand = "/cmd_vel";
+inline constexpr const char* kTf = "/tf";
+inline constexpr const char* kTfStatic = "/tf_static";
+inline constexpr const char* kTruth = "/truth/pose";  ///< what no robot could know
+inline constexpr const char* kDiagnostics = "/diagnostics";
+inline constexpr const char* kEstimate = "/waymark/pose";
+}  // namespace topics
+
+/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp.
+class SampleRecorder {
+ public:
+  static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
+
+  Status add(const Sample& sample);
+  /// What a reader needs before the first frame: the camera and where it sits.
+  Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam);
+  /// A message of ours on any topic.
+  template <class Message>
+  Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
+  Status add_metadata(const std::string& name, const std::map<std::string, std::string>& values);
+  Status add_attachment(const std::string& name, const std::string& media_type, SensorTime stamp,
+                        std::string_view text);
+
+  Status flush() { return writer_.flush(); }
+  /// Ends the file with its summary. A recorder that is destroyed without it leaves a file that can be
+  /// recovered.
+  Status close() { return writer_.close(); }
+
+ private:
+  explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
+  Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
+
+  mcap::Writer writer_;
+  std::map<std::string, std::uint16_t> channels_;
+};
+
+}  // namespace waymark
