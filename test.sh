@@ -12,7 +12,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
   2. the house rules: allowed edges, includes, formatting
   3. the same tests under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
-  5. clang-tidy on the files changed since the main branch (or in the last 20 commits)
+  5. clang-tidy on the files changed since the main branch (or in the last five commits)
 
   --quick           only 1 and 2
   --full            also: long Monte Carlo runs, every header compiled alone, clang-tidy on everything, the thread

@@ -13,9 +13,9 @@ while [ $# -gt 0 ]; do
 done
 if [ -z "$base" ]; then
   base=$(git merge-base HEAD origin/main 2>/dev/null || true)
-  # On the main branch itself: the last 20 commits.
+  # On the main branch itself: the last five commits.
   if [ -z "$base" ] || [ "$base" = "$(git rev-parse HEAD)" ]; then
-    base=$(git rev-list --max-count=20 HEAD | tail -1)
+    base=$(git rev-list --max-count=6 HEAD | tail -1)
   fi
 fi
 if [ -n "$all" ]; then
@@ -24,7 +24,8 @@ else
   mapfile -t changed < <( { git diff --name-only --diff-filter=d "$base"; git ls-files --others --exclude-standard; } | sort -u)
   files=()
   for file in "${changed[@]}"; do
-    [[ "$file" =~ ^(waymark|tests|examples)/.*\.cpp$ ]] && files+=("$file")
+    # Tests are for --all: instantiating their frameworks takes half a minute each.
+    [[ "$file" =~ ^(waymark|examples)/.*\.cpp$ && ! "$file" =~ _test\.cpp$ ]] && files+=("$file")
     # A changed header is seen through the source beside it.
     [[ "$file" =~ ^waymark/.*\.hpp$ ]] && [ -f "${file%.hpp}.cpp" ] && files+=("${file%.hpp}.cpp")
   done
