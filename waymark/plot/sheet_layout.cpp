@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/plot/sheet_marks.hpp"
 
 namespace waymark::plot {
@@ -135,6 +136,26 @@ PlacedTag place(const TagId& tag, const Tile& tile, double tag_size_mm, Point co
 }
 
 }  // namespace
+
+Result<Orientation> parse_orientation(std::string_view text) {
+  if (text == "auto") return Orientation::Auto;
+  if (text == "portrait") return Orientation::Portrait;
+  if (text == "landscape") return Orientation::Landscape;
+  return fail(ErrorCode::InvalidArgument, fmt::format("unknown orientation '{}'", text.substr(0, 60)),
+              {.key = "orientation"}, suggestion(text, {"auto", "portrait", "landscape"}));
+}
+
+Status check_tag_size(double tag_size_m) {
+  constexpr double kSmallestM = 0.001;
+  constexpr double kLargestM = 5.0;
+  if (tag_size_m >= kSmallestM && tag_size_m <= kLargestM) return {};
+  const bool millimetres_given = tag_size_m > kLargestM && tag_size_m <= kLargestM * 1e3;
+  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is no size of a tag to print", tag_size_m),
+              {.key = "tag_size_m"},
+              millimetres_given
+                  ? fmt::format("Sizes are in metres: {:g} mm is {:g}.", tag_size_m, tag_size_m / 1e3)
+                  : fmt::format("Give metres, {:g} to {:g}; 160 mm is 0.16.", kSmallestM, kLargestM));
+}
 
 std::optional<double> largest_tag_size_m(FamilyId id, const SheetOptions& options) {
   double fitting_mm = 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "waymark/base/error.hpp"
@@ -13,6 +14,12 @@ namespace waymark::plot {
 
 /// How the paper lies. Auto: upright, or turned when more tags fit (or only then one does).
 enum class Orientation { Auto, Portrait, Landscape };
+
+/// "auto", "portrait" or "landscape". Error: InvalidArgument with a suggestion.
+[[nodiscard]] Result<Orientation> parse_orientation(std::string_view text);
+
+/// Whether a tag of this size can be printed; in words for who gave millimetres, nothing or NaN.
+[[nodiscard]] Status check_tag_size(double tag_size_m);
 
 /// What a sheet of tags shall be. "Size" of a tag is the side of the square where its black border meets the
 /// white one; families with an inner border (circle, custom, standard) reach beyond it.

@@ -179,6 +179,14 @@ TEST(SheetLayout, RefusesInWords) {
   EXPECT_THAT(error({0}, options), HasSubstr("No tag fits on it."));
 }
 
+TEST(Orientation, IsReadOrSuggested) {
+  EXPECT_EQ(parse_orientation("auto").value(), Orientation::Auto);
+  EXPECT_EQ(parse_orientation("portrait").value(), Orientation::Portrait);
+  EXPECT_EQ(parse_orientation("landscape").value(), Orientation::Landscape);
+  EXPECT_EQ(to_string(parse_orientation("potrait").error()),
+            "(orientation): unknown orientation 'potrait'. Did you mean 'portrait'?");
+}
+
 TEST(SheetLayout, StopsBeforeAForestIsPrinted) {
   SheetOptions options = with_size(0.05);
   options.per_page = 1;

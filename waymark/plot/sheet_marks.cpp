@@ -32,18 +32,6 @@ std::string millimetres(double length_mm) {
   return short_number(std::round(length_mm * 100.0) / 100.0) + " mm";
 }
 
-Status check_tag_size(double tag_size_m) {
-  constexpr double kSmallestM = 0.001;
-  constexpr double kLargestM = 5.0;
-  if (tag_size_m >= kSmallestM && tag_size_m <= kLargestM) return {};
-  const bool millimetres_given = tag_size_m > kLargestM && tag_size_m <= kLargestM * 1e3;
-  return fail(ErrorCode::InvalidArgument, fmt::format("{} m is no size of a tag to print", tag_size_m),
-              {.key = "tag_size_m"},
-              millimetres_given
-                  ? fmt::format("Sizes are in metres: {:g} mm is {:g}.", tag_size_m, tag_size_m / 1e3)
-                  : fmt::format("Give metres, {:g} to {:g}; 160 mm is 0.16.", kSmallestM, kLargestM));
-}
-
 Footer place_footer(const Paper& paper, double margin_mm) {
   Footer footer;
   footer.strip = {margin_mm, paper.height_mm - margin_mm - kFooterHeightMm, paper.width_mm - 2 * margin_mm,

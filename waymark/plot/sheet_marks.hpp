@@ -18,9 +18,6 @@ inline constexpr double kToleranceMm = 1e-6;
 /// 160 -> "160 mm", 24.69 -> "24.69 mm": what a ruler can show, to a hundredth.
 [[nodiscard]] std::string millimetres(double length_mm);
 
-/// Whether a size is one, in words for who gave millimetres, nothing at all or NaN.
-[[nodiscard]] Status check_tag_size(double tag_size_m);
-
 /// Height of the footer strip; its place on a page.
 inline constexpr double kFooterHeightMm = 15.0;
 [[nodiscard]] Footer place_footer(const Paper& paper, double margin_mm);
