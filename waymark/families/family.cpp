@@ -132,7 +132,7 @@ Result<FamilyId> parse_family(std::string_view text) {
     if (wanted == name || "tag" + wanted == name) return id;
   }
   return fail(ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
-              suggestion(text, family_names()));
+              suggestion(wanted.starts_with("tag") ? wanted : "tag" + wanted, family_names()));
 }
 
 Result<TagId> parse_tag_id(std::string_view text) {

@@ -97,6 +97,7 @@ TEST(ParseFamily, SuggestsTheNearestName) {
   const auto wrong = parse_family("tag36h12");
   ASSERT_FALSE(wrong);
   EXPECT_EQ(to_string(wrong.error()), "unknown tag family 'tag36h12'. Did you mean 'tag36h10'?");
+  EXPECT_EQ(parse_family("36h12").error().hint, "Did you mean 'tag36h10'?");
   EXPECT_FALSE(parse_family(""));
   EXPECT_FALSE(parse_family(std::string(100000, 'x')));
   EXPECT_LT(parse_family(std::string(100000, 'x')).error().message.size(), 200U);

@@ -1,0 +1,155 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/paper_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/plot/board.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct BoardArgs {
+  explicit BoardArgs(CLI::App& app) : paper(app), board(app, "Layout"), tag_size(require_tag_size(app)) {}
+
+  std::string style = "aprilgrid";
+  bool kalibr_yaml = false;
+  PaperFlags paper;
+  OptionFlags<plot::BoardOptions> board;
+  CLI::Option* tag_size;
+};
+
+struct Planned {
+  plot::BoardLayout layout;
+  plot::FileFormat format = plot::FileFormat::Pdf;
+  std::string kalibr_target;  ///< empty when it was not asked for
+};
+
+/// Everything that can be wrong before anything is drawn.
+Result<Planned> plan(const BoardArgs& args) {
+  plot::BoardOptions options;
+  if (const Status size = check_tag_size(*args.tag_size); !size) return tl::unexpected(size.error());
+  if (const Status applied = args.board.apply(options); !applied) return tl::unexpected(applied.error());
+  const auto format = args.paper.apply(options);
+  if (!format) return tl::unexpected(format.error());
+  const auto family = args.paper.family();
+  if (!family) return tl::unexpected(family.error());
+  const auto style = plot::parse_board_style(args.style);
+  if (!style) return tl::unexpected(style.error());
+  options.family = *family;
+  options.style = *style;
+  auto layout = plot::layout_board(options);
+  if (!layout) return tl::unexpected(layout.error());
+  Planned planned{std::move(*layout), *format, {}};
+  if (args.kalibr_yaml) {
+    auto target = plot::kalibr_target(options);
+    if (!target) return tl::unexpected(target.error());
+    planned.kalibr_target = std::move(*target);
+  }
+  return planned;
+}
+
+nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
+  const plot::BoardOptions& options = layout.options;
+  return {{"pages", 1},
+          {"tags", layout.tags.size()},
+          {"tags_per_page", layout.tags.size()},
+          {"style", std::string(to_string(options.style))},
+          {"family", std::string(to_string(options.family))},
+          {"cols", options.columns},
+          {"rows", options.rows},
+          {"first_id", options.first_id},
+          {"tag_size_m", options.tag_size_m},
+          {"spacing", options.spacing},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+/// board.yaml beside board.pdf.
+Status write_target(const Planned& planned, WrittenPages& written) {
+  if (planned.kalibr_target.empty() || written.code != ExitCode::Ok) return {};
+  const std::string path = std::filesystem::path(written.files.front()).replace_extension(".yaml").string();
+  const std::vector<std::uint8_t> bytes(planned.kalibr_target.begin(), planned.kalibr_target.end());
+  Status saved = write_bytes(path, bytes);
+  if (saved) written.files.push_back(path);
+  return saved;
+}
+
+void tell(const plot::BoardLayout& layout, const WrittenPages& written, Console& console) {
+  const plot::BoardOptions& options = layout.options;
+  console.print(fmt::format("{}: {} board of {} x {} tags, {} of {:g} m, 1 page {}\n", written.files.front(),
+                            to_string(options.style), options.columns, options.rows,
+                            to_string(options.family), options.tag_size_m, layout.paper.name));
+  if (written.files.size() > 1)
+    console.print(fmt::format("{}: the target file for Kalibr\n", written.files.back()));
+}
+
+ExitCode draw(const BoardArgs& args, Console& console) {
+  const auto planned = plan(args);
+  if (!planned) {
+    console.say(naming_flag(planned.error()));
+    return ExitCode::Usage;
+  }
+  WrittenPages written = write_pages({plot::draw_board(planned->layout)}, planned->format, args.paper.output,
+                                     args.paper.dpi, console);
+  if (const Status saved = write_target(*planned, written); !saved) {
+    console.say(saved.error());
+    written.code = ExitCode::SomeFailed;
+  }
+  if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
+  if (written.code != ExitCode::Ok) return written.code;
+  if (!args.paper.json) tell(planned->layout, written, console);
+  if (planned->layout.options.style == plot::BoardStyle::AprilGrid) {
+    console.say(
+        "Kalibr reads this board; `waymark detect` and AprilTag 3 do not, they want --style separate.");
+  }
+  console.say(kPrintReminder);
+  return ExitCode::Ok;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<BoardArgs>(app);
+  app.add_option("--style", args->style,
+                 "aprilgrid: as Kalibr prints and reads it, black squares touching the corners of the tags, "
+                 "border of "
+                 "two cells; separate: as AprilTag 3 and `waymark detect` read it")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_flag("--kalibr-yaml", args->kalibr_yaml,
+               "Also write the target file for Kalibr beside the board (.yaml)");
+  return [args](Console& console) { return draw(*args, console); };
+}
+
+}  // namespace
+
+Verb tags_board_verb() {
+  return {
+      .name = "board",
+      .sentence = "Draw a calibration board to print, in true size",
+      .help =
+          R"(Numbers run row by row from the lower left tag to the right, then up, as Kalibr counts; its origin is
+the lower left corner of the first tag, x right, y up. Print at 100 %, without "fit to page", measure
+the ruler on the page, and mount the board on a flat, stiff plate. docs/howto/print-tags.md says more.
+
+Exit code: 0 written, 1 a file could not be written, 2 wrong usage or a board that does not fit.
+
+Examples:
+  waymark tags board --cols 6 --rows 6 --tag-size-m 0.024 --spacing 0.3 --paper A4 -o board.pdf
+  waymark tags board --tag-size-m 0.03 --paper A3 --kalibr-yaml -o april.pdf
+  waymark tags board --style separate --tag-size-m 0.024 -o separate.pdf
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,116 @@
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/paper_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/families/tag_numbers.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct SheetArgs {
+  explicit SheetArgs(CLI::App& app) : paper(app), sheet(app, "Layout"), tag_size(require_tag_size(app)) {}
+
+  std::string ids;
+  PaperFlags paper;
+  OptionFlags<plot::SheetOptions> sheet;
+  CLI::Option* tag_size;
+};
+
+struct Planned {
+  plot::SheetLayout layout;
+  plot::FileFormat format = plot::FileFormat::Pdf;
+};
+
+/// Everything that can be wrong before anything is drawn.
+Result<Planned> plan(const SheetArgs& args) {
+  plot::SheetOptions options;
+  if (const Status size = check_tag_size(*args.tag_size); !size) return tl::unexpected(size.error());
+  if (const Status applied = args.sheet.apply(options); !applied) return tl::unexpected(applied.error());
+  const auto format = args.paper.apply(options);
+  if (!format) return tl::unexpected(format.error());
+  const auto family = args.paper.family();
+  if (!family) return tl::unexpected(family.error());
+  const auto numbers = parse_tag_numbers(*family, args.ids);
+  if (!numbers) return tl::unexpected(numbers.error());
+  auto layout = plot::layout_sheet(*family, *numbers, options);
+  if (!layout) return tl::unexpected(layout.error());
+  return Planned{std::move(*layout), *format};
+}
+
+nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
+  std::size_t tags = 0;
+  for (const auto& page : layout.pages) tags += page.size();
+  return {{"pages", layout.pages.size()},
+          {"tags", tags},
+          {"tags_per_page", layout.tags_per_page},
+          {"family", std::string(to_string(layout.family))},
+          {"tag_size_m", layout.tag_size_mm / 1e3},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+ExitCode draw(const SheetArgs& args, Console& console) {
+  const auto planned = plan(args);
+  if (!planned) {
+    console.say(naming_flag(planned.error()));
+    return ExitCode::Usage;
+  }
+  const plot::SheetLayout& layout = planned->layout;
+  const WrittenPages written =
+      write_pages(plot::draw_sheet(layout), planned->format, args.paper.output, args.paper.dpi, console);
+  if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
+  if (written.code != ExitCode::Ok) return written.code;
+  if (!args.paper.json) {
+    const std::size_t pages = layout.pages.size();
+    console.print(fmt::format(
+        "{}: {} page{} {}, {} tag{} a page, {} of {:g} m\n",
+        written.files.size() == 1 ? written.files.front() : written.files.front() + " …", pages,
+        pages == 1 ? "" : "s", layout.paper.name, layout.pages.front().size(),
+        layout.pages.front().size() == 1 ? "" : "s", to_string(layout.family), layout.tag_size_mm / 1e3));
+  }
+  console.say(kPrintReminder);
+  return ExitCode::Ok;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<SheetArgs>(app);
+  app.add_option("--ids", args->ids, "Numbers of the tags, for example 0-23 or 0-3,7,9")
+      ->required()
+      ->type_name("LIST");
+  return [args](Console& console) { return draw(*args, console); };
+}
+
+}  // namespace
+
+Verb tags_sheet_verb() {
+  return {
+      .name = "sheet",
+      .sentence = "Draw tags to print, in true size",
+      .help =
+          R"(The size of a tag is the side of the square where its black border meets the white one; an arrow
+below each tag shows it. Families with an inner border (circle, custom, standard) reach beyond it.
+Cut along the dashed lines: the white margin within them belongs to the tag. Print at 100 %, without
+"fit to page", and measure the ruler on the page. How to choose: docs/howto/print-tags.md.
+
+Exit code: 0 written, 1 a file could not be written, 2 wrong usage or a tag that does not fit, 130
+stopped by Ctrl-C.
+
+Examples:
+  waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
+  waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
