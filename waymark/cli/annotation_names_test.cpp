@@ -33,7 +33,7 @@ TEST(AnnotationNames, NeverCollideAndStayInTheFolder) {
         rc::gen::element<std::string>("a", "A", "..", ".", "a.png", "a.jpg", "a-2", "a__a", "/");
     const auto path = rc::gen::map(rc::gen::container<std::vector<std::string>>(part), [](const auto& parts) {
       std::string joined = "a.png";
-      for (const auto& p : parts) joined = p + "/" + joined;
+      for (const auto& p : parts) joined.insert(0, p + "/");
       return joined;
     });
     const auto paths = *rc::gen::container<std::vector<std::string>>(path);

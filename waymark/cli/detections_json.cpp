@@ -16,14 +16,15 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
-double rounded(double value, double step) { return std::round(value / step) * step; }
+/// So many decimals, and -0 as 0: the same bytes wherever only the last bit of the arithmetic differs.
+double rounded(double value, double per_unit) {
+  constexpr double kLargest = 1e9;  // beyond it a double has no such decimals
+  return std::abs(value) < kLargest ? std::round(value * per_unit) / per_unit + 0.0 : value;
+}
 
-/// Six decimals, and -0 as 0: enough for a corner, and the same bytes wherever the last bit of the arithmetic
-/// differs.
 ordered_json point(const Eigen::Vector2d& px) {
   constexpr double kPerPx = 1e6;
-  return ordered_json::array(
-      {std::round(px.x() * kPerPx) / kPerPx + 0.0, std::round(px.y() * kPerPx) / kPerPx + 0.0});
+  return ordered_json::array({rounded(px.x(), kPerPx), rounded(px.y(), kPerPx)});
 }
 
 ordered_json rows(const CornerCovariance& covariance) {
@@ -43,7 +44,7 @@ ordered_json to_json(const TagDetection& detection, bool with_covariance) {
   value["family"] = std::string(to_string(detection.tag.family));
   value["id"] = detection.tag.number;
   value["hamming"] = detection.hamming;
-  value["decision_margin"] = rounded(detection.decision_margin, 1e-4);
+  value["decision_margin"] = rounded(detection.decision_margin, 1e4);
   value["corners_px"] = ordered_json::array();
   for (const auto& corner : corners) value["corners_px"].push_back(point(corner));
   value["center_px"] = point(center_px(corners));
@@ -97,7 +98,7 @@ class Reader {
     const bool finite =
         std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
     if (numbers.size() == rows * columns && finite) return numbers;
-    refuse(key, fmt::format("is not a table of {} x {} finite numbers", rows, columns).c_str());
+    refuse(key, fmt::format("is not a table of {} x {} finite numbers", rows, columns));
     return std::vector<double>(rows * columns, 0.0);
   }
   [[nodiscard]] bool has(const char* key) const { return object_.contains(key); }

@@ -1,0 +1,27 @@
+// Any text is either a list of reports that is written and read back as the same, or an Error with a place.
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto reports = waymark::cli::parse_reports({reinterpret_cast<const char*>(data), size}, "fuzz");
+  if (!reports) {
+    if (reports.error().message.empty() || reports.error().place.source != "fuzz") std::abort();
+    return 0;
+  }
+  std::string text;
+  for (auto report : *reports) {
+    if (!report.error && report.width_px <= 0)
+      report.width_px = report.height_px = 1;  // a picture has a size
+    text += waymark::cli::json_line(waymark::cli::to_json(report, true));
+  }
+  const auto again = waymark::cli::parse_reports(text, "again");
+  if (!again || again->size() != reports->size()) std::abort();
+  return 0;
+}
