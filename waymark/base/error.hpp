@@ -49,8 +49,8 @@ class [[nodiscard]] Result : public tl::expected<T, Error> {
  public:
   using Base = tl::expected<T, Error>;
   using Base::Base;
-  Result(Base base)
-      : Base(std::move(base)) {}  // NOLINT(google-explicit-constructor): so that map() and and_then() chain
+  // NOLINTNEXTLINE(google-explicit-constructor): what map() gives becomes a Result again
+  Result(Base base) : Base(std::move(base)) {}
 };
 
 /// Success or an Error, for what has no value to give back.

@@ -44,8 +44,8 @@ struct Radtan {
 };
 
 /// The equidistant map of the angle from the optical axis (Kannala and Brandt, "A generic camera model and
-/// calibration method for conventional, wide-angle, and fish-eye lenses", PAMI 2006, equation 6 with k1 = 1):
-/// theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
+/// calibration method for conventional, wide-angle, and fish-eye lenses", PAMI 2006: the radially symmetric
+/// model): theta_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8).
 struct EquidistantAngle {
   std::array<double, 4> k{};
 

@@ -156,8 +156,8 @@ Result<NamedCamera> read_camchain_camera(const YamlCursor& entry, std::string na
       coefficients ? coefficients->numbers() : Result<std::vector<double>>(std::vector<double>());
   if (!distortion) return tl::unexpected<Error>(distortion.error());
   const FileIntrinsics k{(*numbers)[0], (*numbers)[1], (*numbers)[2], (*numbers)[3]};
-  const CameraPlaces places{*entry.find("intrinsics"), *entry.find("resolution"),
-                            coefficients.value_or(*model)};
+  const CameraPlaces places{entry.find("intrinsics").value_or(entry),
+                            entry.find("resolution").value_or(entry), coefficients.value_or(*model)};
   const auto camera = make_camera(*model, k, *distortion, (*size)[0], (*size)[1], places);
   if (!camera) return tl::unexpected<Error>(camera.error());
   return read_extras(entry, NamedCamera{.name = std::move(name), .camera = *camera});

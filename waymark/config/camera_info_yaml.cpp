@@ -119,7 +119,7 @@ Result<NamedCamera> read_camera_info(const YamlCursor& root) {
   if (!D) return tl::unexpected<Error>(D.error());
   const auto model = root.at("distortion_model");
   if (!model) return tl::unexpected<Error>(model.error());
-  const CameraPlaces places{K->data, *root.find("image_width"), D->data};
+  const CameraPlaces places{K->data, root.find("image_width").value_or(root), D->data};
   const auto camera = make_camera(*model, *intrinsics, D->values, *width, *height, places);
   if (!camera) return tl::unexpected<Error>(camera.error());
   status = check_rectification(root, *intrinsics, *width, *height);
