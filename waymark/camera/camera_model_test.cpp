@@ -196,6 +196,20 @@ TEST(CameraModel, ACircularFisheyeMayEndInsideItsImage) {
   EXPECT_FALSE(camera.unproject({320 + 220, 240})) << "black rim of the image";
 }
 
+TEST(CameraModel, TheRimOfAFoldComesBackInEveryDirection) {
+  // Where the distortion is flat, rounding of a pixel may put it beyond the rim it came from.
+  const CameraModel camera = must(CameraModel::make(
+      Equidistant{.fx = 211.3, .fy = 209.7, .cx = 320.1, .cy = 239.7, .k = {-0.1, 0, 0, 0}}, 640, 480));
+  for (int i = 0; i < 1000; ++i) {
+    const double angle = camera.max_angle_rad() * (1 - 1e-10);
+    const double around = 0.006283 * i;
+    const auto px = camera.project(
+        {std::sin(angle) * std::cos(around), std::sin(angle) * std::sin(around), std::cos(angle)});
+    ASSERT_TRUE(px);
+    EXPECT_LT(round_trip_error(camera, *px), 1e-9) << around;
+  }
+}
+
 TEST(CameraModel, APrincipalPointOutsideTheImageIsFine) {
   const CameraModel cropped =
       must(CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = -20, .cy = 100}, 200, 200));

@@ -131,7 +131,9 @@ double Radtan::domain() const {
   const Polynomial across = numerator - tangential * denominator;
   const Polynomial stretch = kLargestStretch * denominator_squared - slope;
   double limit = kLargestRadius;
-  for (const Polynomial& must_stay_positive : {denominator, along, across, stretch}) {
+  // The denominator needs no check of its own: before its first zero g grows beyond kLargestStretch or falls
+  // to zero.
+  for (const Polynomial& must_stay_positive : {along, across, stretch}) {
     limit = last_positive_before_root(must_stay_positive, limit).value_or(limit);
   }
   return limit;

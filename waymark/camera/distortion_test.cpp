@@ -62,6 +62,16 @@ TEST(RadtanDomain, OfTangentialDistortionIsWhereItsLargestEigenvalueReachesOne) 
   EXPECT_NEAR((Radtan{{0, 0, 0.03, 0.04}}.domain()), 1 / (6 * 0.05), 1e-12);
 }
 
+TEST(RadtanDomain, OfPincushionWithTangentialDistortionEndsWithItsSmallerSlope) {
+  // B = 1 + 0.01 r^2 meets 6 |p| r = 0.6 r at 1.716, A = 1 + 0.03 r^2 only at 1.835.
+  EXPECT_NEAR((Radtan{{0.01, 0, 0.06, 0.08}}.domain()), (0.6 - std::sqrt(0.36 - 0.04)) / 0.02, 1e-12);
+}
+
+TEST(RadtanDomain, EndsWhereTheDenominatorVanishesEvenIfItCancels) {
+  // Numerator and denominator are both 1 - r^2 / 4: g is 1, but 0 / 0 at 2.
+  EXPECT_NEAR((Radtan{{-0.25, 0, 0, 0, 0, -0.25, 0, 0}}.domain()), 2.0, 1e-6);
+}
+
 /// Smaller eigenvalue of a symmetric matrix.
 double smaller_eigenvalue(const Eigen::Matrix2d& J) {
   return 0.5 * (J.trace() - std::hypot(J(0, 0) - J(1, 1), 2 * J(0, 1)));

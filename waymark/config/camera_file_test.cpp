@@ -184,6 +184,8 @@ TEST(CameraInfo, NoticesAProjectionOfAnotherResolution) {
       << "not filled in";
   EXPECT_EQ(info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[380.0, 0, 325.0, 0, 0, 410.0, 240.0,"), "")
       << "cropped after undistortion";
+  EXPECT_EQ(info_error("[445.0, 0, 322.1, 0, 0, 446.2, 246.9,", "[670.0, 0, 325.0, 0, 0, 668.0, 240.0,"), "")
+      << "magnified about the centre";
   EXPECT_EQ(info_error("rows: 3\n  cols: 4\n  data: [445.0, ", "rows: 3\n  cols: 4\n  data: ["),
             "c.yaml:20 (projection_matrix.data): 11 numbers in a 3x4 matrix. Give 12 numbers, row by row.");
 }
