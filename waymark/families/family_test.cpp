@@ -116,7 +116,7 @@ TEST(ParseTagId, RefusesWhatIsNoNumberOfTheFamily) {
             "no tag number '587' in tag36h11. tag36h11 has the numbers 0 to 586.");
 }
 
-TEST(FamilyTable, IsBuiltOnceWhoeverAsksFirst) {
+TEST(FamilyTable, ThreadsShareOneTableWhoeverAsksFirst) {
   std::array<const Family*, 8> seen{};
   std::vector<std::thread> threads;
   threads.reserve(seen.size());
