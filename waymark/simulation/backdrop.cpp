@@ -35,12 +35,12 @@ double value_noise(std::uint64_t seed, double x, double y) {
 }
 
 double clutter(std::uint64_t seed, double size_px, double x, double y) {
-  constexpr double kSmallest_px = 4;
+  constexpr double kSmallestPx = 4;
   constexpr double kFading = 0.65;  // amplitude of an octave against the one before
   double sum = 0;
   double sum_of_amplitudes = 0;
   double amplitude = 1;
-  for (std::uint64_t octave = 0; octave == 0 || size_px >= kSmallest_px;
+  for (std::uint64_t octave = 0; octave == 0 || size_px >= kSmallestPx;
        ++octave, size_px /= 2, amplitude *= kFading) {
     sum += amplitude * value_noise(seed + octave, x / size_px, y / size_px);
     sum_of_amplitudes += amplitude;

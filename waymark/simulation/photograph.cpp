@@ -48,7 +48,7 @@ Status check_tag(const TagInScene& tag, std::size_t index) {
     return fail(ErrorCode::InvalidArgument, fmt::format("a margin of {} cells", tag.margin_cells),
                 {.key = key("margin_cells")}, "Give 0 or more.");
   }
-  if (const Status size = check_size(tag.size_m, key("size_m")); !size) return size;
+  if (Status size = check_size(tag.size_m, key("size_m")); !size) return size;
   return check_finite(tag.cam_T_tag, key("cam_T_tag"));
 }
 
@@ -56,17 +56,17 @@ Status check_sheet(const SheetInScene& sheet, std::size_t index) {
   const auto key = [&](const char* member) { return fmt::format("sheets[{}].{}", index, member); };
   if (sheet.raster.empty())
     return fail(ErrorCode::InvalidArgument, "a sheet without pixels", {.key = key("raster")});
-  if (const Status size = check_size(sheet.metres_per_pixel, key("metres_per_pixel")); !size) return size;
+  if (Status size = check_size(sheet.metres_per_pixel, key("metres_per_pixel")); !size) return size;
   return check_finite(sheet.cam_T_sheet, key("cam_T_sheet"));
 }
 
 Status check(const CameraModel& camera, const PhotographScene& scene, const PhotographOptions& options) {
-  if (const Status ranges = check_ranges(options); !ranges) return ranges;
+  if (Status ranges = check_ranges(options); !ranges) return ranges;
   for (std::size_t i = 0; i < scene.tags.size(); ++i) {
-    if (const Status good = check_tag(scene.tags[i], i); !good) return good;
+    if (Status good = check_tag(scene.tags[i], i); !good) return good;
   }
   for (std::size_t i = 0; i < scene.sheets.size(); ++i) {
-    if (const Status good = check_sheet(scene.sheets[i], i); !good) return good;
+    if (Status good = check_sheet(scene.sheets[i], i); !good) return good;
   }
   if (std::int64_t{camera.width_px()} * camera.height_px() <= kMaxPixels) return {};
   return fail(ErrorCode::LimitExceeded, fmt::format("a photograph of {} x {} px, more than {} pixels",
@@ -120,7 +120,7 @@ Image expose(const CameraModel& camera, const photo::SceneLight& light, const ph
 
 Result<Photograph> photograph(const CameraModel& camera, const PhotographScene& scene,
                               const PhotographOptions& options, Random& random) {
-  if (const Status good = check(camera, scene, options); !good) return tl::unexpected(good.error());
+  if (Status good = check(camera, scene, options); !good) return tl::unexpected(good.error());
   const Result<photo::Backdrop::Kind> kind = backdrop_kind(options.background);
   if (!kind) return tl::unexpected(kind.error());
   const photo::Backdrop backdrop{.kind = *kind,

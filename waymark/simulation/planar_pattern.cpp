@@ -12,12 +12,11 @@
 namespace waymark::photo {
 namespace {
 
-constexpr double kChordTolerance_px = 1e-4;
-constexpr double kLongestChord_px =
-    16;  // under distortion: short enough that no bend hides between two tests
+constexpr double kChordTolerancePx = 1e-4;
+constexpr double kLongestChordPx = 16;  // under distortion: short enough that no bend hides between two tests
 constexpr int kMaxEdgeHalvings = 16;
 constexpr int kMaxRectHalvings = 12;
-constexpr double kFarthest_px = 1e6;  // beyond, the crossing of an edge and the image loses digits
+constexpr double kFarthestPx = 1e6;  // beyond, the crossing of an edge and the image loses digits
 
 bool keeps_lines_straight(const CameraModel& camera) {
   const auto* pinhole = std::get_if<PinholeRadtan>(&camera.projection());
@@ -79,7 +78,7 @@ class Projector {
 
   [[nodiscard]] std::optional<Point> project(const Eigen::Vector3d& cam_p) const {
     const auto px = camera_.project(cam_p);
-    if (!px || px->cwiseAbs().maxCoeff() > kFarthest_px) return std::nullopt;
+    if (!px || px->cwiseAbs().maxCoeff() > kFarthestPx) return std::nullopt;
     return Point{cam_p, *px};
   }
 
@@ -116,7 +115,7 @@ class Projector {
     const auto middle = project((a.cam_p + b.cam_p) / 2);
     if (!middle) return false;
     const double bend = distance_from_line(middle->px, a.px, b.px);
-    const bool follows = bend < kChordTolerance_px && (b.px - a.px).norm() < kLongestChord_px;
+    const bool follows = bend < kChordTolerancePx && (b.px - a.px).norm() < kLongestChordPx;
     if (follows || halvings >= kMaxEdgeHalvings) return true;
     if (!add_bend(a, *middle, halvings + 1)) return false;
     out_.corners_px.push_back(middle->px);

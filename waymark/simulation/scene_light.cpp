@@ -33,6 +33,20 @@ Window window_of(const ProjectedPattern& pattern) {
 /// Covered share and level of a cell.
 using Light = std::array<float, 2>;
 
+/// Rows of light.
+class LightRows {
+ public:
+  LightRows(int width, int height)
+      : width_(static_cast<std::size_t>(width)), cells_(width_ * static_cast<std::size_t>(height)) {}
+  [[nodiscard]] Light* row(int y) { return cells_.data() + static_cast<std::size_t>(y) * width_; }
+  [[nodiscard]] const Light* row(int y) const { return cells_.data() + static_cast<std::size_t>(y) * width_; }
+  [[nodiscard]] std::size_t width() const { return width_; }
+
+ private:
+  std::size_t width_;
+  std::vector<Light> cells_;
+};
+
 /// A band of pixel rows, gathered from a finer grid that reaches over its sides as far as the lens spreads.
 class Band {
  public:
@@ -42,7 +56,7 @@ class Band {
         n_(spread.cells_per_px),
         grid_({pixels.x_begin - spread.reach_px, pixels.y_begin - spread.reach_px,
                pixels.x_end + spread.reach_px, pixels.y_end + spread.reach_px}),
-        cells_(cells(grid_.width() * n_, grid_.height() * n_)) {}
+        cells_(grid_.width() * n_, grid_.height() * n_) {}
 
   /// Lays a pattern over what is there.
   void add(const ProjectedPattern& pattern, Coverage& coverage) {
@@ -54,8 +68,9 @@ class Band {
     for (const ProjectedPattern::Piece& piece : pattern.pieces) {
       if (piece.y_max <= part.y_begin || piece.y_min >= part.y_end) continue;
       corners.clear();
-      for (std::size_t i = piece.begin; i < piece.end; ++i)
+      for (std::size_t i = piece.begin; i < piece.end; ++i) {
         corners.emplace_back((pattern.corners_px[i] - origin) * n_);
+      }
       coverage.add(corners, piece.level);
     }
     for (int y = 0; y < coverage.height(); ++y) lay_row(part, y, coverage.finish_row(y));
@@ -63,10 +78,10 @@ class Band {
 
   /// Gathers the light of the band's pixels: along rows first, then down columns.
   void gather(SceneLight& light) const {
-    const std::vector<Light> rows = gather_rows();
-    const auto width = static_cast<std::size_t>(pixels_.width());
+    const LightRows rows = gather_rows();
+    const std::size_t width = rows.width();
     for (int y = pixels_.y_begin; y < pixels_.y_end; ++y) {
-      const Light* from = rows.data() + static_cast<std::size_t>((y - pixels_.y_begin) * n_) * width;
+      const Light* from = rows.row((y - pixels_.y_begin) * n_);
       for (std::size_t x = 0; x < width; ++x) {
         double covered = 0;
         double level = 0;
@@ -83,16 +98,9 @@ class Band {
   }
 
  private:
-  static std::vector<Light> cells(int width, int height) {
-    return std::vector<Light>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  }
-
   /// Nearer paper hides what lies behind it, cell by cell.
   void lay_row(const Window& part, int y, std::span<const Coverage::Cell> row) {
-    const auto stride = static_cast<std::size_t>(grid_.width() * n_);
-    const auto left = static_cast<std::size_t>((part.x_begin - grid_.x_begin) * n_);
-    const auto top = static_cast<std::size_t>((part.y_begin - grid_.y_begin) * n_ + y);
-    Light* to = cells_.data() + top * stride + left;
+    Light* to = cells_.row((part.y_begin - grid_.y_begin) * n_ + y) + (part.x_begin - grid_.x_begin) * n_;
     for (const Coverage::Cell& cell : row) {
       const auto open = static_cast<float>(1 - cell.covered);
       (*to)[0] = (*to)[0] * open + static_cast<float>(cell.covered);
@@ -101,12 +109,11 @@ class Band {
     }
   }
 
-  [[nodiscard]] std::vector<Light> gather_rows() const {
-    std::vector<Light> rows = cells(pixels_.width(), grid_.height() * n_);
-    const auto stride = static_cast<std::size_t>(grid_.width() * n_);
-    Light* to = rows.data();
+  [[nodiscard]] LightRows gather_rows() const {
+    LightRows rows(pixels_.width(), grid_.height() * n_);
     for (int y = 0; y < grid_.height() * n_; ++y) {
-      const Light* from = cells_.data() + static_cast<std::size_t>(y) * stride;
+      const Light* from = cells_.row(y);
+      Light* to = rows.row(y);
       for (int x = 0; x < pixels_.width(); ++x, from += n_) {
         double covered = 0;
         double level = 0;
@@ -124,7 +131,7 @@ class Band {
   const PointSpread& spread_;
   int n_;
   Window grid_;
-  std::vector<Light> cells_;
+  LightRows cells_;
 };
 
 }  // namespace

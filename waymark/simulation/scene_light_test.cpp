@@ -94,13 +94,13 @@ std::vector<Vector2d> fine_outline(const CameraModel& camera, const SE3& cam_T_p
 
 /// A view of the square that leaves room for the lens around it.
 SE3 wholly_visible_view(const CameraModel& camera, Random& random) {
-  constexpr double kRoom_px = 12;
+  constexpr double kRoomPx = 12;
   while (true) {
     const SE3 cam_T_plane = random_view(random);
     const auto outline = fine_outline(camera, cam_T_plane);
     const bool inside = std::all_of(outline.begin(), outline.end(), [&](const Vector2d& p) {
-      return camera.contains(p - Vector2d(kRoom_px, kRoom_px)) &&
-             camera.contains(p + Vector2d(kRoom_px, kRoom_px));
+      return camera.contains(p - Vector2d(kRoomPx, kRoomPx)) &&
+             camera.contains(p + Vector2d(kRoomPx, kRoomPx));
     });
     if (inside) return cam_T_plane;
   }

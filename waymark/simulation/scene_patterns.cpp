@@ -26,7 +26,7 @@ double distance(const PlanarPattern& pattern) { return pattern.cam_T_plane.trans
 
 /// Whether the line of sight to a point meets the paper of a pattern in front of the camera.
 bool is_in_the_way(const PlanarPattern& pattern, const SE3& plane_T_cam, const Eigen::Vector3d& cam_p) {
-  const Eigen::Vector3d eye = plane_T_cam.translation();
+  const Eigen::Vector3d& eye = plane_T_cam.translation();
   const Eigen::Vector3d along = plane_T_cam.rotation() * cam_p;
   if (along.z() == 0) return false;
   const double reach = -eye.z() / along.z();
@@ -84,10 +84,11 @@ PlanarPattern tag_pattern(const TagInScene& tag) {
   pattern.x_lines_m = lines(tags.total_width, cell_m, tag.margin_cells * cell_m);
   pattern.y_lines_m = pattern.x_lines_m;
   pattern.levels = Image(tags.total_width + 2 * margin, tags.total_width + 2 * margin, kPaper);
+  auto cell = cells.begin();
   for (int y = 0; y < tags.total_width; ++y) {
     for (int x = 0; x < tags.total_width; ++x) {
-      const std::uint8_t cell = cells[static_cast<std::size_t>(y * tags.total_width + x)];
-      pattern.levels.row(y + margin)[x + margin] = cell == kOpenCell ? kPaper : cell;
+      pattern.levels.row(y + margin)[x + margin] = *cell == kOpenCell ? kPaper : *cell;
+      ++cell;
     }
   }
   pattern.cam_T_plane = tag.cam_T_tag;
