@@ -1,7 +1,6 @@
 #include "waymark/simulation/scene_light.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "waymark/simulation/coverage.hpp"
@@ -30,21 +29,21 @@ Window window_of(const ProjectedPattern& pattern) {
           static_cast<int>(std::ceil(pattern.max_px.x())), static_cast<int>(std::ceil(pattern.max_px.y()))};
 }
 
-/// Covered share and level of a cell.
-using Light = std::array<float, 2>;
-
-/// Rows of light.
+/// Rows of cells, two numbers each: covered share and level, interleaved.
 class LightRows {
  public:
-  LightRows(int width, int height)
-      : width_(static_cast<std::size_t>(width)), cells_(width_ * static_cast<std::size_t>(height)) {}
-  [[nodiscard]] Light* row(int y) { return cells_.data() + static_cast<std::size_t>(y) * width_; }
-  [[nodiscard]] const Light* row(int y) const { return cells_.data() + static_cast<std::size_t>(y) * width_; }
-  [[nodiscard]] std::size_t width() const { return width_; }
+  LightRows(int cells, int rows)
+      : stride_(2 * static_cast<std::size_t>(cells)), values_(stride_ * static_cast<std::size_t>(rows)) {}
+  [[nodiscard]] std::span<float> row(int y) {
+    return {values_.data() + static_cast<std::size_t>(y) * stride_, stride_};
+  }
+  [[nodiscard]] std::span<const float> row(int y) const {
+    return {values_.data() + static_cast<std::size_t>(y) * stride_, stride_};
+  }
 
  private:
-  std::size_t width_;
-  std::vector<Light> cells_;
+  std::size_t stride_;
+  std::vector<float> values_;
 };
 
 /// A band of pixel rows, gathered from a finer grid that reaches over its sides as far as the lens spreads.
@@ -76,21 +75,20 @@ class Band {
     for (int y = 0; y < coverage.height(); ++y) lay_row(part, y, coverage.finish_row(y));
   }
 
-  /// Gathers the light of the band's pixels: along rows first, then down columns.
+  /// Gathers the light of the band's pixels: down columns first, then along rows.
   void gather(SceneLight& light) const {
-    const LightRows rows = gather_rows();
-    const std::size_t width = rows.width();
-    for (int y = pixels_.y_begin; y < pixels_.y_end; ++y) {
-      const Light* from = rows.row((y - pixels_.y_begin) * n_);
-      for (std::size_t x = 0; x < width; ++x) {
+    const LightRows columns = gather_columns();
+    for (int y = 0; y < pixels_.height(); ++y) {
+      const float* from = columns.row(y).data();
+      for (int x = 0; x < pixels_.width(); ++x, from += 2 * n_) {
         double covered = 0;
         double level = 0;
-        for (std::size_t k = 0; k < spread_.weights.size(); ++k) {
-          const Light& cell = from[k * width + x];
-          covered += spread_.weights[k] * static_cast<double>(cell[0]);
-          level += spread_.weights[k] * static_cast<double>(cell[1]);
+        const float* cell = from;
+        for (const double weight : spread_.weights) {
+          covered += weight * static_cast<double>(*cell++);
+          level += weight * static_cast<double>(*cell++);
         }
-        const std::size_t to = light.index(pixels_.x_begin + static_cast<int>(x), y);
+        const std::size_t to = light.index(pixels_.x_begin + x, pixels_.y_begin + y);
         light.covered[to] = static_cast<float>(std::clamp(covered, 0.0, 1.0));
         light.level[to] = static_cast<float>(std::clamp(level, 0.0, 255.0));
       }
@@ -100,31 +98,30 @@ class Band {
  private:
   /// Nearer paper hides what lies behind it, cell by cell.
   void lay_row(const Window& part, int y, std::span<const Coverage::Cell> row) {
-    Light* to = cells_.row((part.y_begin - grid_.y_begin) * n_ + y) + (part.x_begin - grid_.x_begin) * n_;
+    const std::span<float> cells = cells_.row((part.y_begin - grid_.y_begin) * n_ + y);
+    float* to = cells.data() + 2 * n_ * (part.x_begin - grid_.x_begin);
     for (const Coverage::Cell& cell : row) {
       const auto open = static_cast<float>(1 - cell.covered);
-      (*to)[0] = (*to)[0] * open + static_cast<float>(cell.covered);
-      (*to)[1] = (*to)[1] * open + static_cast<float>(cell.value);
+      *to = *to * open + static_cast<float>(cell.covered);
+      ++to;
+      *to = *to * open + static_cast<float>(cell.value);
       ++to;
     }
   }
 
-  [[nodiscard]] LightRows gather_rows() const {
-    LightRows rows(pixels_.width(), grid_.height() * n_);
-    for (int y = 0; y < grid_.height() * n_; ++y) {
-      const Light* from = cells_.row(y);
-      Light* to = rows.row(y);
-      for (int x = 0; x < pixels_.width(); ++x, from += n_) {
-        double covered = 0;
-        double level = 0;
-        for (std::size_t k = 0; k < spread_.weights.size(); ++k) {
-          covered += spread_.weights[k] * static_cast<double>(from[k][0]);
-          level += spread_.weights[k] * static_cast<double>(from[k][1]);
-        }
-        *to++ = {static_cast<float>(covered), static_cast<float>(level)};
+  /// One row a pixel row, still of fine cells. Nearly all the time goes here: so the inner loop runs along
+  /// memory.
+  [[nodiscard]] LightRows gather_columns() const {
+    LightRows columns(grid_.width() * n_, pixels_.height());
+    for (int y = 0; y < pixels_.height(); ++y) {
+      const std::span<float> to = columns.row(y);
+      for (std::size_t k = 0; k < spread_.weights.size(); ++k) {
+        const auto weight = static_cast<float>(spread_.weights[k]);
+        const float* from = cells_.row(y * n_ + static_cast<int>(k)).data();
+        for (float& sum : to) sum += weight * *from++;
       }
     }
-    return rows;
+    return columns;
   }
 
   Window pixels_;
@@ -134,31 +131,47 @@ class Band {
   LightRows cells_;
 };
 
+/// The columns of a strip that patterns light, as runs with nothing in between: no time is spent on the gaps.
+std::vector<Window> lit_parts(std::span<const ProjectedPattern> patterns, const Window& strip, int reach) {
+  std::vector<Window> parts;
+  for (const ProjectedPattern& pattern : patterns) {
+    const Window touched = window_of(pattern);
+    if (touched.empty()) continue;
+    Window part = overlap(strip, {touched.x_begin - reach, touched.y_begin - reach, touched.x_end + reach,
+                                  touched.y_end + reach});
+    if (part.empty()) continue;
+    part.y_begin = strip.y_begin;
+    part.y_end = strip.y_end;
+    parts.push_back(part);
+  }
+  std::sort(parts.begin(), parts.end(),
+            [](const Window& a, const Window& b) { return a.x_begin < b.x_begin; });
+  std::vector<Window> runs;
+  for (const Window& part : parts) {
+    if (runs.empty() || part.x_begin > runs.back().x_end) {
+      runs.push_back(part);
+    } else {
+      runs.back().x_end = std::max(runs.back().x_end, part.x_end);
+    }
+  }
+  return runs;
+}
+
 }  // namespace
 
 SceneLight gather_light(std::span<const ProjectedPattern> patterns, int width_px, int height_px,
                         const PointSpread& spread) {
   const std::size_t pixels = static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   SceneLight light{width_px, height_px, std::vector<float>(pixels), std::vector<float>(pixels)};
-  const int reach = spread.reach_px;
-  const int band_height = std::max(16, 2 * reach);
+  const int strip_height = std::max(16, 2 * spread.reach_px);
   Coverage coverage;
-  for (int y = 0; y < height_px; y += band_height) {
-    const Window strip{0, y, width_px, std::min(y + band_height, height_px)};
-    Window active{width_px, strip.y_begin, 0, strip.y_end};  // columns with something in them
-    for (const ProjectedPattern& pattern : patterns) {
-      const Window touched = window_of(pattern);
-      const Window spread_out{touched.x_begin - reach, touched.y_begin - reach, touched.x_end + reach,
-                              touched.y_end + reach};
-      const Window part = overlap(strip, spread_out);
-      if (part.empty()) continue;
-      active.x_begin = std::min(active.x_begin, part.x_begin);
-      active.x_end = std::max(active.x_end, part.x_end);
+  for (int y = 0; y < height_px; y += strip_height) {
+    const Window strip{0, y, width_px, std::min(y + strip_height, height_px)};
+    for (const Window& part : lit_parts(patterns, strip, spread.reach_px)) {
+      Band band(part, spread);
+      for (const ProjectedPattern& pattern : patterns) band.add(pattern, coverage);
+      band.gather(light);
     }
-    if (active.empty()) continue;
-    Band band(active, spread);
-    for (const ProjectedPattern& pattern : patterns) band.add(pattern, coverage);
-    band.gather(light);
   }
   return light;
 }
