@@ -1,0 +1,134 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <Eigen/Core>
+#include <cmath>
+
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/pose/cholesky6.hpp"
+#include "waymark/samples/tag_detection.hpp"
+
+namespace waymark::internal {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Vector8 = Eigen::Matrix<double, 8, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix86 = Eigen::Matrix<double, 8, 6>;
+using Corners3 = std::array<Eigen::Vector3d, 4>;
+using Corners2 = std::array<Eigen::Vector2d, 4>;
+
+/// What turns the eight coordinates of a residual into independent numbers of unit variance: L^-1 of the
+/// covariance L L^T.
+class Whitening {
+ public:
+  /// Independent coordinates of this standard deviation [px].
+  explicit Whitening(double sigma_px = 1.0) : inverse_sigma_(1.0 / sigma_px) {}
+  /// Of a full covariance [px^2]; nothing when it is not positive definite and finite.
+  static std::optional<Whitening> of(const CornerCovariance& covariance_px2);
+
+  void apply(Vector8& e, Matrix86& J) const;
+  void apply(Vector8& e) const;
+  /// Largest squared Mahalanobis distance of one corner, 2 degrees of freedom; e before whitening.
+  [[nodiscard]] double worst_corner_chi2(const Vector8& e) const;
+
+ private:
+  [[nodiscard]] bool isotropic() const { return inverse_sigma_ > 0; }
+
+  double inverse_sigma_ = 0;  ///< 0: the full factor holds
+  CornerCovariance factor_;   ///< L, set only for a full covariance
+};
+
+/// Normal equations of a least-squares problem at a pose: H = J^T J, g = J^T e, chi2 = e^T e of whitened
+/// residuals.
+struct NormalEquations {
+  Matrix6 H = Matrix6::Zero();
+  Vector6 g = Vector6::Zero();
+  double chi2 = 0;
+
+  void add(const Vector8& e, const Matrix86& J, double weight = 1.0);
+  void add(const NormalEquations& other, double weight = 1.0) {
+    H += weight * other.H;
+    g += weight * other.g;
+    chi2 += weight * other.chi2;
+  }
+};
+
+/// Residuals projection - measurement of four corners and their derivative with respect to a left
+/// perturbation in the frame with the camera's axes and its origin at cam_pivot; equations (13) and (14).
+/// False, with e and J unfinished, when a corner lies behind the camera or beyond the lens.
+bool corner_residuals(const CameraModel& camera, const Corners3& cam_corners,
+                      const Eigen::Vector3d& cam_pivot, const Corners2& measured_px, Vector8& e, Matrix86& J);
+
+/// exp(xi) applied to cam_T_ref in the frame with the camera's axes and origin at cam_pivot.
+[[nodiscard]] inline SE3 perturbed(const Vector6& xi, const SE3& cam_T_ref,
+                                   const Eigen::Vector3d& cam_pivot) {
+  const SE3 step = SE3::exp(xi);
+  return {step.rotation() * cam_T_ref.rotation(), cam_pivot + step * (cam_T_ref.translation() - cam_pivot)};
+}
+
+/// Adjoint of the translation by t: takes a tangent at the pivot t to the tangent at the origin.
+[[nodiscard]] inline Matrix6 shift_adjoint(const Eigen::Vector3d& t) {
+  Matrix6 Ad = Matrix6::Identity();
+  Ad.topRightCorner<3, 3>() = SO3::hat(t);
+  return Ad;
+}
+
+/// Root of the mean squared distance [px] of the corners from where they project; residuals before whitening.
+[[nodiscard]] inline double rms_of(const Vector8& e) { return std::sqrt(e.squaredNorm() / 4); }
+
+/// A step that promises less than this part of chi2 (or of 1e-3, when all but nothing is left) is the last: a
+/// thousandth of a standard deviation where chi2 is what it should be.
+inline constexpr double kGainTolerance = 1e-6;
+
+/// Where a refinement ended.
+struct Refined {
+  SE3 cam_T_ref{};
+  NormalEquations normal{};  ///< at cam_T_ref, but for a last step whose predicted gain was below tolerance
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Minimises chi2 by Levenberg and Marquardt's method (pure Gauss-Newton as long as that lowers the cost).
+///
+/// evaluate(cam_T_ref, cam_pivot, normal) adds up the normal equations at a pose, or returns false where a
+/// point cannot be seen. pivot_of(cam_T_ref) is the point of the camera frame about which a step turns: near
+/// the points it turns, the six unknowns are least correlated. Nothing when the start itself cannot be seen.
+template <class Evaluate, class PivotOf>
+std::optional<Refined> refine(const SE3& start, int max_iterations, PivotOf&& pivot_of, Evaluate&& evaluate) {
+  Refined at{.cam_T_ref = start};
+  Eigen::Vector3d pivot = pivot_of(start);
+  if (!evaluate(start, pivot, at.normal)) return std::nullopt;
+  double damping = 0;
+  while (at.iterations < max_iterations) {
+    ++at.iterations;
+    Matrix6 damped = at.normal.H;
+    damped.diagonal() *= 1.0 + damping;
+    const std::optional<Cholesky6> cholesky = Cholesky6::of(damped);
+    if (!cholesky) return std::nullopt;
+    const Vector6 step = -cholesky->solve(at.normal.g);
+    const double gain = -step.dot(at.normal.g);  // the fall of chi2 that the linear model promises
+    const SE3 next = perturbed(step, at.cam_T_ref, pivot);
+    if (gain <= kGainTolerance * (1e-3 + at.normal.chi2)) {
+      at.cam_T_ref = next;
+      at.normal.chi2 = std::max(0.0, at.normal.chi2 - gain);
+      at.converged = true;
+      return at;
+    }
+    NormalEquations there;
+    const Eigen::Vector3d next_pivot = pivot_of(next);
+    if (evaluate(next, next_pivot, there) && there.chi2 <= at.normal.chi2) {
+      at.cam_T_ref = next;
+      at.normal = there;
+      pivot = next_pivot;
+      damping = damping < 1e-6 ? 0 : damping / 10;
+    } else {
+      damping = std::max(10 * damping, 1e-3);
+    }
+  }
+  return at;
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,143 @@
+#include "waymark/pose/tag_pose.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "waymark/pose/reprojection.hpp"
+#include "waymark/pose/square_pose.hpp"
+#include "waymark/pose/starting_poses.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::Corners3;
+using internal::Matrix6;
+using internal::Matrix86;
+using internal::NormalEquations;
+using internal::Refined;
+using internal::Vector6;
+using internal::Vector8;
+using internal::Whitening;
+
+/// Two minima nearer than this many standard deviations are one: what is left of it is the end of the
+/// iteration.
+constexpr double kSameMinimumSigmas = 0.1;
+
+/// Everything one refinement needs.
+struct Problem {
+  const CameraModel& camera;
+  const TagDetection& detection;
+  Corners3 tag_corners;
+  Whitening whitening;
+};
+
+Corners3 corners_in_camera(const SE3& cam_T_tag, const Corners3& tag_corners) {
+  const Eigen::Matrix3d R = cam_T_tag.rotation().matrix();
+  Corners3 cam_corners;
+  for (std::size_t i = 0; i < 4; ++i) cam_corners[i] = R * tag_corners[i] + cam_T_tag.translation();
+  return cam_corners;
+}
+
+std::optional<Refined> refine_solution(const Problem& problem, const SE3& start, int max_iterations) {
+  const auto centre = [](const SE3& cam_T_tag) -> const Eigen::Vector3d& { return cam_T_tag.translation(); };
+  const auto evaluate = [&](const SE3& cam_T_tag, const Eigen::Vector3d& pivot, NormalEquations& normal) {
+    Vector8 e;
+    Matrix86 J;
+    const Corners3 cam_corners = corners_in_camera(cam_T_tag, problem.tag_corners);
+    if (!internal::corner_residuals(problem.camera, cam_corners, pivot, problem.detection.corners_px, e, J))
+      return false;
+    problem.whitening.apply(e, J);
+    normal.add(e, J);
+    return true;
+  };
+  return internal::refine(start, max_iterations, centre, evaluate);
+}
+
+double rms_px(const Problem& problem, const SE3& cam_T_tag) {
+  double squared = 0;
+  const Corners3 cam_corners = corners_in_camera(cam_T_tag, problem.tag_corners);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto px = problem.camera.project(cam_corners[i]);
+    if (px) squared += (*px - problem.detection.corners_px[i]).squaredNorm();
+  }
+  return std::sqrt(squared / 4);
+}
+
+std::optional<TagPoseSolution> solution_of(const Problem& problem, const Refined& refined) {
+  const std::optional<internal::Cholesky6> information = internal::Cholesky6::of(refined.normal.H);
+  if (!information) return std::nullopt;
+  const Matrix6 Ad = internal::shift_adjoint(refined.cam_T_ref.translation());
+  return TagPoseSolution{.cam_T_tag = refined.cam_T_ref,
+                         .chi2 = refined.normal.chi2,
+                         .rms_px = rms_px(problem, refined.cam_T_ref),
+                         .covariance = Ad.lazyProduct(information->inverse()).lazyProduct(Ad.transpose())};
+}
+
+/// Distance of b from a in standard deviations of a, about the centre of the tag.
+double sigmas_apart(const Refined& a, const Refined& b) {
+  Vector6 xi;
+  xi << b.cam_T_ref.translation() - a.cam_T_ref.translation(),
+      (b.cam_T_ref.rotation() * a.cam_T_ref.rotation().inverse()).log();
+  return std::sqrt(std::max(0.0, xi.dot(a.normal.H * xi)));
+}
+
+Result<TagPose> solve(const Problem& problem, const std::array<SE3, 2>& starts, int max_iterations) {
+  std::array<std::optional<Refined>, 2> refined;
+  std::array<std::optional<TagPoseSolution>, 2> solutions;
+  for (std::size_t i = 0; i < 2; ++i) {
+    refined[i] = refine_solution(problem, starts[i], max_iterations);
+    if (refined[i]) solutions[i] = solution_of(problem, *refined[i]);
+  }
+  const std::size_t best = solutions[1] && (!solutions[0] || solutions[1]->chi2 < solutions[0]->chi2) ? 1 : 0;
+  if (!solutions[best]) {
+    return fail(ErrorCode::InvalidArgument, "no pose in front of the camera fits the corners of the tag",
+                {.key = to_string(problem.detection.tag)},
+                "Check the corners and their order, and the calibration of the camera.");
+  }
+  TagPose pose{.best = *solutions[best]};
+  const std::size_t other = 1 - best;
+  if (!refined[other]) {
+    pose.other_state = OtherSolution::NotVisible;
+  } else if (!solutions[other] || !refined[other]->converged) {
+    pose.other_state = OtherSolution::NotConverged;
+  } else if (sigmas_apart(*refined[best], *refined[other]) < kSameMinimumSigmas) {
+    pose.other_state = OtherSolution::SameMinimum;
+  } else {
+    pose.other = solutions[other];
+  }
+  return pose;
+}
+
+}  // namespace
+
+double TagPose::ambiguity_ratio() const {
+  if (!other) return 0;
+  return other->rms_px > 0 ? std::min(1.0, best.rms_px / other->rms_px) : 1;
+}
+
+double TagPose::likelihood_ratio() const { return other ? std::exp((best.chi2 - other->chi2) / 2) : 0; }
+
+Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m, const CameraModel& camera,
+                                  const TagPoseOptions& options) {
+  if (const Status status = check_ranges(options); !status) return tl::unexpected<Error>(status.error());
+  const auto starts = internal::starting_poses(detection, size_m, camera);
+  if (!starts) return tl::unexpected<Error>(starts.error());
+  const auto whitening = internal::whitening_of(detection, options.corner_sigma_px);
+  if (!whitening) return tl::unexpected<Error>(whitening.error());
+  return solve({camera, detection, square_corners(size_m), *whitening}, *starts, options.max_iterations);
+}
+
+Result<TagPose> estimate_tag_pose(const TagDetection& detection, const TagSizes& sizes,
+                                  const CameraModel& camera, const TagPoseOptions& options) {
+  const Result<double> size = sizes.size_m(detection.tag);
+  if (!size) return tl::unexpected<Error>(size.error());
+  return estimate_tag_pose(detection, *size, camera, options);
+}
+
+PoseDeviations standard_deviations(const SE3& a_T_b, const PoseCovariance& covariance) {
+  const SE3::Tangent deviations = coordinate_deviations(Uncertain<SE3>{a_T_b, covariance});
+  return {deviations.head<3>(), deviations.tail<3>()};
+}
+
+}  // namespace waymark

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+
+/// 6x6 covariance of a pose a_T_b in its tangent (translation, rotation) [m, rad], written in a, on the left.
+using PoseCovariance = Covariance<SE3>;
+
+struct TagPoseOptions {
+  double corner_sigma_px = 0.2;  ///< used when a detection has no covariance of its own
+  int max_iterations = 30;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.corner_sigma_px, Field{"corner_sigma_px",
+                                      "Standard deviation of a corner coordinate when the detector gives no "
+                                      "covariance; raise it for blurred "
+                                      "images or a rough calibration.",
+                                      1e-6, 1e3});
+    visit(self.max_iterations,
+          Field{"max_iterations", "Steps of refinement after which to give up; 5 are usual.", 1, 1000});
+  }
+};
+
+/// One pose that explains the corners: a local minimum of the reprojection error (Martins and Ramos,
+/// "AprilTag-based Trajectory Tracking for the LIMOS Robot", equation 2.13, through the true lens and
+/// weighted by the corner covariance).
+struct TagPoseSolution {
+  SE3 cam_T_tag{};
+  double chi2 =
+      0;  ///< squared residuals over their variance; 8 coordinates, 6 unknowns: 2 degrees of freedom
+  double rms_px = 0;  ///< root mean square distance of the four corners from where they project [px]
+  /// Inverse Fisher information of the corners about cam_T_tag, in the camera frame's left tangent. First
+  /// order: it knows nothing of the other solution.
+  PoseCovariance covariance = PoseCovariance::Zero();
+};
+
+/// Why there is, or is not, a second solution.
+enum class OtherSolution : std::uint8_t {
+  Found,
+  SameMinimum,   ///< both starting points end in one minimum: strong perspective, or a frontal view
+  NotVisible,    ///< its corners would lie behind the camera or beyond the lens
+  NotConverged,  ///< no minimum was found from there
+};
+
+/// The pose of one tag. A flat square seen nearly without perspective has two poses that fit almost equally
+/// well, mirrored about the plane facing the camera, and noise decides which fits better: see
+/// docs/concepts/pose.md, "Two poses". So both are here, and whoever takes `best` alone decides to.
+struct TagPose {
+  TagPoseSolution best{};  ///< the smaller chi2; not certainly the true one, see ambiguity_ratio()
+  std::optional<TagPoseSolution> other{};            ///< the larger chi2
+  OtherSolution other_state = OtherSolution::Found;  ///< Found: `other` is there; else why it is not
+
+  /// best.rms_px / other.rms_px in [0, 1]: near 1 nothing tells them apart, 0 when there is no other.
+  [[nodiscard]] double ambiguity_ratio() const;
+  /// How much less likely the corners are under `other`: exp((best.chi2 - other.chi2) / 2) in [0, 1], 0 when
+  /// there is none. Means what it says only as far as the corner covariance does.
+  [[nodiscard]] double likelihood_ratio() const;
+};
+
+/// Both poses of one tag. The two solutions of square_poses() are refined until they are minima; no
+/// allocation, some microseconds. size_m: side of the square where black border meets white border.
+///
+/// Fails on a size that is not positive and finite, corners that are not finite, repeated, on a line or not
+/// in the order TL, TR, BR, BL, corners where no point of the lens's domain projects, a covariance that is
+/// not positive definite, and options out of range. Never gives NaN.
+[[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, double size_m,
+                                                const CameraModel& camera,
+                                                const TagPoseOptions& options = {});
+
+/// The same with the size looked up by id.
+[[nodiscard]] Result<TagPose> estimate_tag_pose(const TagDetection& detection, const TagSizes& sizes,
+                                                const CameraModel& camera,
+                                                const TagPoseOptions& options = {});
+
+/// Standard deviations a person can read.
+struct PoseDeviations {
+  Eigen::Vector3d position_m;    ///< of the origin of b along the axes of a
+  Eigen::Vector3d rotation_rad;  ///< about the axes of a
+};
+
+/// Of a_T_b with its covariance (left tangent in a): position of b's origin in a, whose uncertainty is not
+/// that of the tangent's translation as soon as b is away from a's origin; rotation about a's axes.
+[[nodiscard]] PoseDeviations standard_deviations(const SE3& a_T_b, const PoseCovariance& covariance);
+
+}  // namespace waymark
