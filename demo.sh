@@ -10,7 +10,8 @@ usage: ./demo.sh [OUT_DIR]          (default: out/demo)
 Installs the Debian packages it needs (says which; asks before sudo), builds the release preset, then
   1. renders a photograph of tags whose true corners are known,
   2. finds them, and leaves an annotated picture,
-  3. compares with the truth.
+  3. compares with the truth,
+  4. prints a sheet with a tag, photographs it virtually, and reports its pose beside the truth.
 The second run takes seconds.
 TXT
 }
@@ -27,7 +28,7 @@ export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
 mkdir -p build "$out"
 [ -f build/release/build.ninja ] || echo "Building (the first time takes a few minutes) …"
 cmake --preset release -DWAYMARK_BUILD_BENCHMARKS=OFF >build/release.configure.log 2>&1 || { cat build/release.configure.log; exit 1; }
-cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph -- --quiet
+cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph waymark_photograph_sheet -- --quiet
 waymark=build/release/waymark/cli/waymark
 
 echo
@@ -39,5 +40,15 @@ echo "2. \$ waymark detect --annotate $out/annotated $out/photograph.png"
 echo
 echo "3. \$ waymark evaluate detections --truth $out/truth.csv $out/photograph.png"
 "$waymark" evaluate detections --truth "$out/truth.csv" "$out/photograph.png"
+echo
+echo "4. \$ waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o $out/sheet.pdf     (print this one on paper)"
+"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o "$out/sheet.pdf"
+"$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 -o "$out/sheet.png"
+echo
+mkdir -p "$out/sheet"
+build/release/examples/waymark_photograph_sheet "$out/sheet.png" "$out/sheet"
+echo "\$ waymark detect --camera $out/sheet/camera.yaml --tag-size-m 0.16 $out/sheet/sheet_photo.png"
+"$waymark" detect --camera "$out/sheet/camera.yaml" --tag-size-m 0.16 --annotate "$out/annotated" "$out/sheet/sheet_photo.png"
+
 echo
 echo "Look at it: $out/annotated/"

@@ -13,6 +13,8 @@
 #include "waymark/cli/detect_all.hpp"
 #include "waymark/cli/detections_text.hpp"
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/pose_flags.hpp"
+#include "waymark/cli/poses.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/plot/annotate.hpp"
@@ -23,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DetectArgs {
-  explicit DetectArgs(CLI::App& app) : detector(app) {}
+  explicit DetectArgs(CLI::App& app) : detector(app), poses(app) {}
 
   std::vector<std::string> sources;
   bool recursive = false;
@@ -31,6 +33,7 @@ struct DetectArgs {
   bool covariance = false;
   std::string annotate_folder;
   DetectorFlags detector;
+  PoseFlags poses;
 };
 
 /// Where annotated pictures go, once that is known to work.
@@ -72,16 +75,34 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   return annotations;
 }
 
-Status write_annotated(const fs::path& to, const Image& image, const std::vector<TagDetection>& detections) {
-  const auto drawn = plot::annotate(image, detections);
+Status write_annotated(const fs::path& to, const Image& image, const std::vector<TagDetection>& detections,
+                       const std::vector<plot::FrameAxes>& axes) {
+  const auto drawn = plot::annotate(image, detections, axes);
   if (!drawn) return tl::unexpected(drawn.error());
   return write_image(to, *drawn);
+}
+
+/// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
+/// report.
+PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
+  if (report.width_px == 0) return {};
+  if (const Status fits = check_camera_matches_image(setup.camera, report.width_px, report.height_px);
+      !fits) {
+    if (!report.error) report.error = fits.error();
+    return {};
+  }
+  return poses_of(report.detections, setup);
 }
 
 ExitCode detect(const DetectArgs& args, Console& console) {
   const auto detector = args.detector.make();
   if (!detector) {
     console.say(detector.error());
+    return ExitCode::Usage;
+  }
+  const auto setup = args.poses.make();
+  if (!setup) {
+    console.say(setup.error());
     return ExitCode::Usage;
   }
   const std::vector<Input> inputs = find_inputs(args.sources, args.recursive);
@@ -91,13 +112,20 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     return ExitCode::Usage;
   }
   const auto each = [&](std::size_t i, PictureReport& report, const Image& image) {
+    const PoseList poses = *setup ? poses_for(report, **setup) : PoseList();
     if (!annotations->folder.empty() && !image.empty()) {
+      const auto axes = *setup ? axes_of(report.detections, poses, **setup) : std::vector<plot::FrameAxes>();
       const auto written =
-          write_annotated(annotations->folder / annotations->names[i], image, report.detections);
+          write_annotated(annotations->folder / annotations->names[i], image, report.detections, axes);
       if (!written && !report.error) report.error = written.error();
     }
-    if (args.json) console.print(json_line(to_json(report, args.covariance)));
-    if (!args.json && !image.empty()) console.print(to_text(report));
+    if (args.json) {
+      auto line = to_json(report, args.covariance);
+      for (std::size_t k = 0; k < poses.size(); ++k) add_to_json(line["detections"][k], poses[k]);
+      console.print(json_line(line));
+    } else if (!image.empty()) {
+      console.print(to_text(report) + to_text(report.detections, poses));
+    }
   };
   const DetectSummary summary = detect_all(inputs, **detector, console, each);
   console.say(fmt::format("{} pictures, {} tags, {} failed", summary.pictures, summary.tags, summary.failed));
@@ -142,6 +170,11 @@ Examples:
   waymark detect photograph.png
   waymark detect --annotate seen --family tag36h11 --family tag16h5 'photos/*.png'
   waymark detect --json photos/ > tags.jsonl
+  waymark detect --camera camera.yaml --tag-size-m 0.16 photograph.png
+
+With --camera and --tag-size-m each tag gets its pose in the camera (x right, y down, z forward) with standard
+deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better
+first, and the ratio of their errors says how sure that is (near 1: not at all).
 )",
       .prepare = prepare,
       .verbs = {}};

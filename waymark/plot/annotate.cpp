@@ -102,6 +102,23 @@ void draw_tag(cairo_t* cr, const TagDetection& detection, const ImageView& image
   draw_label(cr, to_string(detection.tag), low - gap, high + gap, std::clamp(side / 6, 10.0, 32.0), image);
 }
 
+void draw_axes(cairo_t* cr, const FrameAxes& axes, const ImageView& image) {
+  const Eigen::Vector2d reach(2.0 * image.width, 2.0 * image.height);
+  const auto end = [&](const Eigen::Vector2d& px) -> Eigen::Vector2d {
+    return px.cwiseMax(-reach).cwiseMin(reach);
+  };
+  if (!axes.origin_px.allFinite() || !axes.x_px.allFinite() || !axes.y_px.allFinite() ||
+      !axes.z_px.allFinite())
+    return;
+  cairo_set_line_width(cr, 3);
+  set_color(cr, kXAxis);
+  line(cr, end(axes.origin_px), end(axes.x_px));
+  set_color(cr, kYAxis);
+  line(cr, end(axes.origin_px), end(axes.y_px));
+  set_color(cr, kBox);
+  line(cr, end(axes.origin_px), end(axes.z_px));
+}
+
 void copy_in(const ImageView& image, cairo_surface_t* surface) {
   std::uint8_t* pixels = cairo_image_surface_get_data(surface);
   const std::ptrdiff_t stride = cairo_image_surface_get_stride(surface);
@@ -136,7 +153,8 @@ ColorImage copy_out(cairo_surface_t* surface, int width, int height) {
 
 }  // namespace
 
-Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections) {
+Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection> detections,
+                            std::span<const FrameAxes> axes) {
   if (image.empty()) return ColorImage();
   const Surface surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height),
                         cairo_surface_destroy);
@@ -152,6 +170,7 @@ Result<ColorImage> annotate(const ImageView& image, std::span<const TagDetection
     cairo_select_font_face(context.get(), "@cairo:monospace", CAIRO_FONT_SLANT_NORMAL,
                            CAIRO_FONT_WEIGHT_BOLD);
     for (const TagDetection& detection : detections) draw_tag(context.get(), detection, image);
+    for (const FrameAxes& frame : axes) draw_axes(context.get(), frame, image);
   }
   return copy_out(surface.get(), image.width, image.height);
 }

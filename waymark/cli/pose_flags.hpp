@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <CLI/App.hpp>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark::cli {
+
+/// What poses need: the camera and the sizes of the tags.
+struct PoseSetup {
+  CameraModel camera;
+  TagSizes sizes{};
+};
+
+/// The flags with which a verb gives poses: --camera, --camera-name, --tag-size-m. Must stay where it is
+/// while the command line is parsed.
+class PoseFlags {
+ public:
+  explicit PoseFlags(CLI::App& app);
+  PoseFlags(const PoseFlags&) = delete;
+  PoseFlags& operator=(const PoseFlags&) = delete;
+
+  /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
+  /// cannot be read and on a size that cannot be.
+  [[nodiscard]] Result<std::optional<PoseSetup>> make() const;
+
+ private:
+  std::string camera_path_;
+  std::string camera_name_;
+  std::vector<std::string> sizes_;
+};
+
+/// "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one; several of them.
+[[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
+
+}  // namespace waymark::cli

@@ -1,0 +1,88 @@
+#include "waymark/config/world_file.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark {
+namespace {
+
+const std::string kSmall = R"(name: small
+tag_family: tag36h11
+tag_size_m: 0.16
+anchor_id: 0
+tags:
+  - {id: 0, x_m: 1.0, y_m: 2.0, z_m: 0.3, facing_deg: 90}
+path_closed: true
+path_m:
+  - [0, 0]
+  - [1, 0]
+  - [1, 1]
+)";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+std::string error_of(const std::string& text) {
+  const auto world = parse_world(text, "w.yaml");
+  return world ? "none" : to_string(world.error());
+}
+
+TEST(WorldFile, ReadsWhatItSays) {
+  const auto world = parse_world(kSmall, "w.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  EXPECT_EQ(world->name, "small");
+  EXPECT_EQ(world->path_m.size(), 3U);
+  const MappedTag* tag = world->tags.find({FamilyId::Tag36h11, 0});
+  ASSERT_NE(tag, nullptr);
+  EXPECT_TRUE(
+      (tag->map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
+}
+
+TEST(WorldFile, BadInputIsAnsweredWithFileLineAndKey) {
+  EXPECT_EQ(error_of(replaced(kSmall, "anchor_id: 0", "anchor_id: 5")),
+            "w.yaml:4 (anchor_id): tag36h11:5 is not among the tags");
+  EXPECT_NE(error_of(replaced(kSmall, "facing_deg", "facing_dge")).find("facing_deg"), std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "tag36h11", "tag36h12")).find("w.yaml:2 (tag_family)"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "0.16", "-1")).find("w.yaml:3 (tag_size_m)"), std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "  - [1, 1]\n", "")).find("three points"), std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "[1, 1]", "[1]")).find("w.yaml:11"), std::string::npos);
+  EXPECT_NE(error_of("").find("w.yaml"), std::string::npos);
+}
+
+TEST(Circuit24, IsTheCircuitItPromisesToBe) {
+  const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  EXPECT_EQ(world->tags.tags.size(), 24U);
+  const auto path = sample_path(world->path_m, world->path_closed, 0.02);
+  const double length = path.back().arc_length_m + path[1].arc_length_m;
+  EXPECT_GE(length, 16.0);
+  const auto [low, high] = std::ranges::minmax(path, {}, &PathPoint::curvature_1_m);
+  EXPECT_LT(low.curvature_1_m, -0.3) << "a curve to the right";
+  EXPECT_GT(high.curvature_1_m, 0.3) << "a curve to the left";
+
+  const Hull hull{.front_m = 0.161, .rear_m = 0.161, .width_m = 0.22, .height_m = 0.251};
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 442.17, .fy = 443.88, .cx = 323.5, .cy = 247}, 640, 480).value();
+  const SE3 base_T_cam(SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()),
+                       {0.084, 0, 0.18});
+  int two = 0;
+  double clearance = 1e9;
+  for (const PathPoint& point : path) {
+    const SE3 map_T_base = lift(point.map_T_path);
+    two += visible_tags(world->tags, camera, map_T_base * base_T_cam).size() >= 2 ? 1 : 0;
+    clearance = std::min(clearance, clearance_m(hull, map_T_base, world->tags));
+  }
+  EXPECT_GE(two, 0.98 * static_cast<double>(path.size()));
+  EXPECT_GE(clearance, 0.35);
+}
+
+}  // namespace
+}  // namespace waymark

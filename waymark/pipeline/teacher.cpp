@@ -1,0 +1,92 @@
+#include "waymark/pipeline/teacher.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace waymark {
+namespace {
+
+constexpr double kAnchorWindow_s = 10;  // the anchor should be seen this near to the start and to the end
+constexpr double kSamePlace_m = 1.0;    // … from places this near to each other
+constexpr double kFewSightings = 5;
+
+}  // namespace
+
+double TeachSummary::two_tags_fraction() const {
+  return frames > 0 ? 1.0 - static_cast<double>(low_observability_frames) / frames : 0.0;
+}
+
+TaughtFrame Teacher::add(const TagFrame& frame) {
+  TaughtFrame taught{.observed = observe(frame, setup_.camera, setup_.sizes)};  // lines 5 and 9
+  taught.low_observability = taught.observed.tags.size() < 2;                   // lines 6 and 7
+  for (const TagPoseObservation& seen : taught.observed.tags) {
+    if (seen.tag == setup_.anchor) {                                      // line 11
+      taught.map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();  // lines 12 and 13, equation 3.1
+    }
+  }
+  count(taught);  // line 15
+  return taught;
+}
+
+void Teacher::count(const TaughtFrame& frame) {
+  const SensorTime stamp = frame.observed.stamp;
+  if (!first_) first_ = last_tag_ = stamp;
+  last_ = stamp;
+  ++counters_.frames;
+  counters_.detections += static_cast<int>(frame.observed.tags.size());
+  counters_.low_observability_frames += frame.low_observability ? 1 : 0;
+  for (const TagPoseObservation& seen : frame.observed.tags) ++counters_.seen[seen.tag];
+  if (!frame.observed.tags.empty()) last_tag_ = stamp;
+  counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
+  if (frame.map_T_cam) {
+    last_anchored_cam_ = StampedPose{stamp, *frame.map_T_cam};
+    if (!first_anchored_cam_) first_anchored_cam_ = last_anchored_cam_;
+  }
+}
+
+void Teacher::add(const Odometry& odometry) {
+  if (odometry_) {
+    counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
+  }
+  odometry_ = odometry;
+}
+
+TeachSummary Teacher::summary() const {
+  TeachSummary summary = counters_;
+  if (!first_) {
+    summary.warnings.emplace_back("no frame of the camera arrived");
+    return summary;
+  }
+  summary.duration_s = to_seconds(last_ - *first_);
+  const double window_s = std::min(kAnchorWindow_s, summary.duration_s / 3);
+  summary.anchor_at_start =
+      first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
+  summary.anchor_at_end = last_anchored_cam_ && to_seconds(last_ - last_anchored_cam_->stamp) <= window_s;
+  if (summary.anchor_at_start && summary.anchor_at_end) {
+    const Eigen::Vector3d apart =
+        first_anchored_cam_->map_T_base.translation() - last_anchored_cam_->map_T_base.translation();
+    summary.closed_loop = apart.norm() < kSamePlace_m && summary.distance_m > 2 * kSamePlace_m;
+  }
+  summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2;
+
+  const auto warn = [&](bool condition, std::string words) {
+    if (condition) summary.warnings.push_back(std::move(words));
+  };
+  warn(!first_anchored_cam_,
+       fmt::format("the anchor {} was never seen: no map can be placed", to_string(setup_.anchor)));
+  warn(first_anchored_cam_ && !summary.anchor_at_start,
+       "the anchor was not seen at the start: begin the lap in front of it");
+  warn(first_anchored_cam_ && !summary.anchor_at_end,
+       "the anchor was not seen at the end: drive on until it is in view again");
+  warn(summary.two_tags_fraction() < 0.9,
+       fmt::format("two tags were in view only {:.0f} % of the time: add tags or drive farther from them",
+                   100 * summary.two_tags_fraction()));
+  for (const auto& [tag, frames] : summary.seen) {
+    warn(frames < kFewSightings,
+         fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
+  }
+  return summary;
+}
+
+}  // namespace waymark

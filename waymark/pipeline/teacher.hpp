@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/mapping/teach_chain.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+
+/// What must be known before a lap is taught.
+struct TeachSetup {
+  CameraModel camera;
+  SE3 base_T_cam{};
+  TagSizes sizes{};
+  TagId anchor{};
+  SE3 map_T_anchor{};
+};
+
+/// What one frame of the teach phase gives: all of it goes into the recording.
+struct TaughtFrame {
+  ObservedFrame observed{};        ///< cam_T_tag(t) of every visible tag
+  std::optional<SE3> map_T_cam{};  ///< when the anchor is seen
+  bool low_observability = false;  ///< fewer than two tags; marked, not a reason to abort
+};
+
+/// The counters of Algorithm 1, line 15, and what they mean.
+struct TeachSummary {
+  int frames = 0;
+  int detections = 0;
+  int low_observability_frames = 0;
+  double duration_s = 0;
+  double distance_m = 0;         ///< by odometry
+  double longest_blind_s = 0;    ///< without a single tag
+  std::map<TagId, int> seen{};   ///< frames that saw each tag
+  bool anchor_at_start = false;  ///< in the first seconds
+  bool anchor_at_end = false;    ///< in the last seconds
+  bool closed_loop = false;      ///< seen at both ends, from nearly the same place
+  bool mappable = false;
+  std::vector<std::string> warnings{};
+
+  [[nodiscard]] double two_tags_fraction() const;
+};
+
+/// The teach phase (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", Algorithm
+/// 1): samples in, taught frames out, nothing optimised.
+class Teacher {
+ public:
+  explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
+
+  TaughtFrame add(const TagFrame& frame);
+  void add(const Odometry& odometry);
+  /// The counters so far, and in words what is missing to make a map of the lap.
+  [[nodiscard]] TeachSummary summary() const;
+
+ private:
+  void count(const TaughtFrame& frame);
+
+  TeachSetup setup_;
+  TeachSummary counters_{};
+  std::optional<SensorTime> first_{};
+  SensorTime last_{};
+  SensorTime last_tag_{};
+  std::optional<StampedPose> first_anchored_cam_{};
+  std::optional<StampedPose> last_anchored_cam_{};
+  std::optional<Odometry> odometry_{};
+};
+
+}  // namespace waymark
