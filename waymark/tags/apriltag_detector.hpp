@@ -13,7 +13,7 @@
 namespace waymark {
 
 /// What the AprilTag 3 detector is asked to do. The defaults were chosen on photographs and rendered images,
-/// see waymark/tags/README.md.
+/// see docs/concepts/detection.md.
 struct DetectorOptions {
   std::vector<std::string> families = {"tag36h11"};
   /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
@@ -45,8 +45,8 @@ struct DetectorOptions {
                 0, 2000});
     visit(self.quad_decimate,
           Field{"quad_decimate",
-                "Look for quads in an image this much smaller: 1, 1.5 or a whole number to 8. 2 "
-                "is about four times as fast and loses tags with less than 5 px a bit.",
+                "Look for quads in an image this much smaller: 1, 1.5 or a whole number to 8. 2 is two to "
+                "four times as fast and loses tags with less than 3 px a bit.",
                 1, 8});
     visit(self.quad_sigma,
           Field{"quad_sigma",
