@@ -87,51 +87,10 @@ double tag_rmse_m(const TagMap& estimated, const TagMap& truth) {
   return std::sqrt(sum / static_cast<double>(estimated.tags.size()));
 }
 
-struct ReplayResult {
-  ReplayState state = ReplayState::Waiting;
-  double cross_track_rmse_m = 0;
-  double cross_track_max_m = 0;
-  int stops = 0;
-  std::string reason;
-};
-
-/// Drives the route from its start; cross-track is the true path of the replay against the true path of the
-/// teach lap.
-ReplayResult replay(const World& world, const ChainResult& map, const Route& route, const Route& taught,
-                    std::uint64_t seed) {
-  SimulatedRobot robot(world, limo(), limo_camera(), taught.points[0].map_T_base, {.seed = seed});
-  Replayer replayer(std::make_unique<AnchorLocalizer>(map.map, limo_camera(), limo().base_T_cam), route,
-                    map.map, limo(), {});
-  ReplayResult result;
-  SensorTime next_command{};
-  std::vector<double> errors;
-  while (to_seconds(robot.now().time_since_epoch()) < 200) {
-    const Sample sample = *robot.next().value();
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) replayer.add(*frame);
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer.add(*odometry);
-    if (robot.now() < next_command) continue;
-    next_command += kControlPeriod;
-    const ReplayStep step = replayer.step(robot.now());
-    EXPECT_TRUE(robot.command(step.command));
-    result.state = step.state;
-    if (step.reason) result.reason = *step.reason;
-    if (step.state == ReplayState::Finished || step.state == ReplayState::Refused) break;
-    if (step.state == ReplayState::Driving)
-      errors.push_back(locate(taught, robot.true_map_T_base()).cross_track_m);
-  }
-  for (const double error : errors) {
-    result.cross_track_rmse_m += error * error / static_cast<double>(errors.size());
-    result.cross_track_max_m = std::max(result.cross_track_max_m, std::abs(error));
-  }
-  result.cross_track_rmse_m = std::sqrt(result.cross_track_rmse_m);
-  result.stops = replayer.stops();
-  return result;
-}
-
 class Loop : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, Loop, ::testing::Range<std::uint64_t>(1, 21));
 
-TEST_P(Loop, TaughtMappedAndDrivenAgain) {
+TEST_P(Loop, ALapIsTaughtAndMapped) {
   const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
   ASSERT_TRUE(world) << to_string(world.error());
   const Lap lap = teach(*world, GetParam());
@@ -145,18 +104,87 @@ TEST_P(Loop, TaughtMappedAndDrivenAgain) {
   ASSERT_TRUE(map) << to_string(map.error());
   EXPECT_EQ(map->map.tags.size(), 24U);
   EXPECT_TRUE(map->unconnected.empty());
-  const auto route = build_route(map->trajectory);
-  const auto taught = build_route(lap.truth);
-  ASSERT_TRUE(route && taught);
-  EXPECT_TRUE(route->closed);
 
-  const ReplayResult result = replay(*world, *map, *route, *taught, GetParam() + 50);
-  RecordProperty("tag_rmse_m", std::to_string(tag_rmse_m(map->map, world->tags)));
-  std::printf("seed %2d: tags %.3f m RMSE, replay cross-track %.3f RMSE %.3f max, %d stops\n",
-              static_cast<int>(GetParam()), tag_rmse_m(map->map, world->tags), result.cross_track_rmse_m,
-              result.cross_track_max_m, result.stops);
-  EXPECT_EQ(result.state, ReplayState::Finished) << result.reason;
-  EXPECT_EQ(result.stops, 0) << result.reason;
+  std::printf("seed %2d: tags of the chain %.3f m RMSE\n", static_cast<int>(GetParam()),
+              tag_rmse_m(map->map, world->tags));
+}
+
+// With the true map: where the nearest tag and odometry say the robot is, along a whole lap.
+TEST_P(Loop, TheAnchorMethodKnowsWhereTheRobotIs) {
+  const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  const auto path = sample_path(world->path_m, true, 0.02);
+  SimulatedRobot robot(*world, limo(), limo_camera(), path[0].map_T_path, {.seed = GetParam()});
+  ScriptedDriver driver(path, true, {}, Random(GetParam() + 1000));
+  AnchorLocalizer localizer(world->tags, limo_camera(), limo().base_T_cam);
+  std::vector<double> errors;
+  SensorTime next_command{};
+  while (!driver.done() && to_seconds(robot.now().time_since_epoch()) < 200) {
+    const Sample sample = *robot.next().value();
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) localizer.add(*frame);
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+      localizer.add(*odometry);
+      const auto estimate = localizer.estimate();
+      if (estimate)
+        errors.push_back((estimate->map_T_base.translation() - robot.true_map_T_base().translation()).norm());
+    }
+    if (robot.now() >= next_command) {
+      EXPECT_TRUE(robot.command(driver.drive(robot.true_map_T_base(), robot.now())));
+      next_command += kControlPeriod;
+    }
+  }
+  ASSERT_GT(errors.size(), 1000U);
+  std::ranges::sort(errors);
+  std::printf("seed %2d: anchor method, position error median %.3f m, 95 %% %.3f m, worst %.3f m\n",
+              static_cast<int>(GetParam()), errors[errors.size() / 2], errors[errors.size() * 95 / 100],
+              errors.back());
+  EXPECT_LT(errors[errors.size() / 2], 0.05);
+}
+
+Route straight_route() {
+  Trajectory trajectory;
+  for (int i = 0; i <= 100; ++i) trajectory.push_back({SensorTime(Duration(i)), lift(SE2(0.05 * i, 0, 0))});
+  return build_route(trajectory).value();
+}
+
+/// A method that says what it is told.
+class Told final : public LocalizationMethod {
+ public:
+  explicit Told(const SE2& map_T_base) : map_T_base_(map_T_base) {}
+  void add(const TagFrame&) override {}
+  void add(const Odometry&) override {}
+  std::optional<LocalizationEstimate> estimate() const override {
+    return LocalizationEstimate{.stamp = {}, .map_T_base = map_T_base_};
+  }
+
+ private:
+  SE2 map_T_base_;
+};
+
+TEST(Replayer, DrivesRefusesAndStopsWithWords) {
+  const auto at = [](double seconds) {
+    return SensorTime(Duration(static_cast<std::int64_t>(seconds * 1e9)));
+  };
+  Replayer good(std::make_unique<Told>(SE2(1, 0, 0)), straight_route(), {}, limo(), {});
+  good.add(Odometry{.stamp = at(1.0)});
+  EXPECT_GT(good.step(at(1.01)).command.speed_m_s, 0);
+  const ReplayStep stale = good.step(at(1.5));
+  EXPECT_EQ(stale.state, ReplayState::Stopped);
+  EXPECT_EQ(stale.command, VelocityCommand{});
+  EXPECT_EQ(stale.reason, "odometry is 0.50 s old (limit 0.30 s)");
+  good.add(Odometry{.stamp = at(1.55)});
+  EXPECT_EQ(good.step(at(1.56)).state, ReplayState::Driving) << "goes on when the reason is gone";
+
+  Replayer far(std::make_unique<Told>(SE2(1, 2, 0)), straight_route(), {}, limo(), {});
+  far.add(Odometry{.stamp = at(1.0)});
+  const ReplayStep refused = far.step(at(1.01));
+  EXPECT_EQ(refused.state, ReplayState::Refused);
+  EXPECT_EQ(refused.command, VelocityCommand{});
+  EXPECT_EQ(refused.reason, "the robot is 2.00 m to the left of the route: put it within 0.50 m");
+
+  Replayer end(std::make_unique<Told>(SE2(4.999, 0, 0)), straight_route(), {}, limo(), {});
+  end.add(Odometry{.stamp = at(1.0)});
+  EXPECT_EQ(end.step(at(1.01)).state, ReplayState::Finished);
 }
 
 TEST(Loop, TheSameSeedGivesTheSameBytes) {

@@ -17,7 +17,8 @@ struct TagDetection {
   TagId tag;
   int hamming = 0;             ///< bits corrected
   double decision_margin = 0;  ///< [grey level] mean distance of the data bits from the black/white threshold
-  /// TL, TR, BR, BL of the printed tag (where black border meets white border), in distorted pixels, centres at +1/2.
+  /// TL, TR, BR, BL of the printed tag (where black border meets white border), in distorted pixels, centres
+  /// at +1/2.
   std::array<Eigen::Vector2d, 4> corners_px{};
   /// Covariance of corners_px; nothing when the detector does not know it.
   std::optional<CornerCovariance> corner_covariance_px2{};
