@@ -102,6 +102,15 @@ def truth_csv(images):
     return "\n".join(lines) + "\n"
 
 
+CAMERA = """image_width: 320
+image_height: 240
+camera_name: test
+camera_matrix: {rows: 3, cols: 3, data: [300, 0, 159.5, 0, 300, 119.5, 0, 0, 1]}
+distortion_model: plumb_bob
+distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}
+"""
+
+
 def fill(folder):
     """What the commands in the docs expect to find: photograph.png with two tags, truth.csv, and a folder photos/."""
     folder = pathlib.Path(folder)
@@ -113,3 +122,4 @@ def fill(folder):
     write_ppm(folder / "photos/0003.ppm", scene(320, 240, []))
     images = {"photograph": SCENE_TAGS, "0001": SCENE_TAGS, "0002": SCENE_TAGS[:1], "0003": []}
     (folder / "truth.csv").write_text(truth_csv(images))
+    (folder / "camera.yaml").write_text(CAMERA)

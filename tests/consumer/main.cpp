@@ -9,7 +9,7 @@ int main() {
   if (!detector) return 1;
   const auto found = (*detector)->detect(waymark::Image(640, 480, 128));
   if (!found || !found->empty()) return 2;
-  const auto typo = waymark::parse_family("tag36h12");
+  const auto typo = waymark::parse_family("tag35h11");
   if (typo || typo.error().hint.find("tag36h11") == std::string::npos) return 3;
   std::puts("consumer: found and linked Waymark");
   return 0;
