@@ -12,11 +12,11 @@ Installs what it needs (Debian packages, said by name), builds, and runs
   2. the house rules: allowed edges, includes, formatting
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
-  5. clang-tidy on the files changed since the main branch (or in the last five commits)
+  5. clang-tidy on the files changed since the main branch (or in the last commit)
 
   --quick           only 1 and 2
-  --full            also: long Monte Carlo runs, all tests under the sanitizers, every header compiled alone, clang-tidy
-                    on everything, the thread
+  --full            also: long Monte Carlo runs, all tests under the sanitizers, every header compiled alone,
+                    clang-tidy on everything, the thread
                     sanitizer, coverage, fuzzers for five minutes each, benchmarks with their ratios
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
                     folder that WAYMARK_DATA names

@@ -13,9 +13,9 @@ while [ $# -gt 0 ]; do
 done
 if [ -z "$base" ]; then
   base=$(git merge-base HEAD origin/main 2>/dev/null || true)
-  # On the main branch itself: the last five commits.
+  # On the main branch itself: the last commit.
   if [ -z "$base" ] || [ "$base" = "$(git rev-parse HEAD)" ]; then
-    base=$(git rev-list --max-count=6 HEAD | tail -1)
+    base=$(git rev-list --max-count=2 HEAD | tail -1)
   fi
 fi
 if [ -n "$all" ]; then
