@@ -7,8 +7,9 @@
 namespace waymark {
 namespace {
 
-constexpr double kAnchorWindow_s = 10;  // the anchor should be seen this near to the start and to the end
-constexpr double kSamePlace_m = 1.0;    // … from places this near to each other
+constexpr double kAnchorWindowSeconds =
+    10;                                   // the anchor should be seen this near to the start and to the end
+constexpr double kSamePlaceMetres = 1.0;  // … from places this near to each other
 constexpr double kFewSightings = 5;
 
 }  // namespace
@@ -59,14 +60,14 @@ TeachSummary Teacher::summary() const {
     return summary;
   }
   summary.duration_s = to_seconds(last_ - *first_);
-  const double window_s = std::min(kAnchorWindow_s, summary.duration_s / 3);
+  const double window_s = std::min(kAnchorWindowSeconds, summary.duration_s / 3);
   summary.anchor_at_start =
       first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
   summary.anchor_at_end = last_anchored_cam_ && to_seconds(last_ - last_anchored_cam_->stamp) <= window_s;
   if (summary.anchor_at_start && summary.anchor_at_end) {
     const Eigen::Vector3d apart =
         first_anchored_cam_->map_T_base.translation() - last_anchored_cam_->map_T_base.translation();
-    summary.closed_loop = apart.norm() < kSamePlace_m && summary.distance_m > 2 * kSamePlace_m;
+    summary.closed_loop = apart.norm() < kSamePlaceMetres && summary.distance_m > 2 * kSamePlaceMetres;
   }
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2;
 
