@@ -16,7 +16,9 @@ pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 if(WAYMARK_BUILD_TESTS)
   find_package(GTest REQUIRED)
   find_package(rapidcheck REQUIRED)
-  # An oracle in tests only. Debian's OpenCVConfig.cmake needs every OpenCV module installed; these three libraries do.
+endif()
+if(WAYMARK_BUILD_TESTS OR WAYMARK_BUILD_BENCHMARKS)
+  # An oracle and a peer, in tests and benchmarks only. Debian's OpenCVConfig.cmake needs every OpenCV module installed; these three libraries do.
   find_path(WAYMARK_OPENCV_INCLUDE opencv2/calib3d.hpp PATH_SUFFIXES opencv4 REQUIRED)
   add_library(waymark_opencv INTERFACE)
   target_include_directories(waymark_opencv SYSTEM INTERFACE ${WAYMARK_OPENCV_INCLUDE})

@@ -32,8 +32,8 @@ class Detector {
   /// image than the rectangle is looked at, so that a tag needs no room for its white margin in it. A tag
   /// found in two of them is reported once, as its better reading. Costs about the sum of the areas:
   /// overlapping rectangles are not merged.
-  [[nodiscard]] Result<std::vector<TagDetection>> detect(const ImageView& image,
-                                                         std::span<const PixelRect> regions) const;
+  [[nodiscard]] virtual Result<std::vector<TagDetection>> detect(const ImageView& image,
+                                                                 std::span<const PixelRect> regions) const;
 
  protected:
   Detector() = default;

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+#include <Eigen/Core>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+
+namespace waymark {
+
+/// When to refine and how much to trust it. The defaults are calibrated; docs/concepts/corner_refinement.md
+/// says how.
+struct RefinementOptions {
+  double min_cell_px = 1.0;
+  double max_shift_px = 1.5;
+  double min_contrast = 10;
+  double max_residual = 0.12;
+  double blur_px = 0.65;
+  double model_error_px = 0.001;
+  double curvature_per_px = 4e-4;
+  double unrefined_sigma_px = 0.5;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.min_cell_px,
+          Field{"min_cell_px",
+                "Tags whose cells measure less than this somewhere [px] keep the detector's corners.", 0.8,
+                100});
+    visit(self.max_shift_px,
+          Field{"max_shift_px",
+                "A border edge that wants to move further than this [px] says the fit is wrong.", 0.1, 20});
+    visit(self.min_contrast,
+          Field{"min_contrast", "Least step from black to white [grey level] worth fitting.", 1, 255});
+    visit(
+        self.max_residual,
+        Field{"max_residual",
+              "Largest root mean square residual of a fit worth keeping, as a share of the step.", 0.01, 1});
+    visit(self.blur_px,
+          Field{"blur_px",
+                "Expected standard deviation of the image blur, pixel included [px]; small tags lean on it.",
+                0.3, 4});
+    visit(self.model_error_px,
+          Field{"model_error_px",
+                "Standard deviation [px] added to the place of each edge for what the model leaves out.", 0,
+                1});
+    visit(self.curvature_per_px, Field{"curvature_per_px",
+                                       "How strongly edges may bend where no camera model straightens them "
+                                       "[1/px]; 0 for rectified images.",
+                                       0, 0.01});
+    visit(self.unrefined_sigma_px,
+          Field{"unrefined_sigma_px", "Standard deviation [px] of corners that could not be refined.", 0.01,
+                10});
+  }
+};
+
+/// What became of one tag.
+enum class RefinementOutcome : std::uint8_t {
+  Refined,        ///< the corners are the fit's
+  UnusableQuad,   ///< corners not finite, not convex, not clockwise, off the image, or an id the family does
+                  ///< not have
+  TooSmall,       ///< cells below min_cell_px
+  TooLittleSeen,  ///< too few pixels of some edge in the image or uncovered
+  LowContrast,    ///< no step from the border to its surroundings
+  PoorFit,        ///< residual above max_residual, no convergence, or less certain than without the fit
+  MovedTooFar,    ///< an edge moved further than max_shift_px
+};
+
+/// The word for an outcome: "refined", "too_small", …
+[[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
+
+/// Corners with their uncertainty. Always usable: where the fit was not, these are the corners that were
+/// given, with the covariance of unrefined_sigma_px.
+struct RefinedCorners {
+  RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
+  std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2
+  CornerCovariance covariance_px2 = CornerCovariance::Zero();  ///< of x0 y0 … x3 y3; positive definite
+  double blur_px = 0;  ///< fitted standard deviation of the blur, pixel included; 0 when not refined
+  double contrast =
+      0;  ///< [grey level] fitted step from the border to its surroundings, negative for reversed families
+  double noise = 0;  ///< [grey level] root mean square residual, taken as the image's noise
+  int pixels = 0;    ///< used
+
+  [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
+};
+
+/// Fits the four border edges of a tag to the pixels of the original image and intersects them: each edge is
+/// a step blurred by a Gaussian, amid the bits its family prints next to it; positions, levels and blur by
+/// Gauss-Newton, all four edges at once. The covariance is that of the least squares estimate with the noise
+/// the residuals show, plus an allowance for what the model leaves out. Docs:
+/// docs/concepts/corner_refinement.md.
+///
+/// With `camera`, edges are bent as its distortion bends straight lines; corners stay in distorted pixels.
+///
+/// Pure, re-entrant, no allocation. O(pixels along the border), tens of microseconds.
+[[nodiscard]] RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
+                                            const RefinementOptions& options = {},
+                                            const CameraModel* camera = nullptr);
+
+}  // namespace waymark
