@@ -58,7 +58,7 @@ class SE2 {
   /// point.
   [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix<double, 2, 3>* J_p_T,
                           Eigen::Matrix2d* J_p_p = nullptr) const {
-    const Point a_p = *this * b_p;
+    Point a_p = *this * b_p;
     if (J_p_T != nullptr) *J_p_T << 1, 0, -a_p.y(), 0, 1, a_p.x();
     if (J_p_p != nullptr) *J_p_p = rotation_.matrix();
     return a_p;

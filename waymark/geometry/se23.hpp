@@ -32,15 +32,17 @@ class SE23 {
   [[nodiscard]] static SE23 identity() { return {}; }
   [[nodiscard]] static SE23 exp(const Tangent& xi) {
     const Eigen::Vector3d phi = xi.tail<3>();
-    const Eigen::Matrix3d J = SO3::left_jacobian(phi);
-    return {SO3::exp(phi), J * xi.head<3>(), J * xi.segment<3>(3)};
+    const Stumpff c = stumpff(phi.squaredNorm());
+    return {SO3::exp(phi), internal::times_polynomial(phi, c.c2, c.c3, xi.head<3>()),
+            internal::times_polynomial(phi, c.c2, c.c3, xi.segment<3>(3))};
   }
   /// Rotation part as SO3::log, |rotation| <= pi.
   [[nodiscard]] Tangent log() const {
     const Eigen::Vector3d phi = rotation_.log();
-    const Eigen::Matrix3d inverse = SO3::left_jacobian_inverse(phi);
+    const double e = inverse_jacobian_coefficient(phi.squaredNorm());
     Tangent xi;
-    xi << inverse * position_, inverse * velocity_, phi;
+    xi << internal::times_polynomial(phi, -0.5, e, position_),
+        internal::times_polynomial(phi, -0.5, e, velocity_), phi;
     return xi;
   }
 

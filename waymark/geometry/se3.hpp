@@ -21,6 +21,13 @@ namespace internal {
   return q;
 }
 
+/// (I + a phi^ + b phi^ phi^) v: a Jacobian of SO3 times a vector, without the matrix.
+[[nodiscard]] inline Eigen::Vector3d times_polynomial(const Eigen::Vector3d& phi, double a, double b,
+                                                      const Eigen::Vector3d& v) {
+  const Eigen::Vector3d w = phi.cross(v);
+  return v + a * w + b * phi.cross(w);
+}
+
 }  // namespace internal
 
 /// A rigid motion of space, a_T_b = (a_R_b, a_t_b): the pose of b in a. Tangent: (translation, rotation) [m,
@@ -38,10 +45,15 @@ class SE3 {
 
   SE3() = default;
   SE3(const SO3& a_R_b, const Eigen::Vector3d& a_t_b) : rotation_(a_R_b), translation_(a_t_b) {}
-  /// From a 4x4 homogeneous matrix; its rotation part goes through SO3::from_matrix (nearest rotation).
+  /// From a 4x4 homogeneous matrix that can be trusted; its rotation part goes through SO3::from_matrix
+  /// (nearest rotation).
   [[nodiscard]] static SE3 from_matrix(const Matrix& a_T_b) {
     return {SO3::from_matrix(a_T_b.topLeftCorner<3, 3>()), a_T_b.topRightCorner<3, 1>()};
   }
+
+  /// As from_matrix for numbers from outside: fails on what SO3::try_from_matrix does, on a translation that
+  /// is not finite, and if the last row is not 0 0 0 1 (a transposed matrix, mostly).
+  [[nodiscard]] static Result<SE3> try_from_matrix(const Matrix& a_T_b, double tolerance = 1e-3);
 
   [[nodiscard]] const SO3& rotation() const { return rotation_; }
   [[nodiscard]] const Eigen::Vector3d& translation() const { return translation_; }
@@ -49,13 +61,15 @@ class SE3 {
   [[nodiscard]] static SE3 identity() { return {}; }
   [[nodiscard]] static SE3 exp(const Tangent& xi) {
     const Eigen::Vector3d phi = xi.tail<3>();
-    return {SO3::exp(phi), SO3::left_jacobian(phi) * xi.head<3>()};
+    const Stumpff c = stumpff(phi.squaredNorm());
+    return {SO3::exp(phi), internal::times_polynomial(phi, c.c2, c.c3, xi.head<3>())};
   }
   /// Rotation part as SO3::log, |rotation| <= pi.
   [[nodiscard]] Tangent log() const {
     const Eigen::Vector3d phi = rotation_.log();
+    const double e = inverse_jacobian_coefficient(phi.squaredNorm());
     Tangent xi;
-    xi << SO3::left_jacobian_inverse(phi) * translation_, phi;
+    xi << internal::times_polynomial(phi, -0.5, e, translation_), phi;
     return xi;
   }
 
@@ -71,7 +85,7 @@ class SE3 {
   /// the point.
   [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix<double, 3, 6>* J_p_T,
                           Eigen::Matrix3d* J_p_p = nullptr) const {
-    const Point a_p = *this * b_p;
+    Point a_p = *this * b_p;
     if (J_p_T != nullptr) *J_p_T << Eigen::Matrix3d::Identity(), -SO3::hat(a_p);
     if (J_p_p != nullptr) *J_p_p = rotation_.matrix();
     return a_p;

@@ -50,7 +50,7 @@ class SO2 {
   /// the point.
   [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix<double, 2, 1>* J_p_R,
                           Matrix* J_p_p = nullptr) const {
-    const Point a_p = *this * b_p;
+    Point a_p = *this * b_p;
     if (J_p_R != nullptr) *J_p_R << -a_p.y(), a_p.x();
     if (J_p_p != nullptr) *J_p_p = matrix();
     return a_p;

@@ -87,7 +87,7 @@ class SO3 {
   /// a_p = a_R_b b_p with its Jacobians: J_p_R (3x3) for a left perturbation of the rotation, J_p_p (3x3) for
   /// the point.
   [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p = nullptr) const {
-    const Point a_p = *this * b_p;
+    Point a_p = *this * b_p;
     if (J_p_R != nullptr) *J_p_R = -hat(a_p);
     if (J_p_p != nullptr) *J_p_p = matrix();
     return a_p;

@@ -139,6 +139,25 @@ TEST(SO3, TryFromMatrixSaysWhatIsWrong) {
   }
 }
 
+TEST(SE3, TryFromMatrixSaysWhatIsWrong) {
+  const SE3 X(SO3::exp({0.1, -0.2, 0.3}), {1, 2, 3});
+  EXPECT_THAT(SE3::try_from_matrix(X.matrix()).value(), testing::SE3Near(X, 0.0, 1e-15));
+  const auto message = [](const Eigen::Matrix4d& m) {
+    const auto result = SE3::try_from_matrix(m);
+    return result ? std::string("accepted") : to_string(result.error());
+  };
+  EXPECT_THAT(message(X.matrix().transpose()), ::testing::HasSubstr("last row"));
+  EXPECT_THAT(message(Eigen::Matrix4d::Zero()), ::testing::HasSubstr("last row"));
+  Eigen::Matrix4d stretched = X.matrix();
+  stretched.col(0) *= 2;
+  EXPECT_THAT(message(stretched), ::testing::HasSubstr("no rotation"));
+  for (int i = 0; i < 16; ++i) {
+    Eigen::Matrix4d broken = X.matrix();
+    broken.data()[i] = kNan;
+    EXPECT_THAT(message(broken), ::testing::HasSubstr("not a finite number"));
+  }
+}
+
 TEST(SO3, TryFromQuaternionSaysWhatIsWrong) {
   const Quaterniond q = SO3::exp({0.1, -0.2, 0.3}).quaternion();
   EXPECT_THAT(SO3::try_from_quaternion(q).value(), SO3Near(SO3::exp({0.1, -0.2, 0.3}), 1e-15));

@@ -47,8 +47,8 @@ template <int k>
 
 }  // namespace internal
 
-/// All six functions of s = theta^2 >= 0. Relative error of c2 … c5 (of c0, c1: absolute) below 1e-14 up to 2
-/// pi.
+/// All six functions of s = theta^2 >= 0. Error below 4e-15 up to theta = 2 pi: relative, but absolute for
+/// those that pass through 0 (c0, c1, and c2 at 2 pi).
 [[nodiscard]] inline Stumpff stumpff(double s) {
   Stumpff c;
   if (s <= internal::kSeriesLimit) {
