@@ -69,6 +69,18 @@ class Detect(InFolder):
         self.assertLess(abs(first["center_px"][0] - 64) + abs(first["center_px"][1] - 74), TAG_FAR)
         self.assertGreater(first["decision_margin"], 10)
 
+    def test_refined_corners_have_an_uncertainty(self):
+        refined = self.run_here("detect", "--json", "--covariance", "photograph.png").records[0]["detections"][0]
+        self.assertEqual(refined["refinement"], "refined")
+        self.assertTrue(all(0 < s < 1 for corner in refined["corner_sigma_px"] for s in corner))
+        covariance = refined["corner_covariance_px2"]
+        self.assertEqual([len(row) for row in covariance], [8] * 8)
+        self.assertEqual(covariance, [list(column) for column in zip(*covariance)])
+        self.assertAlmostEqual(covariance[0][0] ** 0.5, refined["corner_sigma_px"][0][0], places=6)
+        found = self.run_here("detect", "--json", "--covariance", "--no-refine", "photograph.png").records[0]["detections"][0]
+        self.assertFalse({"refinement", "corner_sigma_px", "corner_covariance_px2"} & found.keys())
+        self.assertNotEqual(found["corners_px"], refined["corners_px"])
+
     def test_tables_name_every_picture_and_tag(self):
         outcome = self.run_here("detect", "photos")
         self.assertEqual(outcome.code, 0)
@@ -259,6 +271,7 @@ class Usage(InFolder):
         self.assertEqual(len(outcome.records[0]["detections"]), 2)
         self.check(write("detector:\n  quad_decimat: 2\n"), "detect.yaml:2 (detector.quad_decimat)", "'quad_decimate'")
         self.check(write("detector:\n  quad_decimate: 99\n"), "detect.yaml:2 (detector.quad_decimate)")
+        self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'")
         self.check(write("detektor:\n"), "detect.yaml:1", "'detector'")
         self.check(write("detector: ["), "detect.yaml")
         self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: cannot open: No such file")

@@ -11,7 +11,7 @@ namespace waymark::cli {
 namespace {
 
 /// Reads the picture and finds its tags; what fails is in the report.
-Image process(const Input& input, const Detector& detector, PictureReport& report) {
+Image process(const Input& input, const TagFinder& finder, PictureReport& report) {
   report.image = input.path;
   report.error = input.error;
   if (report.error) return {};
@@ -22,9 +22,13 @@ Image process(const Input& input, const Detector& detector, PictureReport& repor
   }
   report.width_px = image->width();
   report.height_px = image->height();
-  auto detections = detector.detect(*image);
-  if (detections) report.detections = std::move(*detections);
-  if (!detections) report.error = detections.error();
+  auto found = find_tags(*image, finder);
+  if (!found) {
+    report.error = found.error();
+    return std::move(*image);
+  }
+  report.detections = std::move(found->detections);
+  report.refinements = std::move(found->refinements);
   return std::move(*image);
 }
 
@@ -35,7 +39,7 @@ ExitCode DetectSummary::exit_code() const {
   return failed > 0 ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
-DetectSummary detect_all(const std::vector<Input>& inputs, const Detector& detector, Console& console,
+DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, Console& console,
                          const EachPicture& each) {
   DetectSummary summary;
   for (std::size_t i = 0; i < inputs.size() && !console.output_ended(); ++i) {
@@ -46,7 +50,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const Detector& detec
     }
     console.progress(i, inputs.size(), inputs[i].path);
     PictureReport report;
-    const Image image = process(inputs[i], detector, report);
+    const Image image = process(inputs[i], finder, report);
     each(i, report, image);
     summary.tags += report.detections.size();
     ++(report.error ? summary.failed : summary.pictures);

@@ -7,8 +7,8 @@
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/sources.hpp"
+#include "waymark/cli/tag_finder.hpp"
 #include "waymark/image/image.hpp"
-#include "waymark/tags/detector.hpp"
 
 namespace waymark::cli {
 
@@ -28,7 +28,7 @@ using EachPicture = std::function<void(std::size_t index, PictureReport& report,
 
 /// Reads each input and finds its tags. Errors are said and the next input is taken; Ctrl-C and the end of
 /// the output stop between two pictures.
-[[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const Detector& detector,
+[[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        Console& console, const EachPicture& each);
 
 }  // namespace waymark::cli

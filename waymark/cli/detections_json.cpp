@@ -186,8 +186,12 @@ nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance
     value["width_px"] = report.width_px;
     value["height_px"] = report.height_px;
     value["detections"] = ordered_json::array();
-    for (const auto& detection : report.detections)
-      value["detections"].push_back(to_json(detection, with_covariance));
+    for (std::size_t i = 0; i < report.detections.size(); ++i) {
+      ordered_json detection = to_json(report.detections[i], with_covariance);
+      if (i < report.refinements.size())
+        detection["refinement"] = std::string(to_string(report.refinements[i]));
+      value["detections"].push_back(std::move(detection));
+    }
   }
   if (report.error) value["error"] = to_json(*report.error);
   return value;

@@ -10,6 +10,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/refinement.hpp"
 
 namespace waymark::cli {
 
@@ -19,6 +20,7 @@ struct PictureReport {
   int width_px = 0;   ///< 0 when the picture could not be read
   int height_px = 0;
   std::vector<TagDetection> detections = {};
+  std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
   std::optional<Error> error = {};  ///< something failed for this picture; the rest holds as far as it goes
 };
 

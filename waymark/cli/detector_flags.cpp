@@ -14,7 +14,8 @@ constexpr std::size_t kLargestConfig = std::size_t{1} << 20U;
 
 }  // namespace
 
-DetectorFlags::DetectorFlags(CLI::App& app) : options_(app, "Detector") {
+DetectorFlags::DetectorFlags(CLI::App& app)
+    : detector_(app, "Detector"), refinement_(app, "Corner refinement") {
   std::string known;
   for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
   app.add_option("--family", families_,
@@ -23,13 +24,17 @@ DetectorFlags::DetectorFlags(CLI::App& app) : options_(app, "Detector") {
       ->allow_extra_args(false)
       ->group("Detector");
   app.add_option("--config", config_path_,
-                 "YAML file with these settings, below the key 'detector', dashes written as underscores; "
+                 "YAML file with these settings, below the keys 'detector' and 'refinement', dashes written "
+                 "as underscores; "
                  "flags override it")
       ->type_name("FILE")
       ->group("Detector");
+  app.add_flag("--no-refine", no_refine_,
+               "Keep the corners as the detector found them; they have no covariance then")
+      ->group("Corner refinement");
 }
 
-Result<std::unique_ptr<Detector>> DetectorFlags::make() const {
+Result<TagFinder> DetectorFlags::make() const {
   DetectConfig config;
   if (!config_path_.empty()) {
     const auto text = read_text(config_path_, kLargestConfig);
@@ -37,16 +42,21 @@ Result<std::unique_ptr<Detector>> DetectorFlags::make() const {
     if (!read) return tl::unexpected(read.error());
     config = *read;
   }
-  DetectorOptions& options = config.detector;
-  if (const Status applied = options_.apply(options); !applied) return tl::unexpected(applied.error());
+  Status applied = detector_.apply(config.detector);
+  if (applied) applied = refinement_.apply(config.refinement);
+  if (!applied) return tl::unexpected(applied.error());
   for (const std::string& name : families_) {
     auto id = parse_family(name);
     if (id) continue;
     id.error().place.key = "--family";
     return tl::unexpected(std::move(id.error()));
   }
-  if (!families_.empty()) options.families = families_;
-  return make_apriltag_detector(options);
+  if (!families_.empty()) config.detector.families = families_;
+  auto detector = make_apriltag_detector(config.detector);
+  if (!detector) return tl::unexpected(detector.error());
+  TagFinder finder{std::move(*detector)};
+  if (!no_refine_) finder.refinement = config.refinement;
+  return finder;
 }
 
 }  // namespace waymark::cli

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,17 +7,20 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/tag_finder.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark::cli {
 
-/// The configuration file of verbs that detect: "detector:" and below it the fields of DetectorOptions.
+/// The configuration file of verbs that detect: "detector:" and "refinement:", and below them their fields.
 struct DetectConfig {
   DetectorOptions detector;
+  RefinementOptions refinement;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.detector, Field{"detector", "How tags are looked for."});
+    visit(self.refinement, Field{"refinement", "How their corners are made more accurate."});
   }
 };
 
@@ -30,12 +32,14 @@ class DetectorFlags {
 
   /// Defaults, then the configuration file, then flags. Fails on an unknown family or key, or a value out of
   /// range.
-  [[nodiscard]] Result<std::unique_ptr<Detector>> make() const;
+  [[nodiscard]] Result<TagFinder> make() const;
 
  private:
   std::vector<std::string> families_;
   std::string config_path_;
-  OptionFlags<DetectorOptions> options_;
+  bool no_refine_ = false;
+  OptionFlags<DetectorOptions> detector_;
+  OptionFlags<RefinementOptions> refinement_;
 };
 
 }  // namespace waymark::cli

@@ -63,7 +63,7 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   annotations.names = annotation_names(paths);
   std::error_code error;
   fs::create_directories(folder, error);
-  annotations.failed = error || !fs::is_directory(folder);
+  annotations.failed = error || !fs::is_directory(folder, error);
   if (!annotations.failed) annotations.folder = folder;
   if (annotations.failed) {
     const std::string why = error ? error.message() : "is not a folder";
@@ -95,9 +95,9 @@ PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
 }
 
 ExitCode detect(const DetectArgs& args, Console& console) {
-  const auto detector = args.detector.make();
-  if (!detector) {
-    console.say(detector.error());
+  const auto finder = args.detector.make();
+  if (!finder) {
+    console.say(finder.error());
     return ExitCode::Usage;
   }
   const auto setup = args.poses.make();
@@ -127,7 +127,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
       console.print(to_text(report) + to_text(report.detections, poses));
     }
   };
-  const DetectSummary summary = detect_all(inputs, **detector, console, each);
+  const DetectSummary summary = detect_all(inputs, *finder, console, each);
   console.say(fmt::format("{} pictures, {} tags, {} failed", summary.pictures, summary.tags, summary.failed));
   const ExitCode code = summary.exit_code();
   return annotations->failed && code == ExitCode::Ok ? ExitCode::SomeFailed : code;

@@ -39,15 +39,15 @@ struct Reports {
 };
 
 Reports run_detector(const EvaluateArgs& args, Console& console) {
-  const auto detector = args.detector.make();
-  if (!detector) {
-    console.say(detector.error());
+  const auto finder = args.detector.make();
+  if (!finder) {
+    console.say(finder.error());
     return {{}, ExitCode::Usage};
   }
   Reports all;
   const auto inputs = find_inputs(args.sources, args.recursive);
   const DetectSummary summary =
-      detect_all(inputs, **detector, console,
+      detect_all(inputs, *finder, console,
                  [&](std::size_t, PictureReport& report, const Image&) { all.reports.push_back(report); });
   all.code = summary.exit_code();
   return all;
