@@ -27,6 +27,7 @@ Image process(const Input& input, const TagFinder& finder, PictureReport& report
     report.error = found.error();
     return std::move(*image);
   }
+  report.detected = true;
   report.detections = std::move(found->detections);
   report.refinements = std::move(found->refinements);
   return std::move(*image);

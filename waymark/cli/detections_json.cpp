@@ -154,6 +154,7 @@ Result<PictureReport> read_report(const json& object, const Place& place) {
   if (!has_detections && !report.error) reader.refuse("detections", "is missing");
   if (!reader.status()) return tl::unexpected(reader.status().error());
   if (!has_detections) return report;
+  report.detected = true;
   for (const json& item : object["detections"]) {
     const std::size_t index = report.detections.size();
     if (!item.is_object())
@@ -185,6 +186,8 @@ nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance
   if (report.width_px > 0) {
     value["width_px"] = report.width_px;
     value["height_px"] = report.height_px;
+  }
+  if (report.detected) {
     value["detections"] = ordered_json::array();
     for (std::size_t i = 0; i < report.detections.size(); ++i) {
       ordered_json detection = to_json(report.detections[i], with_covariance);

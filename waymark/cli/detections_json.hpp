@@ -19,6 +19,7 @@ struct PictureReport {
   std::string image;  ///< the path as it was given or found
   int width_px = 0;   ///< 0 when the picture could not be read
   int height_px = 0;
+  bool detected = false;  ///< the detector ran; without this, `detections` says nothing
   std::vector<TagDetection> detections = {};
   std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
   std::optional<Error> error = {};  ///< something failed for this picture; the rest holds as far as it goes

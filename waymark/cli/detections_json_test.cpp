@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 PictureReport some_report(std::uint64_t seed, bool with_covariance) {
   Random random(seed);
-  PictureReport report{.image = "a/b \"c\".png", .width_px = 640, .height_px = 480};
+  PictureReport report{.image = "a/b \"c\".png", .width_px = 640, .height_px = 480, .detected = true};
   for (int i = 0; i < 3; ++i) {
     TagDetection tag;
     tag.tag = {kAllFamilies.at(random.index(kAllFamilies.size())), static_cast<int>(random.index(30))};
@@ -40,6 +40,7 @@ TEST(DetectionsJson, ComesBackAsItWas) {
     const PictureReport& got = back->front();
     RC_ASSERT(got.image == report.image);
     RC_ASSERT(got.width_px == 640);
+    RC_ASSERT(got.detected);
     RC_ASSERT(got.detections.size() == report.detections.size());
     for (std::size_t i = 0; i < got.detections.size(); ++i) {
       const TagDetection& a = got.detections[i];

@@ -7,8 +7,7 @@
 
 namespace waymark::cli {
 
-/// What was seen in one picture, as a table for people; ends with an end of line. `report` must hold a
-/// picture.
+/// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
 
 /// The scores as tables for people: recall by size and tilt, corner error and bias by size and by tilt, the

@@ -113,7 +113,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   }
   const auto each = [&](std::size_t i, PictureReport& report, const Image& image) {
     const PoseList poses = *setup ? poses_for(report, **setup) : PoseList();
-    if (!annotations->folder.empty() && !image.empty()) {
+    if (!annotations->folder.empty() && report.detected) {
       const auto axes = *setup ? axes_of(report.detections, poses, **setup) : std::vector<plot::FrameAxes>();
       const auto written =
           write_annotated(annotations->folder / annotations->names[i], image, report.detections, axes);
@@ -123,7 +123,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
       auto line = to_json(report, args.covariance);
       for (std::size_t k = 0; k < poses.size(); ++k) add_to_json(line["detections"][k], poses[k]);
       console.print(json_line(line));
-    } else if (!image.empty()) {
+    } else if (report.detected) {
       console.print(to_text(report) + to_text(report.detections, poses));
     }
   };

@@ -1,0 +1,50 @@
+"""What the tests of the command line share: a folder with pictures, and the program run in it."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import pictures
+
+PROGRAM = os.path.abspath(sys.argv.pop(1)) if len(sys.argv) > 1 else sys.exit("usage: …_test.py PROGRAM [unittest options]")
+TAG_FAR = 0.5  # px: the tests ask whether it is the right tag in the right place, not how accurately
+
+
+class Outcome:
+    def __init__(self, process):
+        self.code, self.out, self.err = process.returncode, process.stdout, process.stderr
+
+    @property
+    def records(self):
+        return [json.loads(line) for line in self.out.splitlines()]
+
+
+def waymark(*words, cwd=None, **options):
+    options.setdefault("stdout", subprocess.PIPE)
+    process = subprocess.run([PROGRAM, *map(str, words)], stderr=subprocess.PIPE, text=True, errors="replace", cwd=cwd,
+                             timeout=120, check=False, **options)
+    return Outcome(process)
+
+
+class InFolder(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-cli-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        pictures.fill(self.folder)
+
+    def run_here(self, *words, **options):
+        outcome = waymark(*words, cwd=self.folder, **options)
+        self.assertGreaterEqual(outcome.code, 0, f"killed by signal {-outcome.code}: {outcome.err}")
+        self.assertNotIn("internal error", outcome.err)
+        return outcome
+
+    def assert_tags(self, record, tags):
+        self.assertEqual([d["tag"] for d in record["detections"]], [f"{family}:{number}" for family, number, *_ in tags])
+        for detection, tag in zip(record["detections"], tags):
+            found = [value for corner in detection["corners_px"] for value in corner]
+            for a, b in zip(found, pictures.corners(*tag)):
+                self.assertLess(abs(a - b), TAG_FAR, detection)

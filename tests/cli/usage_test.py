@@ -1,0 +1,118 @@
+#!/usr/bin/python3
+"""The command line itself: mistakes answered with the right word, help that runs, pipes, Ctrl-C.
+
+usage: usage_test.py PROGRAM [unittest options]
+"""
+import json
+import os
+import re
+import signal
+import subprocess
+import unittest
+
+import pictures
+from harness import PROGRAM, InFolder
+
+
+class Usage(InFolder):
+    def check(self, words, *parts):
+        outcome = self.run_here(*words)
+        self.assertEqual(outcome.code, 2, outcome.err)
+        self.assertEqual(outcome.out, "")
+        for part in parts:
+            self.assertIn(part, outcome.err)
+
+    def test_each_mistake_says_the_nearest_right_word(self):
+        self.check([], "no verb given", "Verbs:")
+        self.check(["detcet", "photograph.png"], "unknown verb 'detcet'. Did you mean 'detect'?")
+        self.check(["evaluate"], "See `waymark evaluate --help`")
+        self.check(["evaluate", "detection"], "Did you mean 'detections'?")
+        self.check(["detect"], "SOURCE is required")
+        self.check(["detect", "--anotate", "x", "photograph.png"], "unknown flag '--anotate'. Did you mean '--annotate'?")
+        self.check(["detect", "--family", "tag36h12", "photograph.png"], "tag36h12", "tag36h1")
+        self.check(["detect", "--quad-decimate", "0", "photograph.png"], "(--quad-decimate): 0 is outside")
+        self.check(["detect", "--quad-decimate", "much", "photograph.png"], "--quad-decimate")
+        self.check(["evaluate", "detections", "photograph.png"], "--truth is required")
+        self.check(["evaluate", "detections", "--truth", "truth.csv"], "give either pictures to detect in, or --detections")
+        self.check(["evaluate", "detections", "--truth", "truth.csv", "--detections", "x", "photograph.png"], "give either")
+        self.check(["evaluate", "detections", "--truth", "truth.csv", "--size-edges-px", "9,3", "photos"], "ascending")
+
+    def test_configuration(self):
+        def write(text):
+            (self.folder / "detect.yaml").write_text(text)
+            return ["detect", "--json", "--config", "detect.yaml", "photograph.png"]
+        outcome = self.run_here(*write("detector:\n  families: [tag25h9]\n"))
+        self.assertEqual((outcome.code, outcome.records[0]["detections"]), (0, []))
+        outcome = self.run_here(*write("detector:\n  families: [tag25h9]\n"), "--family", "tag36h11")  # a flag overrides
+        self.assertEqual(len(outcome.records[0]["detections"]), 2)
+        self.check(write("detector:\n  quad_decimat: 2\n"), "detect.yaml:2 (detector.quad_decimat)", "'quad_decimate'")
+        self.check(write("detector:\n  quad_decimate: 99\n"), "detect.yaml:2 (detector.quad_decimate)")
+        self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'")
+        self.check(write("detektor:\n"), "detect.yaml:1", "'detector'")
+        self.check(write("detector: ["), "detect.yaml")
+        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: cannot open: No such file")
+
+    def test_help_and_version(self):
+        for words in (["--help"], ["detect", "--help"], ["evaluate", "detections", "-h"], ["help", "detect"]):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.err), (0, ""))
+            self.assertIn("waymark detect" if "evaluate" not in words else "waymark evaluate detections", outcome.out)
+        self.assertRegex(self.run_here("--version").out, r"^waymark \d+\.\d+\.\d+\n$")
+
+    def test_the_examples_in_help_run(self):
+        count = 0
+        for words in (["detect"], ["evaluate"], ["evaluate", "detections"]):
+            text = self.run_here(*words, "--help").out
+            for example in re.findall(r"^  (waymark .*)$", text[text.index("Example"):], re.M):
+                path = f"{os.path.dirname(PROGRAM)}:{os.environ['PATH']}"
+                done = subprocess.run(["bash", "-c", example], cwd=self.folder, env={**os.environ, "PATH": path},
+                                      capture_output=True, text=True, timeout=120, check=False)
+                self.assertEqual(done.returncode, 0, f"{example}\n{done.stderr}")
+                count += 1
+        self.assertGreaterEqual(count, 7)
+
+
+class PipesAndSignals(InFolder):
+    COPIES = 200
+
+    def setUp(self):
+        super().setUp()
+        rows = pictures.scene(640, 480, pictures.SCENE_TAGS)
+        pictures.write_pgm(self.folder / "one.pgm", rows)
+        (self.folder / "many").mkdir()
+        for number in range(self.COPIES):
+            (self.folder / f"many/{number:03}.pgm").symlink_to("../one.pgm")
+
+    def start(self):
+        return subprocess.Popen([PROGRAM, "detect", "--json", "many"], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def test_a_closed_pipe_ends_quietly(self):
+        process = self.start()
+        process.stdout.readline()
+        process.stdout.close()
+        words = process.stderr.read()
+        process.stderr.close()
+        self.assertEqual(process.wait(timeout=60), 0, words)
+        self.assertNotIn("cannot write", words)
+
+    def test_a_full_disk_is_a_failure(self):
+        with open("/dev/full", "w", encoding="ascii") as full:
+            outcome = self.run_here("detect", "--json", "photograph.png", stdout=full)
+            self.assertEqual(outcome.code, 1)
+            self.assertIn("cannot write to standard output: No space left on device", outcome.err)
+            self.assertEqual(self.run_here("--help", stdout=full).code, 1)
+
+    def test_ctrl_c_keeps_what_was_done(self):
+        process = self.start()
+        first = process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        rest, words = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, words)
+        records = [json.loads(line) for line in (first + rest).splitlines()]
+        self.assertLess(len(records), self.COPIES)
+        self.assertIn(f"stopped after {len(records)} of {self.COPIES} inputs", words)
+
+
+if __name__ == "__main__":
+    unittest.main()
