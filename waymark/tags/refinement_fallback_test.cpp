@@ -100,7 +100,7 @@ TEST(RefinementFallback, AlwaysAnswersWithNumbers) {
         const auto cell = static_cast<std::uint64_t>((x / 5 + y / 4) % 2);
         image.row(y)[x] = static_cast<std::uint8_t>(kind == 0   ? random.index(256)
                                                     : kind == 1 ? 255 * cell
-                                                                : 3 * x + y);
+                                                                : static_cast<std::size_t>(3 * x + y));
       }
     }
     TagDetection detection;

@@ -21,6 +21,7 @@ using testing::worst_error;
 class ScriptedDetector final : public Detector {
  public:
   explicit ScriptedDetector(Result<std::vector<TagDetection>> answer) : answer_(std::move(answer)) {}
+  using Detector::detect;
   [[nodiscard]] Result<std::vector<TagDetection>> detect(const ImageView& /*image*/) const override {
     return answer_;
   }
