@@ -1,0 +1,129 @@
+// Against drives whose errors are known by construction.
+#include "waymark/evaluation/replay_judgement.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr Hull kHull{.front_m = 0.2, .rear_m = 0.2, .width_m = 0.2, .height_m = 0.3};
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+/// Counter-clockwise round the origin; the heading is turned by `turned_rad` from the tangent.
+Trajectory circle(double radius_m, double from_turns, double turns, double turned_rad = 0) {
+  Trajectory trajectory;
+  for (int i = 0; i <= 3000; ++i) {
+    const double angle = 2 * kPi * (from_turns + turns * i / 3000);
+    trajectory.push_back({at(0.02 * i), lift(SE2(radius_m * std::cos(angle), radius_m * std::sin(angle),
+                                                 angle + kPi / 2 + turned_rad))});
+  }
+  return trajectory;
+}
+
+TEST(ReplayJudgement, ACircleBesideACircle) {
+  const auto judged = judge_replay(circle(1.95, 0.01, 1, 0.1), circle(2, 0, 1.1), {}, kHull);
+  ASSERT_TRUE(judged);
+  EXPECT_NEAR(judged->cross_track_rmse_m, 0.05, 1e-4);
+  EXPECT_NEAR(judged->cross_track_p95_m, 0.05, 1e-4);
+  EXPECT_NEAR(judged->cross_track_max_m, 0.05, 1e-4);
+  EXPECT_NEAR(judged->heading_rmse_deg, 0.1 * 180 / kPi, 0.05);
+  ASSERT_TRUE(judged->lap_m);
+  EXPECT_NEAR(*judged->lap_m, 4 * kPi, 0.01);
+  EXPECT_NEAR(judged->laps, 1.0, 0.002);
+  EXPECT_EQ(judged->laps_completed, 1);
+  EXPECT_NEAR(judged->distance_m, 2 * kPi * 1.95, 0.02);
+  EXPECT_TRUE(std::isinf(judged->min_clearance_m));
+}
+
+TEST(ReplayJudgement, LapsAreCountedByTheWayAlongTheTaughtPath) {
+  const Trajectory taught = circle(2, 0, 1.08);
+  EXPECT_EQ(judge_replay(circle(2, 0, 0.5), taught, {}, kHull)->laps_completed, 0);
+  EXPECT_EQ(judge_replay(circle(2, 0.9, 0.99), taught, {}, kHull)->laps_completed, 1)
+      << "a hand's breadth short";
+  EXPECT_EQ(judge_replay(circle(2, 0, 0.97), taught, {}, kHull)->laps_completed, 0);
+  EXPECT_EQ(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps_completed, 2);
+  EXPECT_NEAR(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps, 2.5, 0.01);
+}
+
+TEST(ReplayJudgement, EitherPassOfTheOverlapIsRight) {
+  Trajectory taught = circle(2, 0, 1);
+  for (StampedPose pose : circle(2.04, 0, 0.1)) {
+    pose.stamp += std::chrono::seconds(100);
+    taught.push_back(pose);
+  }
+  EXPECT_LT(judge_replay(circle(2.04, 0.02, 0.07), taught, {}, kHull)->cross_track_max_m, 1e-3);
+  EXPECT_LT(judge_replay(circle(2, 0.02, 0.07), taught, {}, kHull)->cross_track_max_m, 1e-3);
+  EXPECT_NEAR(judge_replay(circle(2.04, 0.2, 0.5), taught, {}, kHull)->cross_track_rmse_m, 0.04, 1e-3);
+}
+
+TEST(ReplayJudgement, StandingStillCountsOnce) {
+  Trajectory replay = circle(2, 0.1, 0.4);  // ends at (-2, 0)
+  for (int i = 0; i < 5000; ++i) replay.push_back({at(100 + i), lift(SE2(-2.2, 0, -kPi / 2))});
+  const auto judged = judge_replay(replay, circle(2, 0, 1.1), {}, kHull);
+  EXPECT_LT(judged->cross_track_rmse_m, 0.02);
+  EXPECT_NEAR(judged->cross_track_max_m, 0.2, 1e-3);
+}
+
+TEST(ReplayJudgement, ClearanceIsOfTheHullToTheTrueTag) {
+  TagMap tags;
+  // Upright beside the circle, its edge towards the robot: 0.5 m from the circle, 0.08 m half a side.
+  const Eigen::Matrix3d upright = (Eigen::Matrix3d() << -1, 0, 0, 0, 0, 1, 0, -1, 0).finished();
+  tags.tags[TagId{}] = {.map_T_tag = SE3(SO3::from_matrix(upright), {2.5, 0, 0.2}), .size_m = 0.16};
+  const auto judged = judge_replay(circle(2, -0.2, 0.5), circle(2, -0.3, 1.1), tags, kHull);
+  EXPECT_NEAR(judged->min_clearance_m, 0.5 - 0.08 - 0.1, 0.01);
+}
+
+TEST(ReplayJudgement, TooShortIsAnError) {
+  EXPECT_FALSE(judge_replay({}, circle(2, 0, 1), {}, kHull));
+  const auto judged = judge_replay(circle(2, 0, 1), circle(2, 0, 0.01), {}, kHull);
+  ASSERT_FALSE(judged);
+  EXPECT_EQ(judged.error().message, "the teach lap is only 0.12 m long: too short to be judged");
+}
+
+TEST(MapErrors, NothingIsAligned) {
+  TagMap truth;
+  TagMap estimated;
+  const SE3 moved(SO3::exp({0, 0, 0.02}), {0.3, 0.4, 0});
+  for (int i = 0; i < 5; ++i) {
+    const TagId id{.family = TagId{}.family, .number = i};
+    truth.tags[id] = {.map_T_tag = SE3(SO3::exp({0.1 * i, 0.2, 0}), {1.0 * i, 0, 0}), .size_m = 0.1};
+    estimated.tags[id] = truth.tags[id];
+  }
+  EXPECT_EQ(tag_map_errors(estimated, truth).rmse_m, 0);
+  for (auto& [id, tag] : estimated.tags)
+    tag.map_T_tag =
+        SE3(moved.rotation() * tag.map_T_tag.rotation(), tag.map_T_tag.translation() + moved.translation());
+  estimated.tags.erase(TagId{.family = TagId{}.family, .number = 4});
+  const TagMapErrors errors = tag_map_errors(estimated, truth);
+  EXPECT_EQ(errors.tags, 4U);
+  EXPECT_EQ(errors.missing.size(), 1U);
+  EXPECT_TRUE(errors.unknown.empty());
+  EXPECT_NEAR(errors.rmse_m, 0.5, 1e-12);
+  EXPECT_NEAR(errors.max_m, 0.5, 1e-12);
+  EXPECT_NEAR(errors.orientation_rmse_deg, 0.02 * 180 / kPi, 1e-9);
+}
+
+TEST(MapErrors, ATrajectoryIsComparedAtItsOwnStamps) {
+  Trajectory truth;
+  for (int i = 0; i <= 10; ++i) truth.push_back({at(i), lift(SE2(i, 0, 0))});
+  const Trajectory estimated = {
+      {at(-1), {}}, {at(2.5), lift(SE2(2.5, 0.1, 0))}, {at(7.25), lift(SE2(7.25, -0.1, 0.02))}, {at(11), {}}};
+  const TrajectoryErrors errors = trajectory_errors(estimated, truth);
+  EXPECT_EQ(errors.poses, 2U);
+  EXPECT_NEAR(errors.rmse_m, 0.1, 1e-12);
+  EXPECT_NEAR(errors.max_m, 0.1, 1e-12);
+  EXPECT_NEAR(errors.orientation_rmse_deg, 0.02 / std::sqrt(2) * 180 / kPi, 1e-9);
+  EXPECT_EQ(trajectory_errors({}, truth).poses, 0U);
+  EXPECT_EQ(trajectory_errors(estimated, {}).poses, 0U);
+}
+
+}  // namespace
+}  // namespace waymark
