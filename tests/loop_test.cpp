@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -21,26 +22,12 @@ namespace {
 
 constexpr Duration kControlPeriod = std::chrono::milliseconds(50);
 
-RobotModel limo() {
-  const Eigen::Matrix3d optical = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  return {.name = "limo",
-          .hull = {.front_m = 0.161, .rear_m = 0.161, .width_m = 0.22, .height_m = 0.251},
-          .limits = {.speed_m_s = 1.0,
-                     .yaw_rate_rad_s = 2.0,
-                     .acceleration_m_s2 = 2.0,
-                     .yaw_acceleration_rad_s2 = 8.0},
-          .wheel_radius_m = 0.045,
-          .track_m = 0.172,
-          .base_T_cam = SE3(SO3::from_matrix(optical), {0.084, 0, 0.18})};
+const RobotDescription& description() {
+  static const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
+  return robot;
 }
-
-CameraModel limo_camera() {
-  return CameraModel::make(
-             PinholeRadtan{
-                 .fx = 442.17, .fy = 443.88, .cx = 323.5, .cy = 247, .k = {0.045, -0.077}, .coefficients = 4},
-             640, 480)
-      .value();
-}
+const RobotModel& limo() { return description().model; }
+const CameraModel& limo_camera() { return description().camera; }
 
 struct Lap {
   std::vector<ObservedFrame> frames;

@@ -5,29 +5,13 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_cursor.hpp"
+#include "waymark/config/yaml_numbers.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
-
-/// Numbers of a map, the first error kept.
-class Numbers {
- public:
-  explicit Numbers(const YamlCursor& cursor) : cursor_(cursor) {}
-  double operator()(std::string_view key) {
-    const Result<double> value = cursor_.read_at(key, &YamlCursor::number);
-    if (!value && status_) status_ = tl::unexpected(value.error());
-    return value.value_or(0);
-  }
-  [[nodiscard]] const Status& status() const { return status_; }
-
- private:
-  const YamlCursor& cursor_;
-  Status status_;
-};
 
 Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
   if (Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg"}); !status) return status;
@@ -36,7 +20,7 @@ Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, Worl
   if (!id) return tl::unexpected(id.error());
   const Result<std::int64_t> number = id->integer(0, most);
   if (!number) return tl::unexpected(number.error());
-  Numbers value(entry);
+  internal::Numbers value(entry);
   const Eigen::Vector3d map_t_tag(value("x_m"), value("y_m"), value("z_m"));
   const SE3 map_T_tag = upright_tag(map_t_tag, value("facing_deg") * std::numbers::pi / 180);
   if (!value.status()) return value.status();

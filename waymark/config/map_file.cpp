@@ -1,0 +1,181 @@
+#include "waymark/config/map_file.hpp"
+
+#include <fmt/format.h>
+
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_cursor.hpp"
+#include "waymark/config/yaml_write.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr YamlLimits kMapLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
+constexpr const char* kFormat = "waymark-map-1";
+using Covariance = Eigen::Matrix<double, 6, 6>;
+
+Result<SE3> read_pose(const YamlCursor& entry) {
+  const auto exactly = [](std::size_t count) {
+    return [count](const YamlCursor& c) { return c.exactly_numbers(count); };
+  };
+  const auto p = entry.read_at("position_m", exactly(3));
+  if (!p) return tl::unexpected(p.error());
+  const auto q = entry.read_at("quaternion_xyzw", exactly(4));
+  if (!q) return tl::unexpected(q.error());
+  const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
+  if (!rotation)
+    return entry.at("quaternion_xyzw")->fail_here(rotation.error().code, rotation.error().message);
+  return SE3(*rotation, Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]));
+}
+
+/// The upper triangle, row by row.
+Result<Covariance> read_covariance(const YamlCursor& entry) {
+  const auto values = entry.exactly_numbers(21);
+  if (!values) return tl::unexpected(values.error());
+  Covariance covariance;
+  std::size_t next = 0;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) covariance(i, j) = covariance(j, i) = (*values)[next++];
+  }
+  if ((covariance.diagonal().array() < 0).any())
+    return entry.fail_here(ErrorCode::InvalidArgument, "a variance is negative");
+  return covariance;
+}
+
+Result<TagId> read_id(const YamlCursor& cursor) {
+  const Result<std::string> text = cursor.text();
+  if (!text) return tl::unexpected(text.error());
+  const Result<TagId> tag = parse_tag_id(*text);
+  if (!tag) return cursor.fail_here(tag.error().code, tag.error().message, tag.error().hint);
+  return *tag;
+}
+
+Status read_tag(const YamlCursor& entry, MapFile& map) {
+  Status status =
+      entry.check_keys({"tag", "size_m", "position_m", "quaternion_xyzw", "observations", "covariance"});
+  if (!status) return status;
+  const Result<TagId> tag = entry.read_at("tag", read_id);
+  if (!tag) return tl::unexpected(tag.error());
+  MappedTag mapped;
+  const Result<double> size = entry.read_at("size_m", &YamlCursor::number);
+  if (!size) return tl::unexpected(size.error());
+  mapped.size_m = *size;
+  if (!is_tag_size(mapped.size_m))
+    return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+  const Result<SE3> map_T_tag = read_pose(entry);
+  if (!map_T_tag) return tl::unexpected(map_T_tag.error());
+  mapped.map_T_tag = *map_T_tag;
+  if (const auto covariance = entry.find("covariance")) {
+    const Result<Covariance> values = read_covariance(*covariance);
+    if (!values) return tl::unexpected(values.error());
+    mapped.covariance = *values;
+  }
+  if (const auto observations = entry.find("observations")) {
+    const auto count = observations->integer(0, 1'000'000'000);
+    if (!count) return tl::unexpected(count.error());
+    map.observations[*tag] = static_cast<int>(*count);
+  }
+  if (!map.tags.tags.emplace(*tag, mapped).second)
+    return entry.at("tag")->fail_here(ErrorCode::InvalidArgument,
+                                      fmt::format("{} is given twice", to_string(*tag)));
+  return {};
+}
+
+Status read_provenance(const YamlCursor& root, MapFile& map) {
+  const auto entry = root.find("provenance");
+  if (!entry) return {};
+  if (!entry->is_map()) return entry->fail_here(ErrorCode::InvalidArgument, "is not a map (key: value)");
+  const std::vector<YamlCursor> values = entry->children();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const Result<std::string> text = values[i].text();
+    if (!text) return tl::unexpected(text.error());
+    map.provenance.emplace_back(entry->node().keys[i], *text);
+  }
+  return {};
+}
+
+Status check_format(const YamlCursor& root) {
+  const Result<std::string> format = root.read_at("format", &YamlCursor::text);
+  if (!format)
+    return root.fail_here(ErrorCode::Unreadable, "not a map of Waymark",
+                          fmt::format("It begins with `format: {}`; `waymark map` writes one.", kFormat));
+  if (*format != kFormat)
+    return root.at("format")->fail_here(ErrorCode::Unsupported,
+                                        fmt::format("'{}' is not a format of maps known here", *format),
+                                        fmt::format("Known: {}.", kFormat));
+  return root.check_keys({"format", "anchor", "provenance", "tags"});
+}
+
+std::string covariance_line(const Covariance& covariance) {
+  std::vector<double> upper;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) upper.push_back(covariance(i, j));
+  }
+  return "    covariance: " + yaml_list(upper) + "\n";
+}
+
+}  // namespace
+
+Result<MapFile> parse_map(std::string_view text, const std::string& source) {
+  const Result<YamlNode> tree = parse_yaml(text, source, kMapLimits);
+  if (!tree) return tl::unexpected(tree.error());
+  const YamlCursor root(*tree, source);
+  Status status = check_format(root);
+  if (!status) return tl::unexpected(status.error());
+  MapFile map;
+  if (status = read_provenance(root, map); !status) return tl::unexpected(status.error());
+  const Result<YamlCursor> tags = root.at("tags");
+  if (!tags) return tl::unexpected(tags.error());
+  for (const YamlCursor& entry : tags->children()) {
+    if (status = read_tag(entry, map); !status) return tl::unexpected(status.error());
+  }
+  const Result<TagId> anchor = root.read_at("anchor", read_id);
+  if (!anchor) return tl::unexpected(anchor.error());
+  map.anchor = *anchor;
+  if (map.tags.find(map.anchor) == nullptr)
+    return root.at("anchor")->fail_here(ErrorCode::InvalidArgument,
+                                        fmt::format("{} is not among the tags", to_string(map.anchor)));
+  return map;
+}
+
+Result<MapFile> read_map(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path, kMapLimits.bytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_map(*text, path.string());
+}
+
+std::string to_yaml(const MapFile& map) {
+  std::string text = fmt::format(
+      "# A map of tags by Waymark. Frame map: z up. Tag frame: centre of the black square, x right, y down, "
+      "z into the tag.\nformat: {}\nanchor: {}\nprovenance:{}\n",
+      kFormat, yaml_text(to_string(map.anchor)), map.provenance.empty() ? " {}" : "");
+  for (const auto& [key, value] : map.provenance)
+    text += fmt::format("  {}: {}\n", yaml_text(key), yaml_text(value));
+  text += map.tags.tags.empty() ? "tags: []\n" : "tags:\n";
+  for (const auto& [tag, mapped] : map.tags.tags) {
+    const Eigen::Vector3d& p = mapped.map_T_tag.translation();
+    const Eigen::Quaterniond& q = mapped.map_T_tag.rotation().quaternion();
+    text += fmt::format("  - tag: {}\n    size_m: {}\n    position_m: {}\n    quaternion_xyzw: {}\n",
+                        yaml_text(to_string(tag)), yaml_number(mapped.size_m),
+                        yaml_list(std::vector{p.x(), p.y(), p.z()}),
+                        yaml_list(std::vector{q.x(), q.y(), q.z(), q.w()}));
+    if (const auto seen = map.observations.find(tag); seen != map.observations.end())
+      text += fmt::format("    observations: {}\n", seen->second);
+    if (mapped.covariance) text += covariance_line(*mapped.covariance);
+  }
+  return text;
+}
+
+Status write_map(const std::filesystem::path& path, const MapFile& map) {
+  for (const auto& [tag, mapped] : map.tags.tags) {
+    const bool finite = mapped.map_T_tag.matrix().allFinite() && is_tag_size(mapped.size_m) &&
+                        (!mapped.covariance || mapped.covariance->allFinite());
+    if (!finite)
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("a number of {} is not finite: not written", to_string(tag)),
+                  {.source = path.string()});
+  }
+  return write_text_file(path, to_yaml(map));
+}
+
+}  // namespace waymark

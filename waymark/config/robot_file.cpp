@@ -1,0 +1,122 @@
+#include "waymark/config/robot_file.hpp"
+
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "waymark/config/camera_file.hpp"
+#include "waymark/config/camera_formats.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_write.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Optical axes (x right, y down, z forward) in those of a camera's body (x forward, y left, z up).
+SO3 body_R_optical() {
+  return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
+}
+
+/// One part of the file: the keys it must have, and what reads them.
+template <class Read>
+Status part(const YamlCursor& root, std::string_view key, const std::vector<std::string>& keys, Read&& read) {
+  const Result<YamlCursor> entry = root.at(key);
+  if (!entry) return tl::unexpected(entry.error());
+  if (Status status = entry->check_keys(keys); !status) return status;
+  internal::Numbers value(*entry);
+  read(value);
+  return value.status();
+}
+
+Status read_model(const YamlCursor& root, RobotModel& model) {
+  Status status = part(root, "hull", {"front_m", "rear_m", "width_m", "height_m"}, [&](auto& value) {
+    model.hull = {.front_m = value.positive("front_m"),
+                  .rear_m = value.positive("rear_m"),
+                  .width_m = value.positive("width_m"),
+                  .height_m = value.positive("height_m")};
+  });
+  if (!status) return status;
+  status =
+      part(root, "limits", {"speed_m_s", "yaw_rate_rad_s", "acceleration_m_s2", "yaw_acceleration_rad_s2"},
+           [&](auto& value) {
+             model.limits = {.speed_m_s = value.positive("speed_m_s"),
+                             .yaw_rate_rad_s = value.positive("yaw_rate_rad_s"),
+                             .acceleration_m_s2 = value.positive("acceleration_m_s2"),
+                             .yaw_acceleration_rad_s2 = value.positive("yaw_acceleration_rad_s2")};
+           });
+  if (!status) return status;
+  status = part(root, "wheels", {"radius_m", "track_m"}, [&](auto& value) {
+    model.wheel_radius_m = value.positive("radius_m");
+    model.track_m = value.positive("track_m");
+  });
+  if (!status) return status;
+  return part(root, "camera_mounting", {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"},
+              [&](auto& value) {
+                const Eigen::Vector3d base_t_cam(value("x_m"), value("y_m"), value("z_m"));
+                const double roll = value("roll_deg") * kDegree;
+                const double pitch = value("pitch_deg") * kDegree;
+                const double yaw = value("yaw_deg") * kDegree;
+                model.base_T_cam = SE3(SO3::from_rpy(roll, pitch, yaw) * body_R_optical(), base_t_cam);
+              });
+}
+
+/// A text as an indented block.
+std::string indented(const std::string& text) {
+  std::string block;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    block += "  " + text.substr(begin, end - begin) + "\n";
+    begin = end == std::string::npos ? text.size() : end + 1;
+  }
+  return block;
+}
+
+}  // namespace
+
+Result<RobotDescription> parse_robot(std::string_view text, const std::string& source) {
+  const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
+  if (!tree) return tl::unexpected(tree.error());
+  const YamlCursor root(*tree, source);
+  Status status = root.check_keys({"name", "hull", "limits", "wheels", "camera_mounting", "camera_info"});
+  if (!status) return tl::unexpected(status.error());
+  const Result<std::string> name = root.read_at("name", &YamlCursor::text);
+  if (!name) return tl::unexpected(name.error());
+  RobotModel model{.name = *name};
+  if (status = read_model(root, model); !status) return tl::unexpected(status.error());
+  const auto camera = root.read_at("camera_info", &internal::read_camera_info);
+  if (!camera) return tl::unexpected(camera.error());
+  return RobotDescription{.model = model, .camera = camera->camera};
+}
+
+Result<RobotDescription> read_robot(const std::filesystem::path& path) {
+  const Result<std::string> text = read_text_file(path, kRobotLimits.bytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_robot(*text, path.string());
+}
+
+std::string to_yaml(const RobotDescription& robot) {
+  const auto& [name, hull, limits, wheel_radius_m, track_m, base_T_cam] = robot.model;
+  const auto n = yaml_number;
+  const Eigen::Vector3d& t = base_T_cam.translation();
+  const Eigen::Vector3d rpy = (base_T_cam.rotation() * body_R_optical().inverse()).rpy() / kDegree;
+  return fmt::format("name: {}\n", yaml_text(name)) +
+         fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
+                     n(hull.rear_m), n(hull.width_m), n(hull.height_m)) +
+         fmt::format(
+             "limits: {{speed_m_s: {}, yaw_rate_rad_s: {}, acceleration_m_s2: {}, "
+             "yaw_acceleration_rad_s2: {}}}\n",
+             n(limits.speed_m_s), n(limits.yaw_rate_rad_s), n(limits.acceleration_m_s2),
+             n(limits.yaw_acceleration_rad_s2)) +
+         fmt::format("wheels: {{radius_m: {}, track_m: {}}}\n", n(wheel_radius_m), n(track_m)) +
+         fmt::format(
+             "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: "
+             "{}}}\n",
+             n(t.x()), n(t.y()), n(t.z()), n(rpy.x()), n(rpy.y()), n(rpy.z())) +
+         "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera}));
+}
+
+}  // namespace waymark

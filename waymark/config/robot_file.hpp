@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/robot_model.hpp"
+
+namespace waymark {
+
+/// What a robot's file says of it.
+struct RobotDescription {
+  RobotModel model;
+  CameraModel camera;
+};
+
+/// A robot from YAML (share/robots/limo.yaml shows all keys, docs/formats/map.md explains them): name, hull,
+/// limits, wheels, camera_mounting (roll, pitch, yaw of the camera's body, straight ahead when zero),
+/// camera_info (as ROS writes it). Errors have file, line and key: an unknown or missing key, a length or a
+/// limit that is not positive, what CameraModel::make() refuses.
+[[nodiscard]] Result<RobotDescription> read_robot(const std::filesystem::path& path);
+[[nodiscard]] Result<RobotDescription> parse_robot(std::string_view text, const std::string& source);
+
+/// The same as YAML. Reads back as the same robot; the angles of the camera within rounding.
+[[nodiscard]] std::string to_yaml(const RobotDescription& robot);
+
+}  // namespace waymark

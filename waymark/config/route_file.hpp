@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "waymark/base/error.hpp"
+#include "waymark/samples/route.hpp"
+
+namespace waymark {
+
+/// A route from route.yaml (docs/formats/map.md). Errors have file, line and key: not a route, an unknown or
+/// missing key, fewer than two points, a point that is not six numbers, arc lengths that do not grow, a
+/// speed that is not positive, a length that does not reach the last point.
+[[nodiscard]] Result<Route> read_route(const std::filesystem::path& path);
+[[nodiscard]] Result<Route> parse_route(std::string_view text, const std::string& source);
+
+/// Reads back as the same route, to the last bit but for the yaw (within rounding). Every
+/// number must be finite.
+[[nodiscard]] std::string to_yaml(const Route& route);
+/// Fails (InvalidArgument) on a number that is not finite, instead of writing it.
+[[nodiscard]] Status write_route(const std::filesystem::path& path, const Route& route);
+
+}  // namespace waymark

@@ -1,0 +1,62 @@
+#include "waymark/config/share.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (it->path().extension() == ".yaml") names.push_back(it->path().stem().string());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+}  // namespace
+
+Result<fs::path> share_folder() {
+  if (const char* named = std::getenv("WAYMARK_SHARE"); named != nullptr && *named != '\0') {
+    if (is_folder(named)) return fs::path(named);
+    return fail(ErrorCode::NotFound, "WAYMARK_SHARE names a folder that is not there", {.source = named},
+                "Unset it, or let it name the folder that holds worlds/ and robots/.");
+  }
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
+  for (const fs::path& folder : {program.parent_path().parent_path() / "share/waymark",
+                                 fs::path(WAYMARK_SOURCE_SHARE), fs::path(WAYMARK_INSTALLED_SHARE)}) {
+    if (is_folder(folder)) return folder;
+  }
+  return fail(ErrorCode::NotFound, "the data that comes with Waymark is not found",
+              {.source = WAYMARK_INSTALLED_SHARE},
+              "Let the environment variable WAYMARK_SHARE name the folder that holds worlds/ and robots/.");
+}
+
+Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
+  if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return fs::path(name);
+  const Result<fs::path> share = share_folder();
+  if (!share) return share;
+  const std::vector<std::string> names = names_in(*share / folder);
+  if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
+  return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
+              {.source = (*share / folder).string()},
+              suggestion(name, names) + " Or give the path of a .yaml file.");
+}
+
+}  // namespace waymark

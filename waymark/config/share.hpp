@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark {
+
+/// Where the data that comes with Waymark lies: what the environment variable WAYMARK_SHARE names; else
+/// ../share/waymark beside the running program; else the source tree this was built from; else where it was
+/// to be installed. Fails when none of them is there.
+[[nodiscard]] Result<std::filesystem::path> share_folder();
+
+/// The file that a word of the command line means: a path (with a '/' or ending in .yaml) as it is, a plain
+/// name the file `name`.yaml in a folder ("worlds", "robots") of the share folder. Fails on a name that is
+/// not there, with the nearest one. O(files in the folder).
+[[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name);
+
+}  // namespace waymark
