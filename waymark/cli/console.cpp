@@ -42,11 +42,22 @@ void Console::say(std::string_view words) {
   fmt::print(err_, "{}: {}\n", verb_, words);
 }
 
-void Console::progress(std::size_t done, std::size_t all, std::string_view what) {
+bool Console::time_to_redraw() {
   constexpr std::int64_t kRedrawMs = 100;
-  if (!watched_ || all < 2 || now_ms() - last_progress_ms_ < kRedrawMs) return;
+  if (!watched_ || now_ms() - last_progress_ms_ < kRedrawMs) return false;
   last_progress_ms_ = now_ms();
   progress_shown_ = true;
+  return true;
+}
+
+void Console::live(std::string_view line) {
+  if (!time_to_redraw()) return;
+  fmt::print(err_, "\r\x1b[K{}", line);
+  std::fflush(err_);
+}
+
+void Console::progress(std::size_t done, std::size_t all, std::string_view what) {
+  if (all < 2 || !time_to_redraw()) return;
   constexpr std::size_t kBar = 20;
   constexpr std::size_t kName = 40;
   const std::size_t filled = kBar * done / all;

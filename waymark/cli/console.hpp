@@ -32,6 +32,8 @@ class Console {
   /// Redraws the progress line ("12/60 photo.png"), ten times a second at most; silent unless a terminal
   /// watches.
   void progress(std::size_t done, std::size_t all, std::string_view what);
+  /// Redraws the line below everything with these words, as progress() does.
+  void live(std::string_view line);
   void end_progress();
 
   /// Nobody can read the results any more: the reader closed the pipe, or writing failed. Stop working.
@@ -41,6 +43,9 @@ class Console {
   [[nodiscard]] ExitCode finish(ExitCode code);
 
  private:
+  /// Whether the line may be redrawn now.
+  [[nodiscard]] bool time_to_redraw();
+
   enum class Output : std::uint8_t { Open, ClosedByReader, Failed };
 
   std::string verb_;

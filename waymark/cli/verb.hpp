@@ -28,6 +28,8 @@ struct Verb {
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb evaluate_verb();
+[[nodiscard]] Verb teach_verb();
+[[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();
 [[nodiscard]] Verb tags_board_verb();

@@ -14,17 +14,17 @@ namespace waymark::plot {
 struct Series {
   enum class Style { Line, Points, LineAndPoints };
 
-  std::string name;  ///< in the legend; empty: not in it
-  std::vector<double> x;
-  std::vector<double> y;  ///< as many as x
+  std::string name{};  ///< in the legend; empty: not in it
+  std::vector<double> x{};
+  std::vector<double> y{};  ///< as many as x
   Style style = Style::Line;
   std::optional<Color> color = {};  ///< otherwise the next of kPalette
 };
 
 /// What an axis shows.
 struct Axis {
-  std::string label;               ///< "size of the tag"
-  std::string unit;                ///< "px"; empty for pure numbers
+  std::string label{};             ///< "size of the tag"
+  std::string unit{};              ///< "px"; empty for pure numbers
   std::optional<double> low = {};  ///< where it begins and ends; otherwise round numbers around the data
   std::optional<double> high = {};
   bool logarithmic = false;
@@ -32,10 +32,10 @@ struct Axis {
 
 /// A chart of lines and points in x and y.
 struct Figure {
-  std::string title;
-  Axis x;
-  Axis y;
-  std::vector<Series> series;
+  std::string title{};
+  Axis x{};
+  Axis y{};
+  std::vector<Series> series{};
   bool equal_scales = false;  ///< a metre in x is as long as a metre in y: for paths on the floor
   double width_mm = 160;
   double height_mm = 100;

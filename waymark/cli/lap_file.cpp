@@ -1,0 +1,169 @@
+#include "waymark/cli/lap_file.hpp"
+
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "waymark/config/world_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+
+#ifndef WAYMARK_VERSION
+#define WAYMARK_VERSION "unknown"
+#endif
+
+namespace waymark::cli {
+namespace {
+
+constexpr const char* kMetadata = "waymark";
+constexpr const char* kRobotFile = "robot.yaml";
+constexpr const char* kWorldFile = "truth/world.yaml";
+constexpr const char* kOptionsFile = "options.yaml";
+constexpr const char* kYaml = "application/yaml";
+
+std::string text_of(const SE3& a_T_b) {
+  const Eigen::Vector3d& p = a_T_b.translation();
+  const Eigen::Quaterniond& q = a_T_b.rotation().quaternion();
+  return fmt::format("{} {} {} {} {} {} {}", p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+std::optional<double> parse_number(std::string_view text) {
+  double value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Result<SE3> pose_of(std::string_view text) {
+  std::vector<double> n;
+  while (!text.empty()) {
+    const std::size_t end = text.find(' ');
+    const auto value = parse_number(text.substr(0, end));
+    if (value) n.push_back(*value);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  if (n.size() != 7) return fail(ErrorCode::Unreadable, "the pose of the anchor is not seven numbers");
+  const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(n[6], n[3], n[4], n[5]));
+  if (!rotation) return tl::unexpected(rotation.error());
+  return SE3(*rotation, {n[0], n[1], n[2]});
+}
+
+/// The effective options of everything that made the recording.
+std::string options_yaml(const SimulatedRobotOptions& robot) {
+  return "robot:\n" + write_fields(robot, 2) + "dynamics:\n" + write_fields(robot.dynamics, 2) +
+         "sensors:\n" + write_fields(robot.sensors, 2) + "tag_camera:\n" + write_fields(robot.tag_camera, 2);
+}
+
+/// The tag's z is the map's x, its -y the map's z.
+SE3 anchor_at_origin() {
+  return {SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()),
+          Eigen::Vector3d::Zero()};
+}
+
+std::optional<std::string> metadata(const RecordedLap& lap, const std::string& key) {
+  const auto block = lap.setup.metadata.find(kMetadata);
+  if (block == lap.setup.metadata.end()) return std::nullopt;
+  const auto value = block->second.find(key);
+  return value == block->second.end() ? std::nullopt : std::optional(value->second);
+}
+
+Result<TagId> tag_of(const std::string& text) {
+  const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
+}
+
+Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, TeachSetup& setup) {
+  const std::optional<std::string> recorded = metadata(lap, "anchor");
+  if (!recorded && !overrides.anchor)
+    return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
+                "Give --anchor with a tag that was seen, for example --anchor tag36h11:0.");
+  const Result<TagId> anchor = tag_of(overrides.anchor.value_or(recorded.value_or("")));
+  if (!anchor) return tl::unexpected(anchor.error());
+  setup.anchor = *anchor;
+  setup.map_T_anchor = anchor_at_origin();
+  const std::optional<std::string> pose = metadata(lap, "map_T_anchor");
+  if (!pose || (recorded && *recorded != to_string(*anchor))) return {};
+  const Result<SE3> map_T_anchor = pose_of(*pose);
+  if (!map_T_anchor) return tl::unexpected(map_T_anchor.error());
+  setup.map_T_anchor = *map_T_anchor;
+  return {};
+}
+
+}  // namespace
+
+TeachSetup teach_setup(const SimulatedStage& stage) {
+  const World& world = stage.world;
+  TeachSetup setup{.camera = stage.camera,
+                   .base_T_cam = stage.model.base_T_cam,
+                   .anchor = world.anchor,
+                   .map_T_anchor = world.tags.find(world.anchor)->map_T_tag};
+  for (const auto& [tag, mapped] : world.tags.tags) setup.sizes.size_by_tag_m[tag] = mapped.size_m;
+  setup.sizes.default_size_m = world.tags.find(world.anchor)->size_m;
+  return setup;
+}
+
+Result<SampleRecorder> start_recording(const std::string& path, const std::string& verb, const Stage& stage) {
+  auto file = create_file(path);
+  if (!file) return tl::unexpected(file.error());
+  Result<SampleRecorder> recorder =
+      SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
+  if (!recorder) return recorder;
+  const SimulatedStage& simulated = stage.simulated;
+  const TeachSetup setup = teach_setup(simulated);
+  Status status =
+      recorder->add_metadata(kMetadata, {{"verb", verb},
+                                         {"version", WAYMARK_VERSION},
+                                         {"robot", simulated.model.name},
+                                         {"driver", "sim"},
+                                         {"world", simulated.world.name},
+                                         {"seed", std::to_string(simulated.robot.seed)},
+                                         {"anchor", to_string(setup.anchor)},
+                                         {"map_T_anchor", text_of(setup.map_T_anchor)},
+                                         {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}});
+  if (status) status = recorder->add_attachment(kRobotFile, kYaml, {}, stage.robot_yaml);
+  if (status) status = recorder->add_attachment(kWorldFile, kYaml, {}, stage.world_yaml);
+  if (status) status = recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot));
+  if (status) status = recorder->add_camera({}, simulated.camera, simulated.model.base_T_cam);
+  if (!status) return tl::unexpected(status.error());
+  return recorder;
+}
+
+Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  if (!lap.setup.camera)
+    return fail(ErrorCode::NotFound, "the recording holds no calibration of its camera (/camera_info)", {},
+                "`waymark info` shows what it holds.");
+  if (!lap.setup.base_T_cam)
+    return fail(ErrorCode::NotFound,
+                "the recording does not say where the camera sits (/tf_static, base_link to camera_optical)",
+                {}, "`waymark info` shows what it holds.");
+  TeachSetup setup{.camera = *lap.setup.camera, .base_T_cam = *lap.setup.base_T_cam};
+  const std::optional<std::string> recorded = metadata(lap, "tag_size_m");
+  const auto size = overrides.tag_size_m ? overrides.tag_size_m : parse_number(recorded.value_or(""));
+  if (!size)
+    return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
+                "Give --tag-size-m, the side of the black square.");
+  setup.sizes.default_size_m = *size;
+  if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
+  if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
+  return setup;
+}
+
+Result<std::optional<World>> true_world(const RecordedLap& lap) {
+  const auto text = lap.attachments.find(kWorldFile);
+  if (text == lap.attachments.end()) return std::optional<World>();
+  Result<World> world = parse_world(text->second, kWorldFile);
+  if (!world) return tl::unexpected(world.error());
+  return std::optional(std::move(*world));
+}
+
+std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
+  const auto text = lap.attachments.find(kRobotFile);
+  return text == lap.attachments.end() ? std::nullopt : std::optional(text->second);
+}
+
+Result<RecordedLap> read_lap_file(const std::string& path) {
+  const auto source = open_file(path);
+  if (!source) return tl::unexpected(source.error());
+  return read_lap(**source);
+}
+
+}  // namespace waymark::cli

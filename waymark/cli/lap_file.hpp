@@ -1,0 +1,44 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "waymark/cli/stage_flags.hpp"
+#include "waymark/pipeline/teacher.hpp"
+#include "waymark/recording/recorded_lap.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+/// What stands in our recordings beside the samples (docs/formats/recording.md, "Metadata and attachments").
+namespace waymark::cli {
+
+/// What the teach phase knows of a stage: camera, tags' sizes, the anchor and its pose.
+[[nodiscard]] TeachSetup teach_setup(const SimulatedStage& stage);
+
+/// A new recording that says how it was made: metadata, the robot's file, and, as truth, the world's. Fails
+/// when the file exists.
+[[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const std::string& verb,
+                                                     const Stage& stage);
+
+/// What a caller knows better than the recording, or what the recording does not say.
+struct SetupOverrides {
+  std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
+  std::optional<double> tag_size_m{};
+};
+
+/// What is needed to map a recording. Fails, and says which flag helps, when neither the recording nor the
+/// overrides know it. An anchor that is not the recording's stands at the origin of the map: z of the map
+/// against the tag's y, x along the tag's z.
+[[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
+
+/// The world a recording was made in, if it says so.
+[[nodiscard]] Result<std::optional<World>> true_world(const RecordedLap& lap);
+
+/// The robot's file in the recording, as text; nothing when there is none.
+[[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
+
+/// Opens and reads a recording.
+[[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path);
+
+}  // namespace waymark::cli

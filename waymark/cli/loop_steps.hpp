@@ -1,0 +1,88 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/cli/lap_file.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
+
+/// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
+/// Each takes options and gives a report; the words and the exit code are the verb's.
+namespace waymark::cli {
+
+/// How long a step took, by the clock on the wall.
+class Stopwatch {
+ public:
+  Stopwatch();
+  [[nodiscard]] double seconds() const;
+
+ private:
+  std::int64_t start_ns_;
+};
+
+/// The most memory this process ever held.
+[[nodiscard]] double peak_rss_mib();
+
+struct TeachReport {
+  TeachSummary summary{};
+  SimulatedLapEnd end{};
+  double wall_s = 0;
+};
+
+/// Records a lap that the scripted driver drives. Ctrl-C stops the robot and closes the file.
+[[nodiscard]] Result<TeachReport> teach_lap(const Stage& stage, const std::string& output, Console& console);
+
+struct MapJob {
+  std::string lap;               ///< the recording
+  std::filesystem::path folder;  ///< of what is written
+  SetupOverrides overrides{};
+  MapLapOptions options{};
+  std::optional<World> truth{};  ///< when given; otherwise what the recording holds
+};
+
+struct MapReport {
+  std::string method{};
+  MappedLap lap{};
+  TagMap true_tags{};      ///< empty when not known
+  Trajectory true_path{};  ///< of the whole lap; empty when not known
+  std::optional<TagMapErrors> tag_errors{};
+  std::optional<TrajectoryErrors> trajectory_errors{};
+  std::vector<std::string> warnings{};  ///< of the lap and of the file
+  std::vector<std::string> files{};     ///< what was written
+  double wall_s = 0;
+};
+
+/// Makes a map and a route of a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
+/// truth_trajectory.txt, summary.json and figures into the folder.
+[[nodiscard]] Result<MapReport> map_recording(const MapJob& job);
+[[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
+
+struct ReplayJob {
+  std::filesystem::path folder;  ///< with map.yaml and route.yaml
+  std::string method = "anchor";
+  std::string controller = "pursuit";
+  double laps = 1;
+  std::string output{};  ///< recording to write; empty: none
+  std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
+};
+
+struct ReplayReport {
+  SimulatedReplayEnd end{};
+  Trajectory true_path{};
+  Trajectory taught_path{};                    ///< empty when not known
+  std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
+  std::vector<std::string> warnings{};
+  double wall_s = 0;
+};
+
+/// Lets the robot of the stage drive the route of the folder.
+[[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
+
+}  // namespace waymark::cli

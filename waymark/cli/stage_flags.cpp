@@ -1,0 +1,72 @@
+#include "waymark/cli/stage_flags.hpp"
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/world_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 22U;
+
+/// Where a file is and what it says.
+struct Found {
+  std::string path;
+  std::string text;
+};
+
+Result<Found> find(const char* folder, const std::string& name) {
+  const auto path = find_shared(folder, name);
+  if (!path) return tl::unexpected(path.error());
+  const auto text = read_text_file(*path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return Found{path->string(), *text};
+}
+
+}  // namespace
+
+Result<Stage> load_stage(const std::string& world_name, const std::string& robot_file, std::uint64_t seed) {
+  const Result<Found> world_file = find("worlds", world_name);
+  if (!world_file) return tl::unexpected(world_file.error());
+  Result<World> world = parse_world(world_file->text, world_file->path);
+  if (!world) return tl::unexpected(world.error());
+  const Result<Found> robot_text = find("robots", robot_file);
+  if (!robot_text) return tl::unexpected(robot_text.error());
+  const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
+  if (!robot) return tl::unexpected(robot.error());
+  return Stage{.simulated = {.world = std::move(*world),
+                             .model = robot->model,
+                             .camera = robot->camera,
+                             .robot = {.seed = seed}},
+               .world_yaml = world_file->text,
+               .robot_yaml = robot_text->text};
+}
+
+StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default) {
+  app.add_option("--robot", robot_, "What drives: sim, the simulated robot (others will come)")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--world", world_, "World of the simulated robot: circuit24, or the path of a .yaml file")
+      ->required()
+      ->type_name("NAME");
+  app.add_option("--robot-file", robot_file_,
+                 "Body and camera of the robot: limo, or the path of a .yaml file. Unless given: " +
+                     robot_file_default)
+      ->type_name("NAME");
+  app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
+      ->capture_default_str()
+      ->type_name("INTEGER");
+}
+
+Result<Stage> StageFlags::make(const std::string& robot_file) const {
+  if (robot_ != "sim")
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
+                suggestion(robot_, {"sim"}));
+  return load_stage(world_, robot_file_.empty() ? robot_file : robot_file_, seed_);
+}
+
+}  // namespace waymark::cli

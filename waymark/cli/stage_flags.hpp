@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace waymark::cli {
+
+/// A simulated robot in its world, and the files that describe them.
+struct Stage {
+  SimulatedStage simulated;
+  std::string world_yaml;  ///< text of the world's file
+  std::string robot_yaml;
+
+  [[nodiscard]] RobotDescription robot() const { return {simulated.model, simulated.camera}; }
+};
+
+/// A world and a robot, by name or path.
+[[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
+                                       std::uint64_t seed);
+
+/// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
+/// parsed.
+class StageFlags {
+ public:
+  /// `robot_file_default` is what the help says happens without --robot-file.
+  StageFlags(CLI::App& app, const std::string& robot_file_default);
+  StageFlags(const StageFlags&) = delete;
+  StageFlags& operator=(const StageFlags&) = delete;
+
+  /// `robot_file`: where the robot is described when no flag says so.
+  [[nodiscard]] Result<Stage> make(const std::string& robot_file) const;
+
+ private:
+  std::string robot_ = "sim";
+  std::string world_;
+  std::string robot_file_;
+  std::uint64_t seed_ = 1;
+};
+
+}  // namespace waymark::cli

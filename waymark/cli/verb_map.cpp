@@ -1,0 +1,130 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/world_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct MapArgs {
+  explicit MapArgs(CLI::App& app) : chain(app, "Method chain"), route(app, "Route") {}
+
+  std::string lap;
+  std::string folder;
+  std::string method = "chain";
+  std::string anchor;
+  double tag_size_m = 0;
+  std::string world;
+  bool json = false;
+  OptionFlags<ChainOptions> chain;
+  OptionFlags<RouteOptions> route;
+};
+
+Result<MapJob> job_of(const MapArgs& args) {
+  MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
+  if (Status status = args.chain.apply(job.options.chain); !status) return tl::unexpected(status.error());
+  if (Status status = args.route.apply(job.options.route); !status) return tl::unexpected(status.error());
+  const std::vector<std::string> methods = map_methods();
+  if (std::ranges::find(methods, args.method) == methods.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", args.method),
+                {.key = "--method"}, fmt::format("Known: {}.", fmt::join(methods, ", ")));
+  if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
+  if (args.tag_size_m != 0) job.overrides.tag_size_m = args.tag_size_m;
+  if (args.world.empty()) return job;
+  const auto path = find_shared("worlds", args.world);
+  if (!path) return tl::unexpected(path.error());
+  Result<World> world = read_world(*path);
+  if (!world) return tl::unexpected(world.error());
+  job.truth = std::move(*world);
+  return job;
+}
+
+std::string to_text(const MapReport& report, const std::string& folder) {
+  const MappedLap& lap = report.lap;
+  std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
+                                 lap.map.tags.size(), lap.frames, report.method,
+                                 lap.route.closed ? "closed" : "open", lap.route.length_m);
+  if (report.tag_errors) {
+    const TagMapErrors& e = *report.tag_errors;
+    text += fmt::format(
+        "against the truth, anchored, not aligned:\n"
+        "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
+        e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
+  }
+  if (report.trajectory_errors)
+    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
+                        report.trajectory_errors->max_m);
+  return text;
+}
+
+ExitCode map(const MapArgs& args, Console& console) {
+  const Result<MapJob> job = job_of(args);
+  if (!job) {
+    console.say(naming_flag(job.error()));
+    return ExitCode::Usage;
+  }
+  const Result<MapReport> report = map_recording(*job);
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
+  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  return ExitCode::Ok;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<MapArgs>(app);
+  app.add_option("LAP", args->lap, "Recording of a taught lap (.mcap)")->required()->type_name("");
+  app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
+      ->required()
+      ->type_name("FOLDER");
+  app.add_option("--method", args->method, "How tags are placed: chain, from tag to tag, nothing optimised")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--anchor", args->anchor,
+                 "The tag the map is placed by, for example tag36h11:0. Unless given: that of the recording")
+      ->type_name("TAG");
+  app.add_option("--tag-size-m", args->tag_size_m,
+                 "Side of the black square of the tags, in metres. Unless given: that of the recording")
+      ->type_name("NUMBER");
+  app.add_option("--world", args->world, "The truth about the tags, where the recording does not hold it")
+      ->type_name("NAME");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return map(*args, console); };
+}
+
+}  // namespace
+
+Verb map_verb() {
+  return {
+      .name = "map",
+      .sentence = "Make a map of the tags and a route of a recorded lap",
+      .help =
+          R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
+summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
+the recording holds them. Formats: docs/formats/map.md. A recording that was cut is used as far as it goes.
+Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
+
+Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made or written, 2 wrong usage.
+
+Examples:
+  waymark map lap.mcap -o map
+  waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,120 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct TeachArgs {
+  explicit TeachArgs(CLI::App& app) : stage(app, "limo") {}
+
+  StageFlags stage;
+  std::string driver = "scripted";
+  std::string output;
+  bool json = false;
+};
+
+nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file) {
+  const TeachSummary& s = report.summary;
+  return {{"file", file},
+          {"wall_s", report.wall_s},
+          {"lap_s", report.end.lap_s},
+          {"frames", s.frames},
+          {"detections", s.detections},
+          {"tags", s.seen.size()},
+          {"low_observability_frames", s.low_observability_frames},
+          {"two_tags_fraction", s.two_tags_fraction()},
+          {"longest_blind_s", s.longest_blind_s},
+          {"distance_m", s.distance_m},
+          {"closed_loop", s.closed_loop},
+          {"mappable", s.mappable},
+          {"finished", report.end.finished},
+          {"warnings", s.warnings}};
+}
+
+std::string to_text(const TeachReport& report, const std::string& file) {
+  const TeachSummary& s = report.summary;
+  std::string text = fmt::format(
+      "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
+      "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
+      file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
+      100 * s.two_tags_fraction(), s.low_observability_frames);
+  text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
+                        : "The loop is not closed.\n";
+  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
+                     : "The lap cannot be mapped.\n";
+  return text;
+}
+
+ExitCode teach(const TeachArgs& args, Console& console) {
+  if (args.driver != "scripted") {
+    console.say(Error{ErrorCode::InvalidArgument,
+                      fmt::format("there is no driver '{}'", args.driver),
+                      {.key = "--driver"},
+                      suggestion(args.driver, {"scripted"})});
+    return ExitCode::Usage;
+  }
+  const Result<Stage> stage = args.stage.make("limo");
+  if (!stage) {
+    console.say(stage.error());
+    return ExitCode::Usage;
+  }
+  const Result<TeachReport> report = teach_lap(*stage, args.output, console);
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
+  for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
+  if (report->end.interrupted) {
+    console.say("stopped: the robot stands, and the recording is whole up to here");
+    return ExitCode::Interrupted;
+  }
+  if (!report->end.finished) console.say("the driver did not get round in ten minutes");
+  return report->end.finished && report->summary.mappable ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<TeachArgs>(app);
+  app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--driver", args->driver, "Who drives: scripted, like a person who knows the way")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return teach(*args, console); };
+}
+
+}  // namespace
+
+Verb teach_verb() {
+  return {
+      .name = "teach",
+      .sentence = "Record a lap that is driven once",
+      .help =
+          R"(The recording holds what the robot sensed (tags, odometry, wheels, IMU), what it was told, its camera,
+and how it was made; the simulator adds the truth below /truth, which no estimator looks at. It opens
+in Foxglove Studio as it is. `waymark info` shows what a recording holds, `waymark map` makes a map of it.
+Ctrl-C stops the robot and closes the file. Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 a lap that can be mapped, 1 one that cannot, or the file could not be written, 2 wrong usage,
+130 stopped by Ctrl-C.
+
+Examples:
+  waymark teach --robot sim --world circuit24 --driver scripted --seed 1 -o lap.mcap
+  waymark teach --world circuit24 --seed 2 -o lap2.mcap --json
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

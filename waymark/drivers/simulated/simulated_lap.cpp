@@ -1,0 +1,128 @@
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+
+#include <variant>
+#include <vector>
+
+#include "waymark/simulation/path.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kControlPeriod = std::chrono::milliseconds(50);
+constexpr double kPathStep_m = 0.02;
+/// The driver's hand must not shake in step with the sensors' noise.
+constexpr std::uint64_t kDriverSeed = 1000;
+
+Result<std::vector<PathPoint>> line_of(const World& world) {
+  std::vector<PathPoint> path = sample_path(world.path_m, world.path_closed, kPathStep_m);
+  if (path.size() < 3)
+    return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
+                "Give path_m three distinct points or more.");
+  return path;
+}
+
+Status send(SimulatedRobot& robot, const VelocityCommand& command, const LapListener& listener) {
+  if (Status status = robot.command(command); !status) return status;
+  return listener.on_sample(StampedCommand{robot.now(), command});
+}
+
+double seconds_of(const SimulatedRobot& robot) { return to_seconds(robot.now().time_since_epoch()); }
+
+}  // namespace
+
+Result<SimulatedLapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& options,
+                                           const LapListener& listener, double timeout_s) {
+  const Result<std::vector<PathPoint>> path = line_of(stage.world);
+  if (!path) return tl::unexpected(path.error());
+  SimulatedRobot robot(stage.world, stage.model, stage.camera, path->front().map_T_path, stage.robot);
+  ScriptedDriver driver(*path, stage.world.path_closed, options, Random(stage.robot.seed + kDriverSeed));
+  SimulatedLapEnd end;
+  SensorTime next_command{};
+  while (!driver.done() && !end.interrupted && seconds_of(robot) < timeout_s) {
+    const Result<std::optional<Sample>> sample = robot.next();
+    if (!sample) return tl::unexpected(sample.error());
+    if (Status status = listener.on_sample(**sample); !status) return tl::unexpected(status.error());
+    end.interrupted = listener.should_stop();
+    if (robot.now() < next_command) continue;
+    const VelocityCommand command = driver.drive(robot.true_map_T_base(), robot.now());
+    if (Status status = send(robot, command, listener); !status) return tl::unexpected(status.error());
+    next_command += kControlPeriod;
+  }
+  if (Status status = send(robot, {}, listener); !status) return tl::unexpected(status.error());
+  end.finished = driver.done();
+  end.lap_s = seconds_of(robot);
+  return end;
+}
+
+namespace {
+
+/// A replay as it goes on.
+class ReplayDrive {
+ public:
+  ReplayDrive(SimulatedRobot& robot, Replayer& replayer, const LapListener& listener,
+              const SimulatedReplayOptions& options)
+      : robot_(robot), replayer_(replayer), listener_(listener), options_(options) {}
+
+  Result<SimulatedReplayEnd> run() {
+    SensorTime next_command{};
+    while (!over()) {
+      const Result<std::optional<Sample>> sample = robot_.next();
+      if (!sample) return tl::unexpected(sample.error());
+      if (Status status = hear(**sample); !status) return tl::unexpected(status.error());
+      end_.interrupted = listener_.should_stop();
+      if (robot_.now() < next_command) continue;
+      next_command += kControlPeriod;
+      if (Status status = step(); !status) return tl::unexpected(status.error());
+    }
+    if (Status status = send(robot_, {}, listener_); !status) return tl::unexpected(status.error());
+    end_.finished = end_.state == ReplayState::Finished;
+    end_.stops = replayer_.stops();
+    end_.lap_s = seconds_of(robot_);
+    return end_;
+  }
+
+ private:
+  Status hear(const Sample& sample) {
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
+      replayer_.add(*frame);
+      ++end_.frames;
+      end_.frames_with_two_tags += frame->detections.size() >= 2 ? 1 : 0;
+    }
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer_.add(*odometry);
+    return listener_.on_sample(sample);
+  }
+
+  Status step() {
+    const ReplayStep step = replayer_.step(robot_.now());
+    end_.state = step.state;
+    end_.reason = step.reason.value_or("");
+    if (step.state == ReplayState::Driving) last_driving_ = robot_.now();
+    if (Status status = listener_.on_step(robot_.now(), step); !status) return status;
+    return send(robot_, step.command, listener_);
+  }
+
+  [[nodiscard]] bool over() const {
+    return end_.interrupted || end_.state == ReplayState::Finished || end_.state == ReplayState::Refused ||
+           seconds_of(robot_) >= options_.timeout_s ||
+           to_seconds(robot_.now() - last_driving_) >= options_.give_up_s;
+  }
+
+  SimulatedRobot& robot_;
+  Replayer& replayer_;
+  const LapListener& listener_;
+  SimulatedReplayOptions options_;
+  SimulatedReplayEnd end_{};
+  SensorTime last_driving_{};
+};
+
+}  // namespace
+
+Result<SimulatedReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer,
+                                        const LapListener& listener, const SimulatedReplayOptions& options) {
+  const Result<std::vector<PathPoint>> path = line_of(stage.world);
+  if (!path) return tl::unexpected(path.error());
+  SimulatedRobot robot(stage.world, stage.model, stage.camera, path->front().map_T_path, stage.robot);
+  return ReplayDrive(robot, replayer, listener, options).run();
+}
+
+}  // namespace waymark

@@ -1,0 +1,118 @@
+#include "waymark/plot/loop_figures.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "waymark/evaluation/driven_path.hpp"
+
+namespace waymark::plot {
+namespace {
+
+constexpr double kStep_m = 0.02;
+constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
+
+void add_point(Series& series, const Eigen::Vector3d& p) {
+  series.x.push_back(p.x());
+  series.y.push_back(p.y());
+}
+
+void add_gap(Series& series) {
+  series.x.push_back(kGap);
+  series.y.push_back(kGap);
+}
+
+Series path_series(const PathLayer& layer) {
+  Series series{.name = layer.name, .color = layer.color};
+  for (const StampedPose& pose : layer.path) add_point(series, pose.map_T_base.translation());
+  return series;
+}
+
+/// The side of each tag from above, and a stroke as long as half of it towards the reader.
+Series tag_series(const PathLayer& layer) {
+  Series series{.name = layer.path.empty() ? layer.name : "", .color = layer.color};
+  for (const auto& [tag, mapped] : layer.tags.tags) {
+    const double half = mapped.size_m / 2;
+    const auto corner = [&](double x, double z) { return mapped.map_T_tag * Eigen::Vector3d(x, 0, z); };
+    for (const Eigen::Vector3d& p : {corner(-half, 0), corner(half, 0), corner(0, 0), corner(0, -half)})
+      add_point(series, p);
+    add_gap(series);
+  }
+  return series;
+}
+
+/// Where the base was at a time between two poses.
+std::optional<Eigen::Vector3d> position_at(const Trajectory& trajectory, SensorTime stamp) {
+  const auto after = std::ranges::lower_bound(trajectory, stamp, {}, &StampedPose::stamp);
+  if (after == trajectory.end()) return std::nullopt;
+  if (after->stamp == stamp) return after->map_T_base.translation();
+  if (after == trajectory.begin()) return std::nullopt;
+  const auto before = after - 1;
+  const double u = to_seconds(stamp - before->stamp) / to_seconds(after->stamp - before->stamp);
+  return (1 - u) * before->map_T_base.translation() + u * after->map_T_base.translation();
+}
+
+Figure over_the_way(const std::string& title, const std::string& what, Series series) {
+  return {.title = title,
+          .x = {.label = "way driven", .unit = "m"},
+          .y = {.label = what, .unit = "m", .low = 0},
+          .series = {std::move(series)},
+          .height_mm = 70};
+}
+
+}  // namespace
+
+Figure path_figure(const std::string& title, const std::vector<PathLayer>& layers) {
+  Figure figure{.title = title,
+                .x = {.label = "x", .unit = "m"},
+                .y = {.label = "y", .unit = "m"},
+                .equal_scales = true,
+                .height_mm = 140};
+  for (const PathLayer& layer : layers) {
+    if (!layer.path.empty()) figure.series.push_back(path_series(layer));
+    if (!layer.tags.tags.empty()) figure.series.push_back(tag_series(layer));
+  }
+  return figure;
+}
+
+Figure trajectory_error_figure(const std::string& title, const Trajectory& estimated,
+                               const Trajectory& truth) {
+  Series series{.name = "", .color = kEstimateColor};
+  double driven_m = 0;
+  std::optional<Eigen::Vector3d> last;
+  for (const StampedPose& pose : estimated) {
+    const auto position = position_at(truth, pose.stamp);
+    if (!position) continue;
+    driven_m += last ? (*position - *last).norm() : 0;
+    last = position;
+    series.x.push_back(driven_m);
+    series.y.push_back((pose.map_T_base.translation() - *position).norm());
+  }
+  return over_the_way(title, "distance from the truth", std::move(series));
+}
+
+Figure cross_track_figure(const std::string& title, const Trajectory& driven, const Trajectory& taught) {
+  Series series{.name = "", .color = kEstimateColor};
+  const auto reference = internal::driven_path(taught, kStep_m);
+  for (const internal::PathPose& at : internal::driven_path(driven, kStep_m)) {
+    const auto foot = internal::nearest_foot(reference, at);
+    series.x.push_back(at.arc_length_m);
+    series.y.push_back(foot ? foot->distance_m : kGap);
+  }
+  return over_the_way(title, "distance from the taught way", std::move(series));
+}
+
+Figure tags_in_view_figure(const std::string& title, const std::vector<TagFrame>& frames) {
+  Series series{.name = "", .color = kTaughtColor};
+  for (const TagFrame& frame : frames) {
+    series.x.push_back(to_seconds(frame.stamp.time_since_epoch()));
+    series.y.push_back(static_cast<double>(frame.detections.size()));
+  }
+  return {.title = title,
+          .x = {.label = "time", .unit = "s"},
+          .y = {.label = "tags in view", .unit = "", .low = 0},
+          .series = {std::move(series)},
+          .height_mm = 60};
+}
+
+}  // namespace waymark::plot
