@@ -11,6 +11,7 @@
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/localization/anchor_localizer.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
@@ -68,13 +69,20 @@ struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
   std::string method = "anchor";
   std::string controller = "pursuit";
-  double laps = 1;
   std::string output{};  ///< recording to write; empty: none
   std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
+  AnchorOptions anchor{};
+  ReplayOptions replay{};  ///< laps, follower, limits
 };
+
+/// The names that --method and --controller take.
+[[nodiscard]] std::vector<std::string> replay_methods();
+[[nodiscard]] std::vector<std::string> replay_controllers();
 
 struct ReplayReport {
   SimulatedReplayEnd end{};
+  double route_length_m = 0;
+  double driven_m = 0;  ///< along the route, as the robot believes
   Trajectory true_path{};
   Trajectory taught_path{};                    ///< empty when not known
   std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
@@ -84,5 +92,8 @@ struct ReplayReport {
 
 /// Lets the robot of the stage drive the route of the folder.
 [[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
+/// Whether the robot drove the laps it was asked to.
+[[nodiscard]] bool succeeded(const ReplayReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
 
 }  // namespace waymark::cli

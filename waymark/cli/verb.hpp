@@ -30,6 +30,7 @@ struct Verb {
 [[nodiscard]] Verb evaluate_verb();
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
+[[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();
 [[nodiscard]] Verb tags_board_verb();

@@ -1,0 +1,177 @@
+#include <limits>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status check_name(const std::string& name, const std::vector<std::string>& known, const char* what,
+                  const char* flag) {
+  if (std::ranges::find(known, name) != known.end()) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no {} '{}'", what, name), {.key = flag},
+              suggestion(name, known));
+}
+
+/// The true way of the teach lap; empty when nobody knows it.
+Result<Trajectory> taught_path(const ReplayJob& job) {
+  if (!job.taught.empty()) {
+    Result<RecordedLap> lap = read_lap_file(job.taught);
+    if (!lap) return tl::unexpected(lap.error());
+    if (lap->truth.empty())
+      return fail(ErrorCode::NotFound, "this recording holds no truth to judge against",
+                  {.source = job.taught});
+    return std::move(lap->truth);
+  }
+  const fs::path beside = job.folder / "truth_trajectory.txt";
+  std::error_code ignored;
+  if (!fs::exists(beside, ignored)) return Trajectory();
+  return read_trajectory(beside);
+}
+
+/// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
+ros2::PoseWithCovarianceStamped to_ros(const LocalizationEstimate& estimate) {
+  ros2::PoseWithCovarianceStamped message;
+  message.header = {.stamp = ros2::to_ros(estimate.stamp), .frame_id = std::string(ros2::kMapFrame)};
+  message.pose.pose = ros2::to_ros(lift(estimate.map_T_base));
+  constexpr std::size_t kRow[3] = {0, 1, 5};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      message.pose.covariance[6 * kRow[i] + kRow[j]] =
+          estimate.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  return message;
+}
+
+/// Hears a replay as it is driven: keeps the true path, writes the recording, shows the live line.
+class ReplayEar {
+ public:
+  ReplayEar(std::optional<SampleRecorder> recorder, double goal_m, Console& console)
+      : recorder_(std::move(recorder)), goal_m_(goal_m), console_(console) {}
+
+  Status on_sample(const Sample& sample) {
+    if (const auto* truth = std::get_if<TruthPose>(&sample))
+      true_path_.push_back({truth->stamp, truth->map_T_base});
+    return recorder_ ? recorder_->add(sample) : Status();
+  }
+  Status on_step(SensorTime now, const ReplayStep& step) {
+    driven_m_ = step.driven_m;
+    console_.live(fmt::format("{:.1f} s, {:.1f} of {:.1f} m{}{}. Ctrl-C stops the robot.",
+                              to_seconds(now.time_since_epoch()), step.driven_m, goal_m_,
+                              step.reason ? ", stands: " : "", step.reason.value_or("")));
+    if (!recorder_ || !step.estimate) return {};
+    return recorder_->add_message(topics::kEstimate, now, to_ros(*step.estimate));
+  }
+  Status close() {
+    console_.end_progress();
+    return recorder_ ? recorder_->close() : Status();
+  }
+  [[nodiscard]] Trajectory& true_path() { return true_path_; }
+  [[nodiscard]] double driven_m() const { return driven_m_; }
+
+ private:
+  std::optional<SampleRecorder> recorder_;
+  double goal_m_;
+  Console& console_;
+  Trajectory true_path_;
+  double driven_m_ = 0;
+};
+
+void judge(const Stage& stage, ReplayReport& report) {
+  if (report.taught_path.empty()) {
+    report.warnings.emplace_back(
+        "the true way of the teach lap is not known (--taught gives its recording): not judged");
+    return;
+  }
+  const Result<ReplayJudgement> judgement = judge_replay(
+      report.true_path, report.taught_path, stage.simulated.world.tags, stage.simulated.model.hull);
+  if (judgement)
+    report.judgement = *judgement;
+  else
+    report.warnings.push_back("not judged: " + to_string(judgement.error()));
+}
+
+}  // namespace
+
+std::vector<std::string> replay_methods() { return {"anchor"}; }
+std::vector<std::string> replay_controllers() { return {"pursuit"}; }
+
+Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
+  const Stopwatch watch;
+  Status status = check_name(job.method, replay_methods(), "method", "--method");
+  if (status) status = check_name(job.controller, replay_controllers(), "controller", "--controller");
+  if (!status) return tl::unexpected(status.error());
+  const Result<MapFile> map = read_map(job.folder / "map.yaml");
+  if (!map) return tl::unexpected(map.error());
+  const Result<Route> route = read_route(job.folder / "route.yaml");
+  if (!route) return tl::unexpected(route.error());
+  Result<Trajectory> taught = taught_path(job);
+  if (!taught) return tl::unexpected(taught.error());
+  std::optional<SampleRecorder> recorder;
+  if (!job.output.empty()) {
+    Result<SampleRecorder> started = start_recording(job.output, "replay", stage);
+    if (!started) return tl::unexpected(started.error());
+    recorder = std::move(*started);
+  }
+  const SimulatedStage& simulated = stage.simulated;
+  Replayer replayer(
+      std::make_unique<AnchorLocalizer>(map->tags, simulated.camera, simulated.model.base_T_cam, job.anchor),
+      *route, map->tags, simulated.model, job.replay);
+  const double goal_m = route->length_m * (route->closed ? job.replay.laps : 1);
+  ReplayEar ear(std::move(recorder), goal_m, console);
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) { return ear.on_sample(sample); };
+  listener.on_step = [&](SensorTime now, const ReplayStep& step) { return ear.on_step(now, step); };
+  listener.should_stop = [] { return interrupted(); };
+  const auto end = drive_replay(simulated, replayer, listener, {.timeout_s = 60 + 20 * goal_m});
+  status = ear.close();
+  if (!end) return tl::unexpected(end.error());
+  if (!status) return tl::unexpected(status.error());
+  ReplayReport report{.end = *end,
+                      .route_length_m = route->length_m,
+                      .driven_m = ear.driven_m(),
+                      .true_path = std::move(ear.true_path()),
+                      .taught_path = std::move(*taught)};
+  judge(stage, report);
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+bool succeeded(const ReplayReport& report) { return report.end.finished; }
+
+nlohmann::ordered_json to_json(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  const auto judged = [&](auto member) -> nlohmann::ordered_json {
+    if (!report.judgement) return nullptr;
+    return (*report.judgement).*member;
+  };
+  const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
+  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
+          {"finished", end.finished},
+          {"reason", end.reason},
+          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
+          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
+          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
+          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
+          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
+          {"two_tags_fraction", two_tags},
+          {"stops", end.stops},
+          {"distance_m", judged(&ReplayJudgement::distance_m)},
+          {"lap_s", end.lap_s},
+          {"wall_s", report.wall_s},
+          {"warnings", report.warnings}};
+}
+
+}  // namespace waymark::cli

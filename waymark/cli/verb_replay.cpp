@@ -1,0 +1,148 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ReplayArgs {
+  explicit ReplayArgs(CLI::App& app)
+      : stage(app, "robot.yaml of the map's folder, or limo"),
+        anchor(app, "Method anchor"),
+        pursuit(app, "Controller pursuit"),
+        safety(app, "Limits") {}
+
+  StageFlags stage;
+  ReplayJob job{};
+  std::string folder;
+  bool json = false;
+  OptionFlags<AnchorOptions> anchor;
+  OptionFlags<PurePursuitOptions> pursuit;
+  OptionFlags<SafetyOptions> safety;
+};
+
+Result<ReplayJob> job_of(const ReplayArgs& args) {
+  ReplayJob job = args.job;
+  job.folder = args.folder;
+  if (!(job.replay.laps > 0 && job.replay.laps <= 1000))
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
+                {.key = "--laps"});
+  Status status = args.anchor.apply(job.anchor);
+  if (status) status = args.pursuit.apply(job.replay.pursuit);
+  if (status) status = args.safety.apply(job.replay.safety);
+  if (!status) return tl::unexpected(status.error());
+  return job;
+}
+
+std::string ending(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  const std::string where =
+      fmt::format("after {:.2f} m of a route of {:.2f} m", report.driven_m, report.route_length_m);
+  if (end.finished) return "the route was driven to its end";
+  if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
+  if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting) return "never knew where it is: no tag of the map was seen";
+  if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
+  return "ran out of time " + where;
+}
+
+std::string to_text(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  std::string text = fmt::format("{}; {:.1f} s, {} stops\n", ending(report), end.lap_s, end.stops);
+  if (end.frames > 0)
+    text += fmt::format("two or more tags in view {:.1f} % of the time\n",
+                        100.0 * end.frames_with_two_tags / end.frames);
+  if (!report.judgement) return text;
+  const ReplayJudgement& j = *report.judgement;
+  return text + fmt::format(
+                    "by the truth: {} laps completed, {:.2f} m driven\n"
+                    "  from the taught way  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  heading              {:.2f} deg rmse\n"
+                    "  nearest to a tag     {:.3f} m from the hull\n",
+                    j.laps_completed, j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
+                    j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
+}
+
+ExitCode replay(const ReplayArgs& args, Console& console) {
+  const Result<ReplayJob> job = job_of(args);
+  if (!job) {
+    console.say(naming_flag(job.error()));
+    return ExitCode::Usage;
+  }
+  const std::filesystem::path beside = job->folder / "robot.yaml";
+  std::error_code ignored;
+  const Result<Stage> stage =
+      args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
+  if (!stage) {
+    console.say(stage.error());
+    return ExitCode::Usage;
+  }
+  const Result<ReplayReport> report = replay_route(*stage, *job, console);
+  if (!report) {
+    console.say(report.error());
+    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  if (!succeeded(*report)) console.say(ending(*report));
+  if (report->end.interrupted) return ExitCode::Interrupted;
+  return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<ReplayArgs>(app);
+  app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
+  app.add_option("--method", args->job.method,
+                 "How the robot knows where it is: anchor, the nearest tag and odometry")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--controller", args->job.controller, "How it follows the route: pursuit, pure pursuit")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")
+      ->capture_default_str()
+      ->type_name("NUMBER");
+  app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")->type_name("FILE");
+  app.add_option("--taught", args->job.taught,
+                 "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")
+      ->type_name("FILE");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return replay(*args, console); };
+}
+
+}  // namespace
+
+Verb replay_verb() {
+  return {
+      .name = "replay",
+      .sentence = "Drive a taught route again, without a person",
+      .help =
+          R"(The robot starts where the taught lap began, looks for tags of the map, and follows the route. A limiter
+has the last word before the motors: it stops the robot, and says why, when odometry is old, the place is
+not known well enough, the route is far or a tag is near; it drives on when the reason is gone, and is given
+up after five seconds. The judgement is by the truth alone: the base's true way against that of the teach lap.
+Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was unusable (said in words),
+2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark replay map --robot sim --world circuit24 --seed 11
+  waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
