@@ -119,6 +119,7 @@ Result<MapReport> map_recording(const MapJob& job) {
   if (status) status = write_figures(*recorded, job, report);
   if (!status) return tl::unexpected(status.error());
   report.wall_s = watch.seconds();
+  report.peak_rss_mib = peak_rss_mib();
   report.files.push_back((job.folder / "summary.json").string());
   status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n");
   if (!status) return tl::unexpected(status.error());
@@ -143,7 +144,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
           {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
           {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
           {"wall_s", report.wall_s},
-          {"peak_rss_mib", peak_rss_mib()},
+          {"peak_rss_mib", report.peak_rss_mib},
           {"warnings", report.warnings}};
 }
 

@@ -149,6 +149,18 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   return report;
 }
 
+std::string ending(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  const std::string where =
+      fmt::format("after {:.2f} m of a route of {:.2f} m", report.driven_m, report.route_length_m);
+  if (end.finished) return "the route was driven to its end";
+  if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
+  if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting) return "never knew where it is: no tag of the map was seen";
+  if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
+  return "ran out of time " + where;
+}
+
 bool succeeded(const ReplayReport& report) { return report.end.finished; }
 
 nlohmann::ordered_json to_json(const ReplayReport& report) {

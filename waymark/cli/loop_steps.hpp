@@ -39,6 +39,7 @@ struct TeachReport {
 
 /// Records a lap that the scripted driver drives. Ctrl-C stops the robot and closes the file.
 [[nodiscard]] Result<TeachReport> teach_lap(const Stage& stage, const std::string& output, Console& console);
+[[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
 
 struct MapJob {
   std::string lap;               ///< the recording
@@ -58,6 +59,7 @@ struct MapReport {
   std::vector<std::string> warnings{};  ///< of the lap and of the file
   std::vector<std::string> files{};     ///< what was written
   double wall_s = 0;
+  double peak_rss_mib = 0;  ///< of the process so far
 };
 
 /// Makes a map and a route of a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
@@ -92,6 +94,8 @@ struct ReplayReport {
 
 /// Lets the robot of the stage drive the route of the folder.
 [[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
+/// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …".
+[[nodiscard]] std::string ending(const ReplayReport& report);
 /// Whether the robot drove the laps it was asked to.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -63,6 +64,24 @@ Result<TeachReport> teach_lap(const Stage& stage, const std::string& output, Con
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
   return TeachReport{.summary = lesson.summary(), .end = *end, .wall_s = watch.seconds()};
+}
+
+nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file) {
+  const TeachSummary& s = report.summary;
+  return {{"file", file},
+          {"wall_s", report.wall_s},
+          {"lap_s", report.end.lap_s},
+          {"frames", s.frames},
+          {"detections", s.detections},
+          {"tags", s.seen.size()},
+          {"low_observability_frames", s.low_observability_frames},
+          {"two_tags_fraction", s.two_tags_fraction()},
+          {"longest_blind_s", s.longest_blind_s},
+          {"distance_m", s.distance_m},
+          {"closed_loop", s.closed_loop},
+          {"mappable", s.mappable},
+          {"finished", report.end.finished},
+          {"warnings", s.warnings}};
 }
 
 }  // namespace waymark::cli

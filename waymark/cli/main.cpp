@@ -12,8 +12,9 @@ int main(int argc, char** argv) {
       .sentence = "Teaches a robot a route once and repeats it, from AprilTags and one camera.",
       .help =
           "`waymark VERB --help` explains a verb with an example. Start here:\n"
+          "  waymark demo                                teach, map and replay a lap in simulation\n"
           "  waymark detect --annotate seen photos/      find the tags in a folder of pictures\n",
-      .verbs = {cli::teach_verb(), cli::map_verb(), cli::replay_verb(), cli::detect_verb(),
+      .verbs = {cli::demo_verb(), cli::teach_verb(), cli::map_verb(), cli::replay_verb(), cli::detect_verb(),
                 cli::evaluate_verb(), cli::tags_verb()},
   };
   return cli::run_program(program, std::vector<std::string>(argv + (argc > 0 ? 1 : 0), argv + argc));

@@ -46,13 +46,19 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
                .robot_yaml = robot_text->text};
 }
 
-StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default) {
+StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world)
+    : world_(world) {
   app.add_option("--robot", robot_, "What drives: sim, the simulated robot (others will come)")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--world", world_, "World of the simulated robot: circuit24, or the path of a .yaml file")
-      ->required()
-      ->type_name("NAME");
+  CLI::Option* world_flag =
+      app.add_option("--world", world_,
+                     "World of the simulated robot: circuit24, or the path of a .yaml file")
+          ->type_name("NAME");
+  if (world.empty())
+    world_flag->required();
+  else
+    world_flag->capture_default_str();
   app.add_option("--robot-file", robot_file_,
                  "Body and camera of the robot: limo, or the path of a .yaml file. Unless given: " +
                      robot_file_default)

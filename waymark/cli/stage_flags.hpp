@@ -30,8 +30,9 @@ struct Stage {
 /// parsed.
 class StageFlags {
  public:
-  /// `robot_file_default` is what the help says happens without --robot-file.
-  StageFlags(CLI::App& app, const std::string& robot_file_default);
+  /// `robot_file_default` is what the help says happens without --robot-file. Without a `world` the flag
+  /// --world is required.
+  StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world = {});
   StageFlags(const StageFlags&) = delete;
   StageFlags& operator=(const StageFlags&) = delete;
 

@@ -28,6 +28,7 @@ struct Verb {
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb evaluate_verb();
+[[nodiscard]] Verb demo_verb();
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb replay_verb();

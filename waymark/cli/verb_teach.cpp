@@ -22,24 +22,6 @@ struct TeachArgs {
   bool json = false;
 };
 
-nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file) {
-  const TeachSummary& s = report.summary;
-  return {{"file", file},
-          {"wall_s", report.wall_s},
-          {"lap_s", report.end.lap_s},
-          {"frames", s.frames},
-          {"detections", s.detections},
-          {"tags", s.seen.size()},
-          {"low_observability_frames", s.low_observability_frames},
-          {"two_tags_fraction", s.two_tags_fraction()},
-          {"longest_blind_s", s.longest_blind_s},
-          {"distance_m", s.distance_m},
-          {"closed_loop", s.closed_loop},
-          {"mappable", s.mappable},
-          {"finished", report.end.finished},
-          {"warnings", s.warnings}};
-}
-
 std::string to_text(const TeachReport& report, const std::string& file) {
   const TeachSummary& s = report.summary;
   std::string text = fmt::format(

@@ -21,10 +21,15 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::size_
     return fail(ErrorCode::Unreadable, "the file cannot be opened", {.source = path.string()},
                 "Check its permissions.");
   }
-  std::string text(max_bytes + 1,
-                   '\0');  // one more than allowed tells a full file from a longer one, pipes included
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
+  // In blocks, so that a small file costs little however much is allowed; pipes have no size to ask for.
+  constexpr std::size_t kBlock = std::size_t{1} << 16U;
+  std::string text;
+  while (file && text.size() <= max_bytes) {
+    const std::size_t before = text.size();
+    text.resize(before + kBlock);
+    file.read(text.data() + before, static_cast<std::streamsize>(kBlock));
+    text.resize(before + static_cast<std::size_t>(file.gcount()));
+  }
   if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed", {.source = path.string()});
   if (text.size() > max_bytes) {
     return fail(ErrorCode::LimitExceeded,

@@ -1,0 +1,205 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/figure_files.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/plot/loop_figures.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The replay is another day: other noise than in the teach lap.
+constexpr std::uint64_t kReplaySeed = 1000;
+
+struct DemoArgs {
+  explicit DemoArgs(CLI::App& app) : stage(app, "limo", "circuit24") {}
+
+  StageFlags stage;
+  std::string folder = "demo";
+  bool json = false;
+};
+
+struct DemoReport {
+  TeachReport teach{};
+  MapReport map{};
+  ReplayReport replay{};
+  std::vector<std::string> figures{};
+  double wall_s = 0;
+};
+
+/// A demo may be run again: its own recordings of last time go, nothing else.
+Status clear(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  for (const char* name : {"lap.mcap", "replay.mcap"}) {
+    if (!error) fs::remove(folder / name, error);
+  }
+  if (!error) return {};
+  return fail(ErrorCode::Unwritable, "cannot write here: " + error.message(), {.source = folder.string()});
+}
+
+Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport& report) {
+  const std::vector<std::string> both = {".svg", ".png"};
+  const MapReport& map = report.map;
+  const ReplayReport& replay = report.replay;
+  using plot::PathLayer;
+  const std::vector<PathLayer> layers = {{"taught, truth", map.true_path, map.true_tags, plot::kTruthColor},
+                                         {"map", map.lap.trajectory, map.lap.map, plot::kEstimateColor},
+                                         {"replayed, truth", replay.true_path, {}, plot::kTaughtColor}};
+  std::vector<std::string>& files = report.figures;
+  Status status = write_figure(folder / "trajectory.svg",
+                               plot::path_figure("Taught, mapped, driven again", layers), both, files);
+  if (status)
+    status = write_figure(
+        folder / "map_error.svg",
+        plot::trajectory_error_figure("Error of the mapped trajectory", map.lap.trajectory, map.true_path),
+        both, files);
+  if (status)
+    status = write_figure(
+        folder / "cross_track.svg",
+        plot::cross_track_figure("Replay beside the taught way", replay.true_path, replay.taught_path), both,
+        files);
+  if (status)
+    status = write_figure(folder / "tags_in_view.svg",
+                          plot::tags_in_view_figure("Tags in view, teach lap", lap.frames), both, files);
+  return status;
+}
+
+/// The three steps. What fails is said with the step it failed in.
+Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console& console) {
+  const Stopwatch watch;
+  DemoReport report;
+  const auto failed_in = [](const char* step, Error error) {
+    error.message = fmt::format("{}: {}", step, error.message);
+    return tl::unexpected(std::move(error));
+  };
+  if (Status status = clear(folder); !status) return tl::unexpected(status.error());
+  const std::string lap = (folder / "lap.mcap").string();
+  const Result<TeachReport> taught = teach_lap(stage, lap, console);
+  if (!taught) return failed_in("teach", taught.error());
+  report.teach = *taught;
+  if (taught->end.interrupted) return report;
+  Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"});
+  if (!map) return failed_in("map", map.error());
+  report.map = std::move(*map);
+  Stage another_day = stage;
+  another_day.simulated.robot.seed += kReplaySeed;
+  ReplayJob job{.folder = folder / "map", .output = (folder / "replay.mcap").string()};
+  Result<ReplayReport> replay = replay_route(another_day, job, console);
+  if (!replay) return failed_in("replay", replay.error());
+  report.replay = std::move(*replay);
+  const Result<RecordedLap> recorded = read_lap_file(lap);
+  if (!recorded) return failed_in("figures", recorded.error());
+  if (Status status = write_figures(folder, *recorded, report); !status)
+    return failed_in("figures", status.error());
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+std::string row(const char* step, const char* what, const std::string& value) {
+  return fmt::format("{:<8}{:<38}{:>12}\n", step, what, value);
+}
+
+std::string table(const DemoReport& report) {
+  const TeachSummary& teach = report.teach.summary;
+  const auto metres = [](double value) { return fmt::format("{:.3f} m", value); };
+  const auto degrees = [](double value) { return fmt::format("{:.2f} deg", value); };
+  std::string text =
+      row("teach", "driven, by odometry", fmt::format("{:.2f} m", teach.distance_m)) +
+      row("", "two tags or more in view", fmt::format("{:.1f} %", 100 * teach.two_tags_fraction())) +
+      row("", "tags seen", std::to_string(teach.seen.size())) +
+      row("", "loop closed", teach.closed_loop ? "yes" : "no");
+  if (const auto& e = report.map.tag_errors) {
+    text += row("map", "tags, rmse", metres(e->rmse_m)) + row("", "tags, worst", metres(e->max_m)) +
+            row("", "tags, orientation rmse", degrees(e->orientation_rmse_deg));
+  }
+  if (const auto& e = report.map.trajectory_errors) text += row("", "trajectory, rmse", metres(e->rmse_m));
+  text += row("replay", "stops", std::to_string(report.replay.end.stops));
+  if (const auto& j = report.replay.judgement) {
+    text += row("", "laps completed", std::to_string(j->laps_completed)) +
+            row("", "from the taught way, rmse", metres(j->cross_track_rmse_m)) +
+            row("", "from the taught way, 95 %", metres(j->cross_track_p95_m)) +
+            row("", "from the taught way, worst", metres(j->cross_track_max_m)) +
+            row("", "heading, rmse", degrees(j->heading_rmse_deg)) +
+            row("", "nearest tag to the hull", metres(j->min_clearance_m));
+  }
+  return text;
+}
+
+ExitCode demo(const DemoArgs& args, Console& console) {
+  const Result<Stage> stage = args.stage.make("limo");
+  if (!stage) {
+    console.say(stage.error());
+    return ExitCode::Usage;
+  }
+  const Result<DemoReport> report = run_steps(*stage, args.folder, console);
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
+  }
+  if (interrupted()) {
+    console.say("stopped: what was recorded is kept");
+    return ExitCode::Interrupted;
+  }
+  if (args.json) {
+    console.print(json_line({{"teach", to_json(report->teach, (fs::path(args.folder) / "lap.mcap").string())},
+                             {"map", to_json(report->map)},
+                             {"replay", to_json(report->replay)},
+                             {"figures", report->figures},
+                             {"wall_s", report->wall_s}}));
+  } else {
+    console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
+                              stage->simulated.world.name, stage->simulated.model.name) +
+                  table(*report) +
+                  fmt::format("{:.2f} s for {:.0f} s in the world; figures and recordings: {}\n",
+                              report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,
+                              args.folder));
+  }
+  for (const std::string& warning : report->map.warnings) console.say("warning: " + warning);
+  if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay));
+  return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<DemoArgs>(app);
+  app.add_option("-o,--output", args->folder, "Folder for recordings, map and figures")
+      ->capture_default_str()
+      ->type_name("FOLDER");
+  app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
+  return [args](Console& console) { return demo(*args, console); };
+}
+
+}  // namespace
+
+Verb demo_verb() {
+  return {
+      .name = "demo",
+      .sentence = "Teach, map and replay a lap in simulation, and compare with the truth",
+      .help =
+          R"(The three steps in a row, as `waymark teach`, `waymark map` and `waymark replay` do them one by one. Leaves
+lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
+error over the way, tags in view. Run again, it writes over its own files.
+
+Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),
+2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark demo
+  waymark demo -o out --seed 5 --json
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
