@@ -9,6 +9,8 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/anchor_localizer.hpp"
 #include "waymark/pipeline/replayer.hpp"
@@ -66,14 +68,6 @@ Lap teach(const World& world, std::uint64_t seed) {
   return lap;
 }
 
-double tag_rmse_m(const TagMap& estimated, const TagMap& truth) {
-  double sum = 0;
-  for (const auto& [id, tag] : estimated.tags) {
-    sum += (tag.map_T_tag.translation() - truth.find(id)->map_T_tag.translation()).squaredNorm();
-  }
-  return std::sqrt(sum / static_cast<double>(estimated.tags.size()));
-}
-
 class Loop : public ::testing::TestWithParam<std::uint64_t> {};
 INSTANTIATE_TEST_SUITE_P(Seeds, Loop, ::testing::Range<std::uint64_t>(1, 21));
 
@@ -92,8 +86,91 @@ TEST_P(Loop, ALapIsTaughtAndMapped) {
   EXPECT_EQ(map->map.tags.size(), 24U);
   EXPECT_TRUE(map->unconnected.empty());
 
-  std::printf("seed %2d: tags of the chain %.3f m RMSE\n", static_cast<int>(GetParam()),
-              tag_rmse_m(map->map, world->tags));
+  const TagMapErrors tags = tag_map_errors(map->map, world->tags);
+  const TrajectoryErrors way = trajectory_errors(map->trajectory, lap.truth);
+  std::printf(
+      "seed %2d: chain: tags %.3f m RMSE, worst %.3f m, %.2f deg; trajectory %.3f m RMSE, worst %.3f m, %.2f "
+      "deg\n",
+      static_cast<int>(GetParam()), tags.rmse_m, tags.max_m, tags.orientation_rmse_deg, way.rmse_m, way.max_m,
+      way.orientation_rmse_deg);
+  EXPECT_LT(tags.rmse_m, 0.06);
+  EXPECT_LT(tags.max_m, 0.12);
+  EXPECT_LT(tags.orientation_rmse_deg, 2);
+  EXPECT_LT(way.rmse_m, 0.08);
+  EXPECT_EQ(way.poses, map->trajectory.size());
+  EXPECT_LT(map->frames_without_pose, 10);
+}
+
+struct Repeat {
+  ReplayStep last;
+  Trajectory truth;
+  int stops = 0;
+  double two_tags_fraction = 0;
+  double worst_sigma_m = 0;
+};
+
+/// The robot is put where the lap began, as well as a person can.
+Repeat replay(const World& world, const TagMap& map, const Route& route, const SE2& start,
+              std::uint64_t seed) {
+  Random random(seed + 3000);
+  const SE2 put = start * SE2(0.05 * random.normal(), 0.03 * random.normal(), 0.05 * random.normal());
+  SimulatedRobot robot(world, limo(), limo_camera(), put, {.seed = seed + 2000});
+  Replayer replayer(std::make_unique<AnchorLocalizer>(map, limo_camera(), limo().base_T_cam), route, map,
+                    limo(), {});
+  Repeat repeat;
+  SensorTime next_command{};
+  const auto over = [&] {
+    return repeat.last.state == ReplayState::Finished || repeat.last.state == ReplayState::Refused;
+  };
+  while (!over() && to_seconds(robot.now().time_since_epoch()) < 200) {
+    const Sample sample = *robot.next().value();
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) replayer.add(*frame);
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer.add(*odometry);
+    if (const auto* truth = std::get_if<TruthPose>(&sample))
+      repeat.truth.push_back({truth->stamp, truth->map_T_base});
+    if (robot.now() < next_command) continue;
+    repeat.last = replayer.step(robot.now());
+    EXPECT_TRUE(robot.command(repeat.last.command));
+    if (repeat.last.estimate)
+      repeat.worst_sigma_m = std::max(repeat.worst_sigma_m, repeat.last.estimate->position_sigma_m());
+    next_command += kControlPeriod;
+  }
+  repeat.stops = replayer.stops();
+  repeat.two_tags_fraction = replayer.two_tags_fraction();
+  return repeat;
+}
+
+TEST_P(Loop, TheLapIsRepeated) {
+  const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  const Lap lap = teach(*world, GetParam());
+  const TeachSetup setup = setup_of(*world);
+  const auto map = map_by_chain(lap.frames, setup.anchor, setup.map_T_anchor, setup.sizes, setup.base_T_cam);
+  ASSERT_TRUE(map) << to_string(map.error());
+  const auto route = build_route(map->trajectory);
+  ASSERT_TRUE(route) << to_string(route.error());
+  EXPECT_TRUE(route->closed);
+  const SE2 start = project_to_plane(lap.truth.front().map_T_base);
+  const Repeat repeat = replay(*world, map->map, *route, start, GetParam());
+  EXPECT_EQ(repeat.last.state, ReplayState::Finished) << repeat.last.reason.value_or("");
+  const auto judged = judge_replay(repeat.truth, lap.truth, world->tags, limo().hull);
+  ASSERT_TRUE(judged) << to_string(judged.error());
+  std::printf(
+      "seed %2d: replay: %d lap, cross-track %.3f m RMSE, p95 %.3f m, worst %.3f m; heading %.2f deg; "
+      "clearance %.3f m; "
+      "two tags %.3f; stops %d; worst sigma %.3f m\n",
+      static_cast<int>(GetParam()), judged->laps_completed, judged->cross_track_rmse_m,
+      judged->cross_track_p95_m, judged->cross_track_max_m, judged->heading_rmse_deg, judged->min_clearance_m,
+      repeat.two_tags_fraction, repeat.stops, repeat.worst_sigma_m);
+  EXPECT_EQ(judged->laps_completed, 1);
+  EXPECT_NEAR(judged->laps, 1, 0.01);
+  EXPECT_LT(judged->cross_track_rmse_m, 0.06);
+  EXPECT_LT(judged->cross_track_p95_m, 0.15);
+  EXPECT_LT(judged->cross_track_max_m, 0.25);
+  EXPECT_LT(judged->heading_rmse_deg, 10);
+  EXPECT_GT(judged->min_clearance_m, 0.3);
+  EXPECT_GT(repeat.two_tags_fraction, 0.95);
+  EXPECT_LE(repeat.stops, 2);
 }
 
 // With the true map: where the nearest tag and odometry say the robot is, along a whole lap.
@@ -125,7 +202,9 @@ TEST_P(Loop, TheAnchorMethodKnowsWhereTheRobotIs) {
   std::printf("seed %2d: anchor method, position error median %.3f m, 95 %% %.3f m, worst %.3f m\n",
               static_cast<int>(GetParam()), errors[errors.size() / 2], errors[errors.size() * 95 / 100],
               errors.back());
-  EXPECT_LT(errors[errors.size() / 2], 0.05);
+  EXPECT_LT(errors[errors.size() / 2], 0.03);
+  EXPECT_LT(errors[errors.size() * 95 / 100], 0.10);
+  EXPECT_LT(errors.back(), 0.25);
 }
 
 Route straight_route() {

@@ -4,9 +4,13 @@
 #include <limits>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/pose/agreement.hpp"
+#include "waymark/pose/floor_fit.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
 namespace waymark {
@@ -14,20 +18,31 @@ namespace {
 
 constexpr Duration kOdometryKept = std::chrono::seconds(1);
 
-/// Covariance of (x, y, yaw) of the base from that of the tag in the camera.
-Eigen::Matrix3d planar_covariance(const SE3& base_T_cam, const SE3& map_T_tag, const SE3& cam_T_tag,
-                                  const PoseCovariance& covariance) {
-  const Uncertain<SE3> cam_T_tag_uncertain{cam_T_tag, covariance};
-  const Uncertain<SE3> tag_T_cam = inverse(cam_T_tag_uncertain);
-  const Uncertain<SE3> map_T_cam = compose(Uncertain<SE3>{map_T_tag}, tag_T_cam);
-  const Uncertain<SE3> map_T_base = compose(map_T_cam, Uncertain<SE3>{base_T_cam.inverse()});
-  const auto coordinates = coordinate_covariance(map_T_base);
-  constexpr int kPlanar[3] = {0, 1, 5};  // x, y, rotation about z
-  Eigen::Matrix3d planar;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) planar(i, j) = coordinates(kPlanar[i], kPlanar[j]);
-  }
-  return planar;
+/// Where the base is by one pose of one tag: equation 3.1 in the plane.
+FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, const SE3& base_T_cam,
+                       const AnchorOptions& options) {
+  constexpr double kAnyHeight = 10;  // the map need not have its origin on the floor
+  // The tag's place in the plane, with the axes of the map; what is left is its shape.
+  const SE2 map_X_tag(tag.map_T_tag.translation().x(), tag.map_T_tag.translation().y(), 0);
+  const SE3 shape = lift(map_X_tag).inverse() * tag.map_T_tag;
+  const Covariance<SE3> Ad = base_T_cam.adjoint();
+  const FloorFit fit =
+      fit_to_floor({base_T_cam * solution.cam_T_tag, Ad * solution.covariance * Ad.transpose()}, shape,
+                   {.tilt_sigma_rad = options.tilt_sigma_rad, .height_sigma_m = kAnyHeight});
+  Uncertain<SE2> tag_X_base = inverse(fit.a_X_b);
+  const double noise = options.map_sigma_m * options.map_sigma_m;
+  tag_X_base.covariance.diagonal() += Eigen::Vector3d(noise, noise, noise / 4);
+  return {compose(Uncertain<SE2>{map_X_tag}, tag_X_base), solution.chi2 + fit.chi2};
+}
+
+/// Squared Mahalanobis distance of two independent estimates.
+double apart(const Uncertain<SE2>& a, const Uncertain<SE2>& b) {
+  const SE2::Tangent r = minus(a.mean, b.mean);
+  return r.dot((a.covariance + b.covariance).inverse() * r);
+}
+
+double position_sigma_m(const Uncertain<SE2>& map_X_base) {
+  return LocalizationEstimate{.covariance = coordinate_covariance(map_X_base)}.position_sigma_m();
 }
 
 }  // namespace
@@ -36,21 +51,57 @@ AnchorLocalizer::AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base
                                  const AnchorOptions& options)
     : map_(std::move(map)), camera_(std::move(camera)), base_T_cam_(base_T_cam), options_(options) {}
 
-std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const TagFrame& frame) const {
-  std::optional<Fix> nearest;
+std::vector<AnchorLocalizer::Sighting> AnchorLocalizer::sightings(const TagFrame& frame) const {
+  std::vector<Sighting> seen;
   for (const TagDetection& detection : frame.detections) {
     const MappedTag* tag = map_.find(detection.tag);
     if (tag == nullptr) continue;
     const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, camera_);
-    if (!pose || pose->ambiguity_ratio() > options_.max_ambiguity) continue;
-    const SE3& cam_T_tag = pose->best.cam_T_tag;
-    const double distance = cam_T_tag.translation().norm();
-    if (distance > options_.max_tag_distance_m || (nearest && distance >= nearest->distance_m)) continue;
-    const SE3 map_T_base = tag->map_T_tag * cam_T_tag.inverse() * base_T_cam_.inverse();
-    nearest = Fix{project_to_plane(map_T_base),
-                  planar_covariance(base_T_cam_, tag->map_T_tag, cam_T_tag, pose->best.covariance), distance};
+    if (!pose) continue;
+    const double distance_m = pose->best.cam_T_tag.translation().norm();
+    if (distance_m > options_.max_tag_distance_m) continue;
+    Sighting sighting{.distance_m = distance_m, .ambiguity_ratio = pose->ambiguity_ratio()};
+    sighting.map_X_base.push_back(base_on_floor(*tag, pose->best, base_T_cam_, options_));
+    if (pose->other) sighting.map_X_base.push_back(base_on_floor(*tag, *pose->other, base_T_cam_, options_));
+    seen.push_back(std::move(sighting));
   }
-  return nearest;
+  return seen;
+}
+
+std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std::vector<Sighting>& seen,
+                                                                      const Prediction& predicted) const {
+  const Sighting* nearest = nullptr;
+  for (const Sighting& sighting : seen) {
+    if (!predicted && sighting.ambiguity_ratio > options_.max_ambiguity) continue;
+    if (nearest == nullptr || sighting.distance_m < nearest->distance_m) nearest = &sighting;
+  }
+  if (nearest == nullptr) return std::nullopt;
+  std::optional<Fix> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const FloorFit& fit : nearest->map_X_base) {
+    const double chi2 = fit.chi2 + (predicted ? apart(fit.a_X_b, *predicted) : 0.0);
+    if (chi2 >= least) continue;
+    least = chi2;
+    best = Fix{fit.a_X_b, nearest->distance_m};
+  }
+  return best;
+}
+
+std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_all(const std::vector<Sighting>& seen) const {
+  constexpr double kGate =
+      22.5;  // 0.999 quantile of chi-square: 2 of the corners, 1 (of 3) of the floor, 3 of the plane
+  std::vector<internal::Vote<SE2>> votes;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Sighting& sighting : seen) {
+    internal::Vote<SE2> vote;
+    for (const FloorFit& fit : sighting.map_X_base)
+      vote.push_back({fit.a_X_b.mean, fit.a_X_b.covariance.inverse(), fit.chi2});
+    votes.push_back(std::move(vote));
+    nearest_m = std::min(nearest_m, sighting.distance_m);
+  }
+  const auto agreed = internal::agree(votes, kGate);
+  if (!agreed || agreed->votes < 2) return std::nullopt;
+  return Fix{agreed->value, nearest_m};
 }
 
 std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
@@ -71,27 +122,47 @@ std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
   return std::nullopt;  // older than what is kept
 }
 
-bool AnchorLocalizer::believed(const Fix& fix, const SE2& map_T_predicted) const {
+bool AnchorLocalizer::believed(const Fix& fix, const SE2& map_X_predicted) const {
   if (fix.distance_m <= options_.near_distance_m || rejected_in_a_row_ >= options_.jumps_until_believed)
     return true;
-  const SE2 predicted_T_fix = map_T_predicted.inverse() * fix.map_T_base;
-  return predicted_T_fix.translation().norm() <= options_.max_jump_m &&
-         std::abs(predicted_T_fix.yaw()) <= options_.max_jump_rad;
+  const SE2 predicted_X_fix = map_X_predicted.inverse() * fix.map_X_base.mean;
+  return predicted_X_fix.translation().norm() <= options_.max_jump_m &&
+         std::abs(predicted_X_fix.yaw()) <= options_.max_jump_rad;
+}
+
+/// Where the base is by the last fix and odometry since.
+Uncertain<SE2> AnchorLocalizer::carried_on(const SE2& odom_T_base) const {
+  const double d = driven_since_fix_m_;
+  const double heading = options_.drift_rad_per_m * d;
+  const double position =
+      std::hypot(options_.drift_share * d, heading * d / 2, std::sqrt(fix_covariance_(2, 2)) * d);
+  const Eigen::Vector3d drift(position * position, position * position, heading * heading);
+  return from_coordinate_covariance(*map_T_odom_ * odom_T_base,
+                                    Eigen::Matrix3d(fix_covariance_ + Eigen::Matrix3d(drift.asDiagonal())));
 }
 
 void AnchorLocalizer::add(const TagFrame& frame) {
   const std::optional<SE2> odom_T_base = odometry_at(frame.stamp);
-  const std::optional<Fix> fix = fix_from_nearest(frame);
-  if (!odom_T_base || !fix) return;
-  if (map_T_odom_ && !believed(*fix, *map_T_odom_ * *odom_T_base)) {
+  if (!odom_T_base) return;
+  Prediction predicted;
+  if (map_T_odom_) predicted = carried_on(*odom_T_base);
+  const std::vector<Sighting> seen = sightings(frame);
+  std::optional<Fix> fix;
+  const bool unsure = !predicted || position_sigma_m(*predicted) > options_.unsure_sigma_m;
+  if (unsure) fix = fix_from_all(seen);
+  if (!fix) fix = fix_from_nearest(seen, predicted);
+  if (!fix) return;
+  if (predicted && !believed(*fix, predicted->mean)) {
     ++rejected_in_a_row_;
     ++rejected_;
     return;
   }
+  const bool lost = rejected_in_a_row_ >= options_.jumps_until_believed;
   rejected_in_a_row_ = 0;
+  if (predicted && !lost && position_sigma_m(*predicted) < position_sigma_m(fix->map_X_base)) return;
   ++fixes_;
-  map_T_odom_ = fix->map_T_base * odom_T_base->inverse();
-  fix_covariance_ = fix->covariance;
+  map_T_odom_ = fix->map_X_base.mean * odom_T_base->inverse();
+  fix_covariance_ = coordinate_covariance(fix->map_X_base);
   driven_since_fix_m_ = 0;
 }
 
@@ -107,15 +178,8 @@ void AnchorLocalizer::add(const Odometry& odometry) {
 std::optional<LocalizationEstimate> AnchorLocalizer::estimate() const {
   if (!map_T_odom_ || odometry_.empty()) return std::nullopt;
   const Odometry& newest = odometry_.back();
-  LocalizationEstimate estimate{
-      .stamp = newest.stamp, .map_T_base = *map_T_odom_ * newest.odom_T_base, .covariance = fix_covariance_};
-  const double d = driven_since_fix_m_;
-  const double heading = options_.drift_rad_per_m * d;
-  const double position =
-      std::hypot(options_.drift_share * d, heading * d / 2, std::sqrt(fix_covariance_(2, 2)) * d);
-  estimate.covariance.diagonal() +=
-      Eigen::Vector3d(position * position, position * position, heading * heading);
-  return estimate;
+  const Uncertain<SE2> map_X_base = carried_on(newest.odom_T_base);
+  return LocalizationEstimate{newest.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
 }
 
 }  // namespace waymark

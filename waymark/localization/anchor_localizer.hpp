@@ -1,10 +1,14 @@
 #pragma once
 
 #include <deque>
+#include <optional>
+#include <vector>
 
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/localization/method.hpp"
+#include "waymark/pose/floor_fit.hpp"
+#include "waymark/pose/tag_pose.hpp"
 #include "waymark/samples/tag_map.hpp"
 
 namespace waymark {
@@ -16,6 +20,9 @@ struct AnchorOptions {
   double max_jump_rad = 0.25;
   int jumps_until_believed = 8;
   double max_ambiguity = 0.8;
+  double unsure_sigma_m = 0.08;
+  double map_sigma_m = 0.02;
+  double tilt_sigma_rad = 0.005;
   double drift_share = 0.03;
   double drift_rad_per_m = 0.03;
 
@@ -32,7 +39,16 @@ struct AnchorOptions {
                 "So many rejected fixes in a row mean that the estimate is wrong, not they.", 1, 1000});
     visit(self.max_ambiguity,
           Field{"max_ambiguity",
-                "A tag whose two poses fit almost equally (ratio of their errors) is not used.", 0, 1});
+                "The first fix is not from a tag whose two poses fit almost equally (ratio of their errors).",
+                0, 1});
+    visit(self.unsure_sigma_m,
+          Field{"unsure_sigma_m",
+                "While the position is known no better, all tags of a frame are used together.", 0, 10});
+    visit(self.map_sigma_m,
+          Field{"map_sigma_m", "How far a tag of the map may be from where it belongs among its neighbours.",
+                0, 10});
+    visit(self.tilt_sigma_rad,
+          Field{"tilt_sigma_rad", "How much the robot leans on its floor, standard deviation.", 1e-6, 3});
     visit(self.drift_share,
           Field{"drift_share", "Standard deviation that odometry adds, as a share of the way.", 0, 1});
     visit(self.drift_rad_per_m,
@@ -40,10 +56,13 @@ struct AnchorOptions {
   }
 };
 
-/// The nearest tag of the map says where the robot is; between fixes odometry carries on from there. Fixes
-/// that jump while the tag is far are rejected ("Marker-Based Visual Localization with AprilTags and Odometry
-/// Fusion", sections "Choosing the Best Tag" and "Odometry Fusion and Outlier Rejection"). The baseline that
-/// the filters must beat.
+/// The nearest tag of the map says where the robot is; between fixes odometry carries on from there
+/// ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag"
+/// and "Odometry Fusion and Outlier Rejection"). A fix becomes the new anchor when it does not jump, or the
+/// tag is near, and when it is at least as certain as odometry still is since the last one; fixes are never
+/// averaged. The robot stands on a level floor: what that says of each tag's pose is used (fit_to_floor), and
+/// of the two poses of a tag the one nearer to the prediction. The baseline that the filters must beat.
+/// docs/concepts/teach_and_replay.md has the equations.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
   AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {});
@@ -56,14 +75,24 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] int rejected() const { return rejected_; }
 
  private:
-  struct Fix {
-    SE2 map_T_base;
-    Eigen::Matrix3d covariance;
-    double distance_m;
+  /// A mapped tag in a frame, and where the base is by each of its two poses.
+  struct Sighting {
+    std::vector<FloorFit> map_X_base{};
+    double distance_m = 0;
+    double ambiguity_ratio = 0;
   };
-  [[nodiscard]] std::optional<Fix> fix_from_nearest(const TagFrame& frame) const;
+  struct Fix {
+    Uncertain<SE2> map_X_base;
+    double distance_m;  ///< of the nearest tag it rests on
+  };
+  using Prediction = std::optional<Uncertain<SE2>>;
+  [[nodiscard]] std::vector<Sighting> sightings(const TagFrame& frame) const;
+  [[nodiscard]] std::optional<Fix> fix_from_nearest(const std::vector<Sighting>& seen,
+                                                    const Prediction& predicted) const;
+  [[nodiscard]] std::optional<Fix> fix_from_all(const std::vector<Sighting>& seen) const;
+  [[nodiscard]] Uncertain<SE2> carried_on(const SE2& odom_T_base) const;
   [[nodiscard]] std::optional<SE2> odometry_at(SensorTime stamp) const;
-  [[nodiscard]] bool believed(const Fix& fix, const SE2& map_T_predicted) const;
+  [[nodiscard]] bool believed(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
   CameraModel camera_;

@@ -3,87 +3,114 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
-#include "waymark/pose/tag_pose.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/chain_links.hpp"
+#include "waymark/mapping/floor_sightings.hpp"
 
 namespace waymark {
 namespace {
 
-/// Two tags in one frame.
-struct Link {
-  double cost = std::numeric_limits<double>::infinity();  ///< sum of squared distances from the camera [m^2]
-  SE3 from_T_to{};
+using internal::Alternative;
+using internal::FloorFrame;
+using internal::FloorSighting;
+using internal::Places;
+using internal::TagShapes;
+using internal::Vote;
+
+constexpr double kGate6 =
+    22.5;  // 0.999 quantile of chi-square, 6 degrees of freedom: one shape and a motion of the plane
+
+/// Where the base was when a frame was taken: equation 3.1 with every mapped tag in the anchor's place.
+std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places, double map_sigma_m) {
+  const Eigen::Matrix3d map_noise = Eigen::Vector3d(1, 1, 0.25).asDiagonal() * (map_sigma_m * map_sigma_m);
+  std::vector<Vote<SE2>> votes;
+  for (const FloorSighting& seen : frame.tags) {
+    const auto place = places.find(seen.tag);
+    if (place == places.end()) continue;
+    Vote<SE2> vote;
+    for (const FloorFit& base_X_tag : seen.base_X_tag) {
+      Uncertain<SE2> tag_X_base = inverse(base_X_tag.a_X_b);
+      tag_X_base.covariance += map_noise;
+      const Uncertain<SE2> map_X_base = compose(Uncertain<SE2>{place->second.mean}, tag_X_base);
+      vote.push_back({map_X_base.mean, map_X_base.covariance.inverse(), base_X_tag.chi2});
+    }
+    votes.push_back(std::move(vote));
+  }
+  return votes;
+}
+
+struct PlacedFrame {
+  SensorTime stamp{};
+  std::vector<Vote<SE2>> votes{};
+  SE2 map_X_base{};
 };
 
-using Links = std::map<TagId, std::map<TagId, Link>>;
-
-std::vector<TagPoseObservation> trusted(const ObservedFrame& frame, const ChainOptions& options) {
-  std::vector<TagPoseObservation> tags;
-  std::ranges::copy_if(frame.tags, std::back_inserter(tags), [&](const TagPoseObservation& seen) {
-    return seen.ambiguity_ratio <= options.max_ambiguity &&
-           seen.cam_T_tag.translation().norm() <= options.max_distance_m;
-  });
-  return tags;
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
 }
 
-Links best_links(const std::vector<ObservedFrame>& frames, const ChainOptions& options) {
-  Links links;
-  for (const ObservedFrame& frame : frames) {
-    const auto tags = trusted(frame, options);
-    for (const auto& from : tags) {
-      for (const auto& to : tags) {
-        if (from.tag == to.tag) continue;
-        const double cost =
-            from.cam_T_tag.translation().squaredNorm() + to.cam_T_tag.translation().squaredNorm();
-        Link& link = links[from.tag][to.tag];
-        if (cost < link.cost) link = {cost, from.cam_T_tag.inverse() * to.cam_T_tag};
-      }
-    }
+/// Where the frames just before and after say the base was: medians over as many on both sides. No robot is
+/// somewhere else for the time of one frame.
+Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::size_t i) {
+  constexpr std::size_t kNeighbours = 7;
+  constexpr double kWindowSeconds = 0.6;
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> turned;
+  std::size_t first = i - std::min(i, kNeighbours);
+  std::size_t last = std::min(i + kNeighbours, frames.size() - 1);
+  const std::size_t reach = std::min(i - first, last - i);
+  const bool at_an_end = reach < kNeighbours / 2;
+  if (!at_an_end) {
+    first = i - reach;
+    last = i + reach;
   }
-  return links;
+  for (std::size_t k = first; k <= last; ++k) {
+    if (std::abs(to_seconds(frames[k].stamp - frames[i].stamp)) > kWindowSeconds) continue;
+    x.push_back(frames[k].map_X_base.x());
+    y.push_back(frames[k].map_X_base.y());
+    turned.push_back((frames[i].map_X_base.rotation().inverse() * frames[k].map_X_base.rotation()).angle());
+  }
+  const SE2 middle(median(x), median(y), frames[i].map_X_base.yaw() + median(turned));
+  const double sigma_m = at_an_end ? 0.15 : 0.05;  // there the neighbours are all on one side
+  const Eigen::Matrix3d scatter = Eigen::Vector3d(1, 1, 4).asDiagonal() * (sigma_m * sigma_m);
+  return {middle, from_coordinate_covariance(middle, scatter).covariance.inverse()};
 }
 
-/// Dijkstra from the anchor; ties go to the smaller id, so the same lap gives the same map.
-std::map<TagId, SE3> compose_from_anchor(const Links& links, const TagId& anchor, const SE3& map_T_anchor) {
-  std::map<TagId, SE3> map_T_tag;
-  std::map<TagId, double> cost = {{anchor, 0.0}};
-  std::map<TagId, SE3> tentative = {{anchor, map_T_anchor}};
-  std::set<std::pair<double, TagId>> queue = {{0.0, anchor}};
-  while (!queue.empty()) {
-    const TagId tag = queue.begin()->second;
-    queue.erase(queue.begin());
-    if (map_T_tag.contains(tag)) continue;
-    map_T_tag[tag] = tentative.at(tag);
-    const auto from = links.find(tag);
-    if (from == links.end()) continue;
-    for (const auto& [next, link] : from->second) {
-      const double through = cost.at(tag) + link.cost;
-      const auto known = cost.find(next);
-      if (known != cost.end() && known->second <= through) continue;
-      cost[next] = through;
-      tentative[next] = map_T_tag.at(tag) * link.from_T_to;
-      queue.insert({through, next});
-    }
+Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& places, double map_sigma_m,
+                         const SE3& map_T_floor) {
+  std::vector<PlacedFrame> placed;
+  for (const FloorFrame& frame : frames) {
+    PlacedFrame here{frame.stamp, votes_for_base(frame, places, map_sigma_m)};
+    const auto agreed = internal::agree(here.votes, kGate6);
+    if (!agreed) continue;
+    here.map_X_base = agreed->value.mean;
+    placed.push_back(std::move(here));
   }
-  return map_T_tag;
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    placed[i].votes.push_back({among_neighbours(placed, i)});
+    const auto agreed = internal::agree(placed[i].votes, kGate6);
+    trajectory.push_back(
+        {placed[i].stamp, map_T_floor * lift(agreed ? agreed->value.mean : placed[i].map_X_base)});
+  }
+  return trajectory;
 }
 
-/// From the nearest trusted tag of the map; nothing when the frame saw none.
-std::optional<SE3> camera_from_nearest(const ObservedFrame& frame, const std::map<TagId, SE3>& map_T_tag,
-                                       const ChainOptions& options) {
-  std::optional<SE3> map_T_cam;
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& seen : trusted(frame, options)) {
-    const auto tag = map_T_tag.find(seen.tag);
-    const double distance = seen.cam_T_tag.translation().norm();
-    if (tag == map_T_tag.end() || distance >= nearest) continue;
-    nearest = distance;
-    map_T_cam =
-        tag->second * seen.cam_T_tag.inverse();  // equation 3.1, with any mapped tag in the anchor's place
+std::vector<ObservedFrame> near_tags(const std::vector<ObservedFrame>& frames, double max_distance_m) {
+  std::vector<ObservedFrame> near = frames;
+  for (ObservedFrame& frame : near) {
+    std::erase_if(frame.tags, [&](const TagPoseObservation& seen) {
+      return seen.cam_T_tag.translation().norm() > max_distance_m;
+    });
   }
-  return map_T_cam;
+  return near;
 }
 
 }  // namespace
@@ -92,7 +119,9 @@ ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const Ta
   ObservedFrame observed{.stamp = frame.stamp};
   for (const TagDetection& detection : frame.detections) {
     const Result<TagPose> pose = estimate_tag_pose(detection, sizes, camera);
-    if (pose) observed.tags.push_back({detection.tag, pose->best.cam_T_tag, pose->ambiguity_ratio()});
+    if (!pose) continue;
+    observed.tags.push_back({detection.tag, pose->best.cam_T_tag, pose->ambiguity_ratio(),
+                             pose->best.covariance, pose->best.chi2, pose->other});
   }
   return observed;
 }
@@ -100,6 +129,7 @@ ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const Ta
 Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                  const SE3& map_T_anchor, const TagSizes& sizes, const SE3& base_T_cam,
                                  const ChainOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   std::set<TagId> seen;
   for (const ObservedFrame& frame : frames) {
     for (const auto& tag : frame.tags) seen.insert(tag.tag);
@@ -109,27 +139,29 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
                 fmt::format("the anchor {} is never seen in this lap", to_string(anchor)), {},
                 "Start and end the lap where the anchor is in view, or choose another with --anchor.");
   }
-  const std::map<TagId, SE3> map_T_tag =
-      compose_from_anchor(best_links(frames, options), anchor, map_T_anchor);
+  const std::vector<ObservedFrame> near = near_tags(frames, options.max_distance_m);
+  const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
+  const auto on_floor = internal::floor_frames(near, shapes, base_T_cam, options.floor);
+  const SE3& anchor_shape = shapes.at(anchor);
+  const SE3 map_T_floor({}, {0, 0, map_T_anchor.translation().z() - anchor_shape.translation().z()});
+  const SE2 map_X_anchor = project_to_plane(map_T_anchor * anchor_shape.inverse());
+  const internal::Links links = internal::links_of(on_floor);
+  Places places = internal::compose_from_anchor(links, anchor, map_X_anchor);
+  if (options.spread_closing_error) internal::spread_closing_error(links, anchor, places);
   ChainResult result;
   for (const TagId& tag : seen) {
-    const auto found = map_T_tag.find(tag);
+    const auto place = places.find(tag);
     const Result<double> size = sizes.size_m(tag);
-    if (found == map_T_tag.end() || !size) {
+    if (place == places.end() || !size) {
       result.unconnected.push_back(tag);
       continue;
     }
-    result.map.tags[tag] = {.map_T_tag = found->second, .size_m = *size};
+    const SE3 map_T_tag =
+        tag == anchor ? map_T_anchor : map_T_floor * lift(place->second.mean) * shapes.at(tag);
+    result.map.tags[tag] = {.map_T_tag = map_T_tag, .size_m = *size};
   }
-  const SE3 cam_T_base = base_T_cam.inverse();
-  for (const ObservedFrame& frame : frames) {
-    const auto map_T_cam = camera_from_nearest(frame, map_T_tag, options);
-    if (map_T_cam) {
-      result.trajectory.push_back({frame.stamp, *map_T_cam * cam_T_base});
-    } else {
-      ++result.frames_without_pose;
-    }
-  }
+  result.trajectory = trajectory_of(on_floor, places, options.map_sigma_m, map_T_floor);
+  result.frames_without_pose = static_cast<int>(frames.size() - result.trajectory.size());
   return result;
 }
 

@@ -6,6 +6,8 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/mapping/observed_frame.hpp"
+#include "waymark/pose/floor_fit.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/tag_sizes.hpp"
@@ -13,29 +15,25 @@
 
 namespace waymark {
 
-/// A tag as one frame saw it: the better of its two poses.
-struct TagPoseObservation {
-  TagId tag{};
-  SE3 cam_T_tag{};
-  double ambiguity_ratio = 0;  ///< of TagPose: near 1 the other pose fits as well
-};
-
-/// What one frame saw.
-struct ObservedFrame {
-  SensorTime stamp{};
-  std::vector<TagPoseObservation> tags{};
-};
-
 struct ChainOptions {
-  double max_ambiguity = 0.6;
   double max_distance_m = 4.0;
+  bool spread_closing_error = true;
+  double map_sigma_m = 0.02;
+  FloorOptions floor{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.max_ambiguity,
-          Field{"max_ambiguity",
-                "A tag whose two poses fit almost equally (ratio of their errors) is left out.", 0, 1});
     visit(self.max_distance_m, Field{"max_distance_m", "Farther tags are left out.", 0.1});
+    visit(self.spread_closing_error,
+          Field{"spread_closing_error",
+                "Where two ways round a lap meet, share their difference among all tags instead of leaving "
+                "it as a step."});
+    visit(self.map_sigma_m, Field{"map_sigma_m",
+                                  "How far neighbouring tags of the chain may be from where they belong; "
+                                  "says how much the tags of one frame may "
+                                  "contradict each other.",
+                                  1e-6, 10});
+    FloorOptions::fields(self.floor, visit);
   }
 };
 
@@ -52,9 +50,9 @@ struct ChainResult {
 
 /// The map and the trajectory by composition alone (Martins and Ramos, "AprilTag-based Trajectory Tracking
 /// for the LIMOS Robot", equation 3.1 and section 3.2): map_T_cam from the anchor where it is seen, and from
-/// tag to tag where two are seen together. For each pair of tags the one frame that saw both nearest counts;
-/// each tag is reached from the anchor by the way with the smallest sum of squared distances (Dijkstra).
-/// Nothing is averaged: what bundle adjustment must beat.
+/// tag to tag where two are seen together; for a robot on a level floor. docs/concepts/teach_and_replay.md
+/// says how. Never are two ways to the same tag weighed against each other, and no error is distributed: what
+/// bundle adjustment must beat.
 ///
 /// Fails when the anchor is never seen. O(frames * tags^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,

@@ -39,9 +39,17 @@ double heading(const Line& line, std::size_t i, bool closed) {
   return std::atan2(d.y(), d.x());
 }
 
+/// The direction driven about a point, over a stretch that the noise of single points does not turn.
+double direction(const Line& line, std::size_t i, double step_m) {
+  constexpr double kReachMetres = 0.25;
+  const auto reach = static_cast<std::size_t>(std::max(1L, std::lround(kReachMetres / step_m)));
+  const Eigen::Vector2d d = line[std::min(i + reach, line.size() - 1)] - line[i - std::min(i, reach)];
+  return std::atan2(d.y(), d.x());
+}
+
 /// Where the lap is back at its start: the index behind the last point of the loop, or nothing.
 std::optional<std::size_t> closing_point(const Line& line, const RouteOptions& options) {
-  const double start_heading = heading(line, 0, false);
+  const double start_heading = direction(line, 0, options.step_m);
   bool left = false;
   std::optional<std::size_t> best;
   double best_distance = options.closing_distance_m;
@@ -50,8 +58,8 @@ std::optional<std::size_t> closing_point(const Line& line, const RouteOptions& o
     left = left || distance > 2 * options.closing_distance_m;
     if (!left) continue;
     if (best && distance > options.closing_distance_m) break;  // past the first return
-    const bool same_way =
-        std::abs(angle_between(start_heading, heading(line, i, false))) < options.closing_angle_rad;
+    const bool same_way = std::abs(angle_between(start_heading, direction(line, i, options.step_m))) <
+                          options.closing_angle_rad;
     if (same_way && distance < best_distance) {
       best = i;
       best_distance = distance;

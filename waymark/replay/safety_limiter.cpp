@@ -14,6 +14,7 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
                                           const SafetyOptions& options) {
   if (!std::isfinite(wanted.speed_m_s) || !std::isfinite(wanted.yaw_rate_rad_s))
     return "the controller gave no number";
+  if (std::isinf(in.odometry_age_s)) return "no odometry arrived yet";
   if (!(in.odometry_age_s <= options.max_odometry_age_s)) {
     return fmt::format("odometry is {:.2f} s old (limit {:.2f} s)", in.odometry_age_s,
                        options.max_odometry_age_s);

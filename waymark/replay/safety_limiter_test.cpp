@@ -38,6 +38,8 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
     return verdict.stopped.value_or("");
   };
   EXPECT_EQ(words([](auto& in) { in.odometry_age_s = 0.31; }), "odometry is 0.31 s old (limit 0.30 s)");
+  EXPECT_EQ(words([](auto& in) { in.odometry_age_s = std::numeric_limits<double>::infinity(); }),
+            "no odometry arrived yet");
   EXPECT_EQ(words([](auto& in) { in.localized = false; }),
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <map>
+#include <utility>
+
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/floor_sightings.hpp"
+
+namespace waymark::internal {
+
+/// from_X_to of two tags that were seen together, from the smaller id to the larger.
+using Links = std::map<std::pair<TagId, TagId>, Uncertain<SE2>>;
+/// map_X_tag.
+using Places = std::map<TagId, Uncertain<SE2>>;
+
+/// For each pair of tags what all frames that saw both agree on.
+[[nodiscard]] Links links_of(const std::vector<FloorFrame>& frames);
+
+/// From the anchor outwards, by composition: the next tag is always the one that would be known best.
+/// O(tags^2 links).
+[[nodiscard]] Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor);
+
+/// Moves all tags but the anchor so that the links disagree least: what the two ways round a lap differ by
+/// where they meet is spread over the whole chain. Links that contradict all others count little.
+void spread_closing_error(const Links& links, const TagId& anchor, Places& places);
+
+}  // namespace waymark::internal

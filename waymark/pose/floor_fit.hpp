@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/geometry/se2.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+
+namespace waymark {
+
+/// How flat the floor is, and how well the camera's mounting is known.
+struct FloorOptions {
+  double tilt_sigma_rad = 0.005;
+  double height_sigma_m = 0.005;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.tilt_sigma_rad,
+          Field{"tilt_sigma_rad",
+                "How much the robot (and its camera) leans from its mounting, standard deviation.", 1e-6, 3});
+    visit(self.height_sigma_m,
+          Field{"height_sigma_m",
+                "How much the height of tags over the floor may differ, standard deviation.", 1e-6, 1e3});
+  }
+};
+
+/// The motion of the plane in a pose measured in space.
+struct FloorFit {
+  Uncertain<SE2> a_X_b{};
+  double chi2 =
+      0;  ///< of what a motion of the plane cannot explain (height, two tilts): 3 degrees of freedom
+};
+
+/// The X that best explains a measured base_T_tag by lift(X) * shape, where a robot that stands on a floor
+/// can only turn and move in the plane and `shape` holds the height and the tilts of the tag: minimises the
+/// squared Mahalanobis distance of
+///
+///     log(base_T_tag (lift(X) shape)^-1)
+///
+/// under the covariance of the measurement plus that of the floor. What is uncertain in space is mostly known
+/// on a floor: the covariance of X is smaller than that of the projected pose. Gauss-Newton, some
+/// microseconds.
+[[nodiscard]] FloorFit fit_to_floor(const Uncertain<SE3>& base_T_tag, const SE3& shape,
+                                    const FloorOptions& options = {});
+
+}  // namespace waymark
