@@ -118,13 +118,19 @@ Repeat replay(const World& world, const TagMap& map, const Route& route, const S
   Replayer replayer(std::make_unique<AnchorLocalizer>(map, limo_camera(), limo().base_T_cam), route, map,
                     limo(), {});
   Repeat repeat;
+  double frames = 0;
+  double frames_with_two = 0;
   SensorTime next_command{};
   const auto over = [&] {
     return repeat.last.state == ReplayState::Finished || repeat.last.state == ReplayState::Refused;
   };
   while (!over() && to_seconds(robot.now().time_since_epoch()) < 200) {
     const Sample sample = *robot.next().value();
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) replayer.add(*frame);
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
+      replayer.add(*frame);
+      frames += 1;
+      frames_with_two += frame->detections.size() >= 2 ? 1 : 0;
+    }
     if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer.add(*odometry);
     if (const auto* truth = std::get_if<TruthPose>(&sample))
       repeat.truth.push_back({truth->stamp, truth->map_T_base});
@@ -136,7 +142,7 @@ Repeat replay(const World& world, const TagMap& map, const Route& route, const S
     next_command += kControlPeriod;
   }
   repeat.stops = replayer.stops();
-  repeat.two_tags_fraction = replayer.two_tags_fraction();
+  repeat.two_tags_fraction = frames_with_two / frames;
   return repeat;
 }
 

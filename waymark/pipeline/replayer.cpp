@@ -1,6 +1,5 @@
 #include "waymark/pipeline/replayer.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -18,17 +17,7 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
       robot_(std::move(robot)),
       options_(options) {}
 
-void Replayer::add(const TagFrame& frame) {
-  method_->add(frame);
-  const auto mapped = std::ranges::count_if(
-      frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
-  ++frames_;
-  frames_with_two_tags_ += mapped >= 2 ? 1 : 0;
-}
-
-double Replayer::two_tags_fraction() const {
-  return frames_ > 0 ? static_cast<double>(frames_with_two_tags_) / frames_ : 0.0;
-}
+void Replayer::add(const TagFrame& frame) { method_->add(frame); }
 
 void Replayer::add(const Odometry& odometry) {
   method_->add(odometry);

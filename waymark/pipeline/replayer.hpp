@@ -49,10 +49,7 @@ class Replayer {
   /// The command for now. Time is an argument: the age of the newest odometry is measured against it.
   [[nodiscard]] ReplayStep step(SensorTime now);
 
-  /// How often driving was interrupted.
   [[nodiscard]] int stops() const { return stops_; }
-  /// Share of the frames since the start in which two or more tags of the map were seen; 0 without frames.
-  [[nodiscard]] double two_tags_fraction() const;
 
  private:
   void track(const LocalizationEstimate& estimate);
@@ -71,8 +68,6 @@ class Replayer {
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
   int stops_ = 0;
-  int frames_ = 0;
-  int frames_with_two_tags_ = 0;
 };
 
 }  // namespace waymark
