@@ -25,6 +25,7 @@ Image process(const Input& input, const TagFinder& finder, PictureReport& report
   auto found = find_tags(*image, finder);
   if (!found) {
     report.error = found.error();
+    report.error->place.source = input.path;
     return std::move(*image);
   }
   report.detected = true;

@@ -7,6 +7,8 @@
 
 #include <Eigen/LU>
 
+#include "waymark/tags/light.hpp"
+
 namespace waymark::refinement {
 namespace {
 
@@ -69,6 +71,24 @@ double shared_variance(const EdgeFrame& edge, double blur_px, double model_error
   return model_error_px * model_error_px + crowded_px * crowded_px;
 }
 
+/// Light that grows along an edge looks like an edge that turns: the least squares fit of a shift to
+/// (1 + light t) times the levels. The covariance of (kFrom, kTo) of all edges that light leaves uncertain.
+Matrix8 light_covariance(const TagEstimate& estimate, const TagBands& tag, double noise_variance) {
+  const double step = estimate.mean[kStep - kOwn];
+  const double level = estimate.mean[kInnerLevel - kOwn] + 0.5 * step;  // on the edge
+  const double blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
+  // Integral of pdf (inner + step cdf) over that of pdf^2.
+  const double px_per_light = 2.0 * std::sqrt(std::numbers::pi) * blur_px * level / step;
+  Eigen::Matrix<double, 8, 2> turn;
+  for (int k = 0; k < 4; ++k) {
+    const EdgeFrame& edge = tag.edges[static_cast<std::size_t>(k)];
+    turn.row(2 * k + kFrom) = 0.5 * px_per_light * (edge.to - edge.from).transpose();
+    turn.row(2 * k + kTo) = -turn.row(2 * k + kFrom);
+  }
+  const LightInformation light = light_information(tag, estimate.light_per_px, noise_variance);
+  return turn * light.information.inverse() * turn.transpose();
+}
+
 }  // namespace
 
 Matrix8 corner_covariance(const TagSolve& solve, const TagEstimate& estimate, const TagBands& tag,
@@ -80,6 +100,7 @@ Matrix8 corner_covariance(const TagSolve& solve, const TagEstimate& estimate, co
   const double swing_px =
       kPhasePerMisfit * blur_px * std::sqrt(residuals.misfit_variance) / std::max(1.0, std::abs(step));
   Matrix8 covariance = (residuals.noise_variance / estimate.noise_variance) * solve.displacement_covariance();
+  covariance += light_covariance(estimate, tag, residuals.noise_variance);
   for (int k = 0; k < 4; ++k) {
     const EdgeFrame& edge = tag.edges[static_cast<std::size_t>(k)];
     covariance.block<2, 2>(2 * k, 2 * k) += phase_covariance(edge, swing_px * swing_px);

@@ -59,6 +59,8 @@ struct Sums {
   Lanes cost = Lanes::Zero();
   Lanes flat_cost = Lanes::Zero();
   Lanes flat_pixels = Lanes::Zero();
+  Lanes light_information = Lanes::Zero();
+  Lanes light_gradient = Lanes::Zero();
   Sums() {
     for (auto& row : information) row.fill(Lanes::Zero());
     gradient.fill(Lanes::Zero());
@@ -126,7 +128,7 @@ Lanes within_scale(const Lanes& value, const Lanes& predicted) {
 }
 
 template <bool kCells, bool kClipped>
-Sums sum_up(const Band& band, const FloatParameters& x, SliceCosts& costs) {
+Sums sum_up(const Band& band, const FloatParameters& x, float light, SliceCosts& costs) {
   Sums sums;
   // As flat as a blurred edge is two standard deviations away from it.
   const float flat_shift = 0.054F * std::abs(x.step) * x.inverse_blur;
@@ -134,8 +136,11 @@ Sums sum_up(const Band& band, const FloatParameters& x, SliceCosts& costs) {
     const Lanes& along = band.along[b];
     const Lanes shift =
         0.5F * (x.from + x.to) + 0.5F * (x.to - x.from) * along + x.bend * (1.0F - along.square());
+    const Lanes inverse_light = (1.0F + light * along).inverse();
     BlockSums block;
     Lanes cost = Lanes::Zero();
+    Lanes flat_light = Lanes::Zero();
+    Lanes flat_residual = Lanes::Zero();
     Lanes distance_px = band.first_px[b] - shift;
     for (std::size_t j = 0; j < static_cast<std::size_t>(band.depth); ++j, distance_px += band.step_px) {
       const Prediction p = predict<kCells>(band, x, b, j, distance_px);
@@ -143,15 +148,23 @@ Sums sum_up(const Band& band, const FloatParameters& x, SliceCosts& costs) {
       if constexpr (kCells) predicted += x.beyond * p.h;
       Lanes weight = band.weight[b][j];
       if constexpr (kClipped) weight *= within_scale(band.value[b][j], predicted);
-      const Lanes residual = band.value[b][j] - predicted;
+      const Lanes residual = inverse_light * band.value[b][j] - predicted;
       add_pixels(p, weight, residual, kCells, block, sums);
       const Lanes square = weight * residual.square();
       const Lanes flat = positive(flat_shift - p.shift.abs());
       sums.flat_cost += flat * square;
-      sums.flat_pixels += flat * weight;
+      const Lanes flat_weight = flat * weight;
+      const Lanes flat_level = flat_weight * predicted;
+      sums.flat_pixels += flat_weight;
+      if constexpr (!kCells) {  // amid other cells no pixel is flat enough to tell light by
+        flat_light += flat_level * predicted;
+        flat_residual += flat_level * residual;
+      }
       cost += square;
     }
     add_block(block, along, sums);
+    sums.light_information += along.square() * flat_light;
+    sums.light_gradient += along * flat_residual;
     sums.cost += cost;
     costs[b] = cost;
   }
@@ -160,11 +173,11 @@ Sums sum_up(const Band& band, const FloatParameters& x, SliceCosts& costs) {
 
 }  // namespace
 
-NormalEquations linearize(const Band& band, const EdgeVector& parameters, SliceCosts& costs) {
+NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light, SliceCosts& costs) {
   const FloatParameters x(parameters);
   const auto sum_up_this = band.clipped ? (band.cells_matter ? sum_up<true, true> : sum_up<false, true>)
                                         : (band.cells_matter ? sum_up<true, false> : sum_up<false, false>);
-  const Sums sums = sum_up_this(band, x, costs);
+  const Sums sums = sum_up_this(band, x, static_cast<float>(light), costs);
   NormalEquations normal;
   for (int i = 0; i < kParameters; ++i) {
     const auto row = static_cast<std::size_t>(i);
@@ -177,6 +190,8 @@ NormalEquations linearize(const Band& band, const EdgeVector& parameters, SliceC
   }
   normal.flat_cost = static_cast<double>(sums.flat_cost.sum());
   normal.flat_pixels = static_cast<double>(sums.flat_pixels.sum());
+  normal.light_information = static_cast<double>(sums.light_information.sum());
+  normal.light_gradient = static_cast<double>(sums.light_gradient.sum());
   normal.cost = static_cast<double>(sums.cost.sum());
   return normal;
 }

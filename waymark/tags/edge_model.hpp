@@ -33,6 +33,9 @@ struct NormalEquations {
   double cost = 0;                              ///< sum of w r^2 [grey level^2]
   double flat_cost = 0;    ///< the part of cost from pixels that hardly change when the edge moves
   double flat_pixels = 0;  ///< the number of those pixels
+  /// How much the flat pixels say about light that grows along the edge, t from -1 to 1 [grey level^2].
+  double light_information = 0;  ///< sum of w (I t)^2 with I the model
+  double light_gradient = 0;     ///< sum of w I t r
 
   [[nodiscard]] double pixels() const { return information(kInnerLevel, kInnerLevel); }  ///< that count
 };
@@ -49,8 +52,11 @@ using SliceCosts = std::array<Lanes, kMaxBlocks>;
 /// A pixel at the end of the scale counts only while the model stays within it: beyond, it says no more than
 /// that (as in Tobin, "Estimation of relationships for limited dependent variables", Econometrica 26, 1958).
 ///
+/// All of it in light that grows along the edge: grey levels are (1 + light t) times these, t from -1 to 1.
+///
 /// d is the signed distance from the edge, Phi the normal distribution function; behind, beyond, inside are
 /// as in Band. O(pixels).
-[[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, SliceCosts& costs);
+[[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light,
+                                        SliceCosts& costs);
 
 }  // namespace waymark::refinement

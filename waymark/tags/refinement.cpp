@@ -7,6 +7,7 @@
 
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
+#include "waymark/tags/light.hpp"
 
 namespace waymark {
 namespace {
@@ -47,23 +48,29 @@ bool usable(const ImageView& image, const TagDetection& detection) {
 }
 
 /// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
-std::optional<TagSolve> iterate(const Priors& priors, double settled_px, TagBands& tag,
-                                TagEstimate& estimate) {
+std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
+  const double settled_px = first_pass ? kFirstSettledPx : kSettledPx;
   std::optional<TagSolve> solve;
+  bool covered = true;  // until a look at the slices finds none to drop
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    double cost = linearize_all(estimate.edges, tag);
-    if (iteration == 1) {
-      const int before = tag.pixels;
-      if (!drop_outliers(tag)) return std::nullopt;
-      if (tag.pixels != before) cost = linearize_all(estimate.edges, tag);
+    double cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    if (covered && iteration > 0) {
+      const DroppedSlices dropped = drop_outliers(tag);
+      if (!dropped.enough_left) return std::nullopt;
+      covered = dropped.pixels > 0;
+      if (covered) cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
     }
     double pixels = 0;
     for (const NormalEquations& normal : tag.normals) pixels += normal.pixels();
     constexpr double kQuantisation = 1.0 / 12.0;
     estimate.noise_variance = std::max(kQuantisation, cost / std::max(1.0, pixels - kParametersOfTag));
+    if (!first_pass) {
+      estimate.light_per_px +=
+          light_information(tag, estimate.light_per_px, estimate.noise_variance).step_per_px;
+    }
     solve.emplace(tag.normals, priors, estimate);
     const double moved = solve->apply(estimate);
-    if (iteration > 0 && moved < settled_px) break;
+    if (iteration > 0 && !covered && moved < settled_px) break;
   }
   return solve;
 }
@@ -111,7 +118,7 @@ RefinementOutcome fit(const ImageView& image, const TagDetection& detection, con
     if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
     if (pass == 0) start(options, tag, estimate);
     for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have moved there
-    solve = iterate(priors, pass == 0 ? kFirstSettledPx : kSettledPx, tag, estimate);
+    solve = iterate(priors, pass == 0, tag, estimate);
     if (!solve) return RefinementOutcome::TooLittleSeen;
     const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
     if (!moved.allFinite()) return RefinementOutcome::PoorFit;

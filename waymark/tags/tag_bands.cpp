@@ -25,9 +25,11 @@ BandLimits band_limits(const EdgeFrame& edge, double blur_px, bool first_pass) {
 /// One value for every slice of every edge.
 using SliceValues = std::array<float, 4 * kMaxSlices>;
 
-double median(SliceValues& values, std::size_t count) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
+double median(SliceValues& values, std::size_t first, std::size_t last) {
+  if (first == last) return 0.0;
+  const auto at = [&](std::size_t i) { return values.begin() + static_cast<std::ptrdiff_t>(i); };
+  const auto middle = at(first + (last - first) / 2);
+  std::nth_element(at(first), middle, at(last));
   return static_cast<double>(*middle);
 }
 
@@ -68,7 +70,7 @@ double level_at_rim(const TagBands& tag, bool outermost) {
       }
     }
   }
-  return count == 0 ? 0.0 : median(values, count);
+  return median(values, 0, count);
 }
 
 bool read_bands(const ImageView& image, const std::array<Surroundings, 4>& near, double blur_px,
@@ -83,21 +85,25 @@ bool read_bands(const ImageView& image, const std::array<Surroundings, 4>& near,
   return tag.pixels >= kFewestPixels;
 }
 
-double linearize_all(const std::array<EdgeVector, 4>& edges, TagBands& tag) {
+double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& light_per_px,
+                     TagBands& tag) {
   double cost = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    tag.normals[k] = linearize(tag.bands[k], edges[k], tag.costs[k]);
+    const double light = 0.5 * light_per_px.dot(tag.edges[k].to - tag.edges[k].from);
+    tag.normals[k] = linearize(tag.bands[k], edges[k], light, tag.costs[k]);
     cost += tag.normals[k].cost;
   }
   return cost;
 }
 
-bool drop_outliers(TagBands& tag) {
+DroppedSlices drop_outliers(TagBands& tag) {
   std::array<SliceMeans, 4> means;
   SliceValues values;
   std::size_t count = 0;
+  std::array<double, 4> medians{};
   for (std::size_t k = 0; k < 4; ++k) {
     const Band& band = tag.bands[k];
+    const std::size_t first = count;
     for (std::size_t b = 0; b < static_cast<std::size_t>(band.blocks); ++b) {
       const Lanes pixels = slice_pixels(band, b);
       means[k][b] = tag.costs[k][b] / pixels.max(1.0F);
@@ -105,16 +111,21 @@ bool drop_outliers(TagBands& tag) {
         if (pixels[lane] > 0.0F) values[count++] = means[k][b][lane];
       }
     }
+    medians[k] = median(values, first, count);
   }
-  if (count == 0) return false;
+  const double usual = median(values, 0, count);
   constexpr double kOutOfProportion = 16.0;  // four times the usual residual
-  const auto limit = static_cast<float>(kOutOfProportion * (median(values, count) + 0.25));
+  constexpr double kOfOwnEdge = 4.0;
+  DroppedSlices dropped;
   for (std::size_t k = 0; k < 4; ++k) {
-    const int dropped = drop_slices_above(limit, means[k], tag.bands[k]);
-    tag.pixels -= dropped;
-    if (tag.bands[k].pixels < kFewestPixelsOfEdge) return false;
+    // What covers an edge also pulls its fit off the slices that are good: spare those for now.
+    const double limit = std::max(kOutOfProportion * (usual + 0.25), kOfOwnEdge * medians[k]);
+    dropped.pixels += drop_slices_above(static_cast<float>(limit), means[k], tag.bands[k]);
+    dropped.enough_left = dropped.enough_left && tag.bands[k].pixels >= kFewestPixelsOfEdge;
   }
-  return tag.pixels >= kFewestPixels;
+  tag.pixels -= dropped.pixels;
+  dropped.enough_left = dropped.enough_left && tag.pixels >= kFewestPixels;
+  return dropped;
 }
 
 }  // namespace waymark::refinement

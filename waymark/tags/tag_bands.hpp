@@ -24,11 +24,19 @@ struct TagBands {
 /// Median grey level of the innermost (or outermost) pixels of all slices.
 [[nodiscard]] double level_at_rim(const TagBands& tag, bool outermost);
 
-/// Linearizes the model of each band at `edges`; the sum of weighted squared residuals.
-double linearize_all(const std::array<EdgeVector, 4>& edges, TagBands& tag);
+/// Linearizes the model of each band at `edges`, in light that grows by `light_per_px`; the sum of weighted
+/// squared residuals.
+double linearize_all(const std::array<EdgeVector, 4>& edges, const Eigen::Vector2d& light_per_px,
+                     TagBands& tag);
+
+/// What drop_outliers() did.
+struct DroppedSlices {
+  int pixels = 0;
+  bool enough_left = true;
+};
 
 /// Gives weight 0 to slices whose residual is out of all proportion to that of most others: something covers
-/// the edge there. Uses `costs`. False when too little is left.
-[[nodiscard]] bool drop_outliers(TagBands& tag);
+/// the edge there. Uses `costs`.
+[[nodiscard]] DroppedSlices drop_outliers(TagBands& tag);
 
 }  // namespace waymark::refinement

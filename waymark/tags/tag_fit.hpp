@@ -25,6 +25,9 @@ struct TagEstimate {
   std::array<EdgeVector, 4> edges;         ///< of TL-TR, TR-BR, BR-BL, BL-TL
   Eigen::Matrix<double, kCommon, 1> mean;  ///< means of kInnerLevel, kStep, kLogBlur
   double noise_variance = 25;              ///< [grey level^2]
+  /// How the light falls off across the tag: grey levels are 1 + light_per_px . (px - middle) times those of
+  /// even light. Estimated beside the rest, where the model is flat.
+  Eigen::Vector2d light_per_px = Eigen::Vector2d::Zero();
 };
 
 /// Four edges solved together: what they nearly share is drawn towards a common mean (a hierarchical linear
