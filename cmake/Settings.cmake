@@ -5,7 +5,7 @@ target_compile_options(waymark_warnings INTERFACE -Wall -Wextra -Wpedantic -Wsha
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # GCC 12 reports these inside Eigen and the standard library when it inlines; clang-tidy and the sanitizers cover them.
   target_compile_options(waymark_warnings INTERFACE -Wno-null-dereference -Wno-maybe-uninitialized -Wno-array-bounds
-    -Wno-stringop-overflow)
+    -Wno-stringop-overflow -Wno-restrict)
 endif()
 
 if(WAYMARK_SANITIZE)
