@@ -32,6 +32,8 @@ struct Verb {
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb replay_verb();
+[[nodiscard]] Verb info_verb();
+[[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();
 [[nodiscard]] Verb tags_board_verb();
