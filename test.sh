@@ -73,6 +73,8 @@ mkdir -p build
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
+command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is one already
+tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
 
 step "dev build"
 build dev

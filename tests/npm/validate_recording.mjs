@@ -1,0 +1,107 @@
+// Opens a recording with the libraries of the field and decodes every message by the schema the file carries.
+// usage: node validate_recording.mjs FILE.mcap      prints one JSON object; exit code 1 and words when something is wrong
+import { open } from "node:fs/promises";
+import { pathToFileURL } from "node:url";
+
+// The libraries are installed into a build folder, not beside this file.
+const modules = pathToFileURL(process.env.WAYMARK_NODE_MODULES + "/").href;
+const load = async (name) => {
+  const { createRequire } = await import("node:module");
+  return createRequire(modules)(name);
+};
+const { McapIndexedReader, McapStreamReader } = await load("@mcap/core");
+const { parse } = await load("@foxglove/rosmsg");
+const { MessageReader } = await load("@foxglove/rosmsg2-serialization");
+const { decompress } = await load("fzstd");
+
+const decompressHandlers = { zstd: (bytes, size) => decompress(bytes, new Uint8Array(Number(size))) };
+
+function check(condition, words) {
+  if (!condition) throw new Error(words);
+}
+
+/** Every number in a message is finite, however deep. */
+function checkFinite(value, where) {
+  if (typeof value === "number") check(Number.isFinite(value), `${where} is ${value}`);
+  else if (ArrayBuffer.isView(value) || Array.isArray(value)) value.forEach((v, i) => checkFinite(v, `${where}[${i}]`));
+  else if (value && typeof value === "object") for (const key of Object.keys(value)) checkFinite(value[key], `${where}.${key}`);
+}
+
+/** What must hold for messages of a type, beyond that they decode. */
+const meaning = {
+  "apriltag_msgs/msg/AprilTagDetectionArray": (m) => m.detections.forEach((d) => {
+    check(d.family === "tag36h11" && d.id >= 0 && d.id < 587, `a tag ${d.family}:${d.id}`);
+    check(d.corners.length === 4, "four corners");
+  }),
+  "sensor_msgs/msg/CameraInfo": (m) => check(m.width === 640 && m.height === 480 && m.k[0] > 0, "a camera of 640 x 480 px"),
+  "nav_msgs/msg/Odometry": (m) => check(m.header.frame_id === "odom" && m.child_frame_id === "base_link", "frames of odometry"),
+  "sensor_msgs/msg/JointState": (m) => check(m.name.length === 2 && m.position.length === 2, "two wheels"),
+  "tf2_msgs/msg/TFMessage": (m) => check(m.transforms[0].child_frame_id === "camera_optical", "the camera's place"),
+  "waymark_msgs/msg/TagCornerCovariances": (m) => check(m.covariance_px2.length === 64 * m.id.length, "8 x 8 a tag"),
+};
+
+async function readAll(file) {
+  const readable = {
+    size: async () => BigInt((await file.stat()).size),
+    read: async (offset, size) => {
+      const bytes = new Uint8Array(Number(size));
+      const { bytesRead } = await file.read(bytes, 0, Number(size), Number(offset));
+      check(bytesRead === Number(size), `only ${bytesRead} of ${size} bytes at ${offset}`);
+      return bytes;
+    },
+  };
+  const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers });
+  check(reader.header.profile === "ros2", `profile ${reader.header.profile}`);
+  const readers = new Map();
+  const types = {};
+  let last = 0n;
+  for await (const message of reader.readMessages()) {
+    const channel = reader.channelsById.get(message.channelId);
+    const schema = reader.schemasById.get(channel.schemaId);
+    check(schema.encoding === "ros2msg" && channel.messageEncoding === "cdr", `${channel.topic}: ${schema.encoding}`);
+    if (!readers.has(schema.id)) {
+      const definitions = parse(new TextDecoder().decode(schema.data), { ros2: true });
+      readers.set(schema.id, new MessageReader(definitions));
+    }
+    const decoded = readers.get(schema.id).readMessage(message.data);
+    checkFinite(decoded, channel.topic);
+    meaning[schema.name]?.(decoded);
+    check(message.logTime >= last, `${channel.topic}: time goes back`);
+    last = message.logTime;
+    types[schema.name] = (types[schema.name] ?? 0) + 1;
+  }
+  const counted = Object.values(types).reduce((a, b) => a + b, 0);
+  check(BigInt(counted) === reader.statistics.messageCount, `${counted} messages, statistics say ${reader.statistics.messageCount}`);
+  const metadata = {};
+  for await (const block of reader.readMetadata()) metadata[block.name] = Object.fromEntries(block.metadata);
+  const attachments = {};
+  for await (const attachment of reader.readAttachments()) attachments[attachment.name] = attachment.data.byteLength;
+  return { library: reader.header.library, types, metadata, attachments };
+}
+
+/** Front to back with every checksum, as a pipe would deliver it. */
+async function streamThrough(file) {
+  const reader = new McapStreamReader({ decompressHandlers, validateCrcs: true });
+  const bytes = new Uint8Array(1 << 16);
+  const records = {};
+  for (let at = 0; ; ) {
+    const { bytesRead } = await file.read(bytes, 0, bytes.length, at);
+    if (bytesRead === 0) break;
+    at += bytesRead;
+    reader.append(bytes.slice(0, bytesRead));
+    for (let record; (record = reader.nextRecord()); ) records[record.type] = (records[record.type] ?? 0) + 1;
+  }
+  check(reader.done(), "the stream does not end as a recording does");
+  return records;
+}
+
+try {
+  const file = await open(process.argv[2]);
+  const indexed = await readAll(file);
+  const records = await streamThrough(file);
+  await file.close();
+  console.log(JSON.stringify({ ...indexed, records }));
+} catch (error) {
+  console.error(`${process.argv[2]}: ${error.message}`);
+  process.exit(1);
+}
