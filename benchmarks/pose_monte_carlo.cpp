@@ -1,17 +1,22 @@
 // How often, and by how much, the pose of one tag is wrong: by size and tilt, for us, OpenCV and libapriltag
 // on the same corners. Prints CSV; docs/concepts/pose.md shows its table.
+#include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <numbers>
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <Eigen/Cholesky>
 
 #include "benchmarks/pose_peers.hpp"
 #include "tests/support/tag_views.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/plot/figure.hpp"
+#include "waymark/plot/render.hpp"
 #include "waymark/pose/square_pose.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
@@ -21,10 +26,10 @@ namespace {
 using testing::kTagSize;
 
 constexpr const char* kUsage =
-    "usage: pose_monte_carlo [VIEWS [SIGMA_PX]]\n"
+    "usage: pose_monte_carlo [VIEWS [SIGMA_PX [FIGURE.svg]]]\n"
     "Poses of one tag from corners with normal noise of SIGMA_PX (default 0.1), VIEWS (default 1000) random "
     "views for each\n"
-    "size and tilt. One line of CSV for each size, tilt and method:\n"
+    "size and tilt. One line of CSV for each size, tilt and method; the flip rates also as a figure:\n"
     "  flip_rate            part of the views where the chosen pose is nearer to the mirrored one than to "
     "the truth\n"
     "  rotation_rmse_deg    of the chosen pose\n"
@@ -114,14 +119,44 @@ void print(double size_px, double tilt_deg, const Method& method, const Sums& s,
   std::printf(s.nees > 0 ? "%.2f\n" : "\n", s.nees / n);
 }
 
-void run(int views, double sigma_px) {
+/// Flip rate over tilt for one size and method.
+plot::Series flip_series(double size_px, std::size_t method, const Method& what, plot::Color color) {
+  using Style = plot::Series::Style;
+  constexpr std::array<Style, 3> kStyles = {Style::Line, Style::Points, Style::LineAndPoints};
+  return {
+      .name = fmt::format("{:.0f} px, {}", size_px, what.name), .style = kStyles.at(method), .color = color};
+}
+
+bool write_figure(std::vector<plot::Series> series, double sigma_px, const char* path) {
+  const auto drawing = plot::draw_figure(
+      {.title = fmt::format("The mirrored pose fits better: corners with {} px of noise", sigma_px),
+       .x = {.label = "tilt", .unit = "deg"},
+       .y = {.label = "views with the mirrored pose", .low = 0, .high = 0.6},
+       .series = std::move(series)});
+  if (!drawing) return false;
+  const auto svg = plot::render_svg(*drawing);
+  if (!svg) return false;
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(svg->data()), static_cast<std::streamsize>(svg->size()));
+  return file.good();
+}
+
+/// The flip rates, as series of a figure.
+std::vector<plot::Series> run(int views, double sigma_px) {
+  std::vector<plot::Series> figure;
   std::printf(
       "size_px,tilt_deg,method,flip_rate,rotation_rmse_deg,branch_rmse_deg,depth_bias_percent,depth_rmse_"
       "percent,"
       "tilt_bias_deg,branch_nees\n");
   const CameraModel camera = testing::plain_camera();
   const std::vector<Method> all = methods(sigma_px);
+  std::size_t colors = 0;
   for (const double size_px : {10.0, 15.0, 20.0, 30.0, 40.0, 80.0}) {
+    const std::size_t first = figure.size();
+    const bool drawn = size_px == 10.0 || size_px == 20.0 || size_px == 40.0;
+    for (std::size_t m = 0; drawn && m < all.size(); ++m)
+      figure.push_back(flip_series(size_px, m, all[m], plot::kPalette[colors]));
+    colors += drawn ? 1 : 0;
     for (const double tilt_deg : {0.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0}) {
       Random random(static_cast<std::uint64_t>(1000 * size_px + tilt_deg));
       std::vector<Sums> sums(all.size());
@@ -132,8 +167,13 @@ void run(int views, double sigma_px) {
         for (std::size_t m = 0; m < all.size(); ++m) add(sums[m], truth, all[m].find(camera, seen));
       }
       for (std::size_t m = 0; m < all.size(); ++m) print(size_px, tilt_deg, all[m], sums[m], views);
+      for (std::size_t m = 0; drawn && m < all.size(); ++m) {
+        figure[first + m].x.push_back(tilt_deg);
+        figure[first + m].y.push_back(sums[m].flips / views);
+      }
     }
   }
+  return figure;
 }
 
 }  // namespace
@@ -142,10 +182,10 @@ void run(int views, double sigma_px) {
 int main(int argc, char** argv) {
   const int views = argc > 1 ? std::atoi(argv[1]) : 1000;
   const double sigma_px = argc > 2 ? std::atof(argv[2]) : 0.1;
-  if (argc > 3 || views <= 0 || !(sigma_px > 0)) {
+  if (argc > 4 || views <= 0 || !(sigma_px > 0)) {
     std::fputs(waymark::kUsage, stderr);
     return 2;
   }
-  waymark::run(views, sigma_px);
-  return 0;
+  const auto figure = waymark::run(views, sigma_px);
+  return argc < 4 || waymark::write_figure(figure, sigma_px, argv[3]) ? 0 : 1;
 }

@@ -275,14 +275,15 @@ Result<Drawing> draw_figure(const Figure& figure) {
   }
 
   Drawing drawing{figure.width_mm, figure.height_mm, figure.title, {}};
-  drawing.shapes.emplace_back(Text{figure.title,
-                                   {frame.middle_x_mm(), kGapMm + kTitleMm},
-                                   kTitleMm,
-                                   figure.width_mm - 2 * kGapMm,
-                                   Align::Middle,
-                                   true,
-                                   false,
-                                   kFrameColor});
+  drawing.shapes.emplace_back(
+      Text{figure.title,
+           {frame.middle_x_mm(), kGapMm + kTitleMm},
+           kTitleMm,
+           2 * std::min(frame.middle_x_mm(), figure.width_mm - frame.middle_x_mm()) - 2 * kGapMm,
+           Align::Middle,
+           true,
+           false,
+           kFrameColor});
   draw_axes(figure, *x, *y, frame, drawing.shapes);
   for (std::size_t i = 0; i < figure.series.size(); ++i)
     draw_series(figure.series[i], look_of(figure, i), *x, *y, frame, drawing.shapes);

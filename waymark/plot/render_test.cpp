@@ -1,5 +1,6 @@
 #include "waymark/plot/render.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/plot/sheet_layout.hpp"
+#include "waymark/plot/text.hpp"
 
 namespace waymark::plot {
 namespace {
@@ -92,6 +94,17 @@ TEST(RenderText, ShrinksIntoItsRoom) {
   EXPECT_NEAR(text_length_mm(words, 6.0, true), 2 * free_mm, 1e-3);
   EXPECT_GT(text_length_mm(words + words, 3.0, true), 1.9 * free_mm);
   EXPECT_EQ(text_length_mm("", 3.0, true), 0.0);
+}
+
+TEST(RenderText, OutlinesAreWholeWhereverTheyStand) {
+  const auto parts = [](double x_mm, double y_mm) {
+    const std::string outline =
+        text_outline({.words = "How often does it end early?", .baseline = {x_mm, y_mm}});
+    return std::ranges::count(outline, 'Z');
+  };
+  EXPECT_GE(parts(0, 0), 23);  // one loop a letter at least
+  EXPECT_EQ(parts(200, 5), parts(0, 0));
+  EXPECT_EQ(parts(150, 280), parts(0, 0));
 }
 
 TEST(FormatOf, GoesByTheSuffix) {

@@ -56,7 +56,8 @@ void place(cairo_t* canvas, const Text& text) {
 
 /// A canvas nothing is drawn on, for measuring; fine enough that cairo's fixed point does not show.
 Owned<cairo_t> ruler_canvas() {
-  const Owned<cairo_surface_t> surface(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+  // Without bounds: cairo leaves out letters far outside a surface, even of a path.
+  const Owned<cairo_surface_t> surface(cairo_recording_surface_create(CAIRO_CONTENT_ALPHA, nullptr));
   Owned<cairo_t> canvas(cairo_create(surface.get()));
   constexpr double kUnitsPerMillimetre = 100.0;
   cairo_scale(canvas.get(), kUnitsPerMillimetre, kUnitsPerMillimetre);
