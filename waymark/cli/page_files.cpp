@@ -47,7 +47,7 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, plot::FileForm
 }
 
 Error naming_flag(Error error) {
-  if (!error.place.key.empty() && !error.place.key.starts_with('-'))
+  if (error.place.source.empty() && !error.place.key.empty() && !error.place.key.starts_with('-'))
     error.place.key = flag_name(error.place.key);
   return error;
 }

@@ -23,7 +23,8 @@ struct WrittenPages {
 [[nodiscard]] WrittenPages write_pages(const std::vector<plot::Drawing>& pages, plot::FileFormat format,
                                        const std::string& path, double dpi, Console& console);
 
-/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …".
+/// The error with the flag that sets its key, as people type it: "(--tag-size-m): …". One with a place in a
+/// file stays as it is.
 [[nodiscard]] Error naming_flag(Error error);
 
 }  // namespace waymark::cli

@@ -1,0 +1,211 @@
+#!/usr/bin/python3
+"""`waymark map`, `replay`, `demo` and `world` as a user meets them.
+
+usage: loop_verbs_test.py PROGRAM [unittest options]
+"""
+import shutil
+import unittest
+import xml.etree.ElementTree
+
+from harness import InFolder
+
+MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientation_rmse_deg", "trajectory_rmse_m", "wall_s",
+            "peak_rss_mib", "warnings"}
+REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cross_track_max_m", "heading_rmse_deg",
+               "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
+MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "truth_trajectory.txt", "robot.yaml", "summary.json", "map.svg",
+             "error.svg", "tags_in_view.svg"}
+
+
+class WithLap(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+
+    def edit(self, path, old, new):
+        text = (self.folder / path).read_text()
+        self.assertIn(old, text)
+        (self.folder / path).write_text(text.replace(old, new, 1))
+
+
+class Map(WithLap):
+    def test_a_map_and_its_errors(self):
+        outcome = self.run_here("map", "lap.mcap", "-o", "map", "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (summary,) = outcome.records
+        self.assertLessEqual(MAP_KEYS, summary.keys())
+        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("chain", 24, True))
+        self.assertLess(summary["tag_rmse_m"], 0.15)
+        self.assertLess(summary["tag_orientation_rmse_deg"], 5)
+        self.assertLess(summary["trajectory_rmse_m"], 0.15)
+        self.assertEqual({p.name for p in (self.folder / "map").iterdir()}, MAP_FILES)
+        for svg in (self.folder / "map").glob("*.svg"):
+            self.assertTrue(xml.etree.ElementTree.parse(svg).getroot().tag.endswith("svg"))
+        for name in ("trajectory.txt", "truth_trajectory.txt"):
+            lines = [line for line in (self.folder / "map" / name).read_text().splitlines() if not line.startswith("#")]
+            self.assertTrue(all(len(line.split()) == 8 for line in lines))
+            self.assertGreater(len(lines), 800)
+
+    def test_same_lap_same_bytes(self):
+        for folder in ("a", "b"):
+            self.run_here("map", "lap.mcap", "-o", folder)
+        for name in MAP_FILES - {"summary.json"}:
+            self.assertEqual((self.folder / "a" / name).read_bytes(), (self.folder / "b" / name).read_bytes(), name)
+
+    def test_a_cut_recording_is_mapped_as_far_as_it_goes(self):
+        data = (self.folder / "lap.mcap").read_bytes()
+        (self.folder / "cut.mcap").write_bytes(data[:len(data) // 2])
+        outcome = self.run_here("map", "cut.mcap", "-o", "half", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (summary,) = outcome.records
+        self.assertLess(summary["tags"], 24)
+        self.assertFalse(summary["route_closed"])
+        self.assertIn("beyond the end of the file", summary["warnings"][0])
+        self.assertIn("does not come back to its start", outcome.err)
+
+    def test_another_anchor_moves_the_map_and_is_not_compared(self):
+        (summary,) = self.run_here("map", "lap.mcap", "-o", "map5", "--anchor", "5", "--json").records
+        self.assertIsNone(summary["tag_rmse_m"])
+        self.assertIn("not compared", summary["warnings"][-1])
+        self.assertIn('anchor: "tag36h11:5"', (self.folder / "map5/map.yaml").read_text())
+
+    def test_mistakes(self):
+        (self.folder / "bad.yaml").write_text("name: x\n")
+        (self.folder / "file").touch()
+        for words, code, part in (
+                (["none.mcap", "-o", "m"], 1, "none.mcap"),
+                (["photograph.png", "-o", "m"], 1, "not an MCAP file"),
+                (["lap.mcap"], 2, "--output is required"),
+                (["lap.mcap", "-o", "m", "--method", "bundle"], 2, "there is no method 'bundle'. Known: chain."),
+                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 1, "-1"),
+                (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
+                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
+                (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
+            outcome = self.run_here("map", *words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn(part, outcome.err)
+
+
+class Replay(WithLap):
+    def setUp(self):
+        super().setUp()
+        self.run_here("map", "lap.mcap", "-o", "map")
+
+    def replay(self, *words):
+        return self.run_here("replay", "map", "--robot", "sim", "--world", "circuit24", *words)
+
+    def test_the_route_is_driven_again(self):
+        outcome = self.replay("--seed", 12, "--json", "-o", "replay.mcap")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (summary,) = outcome.records
+        self.assertLessEqual(REPLAY_KEYS, summary.keys())
+        self.assertEqual((summary["laps_completed"], summary["stops"]), (1, 0))
+        self.assertLess(summary["cross_track_rmse_m"], 0.10)
+        self.assertGreater(summary["min_clearance_m"], 0.15)
+        (info,) = self.run_here("info", "--json", "replay.mcap").records
+        self.assertIn("/waymark/pose", [t["topic"] for t in info["topics"]])
+        again = self.replay("--seed", 12, "--json", "--taught", "lap.mcap").records[0]
+        self.assertEqual({k: v for k, v in again.items() if k != "wall_s"},
+                         {k: v for k, v in summary.items() if k != "wall_s"})
+
+    def test_two_laps(self):
+        (summary,) = self.replay("--laps", 2, "--json").records
+        self.assertEqual(summary["laps_completed"], 2)
+
+    def test_a_stop_is_said_and_is_a_failure(self):
+        outcome = self.replay("--json", "--min-clearance-m", 5)
+        self.assertEqual(outcome.code, 1)
+        self.assertFalse(outcome.records[0]["finished"])
+        self.assertIn("(limit 5.00 m)", outcome.records[0]["reason"])
+        self.assertIn(outcome.records[0]["reason"], outcome.err)
+
+    def test_a_route_elsewhere_is_refused(self):
+        shutil.copytree(self.folder / "map", self.folder / "elsewhere")
+        text = (self.folder / "map/route.yaml").read_text().splitlines()
+        moved = [line if not line.startswith("  - [") else
+                 "  - [" + ", ".join([n if i != 1 else str(float(n) + 30) for i, n in enumerate(line[5:-1].split(", "))]) + "]"
+                 for line in text]
+        (self.folder / "elsewhere/route.yaml").write_text("\n".join(moved) + "\n")
+        outcome = self.run_here("replay", "elsewhere", "--world", "circuit24")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("refused to start", outcome.out)
+
+    def test_without_truth_it_is_driven_but_not_judged(self):
+        (self.folder / "map/truth_trajectory.txt").unlink()
+        outcome = self.replay("--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIsNone(outcome.records[0]["cross_track_rmse_m"])
+        self.assertIn("--taught", outcome.err)
+
+    def test_mistakes(self):
+        self.edit("map/map.yaml", "size_m:", "sise_m:")
+        outcome = self.replay()
+        self.assertEqual((outcome.code, outcome.out), (1, ""))
+        self.assertRegex(outcome.err, r"map/map.yaml:\d+ \(tags\[0\]\.sise_m\): unknown key 'sise_m'. Did you mean 'size_m'\?")
+        self.edit("map/map.yaml", "sise_m:", "size_m:")
+        self.edit("map/route.yaml", "closed: true", "closed: maybe")
+        self.assertIn("route.yaml:3 (closed): 'maybe' is not true or false", self.replay().err)
+        self.edit("map/route.yaml", "closed: maybe", "closed: true")
+        for words, code, part in ((["--method", "anchr"], 2, "Did you mean 'anchor'?"),
+                                  (["--controller", "persuit"], 2, "Did you mean 'pursuit'?"),
+                                  (["--laps", "0"], 2, "(--laps)"),
+                                  (["--taught", "none.mcap"], 1, "none.mcap"),
+                                  (["-o", "lap.mcap"], 1, "File exists"),
+                                  (["--robot-file", "none"], 2, "there is no 'none'")):
+            outcome = self.replay(*words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn(part, outcome.err)
+        self.assertIn("nowhere/map.yaml: there is no such file", self.run_here("replay", "nowhere", "--world", "circuit24").err)
+
+
+class Demo(InFolder):
+    def test_the_loop_in_one_word(self):
+        outcome = self.run_here("demo", "--seed", 4, "-o", "out", "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (report,) = outcome.records
+        self.assertLessEqual(MAP_KEYS, report["map"].keys())
+        self.assertLessEqual(REPLAY_KEYS, report["replay"].keys())
+        self.assertEqual(report["replay"]["laps_completed"], 1)
+        for path in report["figures"]:
+            data = (self.folder / path).read_bytes()
+            self.assertTrue(data.startswith(b"\x89PNG") if path.endswith(".png") else b"<svg" in data, path)
+        table = self.run_here("demo", "--seed", 4, "-o", "out")
+        self.assertEqual(table.code, 0, "a second run writes over its own files")
+        for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
+            self.assertIn(part, table.out)
+
+
+class World(InFolder):
+    def test_circuit24_allows_a_good_lap(self):
+        (check,) = self.run_here("world", "check", "circuit24", "--json").records
+        self.assertTrue(check["good"])
+        self.assertGreaterEqual(check["lap_m"], 16)
+        self.assertGreaterEqual(check["min_clearance_m"], 0.35)
+        self.assertGreaterEqual(check["two_tags_fraction"], 0.98)
+        self.assertGreater(min(check["sharpest_left_1_m"], check["sharpest_right_1_m"]), 0.3, "curves of both hands")
+
+    def test_a_poor_world_is_said(self):
+        (self.folder / "poor.yaml").write_text(
+            "name: poor\ntag_family: tag36h11\ntag_size_m: 0.2\nanchor_id: 5\ntags:\n"
+            "  - {id: 5, x_m: 1, y_m: 0.2, z_m: 0.1, facing_deg: 180}\npath_closed: false\npath_m: [[0, 0], [1, 0], [2, 0]]\n")
+        outcome = self.run_here("world", "check", "poor.yaml")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("does not allow a good lap", outcome.err)
+
+    def test_frames_and_axes_hold_round_the_circle(self):
+        outcome = self.run_here("world", "orbit", "circuit24", "--json", "-o", "orbit.svg")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (orbit,) = outcome.records
+        self.assertTrue(orbit["good"])
+        self.assertLess(orbit["closure"], 1e-12)
+        xml.etree.ElementTree.parse(self.folder / "orbit.svg")
+        self.assertEqual(self.run_here("world", "orbit", "circuit24", "--sigma-deg", "100").code, 1, "an axis turned over")
+        outcome = self.run_here("world", "orbit", "circuit24", "-o", "orbit.gif")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("orbit.gif", outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main()
