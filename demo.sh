@@ -8,10 +8,11 @@ usage() {
 usage: ./demo.sh [OUT_DIR]          (default: out/demo)
 
 Installs the Debian packages it needs (says which; asks before sudo), builds the release preset, then
-  1. renders a photograph of tags whose true corners are known,
-  2. finds them, and leaves an annotated picture,
-  3. compares with the truth,
-  4. prints a sheet with a tag, photographs it virtually, and reports its pose beside the truth.
+  1. teaches a simulated robot a lap, makes a map of it, lets the robot drive it again, and compares with the truth,
+  2. renders a photograph of tags whose true corners are known,
+  3. finds them, and leaves an annotated picture,
+  4. compares with the truth,
+  5. prints a sheet with a tag, photographs it virtually, and reports its pose beside the truth.
 The second run takes seconds.
 TXT
 }
@@ -32,16 +33,19 @@ cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph
 waymark=build/release/waymark/cli/waymark
 
 echo
-echo "1. A photograph of tags, with blur and noise:  $out/photograph.png"
+echo "1. \$ waymark demo -o $out/loop"
+"$waymark" demo -o "$out/loop"
+echo
+echo "2. A photograph of tags, with blur and noise:  $out/photograph.png"
 build/release/examples/waymark_photograph "$out"
 echo
-echo "2. \$ waymark detect --annotate $out/annotated $out/photograph.png"
+echo "3. \$ waymark detect --annotate $out/annotated $out/photograph.png"
 "$waymark" detect --annotate "$out/annotated" "$out/photograph.png"
 echo
-echo "3. \$ waymark evaluate detections --truth $out/truth.csv $out/photograph.png"
+echo "4. \$ waymark evaluate detections --truth $out/truth.csv $out/photograph.png"
 "$waymark" evaluate detections --truth "$out/truth.csv" "$out/photograph.png"
 echo
-echo "4. \$ waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o $out/sheet.pdf     (print this one on paper)"
+echo "5. \$ waymark tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o $out/sheet.pdf     (print this one on paper)"
 "$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 -o "$out/sheet.pdf"
 "$waymark" tags sheet --ids 7 --tag-size-m 0.16 --paper A4 --dpi 300 -o "$out/sheet.png"
 echo
@@ -51,4 +55,4 @@ echo "\$ waymark detect --camera $out/sheet/camera.yaml --tag-size-m 0.16 $out/s
 "$waymark" detect --camera "$out/sheet/camera.yaml" --tag-size-m 0.16 --annotate "$out/annotated" "$out/sheet/sheet_photo.png"
 
 echo
-echo "Look at it: $out/annotated/"
+echo "Look at it: $out/loop/trajectory.svg, $out/annotated/"
