@@ -14,3 +14,7 @@ fi
 cmake -G Ninja -S "$here" -B "$scratch/build" -DCMAKE_CXX_COMPILER="$2" -DCMAKE_PREFIX_PATH="$scratch/prefix" -DCMAKE_BUILD_TYPE=Debug >/dev/null
 cmake --build "$scratch/build" >/dev/null
 "$scratch/build/consumer"
+# The installed program finds the worlds and robots installed beside it, not those of the source tree.
+words=$("$scratch/prefix/bin/waymark" world check nowhere 2>&1) && exit 1
+grep -qF "$scratch/prefix/share/waymark/worlds: there is no 'nowhere'" <<<"$words" || { echo "$words" >&2; exit 1; }
+"$scratch/prefix/bin/waymark" world check circuit24 >/dev/null
