@@ -101,7 +101,7 @@ TeachSetup teach_setup(const SimulatedStage& stage) {
   return setup;
 }
 
-Result<SampleRecorder> start_recording(const std::string& path, const std::string& verb, const Stage& stage) {
+Result<SampleRecorder> start_recording(const std::string& path, const Making& making, const Stage& stage) {
   auto file = create_file(path);
   if (!file) return tl::unexpected(file.error());
   Result<SampleRecorder> recorder =
@@ -110,10 +110,11 @@ Result<SampleRecorder> start_recording(const std::string& path, const std::strin
   const SimulatedStage& simulated = stage.simulated;
   const TeachSetup setup = teach_setup(simulated);
   Status status =
-      recorder->add_metadata(kMetadata, {{"verb", verb},
+      recorder->add_metadata(kMetadata, {{"verb", making.verb},
                                          {"version", WAYMARK_VERSION},
                                          {"robot", simulated.model.name},
-                                         {"driver", "sim"},
+                                         {"driver", making.driver},
+                                         {"source", "sim"},
                                          {"world", simulated.world.name},
                                          {"seed", std::to_string(simulated.robot.seed)},
                                          {"anchor", to_string(setup.anchor)},
@@ -121,7 +122,9 @@ Result<SampleRecorder> start_recording(const std::string& path, const std::strin
                                          {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}});
   if (status) status = recorder->add_attachment(kRobotFile, kYaml, {}, stage.robot_yaml);
   if (status) status = recorder->add_attachment(kWorldFile, kYaml, {}, stage.world_yaml);
-  if (status) status = recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot));
+  if (status)
+    status =
+        recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot) + making.options);
   if (status) status = recorder->add_camera({}, simulated.camera, simulated.model.base_T_cam);
   if (!status) return tl::unexpected(status.error());
   return recorder;

@@ -16,9 +16,16 @@ namespace waymark::cli {
 /// What the teach phase knows of a stage: camera, tags' sizes, the anchor and its pose.
 [[nodiscard]] TeachSetup teach_setup(const SimulatedStage& stage);
 
-/// A new recording that says how it was made: metadata, the robot's file, and, as truth, the world's. Fails
-/// when the file exists.
-[[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const std::string& verb,
+/// How a recording comes to be.
+struct Making {
+  std::string verb;     ///< of waymark
+  std::string driver;   ///< what decided the commands: "scripted", "pursuit"
+  std::string options;  ///< its effective options, as YAML
+};
+
+/// A new recording that says how it was made: metadata, effective options, the robot's file, and, as truth,
+/// the world's. Fails when the file exists.
+[[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
                                                      const Stage& stage);
 
 /// What a caller knows better than the recording, or what the recording does not say.

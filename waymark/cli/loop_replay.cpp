@@ -10,6 +10,7 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark::cli {
@@ -108,42 +109,70 @@ void judge(const Stage& stage, ReplayReport& report) {
 std::vector<std::string> replay_methods() { return {"anchor"}; }
 std::vector<std::string> replay_controllers() { return {"pursuit"}; }
 
-Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
-  const Stopwatch watch;
+namespace {
+
+/// What a replay needs from the files.
+struct Loaded {
+  MapFile map;
+  Route route;
+  Trajectory taught;
+};
+
+Result<Loaded> load(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
   if (status) status = check_name(job.controller, replay_controllers(), "controller", "--controller");
   if (!status) return tl::unexpected(status.error());
-  const Result<MapFile> map = read_map(job.folder / "map.yaml");
+  Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
-  const Result<Route> route = read_route(job.folder / "route.yaml");
+  Result<Route> route = read_route(job.folder / "route.yaml");
   if (!route) return tl::unexpected(route.error());
   Result<Trajectory> taught = taught_path(job);
   if (!taught) return tl::unexpected(taught.error());
-  std::optional<SampleRecorder> recorder;
-  if (!job.output.empty()) {
-    Result<SampleRecorder> started = start_recording(job.output, "replay", stage);
-    if (!started) return tl::unexpected(started.error());
-    recorder = std::move(*started);
-  }
+  return Loaded{std::move(*map), std::move(*route), std::move(*taught)};
+}
+
+Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob& job) {
+  if (job.output.empty()) return std::optional<SampleRecorder>();
+  Result<SampleRecorder> recorder = start_recording(
+      job.output,
+      {.verb = "replay",
+       .driver = job.controller,
+       .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
+                  "anchor:\n" + write_fields(job.anchor, 2) + "pursuit:\n" +
+                  write_fields(job.replay.pursuit, 2) + "safety:\n" + write_fields(job.replay.safety, 2)},
+      stage);
+  if (!recorder) return tl::unexpected(recorder.error());
+  return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+}  // namespace
+
+Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
+  const Stopwatch watch;
+  Result<Loaded> loaded = load(job);
+  if (!loaded) return tl::unexpected(loaded.error());
+  Result<std::optional<SampleRecorder>> recorder = record(stage, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
   Replayer replayer(
-      std::make_unique<AnchorLocalizer>(map->tags, simulated.camera, simulated.model.base_T_cam, job.anchor),
-      *route, map->tags, simulated.model, job.replay);
-  const double goal_m = route->length_m * (route->closed ? job.replay.laps : 1);
-  ReplayEar ear(std::move(recorder), goal_m, console);
+      std::make_unique<AnchorLocalizer>(map.tags, simulated.camera, simulated.model.base_T_cam, job.anchor),
+      route, map.tags, simulated.model, job.replay);
+  const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
+  ReplayEar ear(std::move(*recorder), goal_m, console);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return ear.on_sample(sample); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return ear.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
   const auto end = drive_replay(simulated, replayer, listener, {.timeout_s = 60 + 20 * goal_m});
-  status = ear.close();
+  const Status closed = ear.close();
   if (!end) return tl::unexpected(end.error());
-  if (!status) return tl::unexpected(status.error());
+  if (!closed) return tl::unexpected(closed.error());
   ReplayReport report{.end = *end,
-                      .route_length_m = route->length_m,
+                      .route_length_m = route.length_m,
                       .driven_m = ear.driven_m(),
                       .true_path = std::move(ear.true_path()),
-                      .taught_path = std::move(*taught)};
+                      .taught_path = taught};
   judge(stage, report);
   report.wall_s = watch.seconds();
   return report;

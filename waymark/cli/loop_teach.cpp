@@ -7,6 +7,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/yaml_fields.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -52,13 +53,16 @@ double peak_rss_mib() {
 
 Result<TeachReport> teach_lap(const Stage& stage, const std::string& output, Console& console) {
   const Stopwatch watch;
-  Result<SampleRecorder> recorder = start_recording(output, "teach", stage);
+  const DriverOptions driver;
+  Result<SampleRecorder> recorder = start_recording(
+      output, {.verb = "teach", .driver = "scripted", .options = "driver:\n" + write_fields(driver, 2)},
+      stage);
   if (!recorder) return tl::unexpected(recorder.error());
   Lesson lesson(stage.simulated, *recorder, console);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return lesson.on_sample(sample); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_scripted_lap(stage.simulated, {}, listener);
+  const auto end = drive_scripted_lap(stage.simulated, driver, listener);
   const Status closed = recorder->close();
   console.end_progress();
   if (!end) return tl::unexpected(end.error());

@@ -1,0 +1,83 @@
+#include "waymark/pipeline/lap_mapper.hpp"
+
+#include <gtest/gtest.h>
+
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr TagId kAnchor{FamilyId::Tag36h11, 0};
+constexpr TagId kOther{FamilyId::Tag36h11, 1};
+
+SE3 base_T_cam() {
+  return {SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()), {0.1, 0, 0.2}};
+}
+
+TeachSetup some_setup() {
+  return {.camera =
+              CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(),
+          .base_T_cam = base_T_cam(),
+          .sizes = {.default_size_m = 0.16},
+          .anchor = kAnchor,
+          // Upright, its reader at smaller x.
+          .map_T_anchor = SE3(base_T_cam().rotation(), {4, 0.4, 0.3})};
+}
+
+/// A metre straight ahead in 20 frames, both tags in view.
+std::vector<TagFrame> some_lap(const TeachSetup& setup) {
+  TagMap tags;
+  tags.tags[kAnchor] = {.map_T_tag = setup.map_T_anchor, .size_m = 0.16};
+  tags.tags[kOther] = {
+      .map_T_tag = SE3(SO3::from_rpy(0, 0, 0.5) * base_T_cam().rotation(), {3.6, -0.5, 0.35}),
+      .size_m = 0.16};
+  std::vector<TagFrame> frames;
+  for (int i = 0; i <= 20; ++i) {
+    TagFrame frame{.stamp = SensorTime(std::chrono::milliseconds(100 * i))};
+    const SE3 map_T_cam = SE3(SO3(), {1 + 0.05 * i, 0, 0}) * setup.base_T_cam;
+    for (const auto& [id, tag] : tags.tags) {
+      const auto corners = visible_corners(setup.camera, map_T_cam.inverse() * tag.map_T_tag, tag.size_m);
+      if (!corners) continue;
+      frame.detections.push_back({.tag = id, .decision_margin = 80, .corners_px = *corners});
+      frame.detections.back().corner_covariance_px2 = CornerCovariance::Identity() * 0.01;
+    }
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+TEST(LapMapper, APerfectLapBecomesAPerfectMap) {
+  const TeachSetup setup = some_setup();
+  const auto lap = map_lap(some_lap(setup), setup);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_EQ(lap->map.tags.size(), 2U);
+  EXPECT_EQ(lap->frames, 21);
+  EXPECT_EQ(lap->frames_without_pose, 0);
+  EXPECT_EQ(lap->observations.at(kAnchor), 21);
+  ASSERT_NE(lap->map.find(kOther), nullptr);
+  EXPECT_LT((lap->map.find(kOther)->map_T_tag.translation() - Eigen::Vector3d(3.6, -0.5, 0.35)).norm(), 1e-3);
+  EXPECT_NEAR(lap->route.length_m, 1.0, 0.06);
+  EXPECT_FALSE(lap->route.closed);
+  ASSERT_FALSE(lap->warnings.empty());
+  EXPECT_NE(lap->warnings.back().find("does not come back"), std::string::npos);
+}
+
+TEST(LapMapper, SaysWhatIsMissing) {
+  const TeachSetup setup = some_setup();
+  const auto error_of = [&](const std::vector<TagFrame>& frames, const TeachSetup& with,
+                            const MapLapOptions& options = {}) {
+    const auto lap = map_lap(frames, with, options);
+    return lap ? std::string() : to_string(lap.error());
+  };
+  EXPECT_NE(error_of({}, setup).find("no frame of a camera"), std::string::npos);
+  EXPECT_EQ(error_of(some_lap(setup), setup, {.method = "chian"}),
+            "(method): there is no method 'chian'. Did you mean 'chain'?");
+  TeachSetup elsewhere = setup;
+  elsewhere.anchor = {FamilyId::Tag36h11, 7};
+  EXPECT_NE(error_of(some_lap(setup), elsewhere).find("tag36h11:7 is never seen"), std::string::npos);
+  const std::vector<TagFrame> standing(5, some_lap(setup).front());
+  EXPECT_NE(error_of(standing, setup).find("too short for a route"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace waymark
