@@ -1,5 +1,6 @@
 #include "waymark/localization/anchor_localizer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -9,7 +10,6 @@
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/pose/agreement.hpp"
 #include "waymark/pose/floor_fit.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
@@ -17,6 +17,8 @@ namespace waymark {
 namespace {
 
 constexpr Duration kOdometryKept = std::chrono::seconds(1);
+constexpr double kGate =
+    22.5;  // 0.999 quantile of chi-square: 2 of the corners, 1 (of 3) of the floor, 3 of the plane
 
 /// Where the base is by one pose of one tag: equation 3.1 in the plane.
 FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, const SE3& base_T_cam,
@@ -30,8 +32,8 @@ FloorFit base_on_floor(const MappedTag& tag, const TagPoseSolution& solution, co
       fit_to_floor({base_T_cam * solution.cam_T_tag, Ad * solution.covariance * Ad.transpose()}, shape,
                    {.tilt_sigma_rad = options.tilt_sigma_rad, .height_sigma_m = kAnyHeight});
   Uncertain<SE2> tag_X_base = inverse(fit.a_X_b);
-  const double noise = options.map_sigma_m * options.map_sigma_m;
-  tag_X_base.covariance.diagonal() += Eigen::Vector3d(noise, noise, noise / 4);
+  tag_X_base.covariance.diagonal() +=
+      Eigen::Vector3d(options.map_sigma_m, options.map_sigma_m, options.map_sigma_rad).cwiseAbs2();
   return {compose(Uncertain<SE2>{map_X_tag}, tag_X_base), solution.chi2 + fit.chi2};
 }
 
@@ -69,17 +71,13 @@ std::vector<AnchorLocalizer::Sighting> AnchorLocalizer::sightings(const TagFrame
 }
 
 std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std::vector<Sighting>& seen,
-                                                                      const Prediction& predicted) const {
-  const Sighting* nearest = nullptr;
-  for (const Sighting& sighting : seen) {
-    if (!predicted && sighting.ambiguity_ratio > options_.max_ambiguity) continue;
-    if (nearest == nullptr || sighting.distance_m < nearest->distance_m) nearest = &sighting;
-  }
-  if (nearest == nullptr) return std::nullopt;
+                                                                      const Uncertain<SE2>& predicted) {
+  const auto nearest = std::ranges::min_element(seen, {}, &Sighting::distance_m);
+  if (nearest == seen.end()) return std::nullopt;
   std::optional<Fix> best;
   double least = std::numeric_limits<double>::infinity();
   for (const FloorFit& fit : nearest->map_X_base) {
-    const double chi2 = fit.chi2 + (predicted ? apart(fit.a_X_b, *predicted) : 0.0);
+    const double chi2 = fit.chi2 + apart(fit.a_X_b, predicted);
     if (chi2 >= least) continue;
     least = chi2;
     best = Fix{fit.a_X_b, nearest->distance_m};
@@ -87,21 +85,49 @@ std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std:
   return best;
 }
 
-std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_all(const std::vector<Sighting>& seen) const {
-  constexpr double kGate =
-      22.5;  // 0.999 quantile of chi-square: 2 of the corners, 1 (of 3) of the floor, 3 of the plane
+std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_all(const std::vector<Sighting>& seen) {
+  const auto agreed = internal::agree(votes_of(seen, {}), kGate);
+  if (!agreed || agreed->votes < 2) return std::nullopt;
+  return Fix{agreed->value, std::numeric_limits<double>::infinity()};
+}
+
+std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Sighting>& seen,
+                                                           const SE2& base_X_to) {
   std::vector<internal::Vote<SE2>> votes;
-  double nearest_m = std::numeric_limits<double>::infinity();
   for (const Sighting& sighting : seen) {
     internal::Vote<SE2> vote;
     for (const FloorFit& fit : sighting.map_X_base)
-      vote.push_back({fit.a_X_b.mean, fit.a_X_b.covariance.inverse(), fit.chi2});
+      vote.push_back({fit.a_X_b.mean * base_X_to, fit.a_X_b.covariance.inverse(), fit.chi2});
     votes.push_back(std::move(vote));
-    nearest_m = std::min(nearest_m, sighting.distance_m);
   }
-  const auto agreed = internal::agree(votes, kGate);
-  if (!agreed || agreed->votes < 2) return std::nullopt;
-  return Fix{agreed->value, nearest_m};
+  return votes;
+}
+
+/// Where the robot is, from nothing: what the tags of several frames agree on, moved together by odometry.
+void AnchorLocalizer::look_about(const std::vector<Sighting>& seen, const SE2& odom_T_base) {
+  const bool nothing_certain =
+      seen.empty() || (seen.size() == 1 && seen[0].ambiguity_ratio > options_.max_ambiguity);
+  if (nothing_certain) return;
+  looked_.push_back(votes_of(seen, odom_T_base.inverse()));
+  const auto frames = static_cast<std::size_t>(options_.frames_to_start);
+  while (looked_.size() > frames) looked_.pop_front();
+  if (looked_.size() < frames) return;
+  std::vector<internal::Vote<SE2>> all;
+  for (const auto& votes : looked_) all.insert(all.end(), votes.begin(), votes.end());
+  const auto map_X_odom = internal::agree(all, kGate);
+  if (!map_X_odom || 2 * map_X_odom->votes < static_cast<int>(all.size())) return;
+  // The errors of the map are the same in all frames: as certain as one frame, not more.
+  const Eigen::Matrix3d covariance = map_X_odom->value.covariance * static_cast<double>(frames);
+  anchor({map_X_odom->value.mean * odom_T_base, covariance}, odom_T_base);
+}
+
+void AnchorLocalizer::anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base) {
+  ++fixes_;
+  contradictions_ = 0;
+  looked_.clear();
+  map_T_odom_ = map_X_base.mean * odom_T_base.inverse();
+  fix_covariance_ = coordinate_covariance(map_X_base);
+  driven_since_fix_m_ = 0;
 }
 
 std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
@@ -123,8 +149,7 @@ std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
 }
 
 bool AnchorLocalizer::believed(const Fix& fix, const SE2& map_X_predicted) const {
-  if (fix.distance_m <= options_.near_distance_m || rejected_in_a_row_ >= options_.jumps_until_believed)
-    return true;
+  if (fix.distance_m <= options_.near_distance_m) return true;
   const SE2 predicted_X_fix = map_X_predicted.inverse() * fix.map_X_base.mean;
   return predicted_X_fix.translation().norm() <= options_.max_jump_m &&
          std::abs(predicted_X_fix.yaw()) <= options_.max_jump_rad;
@@ -144,26 +169,21 @@ Uncertain<SE2> AnchorLocalizer::carried_on(const SE2& odom_T_base) const {
 void AnchorLocalizer::add(const TagFrame& frame) {
   const std::optional<SE2> odom_T_base = odometry_at(frame.stamp);
   if (!odom_T_base) return;
-  Prediction predicted;
-  if (map_T_odom_) predicted = carried_on(*odom_T_base);
   const std::vector<Sighting> seen = sightings(frame);
-  std::optional<Fix> fix;
-  const bool unsure = !predicted || position_sigma_m(*predicted) > options_.unsure_sigma_m;
-  if (unsure) fix = fix_from_all(seen);
-  if (!fix) fix = fix_from_nearest(seen, predicted);
+  if (!map_T_odom_ || contradictions_ >= options_.jumps_until_believed) return look_about(seen, *odom_T_base);
+  const Uncertain<SE2> predicted = carried_on(*odom_T_base);
+  const std::optional<Fix> all = fix_from_all(seen);
+  const bool unsure = position_sigma_m(predicted) > options_.unsure_sigma_m;
+  const std::optional<Fix> fix = unsure && all ? all : fix_from_nearest(seen, predicted);
   if (!fix) return;
-  if (predicted && !believed(*fix, predicted->mean)) {
-    ++rejected_in_a_row_;
-    ++rejected_;
-    return;
-  }
-  const bool lost = rejected_in_a_row_ >= options_.jumps_until_believed;
-  rejected_in_a_row_ = 0;
-  if (predicted && !lost && position_sigma_m(*predicted) < position_sigma_m(fix->map_X_base)) return;
-  ++fixes_;
-  map_T_odom_ = fix->map_X_base.mean * odom_T_base->inverse();
-  fix_covariance_ = coordinate_covariance(fix->map_X_base);
-  driven_since_fix_m_ = 0;
+  const bool contradicted = all && !believed(*all, predicted.mean);
+  const bool jumps = !believed(*fix, predicted.mean);
+  contradictions_ = contradicted || jumps ? contradictions_ + 1 : 0;
+  rejected_ += jumps ? 1 : 0;
+  if (jumps || position_sigma_m(predicted) < position_sigma_m(fix->map_X_base)) return;
+  const int contradictions = contradictions_;
+  anchor(fix->map_X_base, *odom_T_base);
+  contradictions_ = contradictions;
 }
 
 void AnchorLocalizer::add(const Odometry& odometry) {

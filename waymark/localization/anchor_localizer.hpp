@@ -7,6 +7,7 @@
 #include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/localization/method.hpp"
+#include "waymark/pose/agreement.hpp"
 #include "waymark/pose/floor_fit.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/samples/tag_map.hpp"
@@ -19,9 +20,11 @@ struct AnchorOptions {
   double max_jump_m = 0.15;
   double max_jump_rad = 0.25;
   int jumps_until_believed = 8;
+  int frames_to_start = 5;
   double max_ambiguity = 0.8;
-  double unsure_sigma_m = 0.08;
+  double unsure_sigma_m = 0.05;
   double map_sigma_m = 0.02;
+  double map_sigma_rad = 0.02;
   double tilt_sigma_rad = 0.005;
   double drift_share = 0.03;
   double drift_rad_per_m = 0.03;
@@ -36,17 +39,21 @@ struct AnchorOptions {
     visit(self.max_jump_rad, Field{"max_jump_rad", "… nor turn it by more.", 0});
     visit(self.jumps_until_believed,
           Field{"jumps_until_believed",
-                "So many rejected fixes in a row mean that the estimate is wrong, not they.", 1, 1000});
-    visit(self.max_ambiguity,
-          Field{"max_ambiguity",
-                "The first fix is not from a tag whose two poses fit almost equally (ratio of their errors).",
-                0, 1});
+                "So many frames in a row that contradict the estimate mean that it is wrong, not they.", 1,
+                1000});
+    visit(self.frames_to_start,
+          Field{"frames_to_start", "Frames that must agree before the robot knows where it is.", 1, 100});
+    visit(
+        self.max_ambiguity,
+        Field{"max_ambiguity",
+              "A single tag whose two poses fit almost equally (ratio of their errors) is no start.", 0, 1});
     visit(self.unsure_sigma_m,
           Field{"unsure_sigma_m",
                 "While the position is known no better, all tags of a frame are used together.", 0, 10});
     visit(self.map_sigma_m,
           Field{"map_sigma_m", "How far a tag of the map may be from where it belongs among its neighbours.",
                 0, 10});
+    visit(self.map_sigma_rad, Field{"map_sigma_rad", "… and how far it may be turned.", 0, 3});
     visit(self.tilt_sigma_rad,
           Field{"tilt_sigma_rad", "How much the robot leans on its floor, standard deviation.", 1e-6, 3});
     visit(self.drift_share,
@@ -85,11 +92,14 @@ class AnchorLocalizer final : public LocalizationMethod {
     Uncertain<SE2> map_X_base;
     double distance_m;  ///< of the nearest tag it rests on
   };
-  using Prediction = std::optional<Uncertain<SE2>>;
+  using Votes = std::vector<internal::Vote<SE2>>;
   [[nodiscard]] std::vector<Sighting> sightings(const TagFrame& frame) const;
-  [[nodiscard]] std::optional<Fix> fix_from_nearest(const std::vector<Sighting>& seen,
-                                                    const Prediction& predicted) const;
-  [[nodiscard]] std::optional<Fix> fix_from_all(const std::vector<Sighting>& seen) const;
+  [[nodiscard]] static std::optional<Fix> fix_from_nearest(const std::vector<Sighting>& seen,
+                                                           const Uncertain<SE2>& predicted);
+  [[nodiscard]] static std::optional<Fix> fix_from_all(const std::vector<Sighting>& seen);
+  [[nodiscard]] static Votes votes_of(const std::vector<Sighting>& seen, const SE2& base_X_to);
+  void look_about(const std::vector<Sighting>& seen, const SE2& odom_T_base);
+  void anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base);
   [[nodiscard]] Uncertain<SE2> carried_on(const SE2& odom_T_base) const;
   [[nodiscard]] std::optional<SE2> odometry_at(SensorTime stamp) const;
   [[nodiscard]] bool believed(const Fix& fix, const SE2& map_X_predicted) const;
@@ -102,7 +112,8 @@ class AnchorLocalizer final : public LocalizationMethod {
   std::optional<SE2> map_T_odom_;
   Eigen::Matrix3d fix_covariance_ = Eigen::Matrix3d::Zero();
   double driven_since_fix_m_ = 0;
-  int rejected_in_a_row_ = 0;
+  int contradictions_ = 0;    ///< in a row
+  std::deque<Votes> looked_;  ///< map_X_odom by the last frames, while there is no anchor
   int fixes_ = 0;
   int rejected_ = 0;
 };

@@ -25,8 +25,10 @@ constexpr double kGate6 =
     22.5;  // 0.999 quantile of chi-square, 6 degrees of freedom: one shape and a motion of the plane
 
 /// Where the base was when a frame was taken: equation 3.1 with every mapped tag in the anchor's place.
-std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places, double map_sigma_m) {
-  const Eigen::Matrix3d map_noise = Eigen::Vector3d(1, 1, 0.25).asDiagonal() * (map_sigma_m * map_sigma_m);
+std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places,
+                                      const ChainOptions& options) {
+  const Eigen::Vector3d sigmas(options.map_sigma_m, options.map_sigma_m, options.map_sigma_rad);
+  const Eigen::Matrix3d map_noise = sigmas.cwiseAbs2().asDiagonal();
   std::vector<Vote<SE2>> votes;
   for (const FloorSighting& seen : frame.tags) {
     const auto place = places.find(seen.tag);
@@ -83,11 +85,11 @@ Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::s
   return {middle, from_coordinate_covariance(middle, scatter).covariance.inverse()};
 }
 
-Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& places, double map_sigma_m,
-                         const SE3& map_T_floor) {
+Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& places,
+                         const ChainOptions& options, const SE3& map_T_floor) {
   std::vector<PlacedFrame> placed;
   for (const FloorFrame& frame : frames) {
-    PlacedFrame here{frame.stamp, votes_for_base(frame, places, map_sigma_m)};
+    PlacedFrame here{frame.stamp, votes_for_base(frame, places, options)};
     const auto agreed = internal::agree(here.votes, kGate6);
     if (!agreed) continue;
     here.map_X_base = agreed->value.mean;
@@ -95,10 +97,10 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   }
   Trajectory trajectory;
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    placed[i].votes.push_back({among_neighbours(placed, i)});
-    const auto agreed = internal::agree(placed[i].votes, kGate6);
-    trajectory.push_back(
-        {placed[i].stamp, map_T_floor * lift(agreed ? agreed->value.mean : placed[i].map_X_base)});
+    const Alternative<SE2> middle = among_neighbours(placed, i);
+    placed[i].votes.push_back({middle});
+    const auto agreed = internal::agree_near(placed[i].votes, middle.value, kGate6);
+    trajectory.push_back({placed[i].stamp, map_T_floor * lift(agreed ? agreed->value.mean : middle.value)});
   }
   return trajectory;
 }
@@ -160,7 +162,7 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
         tag == anchor ? map_T_anchor : map_T_floor * lift(place->second.mean) * shapes.at(tag);
     result.map.tags[tag] = {.map_T_tag = map_T_tag, .size_m = *size};
   }
-  result.trajectory = trajectory_of(on_floor, places, options.map_sigma_m, map_T_floor);
+  result.trajectory = trajectory_of(on_floor, places, options, map_T_floor);
   result.frames_without_pose = static_cast<int>(frames.size() - result.trajectory.size());
   return result;
 }

@@ -19,6 +19,7 @@ struct ChainOptions {
   double max_distance_m = 4.0;
   bool spread_closing_error = true;
   double map_sigma_m = 0.02;
+  double map_sigma_rad = 0.03;
   FloorOptions floor{};
 
   template <class Self, class Visitor>
@@ -29,10 +30,13 @@ struct ChainOptions {
                 "Where two ways round a lap meet, share their difference among all tags instead of leaving "
                 "it as a step."});
     visit(self.map_sigma_m, Field{"map_sigma_m",
-                                  "How far neighbouring tags of the chain may be from where they belong; "
-                                  "says how much the tags of one frame may "
-                                  "contradict each other.",
+                                  "How far a tag of the chain may be from where it belongs among its "
+                                  "neighbours; says how much the tags of "
+                                  "one frame may contradict each other.",
                                   1e-6, 10});
+    visit(
+        self.map_sigma_rad,
+        Field{"map_sigma_rad", "How far it may be turned; tags seen face to face are known worst.", 1e-6, 3});
     FloorOptions::fields(self.floor, visit);
   }
 };

@@ -84,36 +84,41 @@ std::optional<G> propose(const std::vector<Vote<G>>& votes, double gate) {
 
 /// The weighted mean (Barfoot and Furgale, "Associating Uncertainty with Three-Dimensional Poses for Use in
 /// Estimation Problems", IEEE T-RO 30(3), 2014, section IV: fusing poses by Gauss-Newton) of the alternatives
-/// that agree: at most one of each vote, none farther than the gate. Which ones is decided by all votes
-/// together, never by one alone.
+/// that agree, found from a value near it: at most one of each vote, none farther than the gate.
 template <LieGroup G>
-std::optional<Agreement<G>> agree(const std::vector<Vote<G>>& votes, double gate) {
+std::optional<Agreement<G>> agree_near(const std::vector<Vote<G>>& votes, const G& start, double gate) {
   constexpr int kIterations = 20;
-  std::optional<G> value = propose(votes, gate);
-  if (!value) return std::nullopt;
+  G value = start;
   Agreement<G> result;
   for (int i = 0; i < kIterations; ++i) {
-    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // what no vote knows stays as proposed
+    typename G::Jacobian H = G::Jacobian::Identity() * 1e-9;  // what no vote knows stays as it is
     typename G::Tangent g = G::Tangent::Zero();
     double chi2 = 0;
     result.votes = 0;
     for (const Vote<G>& vote : votes) {
-      const auto [alternative, cost] = nearest(vote, *value, gate);
+      const auto [alternative, cost] = nearest(vote, value, gate);
       if (alternative == nullptr) continue;
       H += alternative->information;
-      g += alternative->information * minus(alternative->value, *value);
-      chi2 += distance2(*alternative, *value);
+      g += alternative->information * minus(alternative->value, value);
+      chi2 += distance2(*alternative, value);
       ++result.votes;
     }
     if (result.votes == 0) return std::nullopt;
     const typename G::Jacobian covariance = H.llt().solve(G::Jacobian::Identity());
     const typename G::Tangent step = covariance * g;
-    value = plus(step, *value);
+    value = plus(step, value);
     const double scatter = chi2 / std::max(1, G::kDof * (result.votes - 1));
-    result.value = {*value, covariance * std::max(1.0, scatter)};
+    result.value = {value, covariance * std::max(1.0, scatter)};
     if (step.squaredNorm() < 1e-24) break;
   }
   return result;
+}
+
+/// What the votes agree on. Which of its alternatives a vote means is decided by all votes together.
+template <LieGroup G>
+std::optional<Agreement<G>> agree(const std::vector<Vote<G>>& votes, double gate) {
+  const std::optional<G> start = propose(votes, gate);
+  return start ? agree_near(votes, *start, gate) : std::nullopt;
 }
 
 }  // namespace waymark::internal
