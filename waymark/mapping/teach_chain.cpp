@@ -21,6 +21,7 @@ using internal::Places;
 using internal::TagShapes;
 using internal::Vote;
 
+constexpr double kGate3 = 16.3;  // 0.999 quantiles of chi-square: 3 degrees of freedom, a motion of the plane
 constexpr double kGate6 =
     22.5;  // 0.999 quantile of chi-square, 6 degrees of freedom: one shape and a motion of the plane
 
@@ -98,8 +99,11 @@ Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& pl
   Trajectory trajectory;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const Alternative<SE2> middle = among_neighbours(placed, i);
+    // A jump: tags that showed the wrong one of their poses. They are asked again, near the neighbours.
+    const bool jumps = internal::distance2(middle, placed[i].map_X_base) > kGate3;
     placed[i].votes.push_back({middle});
-    const auto agreed = internal::agree_near(placed[i].votes, middle.value, kGate6);
+    const auto agreed =
+        internal::agree_near(placed[i].votes, jumps ? middle.value : placed[i].map_X_base, kGate6);
     trajectory.push_back({placed[i].stamp, map_T_floor * lift(agreed ? agreed->value.mean : middle.value)});
   }
   return trajectory;
@@ -136,13 +140,13 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
   for (const ObservedFrame& frame : frames) {
     for (const auto& tag : frame.tags) seen.insert(tag.tag);
   }
-  if (!seen.contains(anchor)) {
+  const std::vector<ObservedFrame> near = near_tags(frames, options.max_distance_m);
+  const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
+  if (!shapes.contains(anchor)) {
     return fail(ErrorCode::NotFound,
                 fmt::format("the anchor {} is never seen in this lap", to_string(anchor)), {},
                 "Start and end the lap where the anchor is in view, or choose another with --anchor.");
   }
-  const std::vector<ObservedFrame> near = near_tags(frames, options.max_distance_m);
-  const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
   const auto on_floor = internal::floor_frames(near, shapes, base_T_cam, options.floor);
   const SE3& anchor_shape = shapes.at(anchor);
   const SE3 map_T_floor({}, {0, 0, map_T_anchor.translation().z() - anchor_shape.translation().z()});

@@ -1,0 +1,100 @@
+// What a floor says of a pose: exact without noise, honest with it.
+#include "waymark/pose/floor_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/pose/agreement.hpp"
+
+namespace waymark {
+namespace {
+
+SE3 upright_shape() {
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  return {SO3::from_matrix(R), {0, 0, 0.3}};
+}
+
+TEST(FloorFit, WithoutNoiseExact) {
+  Random random(1);
+  for (int i = 0; i < 200; ++i) {
+    const SE2 X(random.uniform(0.3, 4), random.uniform(-2, 2), random.uniform(-3, 3));
+    const FloorFit fit = fit_to_floor(
+        {lift(X) * upright_shape(), Eigen::Matrix<double, 6, 6>::Identity() * 1e-4}, upright_shape());
+    EXPECT_LT(minus(fit.a_X_b.mean, X).norm(), 1e-9);
+    EXPECT_LT(fit.chi2, 1e-12);
+  }
+}
+
+// Weakly known tilts that are correlated with the position: the floor knows the tilts, so the position gains.
+TEST(FloorFit, KnowsMoreThanTheProjectionAndSaysHowMuch) {
+  Random random(2);
+  Covariance<SE3> P = Covariance<SE3>::Identity() * 1e-5;
+  P.block<3, 3>(3, 3) *= 400;
+  P(0, 4) = P(4, 0) = 0.9 * std::sqrt(P(0, 0) * P(4, 4));
+  const SE2 X(2, 0.5, 0.3);
+  const SE3 truth = lift(X) * upright_shape();
+  const FloorOptions exact{.tilt_sigma_rad = 1e-5, .height_sigma_m = 1e-5};
+  double fitted = 0;
+  double projected = 0;
+  double nees = 0;
+  double chi2 = 0;
+  constexpr int kDraws = 4000;
+  for (int i = 0; i < kDraws; ++i) {
+    const SE3 measured = sample(Uncertain<SE3>{truth, P}, random);
+    const FloorFit fit = fit_to_floor({measured, P}, upright_shape(), exact);
+    const SE2::Tangent e = minus(fit.a_X_b.mean, X);
+    fitted += e.head<2>().squaredNorm();
+    projected += minus(project_to_plane(measured * upright_shape().inverse()), X).head<2>().squaredNorm();
+    nees += e.dot(fit.a_X_b.covariance.inverse() * e);
+    chi2 += fit.chi2;
+  }
+  EXPECT_LT(fitted, 0.7 * projected);
+  EXPECT_NEAR(nees / kDraws, 3, 0.15) << "3 degrees of freedom, standard error 0.04";
+  EXPECT_NEAR(chi2 / kDraws, 3, 0.15);
+}
+
+TEST(FloorFit, ZeroCovarianceIsNoDivisionByZero) {
+  const FloorFit fit = fit_to_floor({lift(SE2(1, 2, 3)) * upright_shape()}, upright_shape());
+  EXPECT_LT(minus(fit.a_X_b.mean, SE2(1, 2, 3)).norm(), 1e-9);
+  EXPECT_TRUE(fit.a_X_b.covariance.allFinite());
+}
+
+internal::Vote<SE2> vote(const SE2& value, double chi2 = 0) {
+  return {{value, Eigen::Matrix3d::Identity() * 1e4, chi2}};
+}
+
+// Two thirds of the votes prefer, by themselves, the wrong one of their two alternatives; only the true ones
+// coincide.
+TEST(Agreement, FindsTheAlternativeThatAllFramesShare) {
+  Random random(3);
+  const SE2 truth(1, 2, 0.5);
+  std::vector<internal::Vote<SE2>> votes;
+  for (int i = 0; i < 30; ++i) {
+    const SE2 noisy =
+        SE2::exp({0.01 * random.normal(), 0.01 * random.normal(), 0.01 * random.normal()}) * truth;
+    const SE2 wrong = SE2(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * truth;
+    internal::Vote<SE2> both = vote(wrong, i % 3 == 0 ? 2 : 0);
+    both.push_back(vote(noisy, i % 3 == 0 ? 0 : 2).front());
+    votes.push_back(both);
+  }
+  const auto agreed = internal::agree(votes, 20.0);
+  ASSERT_TRUE(agreed);
+  EXPECT_GE(agreed->votes, 28);
+  EXPECT_LT(minus(agreed->value.mean, truth).norm(), 0.01);
+  EXPECT_LT(agreed->value.covariance.trace(), 3e-5) << "the mean of 30 is known better than one";
+}
+
+TEST(Agreement, OutliersBeyondTheGateDoNotCount) {
+  const std::vector<internal::Vote<SE2>> votes = {vote(SE2(0, 0, 0)), vote(SE2(0, 0, 0)), vote(SE2(5, 0, 0))};
+  const auto agreed = internal::agree(votes, 20.0);
+  ASSERT_TRUE(agreed);
+  EXPECT_EQ(agreed->votes, 2);
+  EXPECT_LT(agreed->value.mean.log().norm(), 1e-9);
+  EXPECT_FALSE(internal::agree(std::vector<internal::Vote<SE2>>{}, 20.0));
+  EXPECT_FALSE(internal::agree_near(votes, SE2(-9, 0, 0), 20.0)) << "nothing is near";
+}
+
+}  // namespace
+}  // namespace waymark
