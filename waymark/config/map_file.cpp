@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_cursor.hpp"
+#include "waymark/config/yaml_numbers.hpp"
 #include "waymark/config/yaml_write.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
@@ -20,6 +20,8 @@ Result<SE3> read_pose(const YamlCursor& entry) {
   };
   const auto p = entry.read_at("position_m", exactly(3));
   if (!p) return tl::unexpected(p.error());
+  if (Status status = internal::check_proportion(*entry.at("position_m"), *p); !status)
+    return tl::unexpected(status.error());
   const auto q = entry.read_at("quaternion_xyzw", exactly(4));
   if (!q) return tl::unexpected(q.error());
   const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond((*q)[3], (*q)[0], (*q)[1], (*q)[2]));
@@ -32,6 +34,8 @@ Result<SE3> read_pose(const YamlCursor& entry) {
 Result<Covariance> read_covariance(const YamlCursor& entry) {
   const auto values = entry.exactly_numbers(21);
   if (!values) return tl::unexpected(values.error());
+  if (Status status = internal::check_proportion(entry, *values); !status)
+    return tl::unexpected(status.error());
   Covariance covariance;
   std::size_t next = 0;
   for (int i = 0; i < 6; ++i) {
@@ -60,8 +64,10 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   const Result<double> size = entry.read_at("size_m", &YamlCursor::number);
   if (!size) return tl::unexpected(size.error());
   mapped.size_m = *size;
-  if (!is_tag_size(mapped.size_m))
-    return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+  constexpr double kLargest_m = 1000;
+  if (!is_tag_size(mapped.size_m) || mapped.size_m > kLargest_m)
+    return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument,
+                                         "a tag has a size greater than 0, and no kilometre");
   const Result<SE3> map_T_tag = read_pose(entry);
   if (!map_T_tag) return tl::unexpected(map_T_tag.error());
   mapped.map_T_tag = *map_T_tag;

@@ -77,6 +77,11 @@ TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "anchor: \"tag36h11:3\"", "anchor: \"tag36h11:99\"")).find("not among"),
             std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "position_m: [", "position_m: [1e300, 1, 1] # ["))
+                .find("(tags[0].position_m): 1e+300 is out"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "size_m: 0", "size_m: 1e100 # ")).find("no kilometre"),
+            std::string::npos);
   EXPECT_NE(error_of(replaced(text, "tag36h11:4", "tag36h11:4000")).find("(tags[1].tag)"), std::string::npos);
 }
 

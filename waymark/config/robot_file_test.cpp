@@ -61,6 +61,7 @@ TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "0.045", "0")).find("(wheels.radius_m): must be greater than 0"),
             std::string::npos);
+  EXPECT_NE(error_of(replaced(kLimo, "0.161", "1e300")).find("out of all proportion"), std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "x_m: 0.084", "x_m: front")).find("'front' is not a number"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "image_width: 640\n", "image_width: 0\n")).find("camera_info"),

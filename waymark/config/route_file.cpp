@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/yaml_cursor.hpp"
+#include "waymark/config/yaml_numbers.hpp"
 #include "waymark/config/yaml_write.hpp"
 
 namespace waymark {
@@ -26,6 +26,7 @@ Status read_point(const YamlCursor& entry, Route& route) {
   if (!row)
     return entry.fail_here(row.error().code, row.error().message,
                            "A point is [arc_length_m, x_m, y_m, yaw_rad, curvature_1_m, speed_m_s].");
+  if (Status status = internal::check_proportion(entry, *row); !status) return status;
   const std::vector<double>& n = *row;
   if (!route.points.empty() && n[0] <= route.points.back().arc_length_m)
     return entry.fail_here(ErrorCode::InvalidArgument, "the arc length does not grow");
@@ -60,6 +61,8 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
   route.closed = *closed;
   const Result<double> length = root.read_at("length_m", &YamlCursor::number);
   if (!length) return tl::unexpected(length.error());
+  if (Status status = internal::check_proportion(*root.at("length_m"), {&*length, 1}); !status)
+    return tl::unexpected(status.error());
   route.length_m = *length;
   const Result<YamlCursor> points = root.at("points");
   if (!points) return tl::unexpected(points.error());

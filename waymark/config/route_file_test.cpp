@@ -61,6 +61,9 @@ TEST(RouteFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "  - [0.05,", "  - [0.0,")).find("(points[1]): the arc length"),
             std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "  - [0.05,", "  - [0.05, 1e300, 1, 1, 1, 1] # "))
+                .find("out of all proportion"),
+            std::string::npos);
   EXPECT_NE(error_of(replaced(text, "length_m: ", "length_m: -")).find("does not fit"), std::string::npos);
   EXPECT_NE(error_of("format: waymark-route-1\nclosed: true\nlength_m: 1\npoints: []\n").find("two points"),
             std::string::npos);

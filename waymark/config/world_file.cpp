@@ -40,6 +40,7 @@ Status read_path(const YamlCursor& path, World& world) {
     const Result<double> y = xy[1].number();
     if (!x) return tl::unexpected(x.error());
     if (!y) return tl::unexpected(y.error());
+    if (Status status = internal::check_proportion(point, std::vector{*x, *y}); !status) return status;
     world.path_m.emplace_back(*x, *y);
   }
   if (world.path_m.size() < 3)

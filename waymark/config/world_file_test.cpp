@@ -54,6 +54,10 @@ TEST(WorldFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(kSmall, "0.16", "-1")).find("w.yaml:3 (tag_size_m)"), std::string::npos);
   EXPECT_NE(error_of(replaced(kSmall, "  - [1, 1]\n", "")).find("three points"), std::string::npos);
   EXPECT_NE(error_of(replaced(kSmall, "[1, 1]", "[1]")).find("w.yaml:11"), std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "x_m: 1.0", "x_m: 1e300")).find("(tags[0].x_m): 1e+300 is out"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(kSmall, "[1, 1]", "[1, -1e9]")).find("w.yaml:11 (path_m[2])"),
+            std::string::npos);
   EXPECT_NE(error_of("").find("w.yaml"), std::string::npos);
 }
 

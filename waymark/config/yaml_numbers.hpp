@@ -1,10 +1,27 @@
 #pragma once
 
+#include <cmath>
+#include <span>
 #include <string_view>
+
+#include <fmt/format.h>
 
 #include "waymark/config/yaml_cursor.hpp"
 
 namespace waymark::internal {
+
+/// Farther, larger, faster than this (in SI units) is a slip, and would overflow once it is squared.
+inline constexpr double kOutOfProportion = 1e6;
+
+/// Fails when one of the numbers at a place is out of all proportion.
+[[nodiscard]] inline Status check_proportion(const YamlCursor& cursor, std::span<const double> values) {
+  for (const double value : values) {
+    if (std::abs(value) > kOutOfProportion)
+      return cursor.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is out of all proportion", value),
+                              fmt::format("Numbers here are SI units within {}.", kOutOfProportion));
+  }
+  return {};
+}
 
 /// Numbers of a map, one after the other; the first error is kept.
 class Numbers {
@@ -14,7 +31,8 @@ class Numbers {
   double operator()(std::string_view key) {
     const Result<double> value = cursor_.read_at(key, &YamlCursor::number);
     if (!value && status_) status_ = tl::unexpected(value.error());
-    return value.value_or(0);
+    if (value && status_) status_ = check_proportion(*cursor_.at(key), {&*value, 1});
+    return status_ ? *value : 0;
   }
   /// A number greater than 0.
   double positive(std::string_view key) {
