@@ -91,6 +91,7 @@ nlohmann::ordered_json to_json(const FileInfo& info) {
   for (const mcap::AttachmentIndex& a : index.attachments)
     attachments.push_back({{"name", a.name}, {"media_type", a.media_type}, {"size_bytes", a.data_size}});
   std::vector<std::string> problems;
+  problems.reserve(index.problems.size());
   for (const Error& problem : index.problems) problems.push_back(to_string(problem));
   return {{"file", info.file},
           {"size_bytes", info.size_bytes},

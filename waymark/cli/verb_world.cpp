@@ -20,7 +20,7 @@ namespace waymark::cli {
 namespace {
 
 /// What a good lap keeps.
-constexpr double kClearance_m = 0.35;
+constexpr double kClearanceMetres = 0.35;
 constexpr double kTwoTags = 0.98;
 
 struct CheckArgs {
@@ -42,7 +42,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
     return ExitCode::SomeFailed;
   }
   const std::string nearest = c->nearest_tag ? to_string(*c->nearest_tag) : "no tag";
-  const bool good = c->min_clearance_m >= kClearance_m && c->two_tags_fraction >= kTwoTags;
+  const bool good = c->min_clearance_m >= kClearanceMetres && c->two_tags_fraction >= kTwoTags;
   if (args.json) {
     console.print(json_line({{"world", s.world.name},
                              {"robot", s.model.name},
@@ -63,7 +63,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
         "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n",
         s.world.name, s.world.tags.tags.size(), s.world.path_closed ? "a lap" : "a way", c->lap_m,
         s.model.name, c->min_clearance_m, nearest, c->nearest_place_m.x(), c->nearest_place_m.y(),
-        kClearance_m, 100 * c->two_tags_fraction, 100 * kTwoTags, c->fewest_tags, c->sharpest_left_1_m,
+        kClearanceMetres, 100 * c->two_tags_fraction, 100 * kTwoTags, c->fewest_tags, c->sharpest_left_1_m,
         c->sharpest_right_1_m));
   }
   if (!good) console.say("this world does not allow a good lap");

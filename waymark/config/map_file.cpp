@@ -64,8 +64,8 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   const Result<double> size = entry.read_at("size_m", &YamlCursor::number);
   if (!size) return tl::unexpected(size.error());
   mapped.size_m = *size;
-  constexpr double kLargest_m = 1000;
-  if (!is_tag_size(mapped.size_m) || mapped.size_m > kLargest_m)
+  constexpr double kLargestMetres = 1000;
+  if (!is_tag_size(mapped.size_m) || mapped.size_m > kLargestMetres)
     return entry.at("size_m")->fail_here(ErrorCode::InvalidArgument,
                                          "a tag has a size greater than 0, and no kilometre");
   const Result<SE3> map_T_tag = read_pose(entry);

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 28U;
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr double kFarthest_m = 1e9;
+constexpr double kFarthestMetres = 1e9;
 
 std::vector<std::string_view> words_of(std::string_view line) {
   constexpr std::string_view kBlank = " \t\r,";
@@ -63,7 +63,7 @@ Result<StampedPose> parse_line(const std::vector<std::string_view>& words, const
   bool good = words.size() == 8;
   for (std::size_t i = 0; good && i < n.size(); ++i) {
     const auto value = number<double>(words[i + 1]);
-    good = value && std::abs(*value) <= kFarthest_m;  // also no NaN
+    good = value && std::abs(*value) <= kFarthestMetres;  // also no NaN
     if (good) n[i] = *value;
   }
   const auto when = good ? stamp(words[0]) : std::nullopt;

@@ -9,7 +9,7 @@
 namespace waymark::plot {
 namespace {
 
-constexpr double kStep_m = 0.02;
+constexpr double kStepMetres = 0.02;
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
 void add_point(Series& series, const Eigen::Vector3d& p) {
@@ -93,8 +93,8 @@ Figure trajectory_error_figure(const std::string& title, const Trajectory& estim
 
 Figure cross_track_figure(const std::string& title, const Trajectory& driven, const Trajectory& taught) {
   Series series{.name = "", .color = kEstimateColor};
-  const auto reference = internal::driven_path(taught, kStep_m);
-  for (const internal::PathPose& at : internal::driven_path(driven, kStep_m)) {
+  const auto reference = internal::driven_path(taught, kStepMetres);
+  for (const internal::PathPose& at : internal::driven_path(driven, kStepMetres)) {
     const auto foot = internal::nearest_foot(reference, at);
     series.x.push_back(at.arc_length_m);
     series.y.push_back(foot ? foot->distance_m : kGap);

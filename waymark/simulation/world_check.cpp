@@ -9,7 +9,7 @@
 namespace waymark {
 namespace {
 
-constexpr double kStep_m = 0.02;
+constexpr double kStepMetres = 0.02;
 
 std::size_t tags_in_view(const World& world, const CameraModel& camera, const SE3& map_T_cam,
                          double max_range_m) {
@@ -23,7 +23,7 @@ std::size_t tags_in_view(const World& world, const CameraModel& camera, const SE
 
 Result<WorldCheck> check_world(const World& world, const RobotModel& robot, const CameraModel& camera,
                                const TagCameraOptions& options) {
-  const auto path = sample_path(world.path_m, world.path_closed, kStep_m);
+  const auto path = sample_path(world.path_m, world.path_closed, kStepMetres);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
                 "Give path_m three distinct points or more.");

@@ -9,12 +9,12 @@ namespace waymark {
 namespace {
 
 constexpr Duration kControlPeriod = std::chrono::milliseconds(50);
-constexpr double kPathStep_m = 0.02;
+constexpr double kPathStepMetres = 0.02;
 /// The driver's hand must not shake in step with the sensors' noise.
 constexpr std::uint64_t kDriverSeed = 1000;
 
 Result<std::vector<PathPoint>> line_of(const World& world) {
-  std::vector<PathPoint> path = sample_path(world.path_m, world.path_closed, kPathStep_m);
+  std::vector<PathPoint> path = sample_path(world.path_m, world.path_closed, kPathStepMetres);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
                 "Give path_m three distinct points or more.");
