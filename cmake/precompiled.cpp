@@ -1,0 +1,1 @@
+// So that the precompiled headers belong to something.
