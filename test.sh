@@ -46,7 +46,6 @@ fi
 if [ -n "${WAYMARK_DATA:-}" ]; then WAYMARK_DATA="$(realpath "$WAYMARK_DATA")"; export WAYMARK_DATA; fi
 
 jobs=$(nproc)
-export CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
 export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1  # so that a second clone of the same code builds from the cache
 started=$SECONDS
 step() { printf '\n=== [%3d s] %s\n' "$((SECONDS - started))" "$*"; }

@@ -40,7 +40,6 @@ function(waymark_room name)
   list(FILTER sources EXCLUDE REGEX "_test\\.cpp$|/main\\.cpp$")
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
 
-  set(_reach ${WAYMARK_REACH_${name}})
   # A room in a room (drivers/simulated) is the target waymark_drivers_simulated.
   string(REPLACE "/" "_" name ${name})
   string(REPLACE "/" "_" ROOM_USES "${ROOM_USES}")
@@ -50,9 +49,6 @@ function(waymark_room name)
     add_library(${target} STATIC ${sources})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:waymark_warnings>)
-    if(${name} STREQUAL geometry OR geometry IN_LIST _reach OR image IN_LIST _reach)
-      waymark_precompile(${target} room)
-    endif()
   else()  # a room of headers
     set(scope INTERFACE)
     add_library(${target} INTERFACE)
@@ -79,7 +75,6 @@ function(waymark_test name)
   cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)
-  waymark_precompile(${name} test)
   # rapidcheck prints the seed of a failing property; the fixed one makes every run the same.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-*Threads*"
     PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121" TIMEOUT 300)

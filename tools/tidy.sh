@@ -35,10 +35,7 @@ fi
 mapfile -t files < <(for f in "${files[@]}"; do grep -q "\"file\": \".*/$f\"" build/dev/compile_commands.json && echo "$f"; done)
 echo "clang-tidy on ${#files[@]} files"
 [ ${#files[@]} -eq 0 ] && exit 0
-# Headers that GCC has precompiled are nothing to clang: the same flags without them.
-flags=$(mktemp -d); trap 'rm -rf "$flags"' EXIT
-sed -E 's/ -Winvalid-pch//g; s/ -fpch-preprocess//g; s/ -include [^ ]*cmake_pch\.hxx//g' build/dev/compile_commands.json >"$flags/compile_commands.json"
 # GCC's own warning names are unknown to clang; that is not the code's fault.
 # The analyzer is slow on templates: with --all only.
 checks=$([ -n "$all" ] && echo "clang-analyzer-*,-clang-analyzer-security.FloatLoopCounter" || echo "")
-printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-16 -p "$flags" --quiet --checks="$checks" --extra-arg=-Wno-unknown-warning-option 2>/dev/null
+printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-16 -p build/dev --quiet --checks="$checks" --extra-arg=-Wno-unknown-warning-option 2>/dev/null

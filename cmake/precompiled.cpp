@@ -1,1 +1,0 @@
-// So that the precompiled headers belong to something.
