@@ -184,7 +184,7 @@ Result<Bytes> read_content(const ByteSource& source, std::uint64_t offset, std::
                            from_little_endian<std::uint64_t>(bytes.data() + 1) == length - kRecordPrefixSize;
   if (!as_promised) {
     return fail(ErrorCode::Unreadable, "the index points to something else", at(source, offset),
-                "Try: waymark recover");
+                "Read it as a stream, which needs no index: delete the summary or cut the file before it.");
   }
   bytes.erase(bytes.begin(), bytes.begin() + kRecordPrefixSize);
   return bytes;
