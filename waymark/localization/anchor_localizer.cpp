@@ -51,7 +51,7 @@ double position_sigma_m(const Uncertain<SE2>& map_X_base) {
 
 AnchorLocalizer::AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam,
                                  const AnchorOptions& options)
-    : map_(std::move(map)), camera_(std::move(camera)), base_T_cam_(base_T_cam), options_(options) {}
+    : map_(std::move(map)), camera_(camera), base_T_cam_(base_T_cam), options_(options) {}
 
 std::vector<AnchorLocalizer::Sighting> AnchorLocalizer::sightings(const TagFrame& frame) const {
   std::vector<Sighting> seen;

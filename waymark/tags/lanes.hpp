@@ -25,7 +25,7 @@ struct NormalLanes {
 /// polynomial interpolating exp(-x) at the Chebyshev nodes of [0, 36/32]; the tail is Abramowitz and Stegun,
 /// "Handbook of Mathematical Functions", 26.2.16. Beyond |z| = 6 both stay as they are there, so that squares
 /// of densities stay normal numbers.
-inline NormalLanes normal_lanes(const Lanes& z) {
+[[gnu::always_inline]] inline NormalLanes normal_lanes(const Lanes& z) {
   const Lanes a = z.abs().min(6.0F);
   const Lanes x = 0.03125F * a.square();
   Lanes power = 0.999999142F +
