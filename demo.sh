@@ -56,3 +56,4 @@ echo "\$ waymark detect --camera $out/sheet/camera.yaml --tag-size-m 0.16 $out/s
 
 echo
 echo "Look at it: $out/loop/trajectory.svg, $out/annotated/"
+echo "The program:  export PATH=\"$PWD/build/release/waymark/cli:\$PATH\""

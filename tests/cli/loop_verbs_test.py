@@ -76,10 +76,11 @@ class Map(WithLap):
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
                 (["photograph.png", "-o", "m"], 1, "not an MCAP file"),
                 (["lap.mcap"], 2, "--output is required"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--method", "bundle"], 2, "there is no method 'bundle'. Known: chain."),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
                 (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
-                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 1, "-1"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
                 (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
                 (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
@@ -173,6 +174,12 @@ class Demo(InFolder):
             self.assertTrue(data.startswith(b"\x89PNG") if path.endswith(".png") else b"<svg" in data, path)
         table = self.run_here("demo", "--seed", 4, "-o", "out")
         self.assertEqual(table.code, 0, "a second run writes over its own files")
+        (self.folder / "mine").mkdir()
+        taught = self.run_here("teach", "--world", "circuit24", "-o", "mine/lap.mcap")
+        self.assertEqual(taught.code, 0, taught.err)
+        refused = self.run_here("demo", "-o", "mine")
+        self.assertEqual(refused.code, 1, "but over nobody else's")
+        self.assertIn("holds a 'lap.mcap' that no demo wrote", refused.err)
         for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
             self.assertIn(part, table.out)
 

@@ -96,6 +96,12 @@ class PipesAndSignals(InFolder):
         self.assertEqual(process.wait(timeout=60), 0, words)
         self.assertNotIn("cannot write", words)
 
+    def test_words_that_nobody_reads_stop_nothing(self):
+        for words, code in ((["nosuch"], 2), (["detect", "nosuch.png"], 1), (["detect", "photograph.png"], 0)):
+            with open("/dev/full", "w", encoding="ascii") as full:
+                done = subprocess.run([PROGRAM, *words], cwd=self.folder, stdout=subprocess.DEVNULL, stderr=full, check=False)
+                self.assertEqual(done.returncode, code, words)
+
     def test_a_full_disk_is_a_failure(self):
         with open("/dev/full", "w", encoding="ascii") as full:
             outcome = self.run_here("detect", "--json", "photograph.png", stdout=full)

@@ -18,6 +18,12 @@ std::int64_t now_ms() {
   return std::chrono::duration_cast<std::chrono::milliseconds>(since_start).count();
 }
 
+/// Words that nobody can read any more (a closed pipe, a full disk) are no reason to stop.
+void put(std::FILE* file, std::string_view text) {
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), file));
+  static_cast<void>(std::fflush(file));
+}
+
 }  // namespace
 
 Console::Console(std::string verb, std::FILE* out, std::FILE* err)
@@ -39,7 +45,7 @@ void Console::print(std::string_view text) {
 
 void Console::say(std::string_view words) {
   end_progress();
-  fmt::print(err_, "{}: {}\n", verb_, words);
+  put(err_, fmt::format("{}: {}\n", verb_, words));
 }
 
 bool Console::time_to_redraw() {
@@ -52,8 +58,7 @@ bool Console::time_to_redraw() {
 
 void Console::live(std::string_view line) {
   if (!time_to_redraw()) return;
-  fmt::print(err_, "\r\x1b[K{}", line);
-  std::fflush(err_);
+  put(err_, fmt::format("\r\x1b[K{}", line));
 }
 
 void Console::progress(std::size_t done, std::size_t all, std::string_view what) {
@@ -62,15 +67,13 @@ void Console::progress(std::size_t done, std::size_t all, std::string_view what)
   constexpr std::size_t kName = 40;
   const std::size_t filled = kBar * done / all;
   const std::string_view tail = what.substr(what.size() - std::min(what.size(), kName));
-  fmt::print(err_, "\r\x1b[K[{:#<{}}{:.<{}}] {}/{} {}", "", filled, "", kBar - filled, done, all, tail);
-  std::fflush(err_);
+  put(err_, fmt::format("\r\x1b[K[{:#<{}}{:.<{}}] {}/{} {}", "", filled, "", kBar - filled, done, all, tail));
 }
 
 void Console::end_progress() {
   if (!progress_shown_) return;
   progress_shown_ = false;
-  fmt::print(err_, "\r\x1b[K");
-  std::fflush(err_);
+  put(err_, "\r\x1b[K");
 }
 
 ExitCode Console::finish(ExitCode code) {

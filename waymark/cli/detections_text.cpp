@@ -130,12 +130,16 @@ std::string to_text(const PictureReport& report) {
   if (report.detections.empty()) return fmt::to_string(text);
   put(text, "  {:<22}{:>10}{:>10}{:>9}{:>9}{:>8}{:>8}\n", "tag", "centre x", "centre y", "side px",
       "sigma px", "margin", "hamming");
-  for (const TagDetection& tag : report.detections) {
+  for (std::size_t i = 0; i < report.detections.size(); ++i) {
+    const TagDetection& tag = report.detections[i];
     const Eigen::Vector2d center = center_px(tag.corners_px);
     const auto sigma = sigma_px(tag);
-    put(text, "  {:<22}{:>10.2f}{:>10.2f}{:>9.1f}{:>9}{:>8.1f}{:>8}\n", to_string(tag.tag), center.x(),
+    const bool refined =
+        i >= report.refinements.size() || report.refinements[i] == RefinementOutcome::Refined;
+    put(text, "  {:<22}{:>10.2f}{:>10.2f}{:>9.1f}{:>9}{:>8.1f}{:>8}{}\n", to_string(tag.tag), center.x(),
         center.y(), mean_side_px(tag.corners_px), sigma ? fmt::format("{:.3f}", *sigma) : "-",
-        tag.decision_margin, tag.hamming);
+        tag.decision_margin, tag.hamming,
+        refined ? "" : fmt::format("   corners not refined: {}", to_string(report.refinements[i])));
   }
   return fmt::to_string(text);
 }

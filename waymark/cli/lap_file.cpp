@@ -131,9 +131,11 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
 }
 
 Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
-  if (!lap.setup.camera)
+  if (!lap.setup.camera) {
+    if (!lap.setup.problems.empty()) return tl::unexpected(lap.setup.problems.front());  // cut too early
     return fail(ErrorCode::NotFound, "the recording holds no calibration of its camera (/camera_info)", {},
                 "`waymark info` shows what it holds.");
+  }
   if (!lap.setup.base_T_cam)
     return fail(ErrorCode::NotFound,
                 "the recording does not say where the camera sits (/tf_static, base_link to camera_optical)",

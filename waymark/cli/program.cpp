@@ -146,9 +146,10 @@ int run_program(const Verb& program, std::vector<std::string> words, std::FILE* 
   try {
     code = parse_and_run(program, std::move(words), out, err);
   } catch (const std::bad_alloc&) {
-    fmt::print(err, "{}: out of memory\n", program.name);
+    std::fputs(fmt::format("{}: out of memory\n", program.name).c_str(), err);
   } catch (const std::exception& error) {  // from a library; ours do not throw
-    fmt::print(err, "{}: internal error: {}. Please report it.\n", program.name, error.what());
+    std::fputs(fmt::format("{}: internal error: {}. Please report it.\n", program.name, error.what()).c_str(),
+               err);
   }
   return static_cast<int>(code);
 }

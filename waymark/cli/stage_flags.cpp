@@ -65,6 +65,7 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
       ->type_name("NAME");
   app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
       ->capture_default_str()
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"))
       ->type_name("INTEGER");
 }
 

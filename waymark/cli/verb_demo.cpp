@@ -12,6 +12,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/config/text_file.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
@@ -38,10 +39,21 @@ struct DemoReport {
   double wall_s = 0;
 };
 
-/// A demo may be run again: its own recordings of last time go, nothing else.
+/// Says that a folder is a demo's own.
+constexpr const char* kMark = "written-by-waymark-demo.txt";
+
+/// A demo may be run again: its own recordings of last time go. A lap or a map of somebody else stays.
 Status clear(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
+  for (const char* name : {"lap.mcap", "replay.mcap", "map"}) {
+    if (!error && fs::exists(folder / name) && !fs::exists(folder / kMark))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("this folder holds a '{}' that no demo wrote", name),
+                  {.source = folder.string()}, "Give the demo a folder of its own: -o NEW_FOLDER.");
+  }
+  if (!error && !write_text_file(folder / kMark, "`waymark demo` writes over the files in this folder.\n"))
+    error = std::make_error_code(std::errc::permission_denied);
   for (const char* name : {"lap.mcap", "replay.mcap"}) {
     if (!error) fs::remove(folder / name, error);
   }
@@ -189,7 +201,7 @@ Verb demo_verb() {
       .help =
           R"(The three steps in a row, as `waymark teach`, `waymark map` and `waymark replay` do them one by one. Leaves
 lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
-error over the way, tags in view. Run again, it writes over its own files.
+error over the way, tags in view. Run again, it writes over its own files, and over nobody else's.
 
 Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),
 2 wrong usage, 130 stopped by Ctrl-C.

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
@@ -24,7 +25,7 @@ struct MapArgs {
   std::string folder;
   std::string method = "chain";
   std::string anchor;
-  double tag_size_m = 0;
+  std::optional<double> tag_size_m;
   std::string world;
   bool json = false;
   OptionFlags<ChainOptions> chain;
@@ -40,7 +41,11 @@ Result<MapJob> job_of(const MapArgs& args) {
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", args.method),
                 {.key = "--method"}, fmt::format("Known: {}.", fmt::join(methods, ", ")));
   if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
-  if (args.tag_size_m != 0) job.overrides.tag_size_m = args.tag_size_m;
+  if (args.tag_size_m && !(*args.tag_size_m > 0 && *args.tag_size_m < 100))
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a size in metres", *args.tag_size_m),
+                {.key = "--tag-size-m"},
+                "Measure the side of the black square, for example --tag-size-m 0.16.");
+  job.overrides.tag_size_m = args.tag_size_m;
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());
