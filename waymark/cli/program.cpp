@@ -94,6 +94,7 @@ std::string explain(const CLI::ParseError& error, const CLI::App& root, const CL
 
 std::vector<std::string> names_of(const std::vector<Node>& nodes) {
   std::vector<std::string> names;
+  names.reserve(nodes.size());
   for (const Node& node : nodes) names.push_back(node.verb->name);
   return names;
 }
