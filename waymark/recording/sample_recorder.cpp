@@ -75,6 +75,14 @@ Status SampleRecorder::add(const Sample& sample) {
     Status operator()(const TruthPose& s) const {
       return recorder.add_message(topics::kTruth, s.stamp, ros2::to_ros(s));
     }
+    Status operator()(const CameraFrame& /*frame*/) const { return not_yet(); }
+    Status operator()(const TagPoseFrame& /*frame*/) const { return not_yet(); }
+    Status operator()(const RangeBearing& /*sample*/) const { return not_yet(); }
+    Status operator()(const LaserScan& /*scan*/) const { return not_yet(); }
+    Status operator()(const GamepadState& /*state*/) const { return not_yet(); }
+    static Status not_yet() {
+      return fail(ErrorCode::Unsupported, "this kind of sample cannot be recorded yet");
+    }
   };
   return std::visit(Visitor{*this}, sample);
 }
