@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/world_scenery.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
@@ -13,35 +14,26 @@ namespace {
 
 constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
 
+constexpr double kDegree = std::numbers::pi / 180;
+
 Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
-  if (Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg"}); !status) return status;
-  const auto most = static_cast<std::int64_t>(family(family_id).codes.size()) - 1;
-  const Result<YamlCursor> id = entry.at("id");
-  if (!id) return tl::unexpected(id.error());
-  const Result<std::int64_t> number = id->integer(0, most);
-  if (!number) return tl::unexpected(number.error());
+  Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "size_m"});
+  if (!status) return status;
   internal::Numbers value(entry);
   const Eigen::Vector3d map_t_tag(value("x_m"), value("y_m"), value("z_m"));
-  const SE3 map_T_tag = upright_tag(map_t_tag, value("facing_deg") * std::numbers::pi / 180);
+  const SE3 map_T_tag =
+      leaning_tag(map_t_tag, value("facing_deg") * kDegree, value.optional("tilt_deg", 0) * kDegree);
+  const double size = value.optional_positive("size_m", size_m);
   if (!value.status()) return value.status();
-  const TagId tag{family_id, static_cast<int>(*number)};
-  if (!world.tags.tags.emplace(tag, MappedTag{.map_T_tag = map_T_tag, .size_m = size_m}).second) {
-    return id->fail_here(ErrorCode::InvalidArgument, fmt::format("{} is given twice", to_string(tag)));
-  }
-  return {};
+  const auto tag = internal::place_tag(entry, family_id, map_T_tag, size, world);
+  return tag ? Status() : tl::unexpected(tag.error());
 }
 
 Status read_path(const YamlCursor& path, World& world) {
   for (const YamlCursor& point : path.children()) {
-    const std::vector<YamlCursor> xy = point.children();
-    if (xy.size() != 2)
-      return point.fail_here(ErrorCode::InvalidArgument, "is not a point", "Write [x, y] in metres.");
-    const Result<double> x = xy[0].number();
-    const Result<double> y = xy[1].number();
-    if (!x) return tl::unexpected(x.error());
-    if (!y) return tl::unexpected(y.error());
-    if (Status status = internal::check_proportion(point, std::vector{*x, *y}); !status) return status;
-    world.path_m.emplace_back(*x, *y);
+    const auto xy = internal::read_point(point);
+    if (!xy) return tl::unexpected(xy.error());
+    world.path_m.push_back(*xy);
   }
   if (world.path_m.size() < 3)
     return path.fail_here(ErrorCode::InvalidArgument, "a path needs three points or more");
@@ -64,6 +56,7 @@ Status read_tags(const YamlCursor& root, World& world) {
   for (const YamlCursor& entry : tags->children()) {
     if (Status status = read_tag(entry, *family_id, *size, world); !status) return status;
   }
+  if (Status status = internal::read_scenery(root, *family_id, *size, world); !status) return status;
   const Result<YamlCursor> anchor = root.at("anchor_id");
   if (!anchor) return tl::unexpected(anchor.error());
   const Result<std::int64_t> number = anchor->integer(0, 1'000'000);
@@ -83,7 +76,8 @@ Result<World> parse_world(std::string_view text, const std::string& source) {
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
   if (Status status =
-          root.check_keys({"name", "tag_family", "tag_size_m", "anchor_id", "tags", "path_closed", "path_m"});
+          root.check_keys({"name", "tag_family", "tag_size_m", "tag_margin_cells", "anchor_id", "tags",
+                           "panels", "walls", "occluders", "keep_outs", "floor", "path_closed", "path_m"});
       !status) {
     return tl::unexpected(status.error());
   }

@@ -9,10 +9,10 @@
 
 namespace waymark {
 
-/// A world from YAML (share/worlds/circuit24.yaml shows all keys): name, tag_family, tag_size_m, anchor_id,
-/// tags (id, x_m, y_m, z_m, facing_deg; upright), path_closed, path_m. Errors have file, line and key: an
-/// unknown or missing key, a number that cannot be, an id that is given twice or not in the family, an anchor
-/// that is not among the tags, a path of fewer than three points.
+/// A world from YAML (docs/formats/world.md explains all keys): name, tag_family, tag_size_m, anchor_id, tags
+/// (id, x_m, y_m, z_m, facing_deg), path_closed, path_m; where wanted panels, walls, occluders, keep_outs,
+/// floor. Errors have file, line and key: an unknown or missing key, a number that cannot be, an id that is
+/// given twice or not in the family, an anchor that is not among the tags, a path of fewer than three points.
 [[nodiscard]] Result<World> read_world(const std::filesystem::path& path);
 [[nodiscard]] Result<World> parse_world(std::string_view text, const std::string& source);
 

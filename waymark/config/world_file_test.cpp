@@ -61,6 +61,37 @@ TEST(WorldFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of("").find("w.yaml"), std::string::npos);
 }
 
+TEST(WorldFile, ReadsWhatStandsAround) {
+  const std::string text = kSmall + R"(tag_margin_cells: 2
+panels:
+  - {x_m: 2, y_m: 0, z_m: 0.5, facing_deg: 180, width_m: 0.6, height_m: 0.3, tags: [{id: 7, right_m: 0.2, up_m: 0.05}]}
+walls:
+  - {from_m: [0, -1], to_m: [4, -1], height_m: 2}
+occluders:
+  - {x_m: 1, y_m: 1, yaw_deg: 90, length_m: 0.4, width_m: 0.2, height_m: 0.5}
+keep_outs:
+  - [[0, 0], [1, 0], [0, 1]]
+floor: {texture: tiles, cell_m: 0.25}
+)";
+  const auto world = parse_world(text, "w.yaml");
+  ASSERT_TRUE(world) << to_string(world.error());
+  ASSERT_EQ(world->panels.size(), 1U);
+  const MappedTag* tag = world->tags.find({FamilyId::Tag36h11, 7});
+  ASSERT_NE(tag, nullptr);
+  // Who reads a board that faces -x has map -y on the right hand.
+  EXPECT_TRUE(tag->map_T_tag.translation().isApprox(Eigen::Vector3d(2, -0.2, 0.55), 1e-12));
+  ASSERT_EQ(world->walls.size(), 1U);
+  EXPECT_EQ(as_box(world->walls[0]).size_m, Eigen::Vector3d(4, 0.1, 2));
+  EXPECT_DOUBLE_EQ(world->occluders.at(0).centre_m.z(), 0.25) << "stands on the floor unless told";
+  EXPECT_EQ(world->keep_outs.at(0).corners_m.size(), 3U);
+  EXPECT_EQ(world->floor.texture, "tiles");
+  EXPECT_NE(error_of(replaced(text, "tiles", "tilse")).find("tiles"), std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "[4, -1]", "[0, -1]")).find("without length"), std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "id: 7", "id: 0")).find("given twice"), std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "width_m: 0.2", "width_m: -2")).find("occluders[0].width_m"),
+            std::string::npos);
+}
+
 TEST(Circuit24, IsTheCircuitItPromisesToBe) {
   const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
   ASSERT_TRUE(world) << to_string(world.error());

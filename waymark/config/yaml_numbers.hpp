@@ -34,11 +34,26 @@ class Numbers {
     if (value && status_) status_ = check_proportion(*cursor_.at(key), {&*value, 1});
     return status_ ? *value : 0;
   }
+  /// The same, where the key may be missing.
+  double optional(std::string_view key, double fallback) {
+    return cursor_.find(key) ? (*this)(key) : fallback;
+  }
   /// A number greater than 0.
   double positive(std::string_view key) {
     const double value = (*this)(key);
     if (status_ && !(value > 0))
       status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument, "must be greater than 0");
+    return value;
+  }
+  double optional_positive(std::string_view key, double fallback) {
+    return cursor_.find(key) ? positive(key) : fallback;
+  }
+  /// A number from low to high.
+  double optional_within(std::string_view key, double fallback, double low, double high) {
+    const double value = optional(key, fallback);
+    if (status_ && !(value >= low && value <= high))
+      status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument,
+                                           fmt::format("must be from {} to {}", low, high));
     return value;
   }
   [[nodiscard]] const Status& status() const { return status_; }
