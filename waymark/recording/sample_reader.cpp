@@ -12,14 +12,13 @@ std::string type_of(const mcap::Index& index, const mcap::Channel& channel) {
   return schema == index.schemas.end() ? "" : schema->second.name;
 }
 
-/// Gives a message as a sample to visit, if it is one of ours.
-class SampleVisitor {
- public:
-  SampleVisitor(const mcap::Index& index, const std::function<Status(const Sample&)>& visit)
-      : index_(index), visit_(visit) {}
+}  // namespace
 
-  Status operator()(const mcap::Channel& channel, const mcap::Message& message) {
-    const std::string type = type_of(index_, channel);
+class SampleDecoder::Impl {
+ public:
+  explicit Impl(Visitor visit) : visit_(std::move(visit)) {}
+
+  Status add(std::string_view topic, std::string_view type, std::uint64_t /*log_time*/, ByteSpan message) {
     if (type == ros2::AprilTagDetectionArray::kType) return on_tags(message);
     if (type == ros2::TagCornerCovariances::kType) return on_covariances(message);
     if (Status status = send_frame(); !status) return status;
@@ -27,7 +26,7 @@ class SampleVisitor {
     if (type == ros2::JointState::kType) return give<ros2::JointState>(message);
     if (type == ros2::Imu::kType) return give<ros2::Imu>(message);
     if (type == ros2::TwistStamped::kType) return give<ros2::TwistStamped>(message);
-    if (type == ros2::PoseStamped::kType && channel.topic == topics::kTruth) return on_truth(message);
+    if (type == ros2::PoseStamped::kType && topic == topics::kTruth) return on_truth(message);
     return {};
   }
 
@@ -41,8 +40,8 @@ class SampleVisitor {
 
  private:
   template <class Message>
-  Status give(const mcap::Message& raw) {
-    const Result<Message> message = cdr::decode<Message>(raw.data.bytes);
+  Status give(ByteSpan raw) {
+    const Result<Message> message = cdr::decode<Message>(raw);
     if (!message) return tl::unexpected(message.error());
     auto sample = ros2::from_ros(*message);
     if constexpr (requires { sample.error(); }) {
@@ -53,9 +52,9 @@ class SampleVisitor {
     }
   }
 
-  Status on_tags(const mcap::Message& raw) {
+  Status on_tags(ByteSpan raw) {
     if (Status status = send_frame(); !status) return status;
-    const auto message = cdr::decode<ros2::AprilTagDetectionArray>(raw.data.bytes);
+    const auto message = cdr::decode<ros2::AprilTagDetectionArray>(raw);
     if (!message) return tl::unexpected(message.error());
     Result<TagFrame> frame = ros2::from_ros(*message);
     if (!frame) return tl::unexpected(frame.error());
@@ -63,36 +62,41 @@ class SampleVisitor {
     return {};
   }
 
-  Status on_covariances(const mcap::Message& raw) {
-    const auto message = cdr::decode<ros2::TagCornerCovariances>(raw.data.bytes);
+  Status on_covariances(ByteSpan raw) {
+    const auto message = cdr::decode<ros2::TagCornerCovariances>(raw);
     if (!message) return tl::unexpected(message.error());
     const bool same_frame = frame_ && frame_->stamp == ros2::from_ros(message->header.stamp);
     return same_frame ? ros2::add_covariances(*frame_, *message) : Status{};
   }
 
-  Status on_truth(const mcap::Message& raw) {
-    const auto message = cdr::decode<ros2::PoseStamped>(raw.data.bytes);
+  Status on_truth(ByteSpan raw) {
+    const auto message = cdr::decode<ros2::PoseStamped>(raw);
     if (!message) return tl::unexpected(message.error());
     return visit_(TruthPose{ros2::from_ros(message->header.stamp), ros2::from_ros(message->pose)});
   }
 
-  const mcap::Index& index_;
-  const std::function<Status(const Sample&)>& visit_;
+  Visitor visit_;
   std::optional<TagFrame> frame_;
 };
 
-Status read_camera(RecordingSetup& setup, const mcap::Index& index, const mcap::Channel& channel,
-                   const mcap::Message& message) {
-  const std::string type = type_of(index, channel);
+SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}
+SampleDecoder::~SampleDecoder() = default;
+Status SampleDecoder::add(std::string_view topic, std::string_view type, std::uint64_t log_time,
+                          ByteSpan cdr) {
+  return impl_->add(topic, type, log_time, cdr);
+}
+Status SampleDecoder::finish() { return impl_->send_frame(); }
+
+Status add_to_setup(RecordingSetup& setup, std::string_view type, ByteSpan cdr) {
   if (type == ros2::CameraInfo::kType && !setup.camera) {
-    const auto info = cdr::decode<ros2::CameraInfo>(message.data.bytes);
+    const auto info = cdr::decode<ros2::CameraInfo>(cdr);
     if (!info) return tl::unexpected(info.error());
     Result<CameraModel> camera = ros2::from_ros(*info);
     if (!camera) return tl::unexpected(camera.error());
     setup.camera = std::move(*camera);
   }
   if (type == ros2::TFMessage::kType) {
-    const auto transforms = cdr::decode<ros2::TFMessage>(message.data.bytes);
+    const auto transforms = cdr::decode<ros2::TFMessage>(cdr);
     if (!transforms) return tl::unexpected(transforms.error());
     for (const auto& transform : transforms->transforms) {
       if (transform.child_frame_id == ros2::kCameraFrame) setup.base_T_cam = ros2::from_ros(transform);
@@ -100,8 +104,6 @@ Status read_camera(RecordingSetup& setup, const mcap::Index& index, const mcap::
   }
   return {};
 }
-
-}  // namespace
 
 Result<RecordingSetup> read_setup(const ByteSource& source) {
   const Result<mcap::Index> index = mcap::read_index(source);
@@ -113,10 +115,10 @@ Result<RecordingSetup> read_setup(const ByteSource& source) {
     setup.metadata[metadata->name] = metadata->metadata;
   }
   const mcap::Selection selection{.topics = {topics::kCameraInfo, topics::kTfStatic}};
-  Status status = mcap::visit_messages(source, *index, selection,
-                                       [&](const mcap::Channel& channel, const mcap::Message& message) {
-                                         return read_camera(setup, *index, channel, message);
-                                       });
+  Status status = mcap::visit_messages(
+      source, *index, selection, [&](const mcap::Channel& channel, const mcap::Message& message) {
+        return add_to_setup(setup, type_of(*index, channel), message.data.bytes);
+      });
   if (!status) return tl::unexpected(status.error());
   return setup;
 }
@@ -124,9 +126,12 @@ Result<RecordingSetup> read_setup(const ByteSource& source) {
 Status visit_samples(const ByteSource& source, const std::function<Status(const Sample&)>& visit) {
   const Result<mcap::Index> index = mcap::read_index(source);
   if (!index) return tl::unexpected(index.error());
-  SampleVisitor visitor(*index, visit);
-  Status status = mcap::visit_messages(source, *index, {}, std::ref(visitor));
-  return status ? visitor.send_frame() : status;
+  SampleDecoder decoder(visit);
+  Status status = mcap::visit_messages(
+      source, *index, {}, [&](const mcap::Channel& channel, const mcap::Message& message) {
+        return decoder.add(channel.topic, type_of(*index, channel), message.log_time, message.data.bytes);
+      });
+  return status ? decoder.finish() : status;
 }
 
 }  // namespace waymark

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/mcap_reader.hpp"
@@ -21,6 +25,30 @@ struct RecordingSetup {
 
 /// The camera, its place on the robot, and the metadata.
 [[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
+
+/// Turns ROS 2 messages into samples, one after another, whatever file they come from.
+class SampleDecoder {
+ public:
+  using Visitor = std::function<Status(const Sample&)>;
+  explicit SampleDecoder(Visitor visit);
+  ~SampleDecoder();
+  SampleDecoder(const SampleDecoder&) = delete;
+  SampleDecoder& operator=(const SampleDecoder&) = delete;
+
+  /// Visits the sample of a message in plain CDR (log_time [ns]: the stamp of types without a header), if its
+  /// type and topic are ones we know. Fails when it does not decode, or the visitor fails. A frame of tags
+  /// waits for the covariances that may follow it.
+  Status add(std::string_view topic, std::string_view type, std::uint64_t log_time, ByteSpan cdr);
+  /// Visits what still waits.
+  Status finish();
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Fills in what a message says about the robot: the camera, or its place.
+[[nodiscard]] Status add_to_setup(RecordingSetup& setup, std::string_view type, ByteSpan cdr);
 
 /// Calls visit for every sample of the topics we know, in order of log time. Fails on a message that does not
 /// decode.

@@ -1,0 +1,105 @@
+#include "waymark/recording/mcap_log.hpp"
+
+#include <fmt/format.h>
+
+#include "waymark/recording/log_problems.hpp"
+#include "waymark/recording/mcap_reader.hpp"
+#include "waymark/recording/ros_log.hpp"
+
+namespace waymark {
+namespace {
+
+class McapLog final : public RosLog {
+ public:
+  McapLog(std::unique_ptr<ByteSource> source, mcap::Index index, const mcap::ReaderOptions& options)
+      : source_(std::move(source)), index_(std::move(index)), options_(options) {
+    for (const auto& [id, channel] : index_.channels) {
+      position_[id] = channels_.size();
+      channels_.push_back(described(channel));
+    }
+    opened_.damages("mcap.damage", index_.problems);
+  }
+
+  LogFormat format() const override { return LogFormat::Mcap; }
+  std::string description() const override {
+    return fmt::format("MCAP{}{}", index_.header.profile.empty() ? "" : ", profile " + index_.header.profile,
+                       index_.from_summary ? "" : ", without a usable summary");
+  }
+  const std::vector<LogChannel>& channels() const override { return channels_; }
+  LogSummary summary() const override {
+    const mcap::Statistics& statistics = index_.statistics;
+    LogSummary summary{.messages = statistics.message_count,
+                       .size_bytes = source_->size().value_or(0),
+                       .files = {source_->name()}};
+    if (statistics.message_count > 0) {
+      summary.start = statistics.message_start_time;
+      summary.end = statistics.message_end_time;
+    }
+    return summary;
+  }
+
+  Status visit(const LogSelection& selection, const Visitor& visit) override {
+    visited_.clear();
+    return mcap::visit_messages(
+        *source_, index_, {.topics = selection.topics, .from = selection.from, .to = selection.to},
+        [&](const mcap::Channel& channel, const mcap::Message& message) {
+          return visit(channels_[position_.at(channel.id)],
+                       {message.log_time, message.publish_time, message.data.bytes});
+        },
+        options_);
+  }
+
+  std::vector<LogProblem> problems() const override {
+    std::vector<LogProblem> all = opened_.list();
+    visited_.append_to(all);
+    return all;
+  }
+
+ protected:
+  Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
+    std::map<std::string, std::map<std::string, std::string>> blocks;
+    for (const mcap::MetadataIndex& entry : index_.metadata) {
+      Result<mcap::Metadata> block = mcap::read_metadata(*source_, entry, options_);
+      if (!block) return tl::unexpected(block.error());
+      blocks[block->name] = std::move(block->metadata);
+    }
+    return blocks;
+  }
+  void note(LogProblem::Kind kind, const std::string& key, const Error& error) override {
+    visited_.add(kind, key, [&] { return error; });
+  }
+
+ private:
+  [[nodiscard]] LogChannel described(const mcap::Channel& channel) const {
+    LogChannel out{
+        .topic = channel.topic, .encoding = channel.message_encoding, .metadata = channel.metadata};
+    if (const auto schema = index_.schemas.find(channel.schema_id); schema != index_.schemas.end()) {
+      out.type = schema->second.name;
+      out.schema_encoding = schema->second.encoding;
+      out.schema = as_text(schema->second.data);
+    }
+    const auto& counts = index_.statistics.channel_message_counts;
+    if (const auto count = counts.find(channel.id); count != counts.end()) out.messages = count->second;
+    return out;
+  }
+
+  std::unique_ptr<ByteSource> source_;
+  mcap::Index index_;
+  mcap::ReaderOptions options_;
+  std::vector<LogChannel> channels_;
+  std::map<std::uint16_t, std::size_t> position_;
+  LogProblems opened_;
+  LogProblems visited_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<MessageLog>> open_mcap_log(std::unique_ptr<ByteSource> source,
+                                                  const LogOptions& options) {
+  const mcap::ReaderOptions reader{.max_record_bytes = options.max_record_bytes};
+  Result<mcap::Index> index = mcap::read_index(*source, reader);
+  if (!index) return tl::unexpected(index.error());
+  return std::make_unique<McapLog>(std::move(source), std::move(*index), reader);
+}
+
+}  // namespace waymark

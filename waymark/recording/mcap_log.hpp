@@ -1,0 +1,11 @@
+#pragma once
+
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+
+/// An MCAP file, ours or anybody's.
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_mcap_log(std::unique_ptr<ByteSource> source,
+                                                                const LogOptions& options);
+
+}  // namespace waymark

@@ -1,0 +1,48 @@
+#include "waymark/recording/message_log.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "waymark/recording/mcap_log.hpp"
+#include "waymark/recording/mcap_records.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kHeadBytes = 64 * 1024;
+
+/// The first bytes of a file, as many as there are.
+Result<Bytes> head_of(const ByteSource& source) {
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(*size, kHeadBytes)));
+  if (Status status = source.read(0, head); !status) return tl::unexpected(status.error());
+  return head;
+}
+
+bool begins(ByteSpan head, ByteSpan magic) {
+  return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
+}
+
+}  // namespace
+
+std::string_view to_string(LogFormat format) {
+  constexpr std::array<std::string_view, 5> kNames = {"mcap", "rosbag2", "ros1bag", "lcm", "csv"};
+  return kNames.at(static_cast<std::size_t>(format));
+}
+
+Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {
+  const Result<Bytes> head = head_of(*source);
+  if (!head) return tl::unexpected(head.error());
+  if (begins(*head, mcap::kMagic)) return open_mcap_log(std::move(source), options);
+  return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
+              "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
+}
+
+Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, const LogOptions& options) {
+  Result<std::unique_ptr<ByteSource>> source = open_file(path);
+  if (!source) return tl::unexpected(source.error());
+  return open_log(std::move(*source), options);
+}
+
+}  // namespace waymark
