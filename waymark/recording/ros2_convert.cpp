@@ -123,7 +123,7 @@ PoseStamped to_ros(const TruthPose& truth) {
 }
 
 AprilTagDetectionArray to_ros(const TagFrame& frame) {
-  AprilTagDetectionArray message{.header = header(frame.stamp, kCameraFrame)};
+  AprilTagDetectionArray message{.header = header(frame.stamp, camera_frame(frame.camera))};
   for (const TagDetection& detection : frame.detections) {
     AprilTagDetection out;
     out.family = to_string(detection.tag.family);
@@ -142,7 +142,7 @@ AprilTagDetectionArray to_ros(const TagFrame& frame) {
 }
 
 TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
-  TagCornerCovariances message{.header = header(frame.stamp, kCameraFrame)};
+  TagCornerCovariances message{.header = header(frame.stamp, camera_frame(frame.camera))};
   for (const TagDetection& detection : frame.detections) {
     message.id.push_back(detection.tag.number);
     // Unknown: all zero, which no detector measures.
@@ -154,7 +154,7 @@ TagCornerCovariances covariances_to_ros(const TagFrame& frame) {
 }
 
 Result<TagFrame> from_ros(const AprilTagDetectionArray& message) {
-  TagFrame frame{.stamp = from_ros(message.header.stamp)};
+  TagFrame frame{.stamp = from_ros(message.header.stamp), .camera = camera_of_frame(message.header.frame_id)};
   for (const AprilTagDetection& in : message.detections) {
     // Older recorders leave the family empty; all of them had 36h11.
     const Result<FamilyId> family = parse_family(in.family.empty() ? "tag36h11" : in.family);
@@ -184,9 +184,9 @@ Status add_covariances(TagFrame& frame, const TagCornerCovariances& message) {
   return {};
 }
 
-CameraInfo to_ros(const CameraModel& camera, SensorTime stamp) {
+CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view name) {
   CameraInfo message;
-  message.header = header(stamp, kCameraFrame);
+  message.header = header(stamp, camera_frame(name));
   message.width = static_cast<std::uint32_t>(camera.width_px());
   message.height = static_cast<std::uint32_t>(camera.height_px());
   std::visit(

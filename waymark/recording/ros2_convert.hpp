@@ -14,6 +14,12 @@ inline constexpr std::string_view kMapFrame = "map";
 inline constexpr std::string_view kOdomFrame = "odom";
 inline constexpr std::string_view kBaseFrame = "base_link";
 inline constexpr std::string_view kCameraFrame = "camera_optical";
+inline constexpr std::string_view kLaserFrame = "laser";
+
+/// The frame of a camera on the wire: "cam" is camera_optical, "left" is left_optical. And back; a frame that
+/// does not end in _optical names the camera itself, an empty one is "cam".
+[[nodiscard]] std::string camera_frame(std::string_view camera);
+[[nodiscard]] std::string camera_of_frame(std::string_view frame);
 
 [[nodiscard]] Time to_ros(SensorTime stamp);
 [[nodiscard]] SensorTime from_ros(const Time& stamp);
@@ -41,7 +47,27 @@ inline constexpr std::string_view kCameraFrame = "camera_optical";
 /// Fails when the entries are not those of the frame.
 [[nodiscard]] Status add_covariances(TagFrame& frame, const TagCornerCovariances& message);
 
-[[nodiscard]] CameraInfo to_ros(const CameraModel& camera, SensorTime stamp);
+/// mono8.
+[[nodiscard]] Image to_ros(const CameraFrame& frame);
+/// Grey of mono8, 8UC1, mono16, 16UC1 (scaled to 8 bits, rounded), rgb8, bgr8, rgba8, bgra8 (Rec. 601 luma,
+/// as decode_image) and the Y of yuv422 and yuv422_yuy2. Fails on other encodings and on a size its data do
+/// not have.
+[[nodiscard]] Result<CameraFrame> from_ros(const Image& message);
+/// JPEG, PNG or PNM, whatever `format` says; fails as decode_image does.
+[[nodiscard]] Result<CameraFrame> from_ros(const CompressedImage& message);
+
+/// ROS keeps the angles and limits as float32: they come back within 1e-7 of their size.
+[[nodiscard]] LaserScan to_ros(const waymark::LaserScan& scan);
+[[nodiscard]] waymark::LaserScan from_ros(const LaserScan& message);
+[[nodiscard]] Joy to_ros(const GamepadState& state);
+[[nodiscard]] GamepadState from_ros(const Joy& message);
+[[nodiscard]] RangeBearing to_ros(const waymark::RangeBearing& sample);
+[[nodiscard]] waymark::RangeBearing from_ros(const RangeBearing& message);
+[[nodiscard]] TagPoseArray to_ros(const TagPoseFrame& frame);
+/// Fails on a family that is not known.
+[[nodiscard]] Result<TagPoseFrame> from_ros(const TagPoseArray& message);
+
+[[nodiscard]] CameraInfo to_ros(const CameraModel& camera, SensorTime stamp, std::string_view name = "cam");
 /// Fails on a distortion model that is not known and on what CameraModel::make() refuses.
 [[nodiscard]] Result<CameraModel> from_ros(const CameraInfo& message);
 

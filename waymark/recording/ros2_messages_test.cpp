@@ -94,10 +94,26 @@ TEST(Ros2Schemas, CarryEveryTypeTheyUseOnce) {
 }
 
 TEST(Ros2Schemas, EveryRecordedTypeHasOne) {
-  for (const auto type :
-       {Twist::kType, TwistStamped::kType, PoseStamped::kType, PoseWithCovarianceStamped::kType,
-        Odometry::kType, Imu::kType, JointState::kType, CameraInfo::kType, TFMessage::kType,
-        AprilTagDetectionArray::kType, DiagnosticArray::kType}) {
+  for (const auto type : {Twist::kType,
+                          TwistStamped::kType,
+                          PoseStamped::kType,
+                          PoseWithCovarianceStamped::kType,
+                          Odometry::kType,
+                          Imu::kType,
+                          JointState::kType,
+                          CameraInfo::kType,
+                          TFMessage::kType,
+                          AprilTagDetectionArray::kType,
+                          DiagnosticArray::kType,
+                          Image::kType,
+                          CompressedImage::kType,
+                          LaserScan::kType,
+                          Joy::kType,
+                          Path::kType,
+                          MarkerArray::kType,
+                          TagPoseArray::kType,
+                          TagCornerCovariances::kType,
+                          RangeBearing::kType}) {
     EXPECT_FALSE(schema_text(type).empty()) << type;
   }
   EXPECT_TRUE(schema_text("pkg/msg/Unknown").empty());

@@ -50,6 +50,16 @@ constexpr std::array kDefinitions = {
                "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\n"
                "float64[9]  k\nfloat64[9]  r\nfloat64[12] p\nuint32 binning_x\nuint32 "
                "binning_y\nRegionOfInterest roi\n"},
+    Definition{"sensor_msgs/Image",
+               "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\n"
+               "uint32 step\nuint8[] data\n"},
+    Definition{"sensor_msgs/CompressedImage", "std_msgs/Header header\nstring format\nuint8[] data\n"},
+    Definition{"sensor_msgs/LaserScan",
+               "std_msgs/Header header\nfloat32 angle_min\nfloat32 angle_max\nfloat32 angle_increment\n"
+               "float32 time_increment\nfloat32 scan_time\nfloat32 range_min\nfloat32 range_max\n"
+               "float32[] ranges\nfloat32[] intensities\n"},
+    Definition{"sensor_msgs/Joy", "std_msgs/Header header\nfloat32[] axes\nint32[] buttons\n"},
+    Definition{"nav_msgs/Path", "std_msgs/Header header\ngeometry_msgs/PoseStamped[] poses\n"},
     Definition{"tf2_msgs/TFMessage", "geometry_msgs/TransformStamped[] transforms\n"},
     Definition{"apriltag_msgs/Point", "float64 x\nfloat64 y\n"},
     Definition{
@@ -60,6 +70,27 @@ constexpr std::array kDefinitions = {
                "std_msgs/Header header\nAprilTagDetection[] detections\n"},
     Definition{"waymark_msgs/TagCornerCovariances",
                "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
+    Definition{"waymark_msgs/TagPose", "string family\nint32 id\ngeometry_msgs/Pose pose\n"},
+    Definition{"waymark_msgs/TagPoseArray", "std_msgs/Header header\nTagPose[] tags\n"},
+    Definition{"waymark_msgs/RangeBearing",
+               "std_msgs/Header header\nint64 landmark\nfloat64 range_m\nfloat64 bearing_rad\n"},
+    Definition{"std_msgs/ColorRGBA", "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n"},
+    Definition{"builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n"},
+    Definition{"visualization_msgs/UVCoordinate", "float32 u\nfloat32 v\n"},
+    Definition{"visualization_msgs/MeshFile", "string filename\nuint8[] data\n"},
+    Definition{"visualization_msgs/Marker",
+               "int32 ARROW=0\nint32 CUBE=1\nint32 SPHERE=2\nint32 CYLINDER=3\nint32 LINE_STRIP=4\nint32 "
+               "LINE_LIST=5\n"
+               "int32 CUBE_LIST=6\nint32 SPHERE_LIST=7\nint32 POINTS=8\nint32 TEXT_VIEW_FACING=9\n"
+               "int32 MESH_RESOURCE=10\nint32 TRIANGLE_LIST=11\nint32 ARROW_STRIP=12\nint32 ADD=0\nint32 "
+               "MODIFY=0\nint32 DELETE=2\n"
+               "int32 DELETEALL=3\nstd_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\n"
+               "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\n"
+               "builtin_interfaces/Duration lifetime\nbool frame_locked\ngeometry_msgs/Point[] points\n"
+               "std_msgs/ColorRGBA[] colors\nstring texture_resource\nsensor_msgs/CompressedImage texture\n"
+               "UVCoordinate[] uv_coordinates\nstring text\nstring mesh_resource\nMeshFile mesh_file\n"
+               "bool mesh_use_embedded_materials\n"},
+    Definition{"visualization_msgs/MarkerArray", "Marker[] markers\n"},
     Definition{"diagnostic_msgs/KeyValue", "string key\nstring value\n"},
     Definition{"diagnostic_msgs/DiagnosticStatus",
                "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"

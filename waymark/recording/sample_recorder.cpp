@@ -16,6 +16,22 @@ std::uint64_t nanoseconds(SensorTime stamp) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.time_since_epoch().count()));
 }
 
+/// The topic of a camera's data: that of the first stands at the root, that of another below its name.
+std::string topic_of(const std::string& camera, const char* topic) {
+  return camera == "cam" ? topic : "/" + camera + topic;
+}
+
+const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
+const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
+const char* topic_of_kind(const ImuSample& /**/) { return topics::kImu; }
+const char* topic_of_kind(const StampedCommand& /**/) { return topics::kCommand; }
+const char* topic_of_kind(const TruthPose& /**/) { return topics::kTruth; }
+const char* topic_of_kind(const CameraFrame& /**/) { return topics::kImage; }
+const char* topic_of_kind(const TagPoseFrame& /**/) { return topics::kTagPoses; }
+const char* topic_of_kind(const RangeBearing& /**/) { return topics::kRangeBearing; }
+const char* topic_of_kind(const LaserScan& /**/) { return topics::kScan; }
+const char* topic_of_kind(const GamepadState& /**/) { return topics::kGamepad; }
+
 }  // namespace
 
 Result<SampleRecorder> SampleRecorder::open(std::unique_ptr<ByteSink> sink,
@@ -47,52 +63,45 @@ template Status SampleRecorder::add_message(const std::string&, SensorTime, cons
 template Status SampleRecorder::add_message(const std::string&, SensorTime,
                                             const ros2::PoseWithCovarianceStamped&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::DiagnosticArray&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::Path&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::MarkerArray&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::CompressedImage&);
 
-Status SampleRecorder::add(const Sample& sample) {
-  struct Visitor {
-    SampleRecorder& recorder;
-    Status operator()(const TagFrame& frame) const {
-      if (Status status = recorder.add_message(topics::kTags, frame.stamp, ros2::to_ros(frame)); !status)
-        return status;
-      const bool known = std::ranges::any_of(
-          frame.detections, [](const auto& d) { return d.corner_covariance_px2.has_value(); });
-      return known
-                 ? recorder.add_message(topics::kTagCovariances, frame.stamp, ros2::covariances_to_ros(frame))
-                 : Status{};
-    }
-    Status operator()(const Odometry& s) const {
-      return recorder.add_message(topics::kOdometry, s.stamp, ros2::to_ros(s));
-    }
-    Status operator()(const WheelTicks& s) const {
-      return recorder.add_message(topics::kWheels, s.stamp, ros2::to_ros(s));
-    }
-    Status operator()(const ImuSample& s) const {
-      return recorder.add_message(topics::kImu, s.stamp, ros2::to_ros(s));
-    }
-    Status operator()(const StampedCommand& s) const {
-      return recorder.add_message(topics::kCommand, s.stamp, ros2::to_ros(s));
-    }
-    Status operator()(const TruthPose& s) const {
-      return recorder.add_message(topics::kTruth, s.stamp, ros2::to_ros(s));
-    }
-    Status operator()(const CameraFrame& /*frame*/) const { return not_yet(); }
-    Status operator()(const TagPoseFrame& /*frame*/) const { return not_yet(); }
-    Status operator()(const RangeBearing& /*sample*/) const { return not_yet(); }
-    Status operator()(const LaserScan& /*scan*/) const { return not_yet(); }
-    Status operator()(const GamepadState& /*state*/) const { return not_yet(); }
-    static Status not_yet() {
-      return fail(ErrorCode::Unsupported, "this kind of sample cannot be recorded yet");
-    }
-  };
-  return std::visit(Visitor{*this}, sample);
+Status SampleRecorder::add_tags(const TagFrame& frame) {
+  if (Status status = add_message(topic_of(frame.camera, topics::kTags), frame.stamp, ros2::to_ros(frame));
+      !status)
+    return status;
+  const bool known = std::ranges::any_of(frame.detections,
+                                         [](const auto& d) { return d.corner_covariance_px2.has_value(); });
+  if (!known) return {};
+  return add_message(topic_of(frame.camera, topics::kTagCovariances), frame.stamp,
+                     ros2::covariances_to_ros(frame));
 }
 
-Status SampleRecorder::add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam) {
-  if (Status status = add_message(topics::kCameraInfo, stamp, ros2::to_ros(camera, stamp)); !status)
+Status SampleRecorder::add(const Sample& sample) {
+  return std::visit(
+      [this](const auto& value) -> Status {
+        using Kind = std::remove_cvref_t<decltype(value)>;
+        if constexpr (std::is_same_v<Kind, TagFrame>) {
+          return add_tags(value);
+        } else if constexpr (requires { value.camera; }) {
+          return add_message(topic_of(value.camera, topic_of_kind(value)), value.stamp, ros2::to_ros(value));
+        } else {
+          return add_message(topic_of_kind(value), value.stamp, ros2::to_ros(value));
+        }
+      },
+      sample);
+}
+
+Status SampleRecorder::add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
+                                  const std::string& name) {
+  if (Status status =
+          add_message(topic_of(name, topics::kCameraInfo), stamp, ros2::to_ros(camera, stamp, name));
+      !status)
     return status;
   ros2::TFMessage message;
   message.transforms.push_back(
-      ros2::to_ros_transform(stamp, ros2::kBaseFrame, ros2::kCameraFrame, base_T_cam));
+      ros2::to_ros_transform(stamp, ros2::kBaseFrame, ros2::camera_frame(name), base_T_cam));
   return add_message(topics::kTfStatic, stamp, message);
 }
 

@@ -15,6 +15,11 @@ namespace waymark {
 namespace topics {
 inline constexpr const char* kTags = "/tag_detections";
 inline constexpr const char* kTagCovariances = "/tag_corner_covariances";
+inline constexpr const char* kTagPoses = "/tag_poses";
+inline constexpr const char* kImage = "/image_raw";
+inline constexpr const char* kScan = "/scan";
+inline constexpr const char* kGamepad = "/joy";
+inline constexpr const char* kRangeBearing = "/range_bearing";
 inline constexpr const char* kCameraInfo = "/camera_info";
 inline constexpr const char* kOdometry = "/odom";
 inline constexpr const char* kWheels = "/joint_states";
@@ -34,7 +39,8 @@ class SampleRecorder {
 
   Status add(const Sample& sample);
   /// What a reader needs before the first frame: the camera and where it sits.
-  Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam);
+  Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
+                    const std::string& name = "cam");
   /// A message of ours on any topic.
   template <class Message>
   Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
@@ -48,6 +54,7 @@ class SampleRecorder {
   Status close() { return writer_.close(); }
 
  private:
+  Status add_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
 

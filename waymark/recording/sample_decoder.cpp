@@ -1,0 +1,122 @@
+#include "waymark/recording/sample_reader.hpp"
+
+#include <utility>
+
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::string_view kTruthPrefix = "/truth/";
+
+struct Ros2Message {
+  std::string_view topic{};
+  std::string_view type{};
+  std::uint64_t log_time = 0;
+  ByteSpan cdr{};
+};
+
+Error named(Error error, const Ros2Message& raw) {
+  if (error.place.key.empty()) error.place.key = std::string(raw.topic);
+  return error;
+}
+
+}  // namespace
+
+class SampleDecoder::Impl {
+ public:
+  explicit Impl(Visitor visit) : visit_(std::move(visit)) {}
+  Status add(const Ros2Message& raw);
+  Status finish();
+
+ private:
+  template <class Message>
+  Status give(const Ros2Message& raw);
+  Status on_tags(const Ros2Message& raw);
+  Status on_covariances(const Ros2Message& raw);
+  Status on_truth(const Ros2Message& raw);
+  Status on_twist(const Ros2Message& raw);
+
+  Visitor visit_;
+  std::optional<TagFrame> frame_{};  ///< waits for the covariances that may follow it
+};
+
+template <class Message>
+Status SampleDecoder::Impl::give(const Ros2Message& raw) {
+  const Result<Message> message = cdr::decode<Message>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  auto sample = ros2::from_ros(*message);
+  if constexpr (requires { sample.error(); }) {
+    if (!sample) return tl::unexpected(named(sample.error(), raw));
+    return visit_(*std::move(sample));
+  } else {
+    return visit_(std::move(sample));
+  }
+}
+
+Status SampleDecoder::Impl::add(const Ros2Message& raw) {
+  if (raw.type == ros2::TagCornerCovariances::kType) return on_covariances(raw);
+  if (Status status = finish(); !status) return status;
+  if (raw.topic.starts_with(kTruthPrefix)) return on_truth(raw);
+  if (raw.type == ros2::AprilTagDetectionArray::kType) return on_tags(raw);
+  if (raw.type == ros2::Odometry::kType) return give<ros2::Odometry>(raw);
+  if (raw.type == ros2::JointState::kType) return give<ros2::JointState>(raw);
+  if (raw.type == ros2::Imu::kType) return give<ros2::Imu>(raw);
+  if (raw.type == ros2::TwistStamped::kType) return give<ros2::TwistStamped>(raw);
+  if (raw.type == ros2::Twist::kType) return on_twist(raw);
+  if (raw.type == ros2::Image::kType) return give<ros2::Image>(raw);
+  if (raw.type == ros2::CompressedImage::kType) return give<ros2::CompressedImage>(raw);
+  if (raw.type == ros2::LaserScan::kType) return give<ros2::LaserScan>(raw);
+  if (raw.type == ros2::Joy::kType) return give<ros2::Joy>(raw);
+  if (raw.type == ros2::RangeBearing::kType) return give<ros2::RangeBearing>(raw);
+  if (raw.type == ros2::TagPoseArray::kType) return give<ros2::TagPoseArray>(raw);
+  return {};
+}
+
+Status SampleDecoder::Impl::finish() {
+  if (!frame_) return {};
+  const Sample sample = *std::move(frame_);
+  frame_.reset();
+  return visit_(sample);
+}
+
+Status SampleDecoder::Impl::on_tags(const Ros2Message& raw) {
+  const auto message = cdr::decode<ros2::AprilTagDetectionArray>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  Result<TagFrame> frame = ros2::from_ros(*message);
+  if (!frame) return tl::unexpected(named(frame.error(), raw));
+  frame_ = std::move(*frame);
+  return {};
+}
+
+Status SampleDecoder::Impl::on_covariances(const Ros2Message& raw) {
+  const auto message = cdr::decode<ros2::TagCornerCovariances>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  const bool same_frame = frame_ && frame_->stamp == ros2::from_ros(message->header.stamp);
+  return same_frame ? ros2::add_covariances(*frame_, *message) : Status{};
+}
+
+Status SampleDecoder::Impl::on_truth(const Ros2Message& raw) {
+  if (raw.type != ros2::PoseStamped::kType) return {};
+  const auto message = cdr::decode<ros2::PoseStamped>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  return visit_(TruthPose{ros2::from_ros(message->header.stamp), ros2::from_ros(message->pose)});
+}
+
+Status SampleDecoder::Impl::on_twist(const Ros2Message& raw) {
+  const auto message = cdr::decode<ros2::Twist>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  return visit_(StampedCommand{SensorTime(Duration(static_cast<std::int64_t>(raw.log_time))),
+                               {message->linear.x, message->angular.z}});
+}
+
+SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}
+SampleDecoder::~SampleDecoder() = default;
+Status SampleDecoder::add(std::string_view topic, std::string_view type, std::uint64_t log_time,
+                          ByteSpan cdr) {
+  return impl_->add({topic, type, log_time, cdr});
+}
+Status SampleDecoder::finish() { return impl_->finish(); }
+
+}  // namespace waymark
