@@ -5,6 +5,10 @@
 
 #include "waymark/recording/mcap_log.hpp"
 #include "waymark/recording/mcap_records.hpp"
+#include "waymark/recording/ros1_bag_log.hpp"
+#include "waymark/recording/ros1_bag_records.hpp"
+#include "waymark/recording/unpack.hpp"
+#include "waymark/recording/unpacked_log.hpp"
 
 namespace waymark {
 namespace {
@@ -24,6 +28,18 @@ bool begins(ByteSpan head, ByteSpan magic) {
   return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
 }
 
+Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> source, ByteSpan head,
+                                               const LogOptions& options) {
+  if (begins(head, mcap::kMagic)) return open_mcap_log(std::move(source), options);
+  if (begins(head, as_bytes(ros1bag::kMagic))) return open_ros1_bag(std::move(source), options);
+  if (begins(head, as_bytes("#ROSBAG V1")))
+    return fail(ErrorCode::Unsupported, "a ROS bag of version 1, from before 2010",
+                {.source = source->name()}, "Convert it with `rosbag fix`.");
+  if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", {.source = source->name()});
+  return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
+              "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
+}
+
 }  // namespace
 
 std::string_view to_string(LogFormat format) {
@@ -32,11 +48,19 @@ std::string_view to_string(LogFormat format) {
 }
 
 Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {
-  const Result<Bytes> head = head_of(*source);
+  Result<Bytes> head = head_of(*source);
   if (!head) return tl::unexpected(head.error());
-  if (begins(*head, mcap::kMagic)) return open_mcap_log(std::move(source), options);
-  return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
-              "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
+  const Packing packing = packing_of(*head);
+  if (packing == Packing::None) return open_plain(std::move(source), *head, options);
+
+  Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.max_unpacked_bytes);
+  if (!unpacked) return tl::unexpected(unpacked.error());
+  head = head_of(*unpacked->source);
+  if (!head) return tl::unexpected(head.error());
+  if (head->empty() && unpacked->damage) return tl::unexpected(*unpacked->damage);
+  Result<std::unique_ptr<MessageLog>> log = open_plain(std::move(unpacked->source), *head, options);
+  if (!log) return log;
+  return with_packing(std::move(*log), packing, unpacked->damage, source->size().value_or(0));
 }
 
 Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, const LogOptions& options) {

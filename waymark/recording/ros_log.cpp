@@ -1,12 +1,17 @@
 #include "waymark/recording/ros_log.hpp"
 
+#include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
 namespace waymark {
 
 Status RosLog::visit_cdr(const LogSelection& selection, const Visitor& visit) {
-  return this->visit(selection, [&](const LogChannel& channel, const LogMessage& message) {
-    return channel.encoding == "cdr" ? visit(channel, message) : Status{};
+  CdrChannels channels(
+      [this](LogProblem::Kind kind, const std::string& key, const Error& error) { note(kind, key, error); });
+  return this->visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+    const std::optional<CdrChannels::Message> cdr = channels.convert(channel, message);
+    if (!cdr || !cdr->channel->known_layout) return {};
+    return visit(cdr->channel->channel, {message.log_time, message.publish_time, cdr->data});
   });
 }
 
@@ -36,8 +41,7 @@ Result<RecordingSetup> RosLog::setup() {
   setup.metadata = std::move(*blocks);
   LogSelection selection;
   for (const LogChannel& channel : channels()) {
-    const bool tells = channel.type == ros2::CameraInfo::kType ||
-                       (channel.type == ros2::TFMessage::kType && channel.topic.ends_with("tf_static"));
+    const bool tells = channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
     if (tells) selection.topics.insert(channel.topic);
   }
   if (!selection.topics.empty()) {
