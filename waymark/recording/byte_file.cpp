@@ -32,32 +32,56 @@ std::string reason() { return std::strerror(errno); }  // NOLINT(concurrency-mt-
 // No buffer of our own: what write() returned from is with the kernel and survives our death.
 class FileSink final : public ByteSink {
  public:
-  FileSink(int fd, std::string name) : fd_(fd), name_(std::move(name)) {}
+  FileSink(int fd, std::filesystem::path path) : fd_(fd), path_(std::move(path)) {}
 
   Status write(ByteSpan bytes) override {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(fd_.get(), bytes.data(), bytes.size());
+    ByteSpan rest = bytes;
+    while (!rest.empty()) {
+      const ssize_t written = ::write(fd_.get(), rest.data(), rest.size());
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) {
-        return fail(ErrorCode::Unwritable, fmt::format("cannot write: {}", reason()), {.source = name_},
-                    errno == ENOSPC ? "Free some space; what was recorded so far is kept." : "");
+        const bool full = errno == ENOSPC || errno == EFBIG || errno == EDQUOT;
+        auto error =
+            fail(ErrorCode::Unwritable, fmt::format("cannot write: {}", reason()), {.source = path_.string()},
+                 full ? "Free some space; what was recorded so far is kept." : "");
+        take_back();
+        return error;
       }
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
+      rest = rest.subspan(static_cast<std::size_t>(written));
     }
+    size_ += bytes.size();
     return {};
   }
 
   Status sync() override {
     // EINVAL: a pipe or device that cannot be synced has nothing to lose.
     if (::fdatasync(fd_.get()) != 0 && errno != EINVAL) {
-      return fail(ErrorCode::Unwritable, fmt::format("cannot sync: {}", reason()), {.source = name_});
+      return fail(ErrorCode::Unwritable, fmt::format("cannot sync: {}", reason()),
+                  {.source = path_.string()});
     }
+    if (!named_) sync_name();
+    named_ = true;
     return {};
   }
 
  private:
+  // Half of a chunk would stand in the way of the summary, which may still fit.
+  void take_back() {
+    const auto size = static_cast<off_t>(size_);
+    if (::ftruncate(fd_.get(), size) == 0) (void)::lseek(fd_.get(), size, SEEK_SET);
+  }
+  // A new file is lost with its bytes unless its folder knows of it. What cannot be synced is not ours to
+  // mend.
+  void sync_name() const {
+    const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
+    const Descriptor fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (fd.get() >= 0) (void)::fsync(fd.get());
+  }
+
   Descriptor fd_;
-  std::string name_;
+  std::filesystem::path path_;
+  std::uint64_t size_ = 0;
+  bool named_ = false;
 };
 
 class FileSource final : public ByteSource {
@@ -133,7 +157,22 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path)
                 {.source = path.string()},
                 exists ? "A recording is never overwritten: choose another name or remove it." : "");
   }
-  return std::make_unique<FileSink>(fd, path.string());
+  return std::make_unique<FileSink>(fd, path);
+}
+
+Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
+  // A link fails where the name is taken, a rename would not. Some file systems have no links.
+  const bool linked = ::link(from.c_str(), to.c_str()) == 0;
+  const bool no_links = !linked && (errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK);
+  std::error_code ignored;
+  if (linked) {
+    ::unlink(from.c_str());
+    return {};
+  }
+  if (no_links && !std::filesystem::exists(to, ignored) && ::rename(from.c_str(), to.c_str()) == 0) return {};
+  const bool taken = errno == EEXIST || std::filesystem::exists(to, ignored);
+  return fail(ErrorCode::Unwritable, fmt::format("cannot give the file its name: {}", reason()),
+              {.source = to.string()}, taken ? "A file is never overwritten: choose another name." : "");
 }
 
 Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path) {

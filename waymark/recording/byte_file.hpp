@@ -15,6 +15,7 @@ namespace waymark {
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
+  /// All of the bytes, or (where the medium can take back what it got) none of them.
   virtual Status write(ByteSpan bytes) = 0;
   /// Makes what was written survive a power cut, where the medium can.
   virtual Status sync() = 0;
@@ -33,6 +34,9 @@ class ByteSource {
 
 /// A new file. Fails when it exists already: a recording is never overwritten.
 [[nodiscard]] Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path);
+/// Gives a finished file its name, in one step. Fails when the name is taken; the file keeps its old name
+/// then.
+[[nodiscard]] Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);
 [[nodiscard]] Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path);
 
 /// Bytes in memory; they must outlive the source.

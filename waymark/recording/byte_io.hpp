@@ -19,23 +19,33 @@ using ByteSpan = std::span<const std::uint8_t>;
 template <class T>
   requires std::integral<T> || std::floating_point<T>
 [[nodiscard]] T from_little_endian(const std::uint8_t* bytes) {
-  std::uint8_t raw[sizeof(T)];
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    raw[i] = bytes[std::endian::native == std::endian::little ? i : sizeof(T) - 1 - i];
-  }
   T value{};
-  std::memcpy(&value, raw, sizeof(T));
+  if constexpr (std::endian::native == std::endian::little) {
+    std::memcpy(&value, bytes, sizeof(T));
+  } else {
+    std::uint8_t raw[sizeof(T)];
+    for (std::size_t i = 0; i < sizeof(T); ++i) raw[i] = bytes[sizeof(T) - 1 - i];
+    std::memcpy(&value, raw, sizeof(T));
+  }
   return value;
+}
+
+/// Writes sizeof(T) bytes.
+template <class T>
+  requires std::integral<T> || std::floating_point<T>
+void put_little_endian(std::uint8_t* out, T value) {
+  std::uint8_t raw[sizeof(T)];
+  std::memcpy(raw, &value, sizeof(T));
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+    out[i] = raw[std::endian::native == std::endian::little ? i : sizeof(T) - 1 - i];
 }
 
 template <class T>
   requires std::integral<T> || std::floating_point<T>
 void append_little_endian(Bytes& out, T value) {
   std::uint8_t raw[sizeof(T)];
-  std::memcpy(raw, &value, sizeof(T));
-  for (std::size_t i = 0; i < sizeof(T); ++i) {
-    out.push_back(raw[std::endian::native == std::endian::little ? i : sizeof(T) - 1 - i]);
-  }
+  put_little_endian(raw, value);
+  out.insert(out.end(), raw, raw + sizeof(T));
 }
 
 /// Reads forward through bytes it does not own. After the first read past the end it is failed(), gives zeros

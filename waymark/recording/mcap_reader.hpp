@@ -12,33 +12,11 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/mcap_index.hpp"
 #include "waymark/recording/mcap_records.hpp"
 #include "waymark/recording/mcap_stream.hpp"
 
 namespace waymark::mcap {
-
-/// A schema that owns its text.
-struct StoredSchema {
-  std::string name{};
-  std::string encoding{};
-  Bytes data{};
-};
-
-/// What is in a file and where, from its summary or, when that is missing, from one pass over the file.
-struct Index {
-  Header header{};
-  std::map<std::uint16_t, StoredSchema> schemas{};
-  std::map<std::uint16_t, Channel> channels{};
-  std::vector<ChunkIndex> chunks{};  ///< in file order
-  std::vector<AttachmentIndex> attachments{};
-  std::vector<MetadataIndex> metadata{};
-  Statistics statistics{};
-  bool from_summary = false;      ///< false: the writer did not finish; rebuilt by reading the whole file
-  std::vector<Error> problems{};  ///< what was damaged or cut
-};
-
-/// The index of a file. O(summary) when there is one, else one pass over the file.
-[[nodiscard]] Result<Index> read_index(const ByteSource& source, const ReaderOptions& options = {});
 
 /// Which messages: all topics when empty; log times in [from, to) nanoseconds.
 struct Selection {
@@ -48,9 +26,9 @@ struct Selection {
 };
 
 /// Calls visit for the selected messages in order of log time (equal times: in file order). Only chunks that
-/// can hold one are unpacked; those that overlap in time are held together, so memory is bounded by the
-/// largest such group. Messages outside chunks are not visited (our writer makes none): use read_stream() for
-/// such a file.
+/// can hold one are read; those that overlap in time are held together, so memory is bounded by the largest
+/// such group. A chunk that is damaged ends the visit with its error, or is told to options.on_damage and
+/// passed over when that is set.
 [[nodiscard]] Status visit_messages(
     const ByteSource& source, const Index& index, const Selection& selection,
     const std::function<Status(const Channel& channel, const Message& message)>& visit,

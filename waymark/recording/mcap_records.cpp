@@ -40,9 +40,7 @@ struct Encoder {
       write(first);
       write(second);
     }
-    Bytes length;
-    append_little_endian(length, static_cast<std::uint32_t>(out.size() - at - 4));
-    std::copy(length.begin(), length.end(), out.begin() + static_cast<std::ptrdiff_t>(at));
+    put_little_endian(out.data() + at, static_cast<std::uint32_t>(out.size() - at - 4));
   }
 };
 
@@ -98,9 +96,7 @@ void encode(Bytes& out, const Record& record) {
   const std::size_t at = out.size();
   append_little_endian(out, std::uint64_t{0});
   encode_content(out, record);
-  Bytes length;
-  append_little_endian(length, static_cast<std::uint64_t>(out.size() - at - 8));
-  std::copy(length.begin(), length.end(), out.begin() + static_cast<std::ptrdiff_t>(at));
+  put_little_endian(out.data() + at, static_cast<std::uint64_t>(out.size() - at - 8));
 }
 
 template <class Record>

@@ -53,29 +53,29 @@ Result<Frame> read_frame(const ByteSource& source, std::uint64_t offset, std::ui
   return frame;
 }
 
-Status visit_chunk(ByteSpan content, std::uint64_t offset, const ReaderOptions& options,
-                   StreamSummary& summary, const std::function<Status(const RecordView&)>& visit,
-                   const Place& place) {
-  const Result<Chunk> chunk = decode<Chunk>(content);
-  const Result<Bytes> records =
-      chunk ? unpack_chunk(*chunk, options) : Result<Bytes>(tl::unexpected(chunk.error()));
-  if (!records) {
-    Error problem = records.error();
+/// The records of a chunk, behind the record of the chunk itself.
+Status visit_chunk(const RecordView& view, const ReaderOptions& options, Bytes& room, const Place& place,
+                   StreamSummary& summary, const std::function<Status(const RecordView&)>& visit) {
+  const auto damaged = [&](Error problem) {
     problem.place = place;
     summary.problems.push_back(std::move(problem));
+  };
+  const Result<Chunk> chunk = decode<Chunk>(view.content);
+  const Result<ByteSpan> records =
+      chunk ? unpack_chunk(*chunk, options, room) : Result<ByteSpan>(tl::unexpected(chunk.error()));
+  if (!records) {
+    damaged(records.error());
     return {};
   }
-  Status callback;
-  const Status walked = visit_records(*records, [&](std::uint8_t opcode, ByteSpan inner, std::size_t) {
-    callback = visit({.opcode = opcode, .content = inner, .offset = offset, .in_chunk = true});
-    return callback;
-  });
+  Status callback = visit(view);
   if (!callback) return callback;
-  if (!walked) {
-    Error problem = walked.error();
-    problem.place = place;
-    summary.problems.push_back(std::move(problem));
-  }
+  const Status walked =
+      visit_records(*records, [&](std::uint8_t opcode, ByteSpan inner, std::size_t inner_offset) {
+        callback = visit({opcode, inner, view.offset, true, inner_offset});
+        return callback;
+      });
+  if (!callback) return callback;
+  if (!walked) damaged(walked.error());
   return {};
 }
 
@@ -86,14 +86,14 @@ bool ends_with_magic(const ByteSource& source, std::uint64_t offset, std::uint64
 
 }  // namespace
 
-Result<Bytes> unpack_chunk(const Chunk& chunk, const ReaderOptions& options) {
+Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, Bytes& room) {
   const Result<Compression> compression = parse_compression(chunk.compression);
   if (!compression) return tl::unexpected(compression.error());
   if (chunk.uncompressed_size > options.max_record_bytes) {
     return fail(ErrorCode::LimitExceeded, fmt::format("a chunk of {} bytes is larger than the allowed {}",
                                                       chunk.uncompressed_size, options.max_record_bytes));
   }
-  Result<Bytes> records = decompress(*compression, chunk.records.bytes, chunk.uncompressed_size);
+  Result<ByteSpan> records = decompress(*compression, chunk.records.bytes, chunk.uncompressed_size, room);
   if (records && chunk.uncompressed_crc != 0 && crc32(*records) != chunk.uncompressed_crc) {
     return fail(ErrorCode::Unreadable,
                 "a chunk's checksum (CRC-32) is wrong: its bytes were changed or lost");
@@ -123,6 +123,7 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
   if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
   StreamSummary summary{.good_bytes = sizeof(kMagic)};
   Bytes content;
+  Bytes room;
   bool footer = false;
   while (!footer) {
     const std::uint64_t offset = summary.good_bytes;
@@ -136,15 +137,11 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
       summary.problems.push_back(status.error());
       return summary;
     }
-    if (Status status = visit({.opcode = frame->opcode, .content = content, .offset = offset}); !status) {
-      return tl::unexpected(status.error());
-    }
-    if (frame->opcode == static_cast<std::uint8_t>(Opcode::Chunk)) {
-      if (Status status = visit_chunk(content, offset, options, summary, visit, at(source, offset));
-          !status) {
-        return tl::unexpected(status.error());
-      }
-    }
+    const RecordView view{.opcode = frame->opcode, .content = content, .offset = offset};
+    const bool chunk = frame->opcode == static_cast<std::uint8_t>(Opcode::Chunk);
+    Status status =
+        chunk ? visit_chunk(view, options, room, at(source, offset), summary, visit) : visit(view);
+    if (!status) return tl::unexpected(status.error());
     footer = frame->opcode == static_cast<std::uint8_t>(Opcode::Footer);
     summary.good_bytes = offset + kRecordPrefixSize + frame->length;
   }

@@ -14,6 +14,8 @@ namespace waymark::mcap {
 struct ReaderOptions {
   /// Refuse a record or an unpacked chunk larger than this; a reader never holds more than two of them.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
+  /// Told of damage that a visit passes over; unless set, damage ends the visit with its error.
+  std::function<void(const Error&)> on_damage{};
 };
 
 /// One record as it lies in the file; the content is gone after the callback returns.
@@ -22,6 +24,7 @@ struct RecordView {
   ByteSpan content{};
   std::uint64_t offset = 0;  ///< of the record in the file; inside a chunk, that of the chunk
   bool in_chunk = false;
+  std::uint64_t inner_offset = 0;  ///< inside a chunk: of the record in the unpacked bytes
 };
 
 /// How reading front to back ended.
@@ -32,15 +35,15 @@ struct StreamSummary {
       problems{};  ///< the cut at the end, chunks whose CRC or packing is wrong (they are passed over)
 };
 
-/// Reads all records front to back, those inside chunks included (behind their chunk's own record). Needs no
-/// index, so it works on a recording in progress or one whose writer died. Fails only when it is not an MCAP
-/// file at all, or when the callback does; damage is reported in the summary. Memory: one record and one
-/// unpacked chunk.
+/// Reads all records front to back, those inside chunks included (behind their chunk's own record); a chunk
+/// whose packing or CRC is wrong is not visited. Needs no index, so it works on a recording in progress or
+/// one whose writer died. Fails only when it is not an MCAP file at all, or when the callback does; damage is
+/// reported in the summary. Memory: one record and one unpacked chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit);
 
-/// The records inside a chunk, unpacked and with the CRC checked.
-[[nodiscard]] Result<Bytes> unpack_chunk(const Chunk& chunk, const ReaderOptions& options);
+/// The records inside a chunk, unpacked (into `room`, unless they are not packed) and with the CRC checked.
+[[nodiscard]] Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, Bytes& room);
 
 /// Calls visit for each record in unpacked bytes (a chunk or a summary section). Fails on a record that is
 /// cut short.

@@ -5,6 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "waymark/recording/mcap_output.hpp"
+#include "waymark/recording/mcap_scan.hpp"
+
 namespace waymark::mcap {
 namespace {
 
@@ -14,7 +17,31 @@ tl::unexpected<Error> too_many(std::string_view what) {
   return fail(ErrorCode::LimitExceeded, fmt::format("an MCAP file holds at most {} {}", kMostIds, what));
 }
 
+/// Opcode, length and fields of a chunk record up to its records.
+void encode_chunk_head(Bytes& out, const Chunk& chunk, std::uint64_t records_size) {
+  const std::size_t at = out.size();
+  encode(out, chunk);  // with no records: the last eight bytes are their size
+  const std::uint64_t fields = out.size() - at - kRecordPrefixSize;
+  put_little_endian(out.data() + at + 1, fields + records_size);
+  put_little_endian(out.data() + out.size() - sizeof(records_size), records_size);
+}
+
+/// Of a chunk whose records are not packed, with the indexes behind it: their checksum is known already.
+std::uint32_t crc_of_unpacked(ByteSpan head, const Chunk& chunk, ByteSpan whole) {
+  const ByteSpan indexes = whole.subspan(head.size() + static_cast<std::size_t>(chunk.uncompressed_size));
+  const std::uint32_t begin = crc32_of_both(crc32(head), chunk.uncompressed_crc, chunk.uncompressed_size);
+  return crc32_of_both(begin, crc32(indexes), indexes.size());
+}
+
 }  // namespace
+
+Writer::Writer(std::unique_ptr<ByteSink> sink, const WriterOptions& options)
+    : output_(std::make_unique<Output>(std::move(sink))), options_(options) {
+  chunk_.resize(chunk_head_size());
+}
+Writer::~Writer() = default;
+Writer::Writer(Writer&&) noexcept = default;
+Writer& Writer::operator=(Writer&&) noexcept = default;
 
 Result<Writer> Writer::open(std::unique_ptr<ByteSink> sink, const WriterOptions& options) {
   Writer writer(std::move(sink), options);
@@ -24,41 +51,57 @@ Result<Writer> Writer::open(std::unique_ptr<ByteSink> sink, const WriterOptions&
   return writer;
 }
 
-Status Writer::put(ByteSpan bytes) {
-  position_ += bytes.size();
-  data_crc_ = crc32(bytes, data_crc_);
-  return sink_->write(bytes);
+std::size_t Writer::chunk_head_size() const {
+  return kRecordPrefixSize + 3 * sizeof(std::uint64_t) + sizeof(std::uint32_t) + sizeof(std::uint32_t) +
+         to_string(options_.compression).size() + sizeof(std::uint64_t);
+}
+
+Status Writer::put(ByteSpan bytes) { return put(bytes, crc32(bytes)); }
+
+Status Writer::put(ByteSpan bytes, std::uint32_t crc) {
+  if (failure_) return tl::unexpected(*failure_);
+  Status status = output_->put(bytes, crc);
+  if (!status) failure_ = status.error();
+  return status;
+}
+
+template <class Record>
+Status Writer::append_to_chunk(const Record& record) {
+  if (failure_) return tl::unexpected(*failure_);
+  encode(chunk_, record);
+  return options_.chunked ? Status{} : end_chunk();
 }
 
 Result<std::uint16_t> Writer::add_schema(const std::string& name, const std::string& encoding,
                                          ByteSpan data) {
-  for (std::size_t i = 0; i < schemas_.size(); ++i) {
-    if (schemas_[i].name == name && std::ranges::equal(schema_data_[i], data)) return schemas_[i].id;
+  for (const auto& [id, schema] : index_.schemas) {
+    if (schema.name == name && schema.encoding == encoding && std::ranges::equal(schema.data, data))
+      return id;
   }
-  if (schemas_.size() >= kMostIds) return too_many("schemas");
-  const auto id = static_cast<std::uint16_t>(schemas_.size() + 1);
-  schema_data_.emplace_back(data.begin(), data.end());
-  schemas_.push_back({.id = id, .name = name, .encoding = encoding, .data = {schema_data_.back()}});
-  encode(chunk_, schemas_.back());
+  if (index_.schemas.size() >= kMostIds) return too_many("schemas");
+  const auto id = static_cast<std::uint16_t>(index_.schemas.size() + 1);
+  index_.schemas[id] = {name, encoding, Bytes(data.begin(), data.end())};
+  Status status = append_to_chunk(Schema{.id = id, .name = name, .encoding = encoding, .data = {data}});
+  if (!status) return tl::unexpected(status.error());
   return id;
 }
 
 Result<std::uint16_t> Writer::add_channel(const std::string& topic, std::uint16_t schema_id,
                                           const std::string& message_encoding,
                                           const std::map<std::string, std::string>& metadata) {
-  if (schema_id > schemas_.size()) {
+  if (schema_id > index_.schemas.size()) {
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("channel '{}' names schema {}, which was not added", topic, schema_id));
   }
-  if (channels_.size() >= kMostIds) return too_many("channels");
-  const auto id = static_cast<std::uint16_t>(channels_.size() + 1);
-  channels_.push_back({.id = id,
-                       .schema_id = schema_id,
-                       .topic = topic,
-                       .message_encoding = message_encoding,
-                       .metadata = metadata});
+  if (index_.channels.size() >= kMostIds) return too_many("channels");
+  const auto id = static_cast<std::uint16_t>(index_.channels.size() + 1);
+  const Channel& channel = index_.channels[id] = {.id = id,
+                                                  .schema_id = schema_id,
+                                                  .topic = topic,
+                                                  .message_encoding = message_encoding,
+                                                  .metadata = metadata};
   sequences_.push_back(0);
-  encode(chunk_, channels_.back());
+  if (Status status = append_to_chunk(channel); !status) return tl::unexpected(status.error());
   return id;
 }
 
@@ -66,144 +109,163 @@ bool Writer::chunk_is_full(std::uint64_t log_time) const {
   if (chunk_messages_.empty()) return false;
   const std::uint64_t first = std::min(log_time, chunk_start_time_);
   const std::uint64_t last = std::max(log_time, chunk_end_time_);
-  return chunk_.size() >= options_.chunk_size_bytes ||
-         last - first >= static_cast<std::uint64_t>(options_.chunk_duration.count());
+  return chunk_.size() >= options_.chunk_size_bytes || last - first >= chunk_ns() || sync_is_due(log_time);
+}
+
+bool Writer::sync_is_due(std::uint64_t log_time) const {
+  return options_.durable && unsynced_since_ && log_time > *unsynced_since_ &&
+         log_time - *unsynced_since_ >= chunk_ns();
 }
 
 Status Writer::write(std::uint16_t channel_id, std::uint64_t log_time, std::uint64_t publish_time,
                      ByteSpan data) {
-  if (channel_id == 0 || channel_id > channels_.size()) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("channel {} was not added", channel_id));
-  }
-  if (chunk_is_full(log_time)) {
-    if (Status status = flush(); !status) return status;
-  }
-  index_message(channel_id, log_time);
-  encode(chunk_, Message{.channel_id = channel_id,
-                         .sequence = sequences_[channel_id - 1U]++,
-                         .log_time = log_time,
-                         .publish_time = publish_time,
-                         .data = {data}});
-  return {};
+  const bool known = channel_id > 0 && channel_id <= sequences_.size();
+  return write({.channel_id = channel_id,
+                .sequence = known ? sequences_[channel_id - 1U]++ : 0,
+                .log_time = log_time,
+                .publish_time = publish_time,
+                .data = {data}});
 }
 
-void Writer::index_message(std::uint16_t channel_id, std::uint64_t log_time) {
+Status Writer::write(const Message& message) {
+  if (message.channel_id == 0 || message.channel_id > index_.channels.size()) {
+    return fail(ErrorCode::InvalidArgument, fmt::format("channel {} was not added", message.channel_id));
+  }
+  if (failure_) return tl::unexpected(*failure_);
+  if (chunk_is_full(message.log_time)) {
+    if (Status status = end_chunk(); !status) return status;
+  }
+  if (sync_is_due(message.log_time)) {
+    if (Status status = sync(); !status) return status;
+  }
+  index_message(message);
+  return append_to_chunk(message);
+}
+
+void Writer::index_message(const Message& message) {
+  const std::uint64_t log_time = message.log_time;
+  if (!unsynced_since_) unsynced_since_ = log_time;
   const bool first_of_chunk = chunk_messages_.empty();
   chunk_start_time_ = first_of_chunk ? log_time : std::min(chunk_start_time_, log_time);
   chunk_end_time_ = first_of_chunk ? log_time : std::max(chunk_end_time_, log_time);
-  MessageIndex& index = chunk_messages_[channel_id];
-  index.channel_id = channel_id;
-  index.records.emplace_back(log_time, chunk_.size());
+  MessageIndex& index = chunk_messages_[message.channel_id];
+  index.channel_id = message.channel_id;
+  index.records.emplace_back(log_time, chunk_.size() - chunk_head_size());
+}
 
-  const bool first = statistics_.message_count == 0;
-  statistics_.message_start_time = first ? log_time : std::min(statistics_.message_start_time, log_time);
-  statistics_.message_end_time = first ? log_time : std::max(statistics_.message_end_time, log_time);
-  ++statistics_.message_count;
-  ++statistics_.channel_message_counts[channel_id];
+Status Writer::end_chunk() {
+  if (failure_) return tl::unexpected(*failure_);
+  const std::size_t head = chunk_head_size();
+  if (chunk_.size() == head) return {};
+  const Status status = options_.chunked ? put_chunk() : put_loose();
+  chunk_.resize(head);
+  chunk_messages_.clear();
+  chunk_start_time_ = chunk_end_time_ = 0;
+  return status;
+}
+
+Status Writer::put_loose() {
+  Status status = put(ByteSpan(chunk_).subspan(chunk_head_size()));
+  if (status) count_messages();
+  return status;
+}
+
+void Writer::count_messages() {
+  for (const auto& [channel_id, messages] : chunk_messages_)
+    for (const auto& entry : messages.records) count_message(index_.statistics, channel_id, entry.first);
+}
+
+Status Writer::put_chunk() {
+  const std::size_t head = chunk_head_size();
+  const ByteSpan records = ByteSpan(chunk_).subspan(head);
+  const Chunk chunk{.message_start_time = chunk_start_time_,
+                    .message_end_time = chunk_end_time_,
+                    .uncompressed_size = records.size(),
+                    .uncompressed_crc = crc32(records),
+                    .compression = std::string(to_string(options_.compression))};
+  ChunkIndex entry{.message_start_time = chunk_start_time_,
+                   .message_end_time = chunk_end_time_,
+                   .chunk_start_offset = output_->position(),
+                   .compression = chunk.compression,
+                   .uncompressed_size = records.size()};
+  const bool packs = options_.compression != Compression::None;
+  Bytes& out = packs ? packed_ : chunk_;
+  if (packs) {
+    packed_.resize(head);
+    Status status = compress(options_.compression, records, packed_);
+    if (!status) return status;
+  }
+  entry.chunk_length = out.size();
+  entry.compressed_size = out.size() - head;
+  Bytes chunk_head;
+  encode_chunk_head(chunk_head, chunk, entry.compressed_size);
+  std::ranges::copy(chunk_head, out.begin());
+  if (options_.message_index) {
+    for (const auto& [channel_id, messages] : chunk_messages_) {
+      entry.message_index_offsets[channel_id] = entry.chunk_start_offset + out.size();
+      encode(out, messages);
+    }
+  }
+  entry.message_index_length = out.size() - entry.chunk_length;
+  // Chunk and indexes in one write: a kill leaves either all of it or a tail that readers recognise.
+  const std::uint32_t crc = packs ? crc32(out) : crc_of_unpacked(chunk_head, chunk, out);
+  if (Status status = put(out, crc); !status) return status;
+  index_.chunks.push_back(std::move(entry));
+  ++index_.statistics.chunk_count;
+  count_messages();
+  return {};
+}
+
+Status Writer::sync() {
+  if (failure_) return tl::unexpected(*failure_);
+  Status status = output_->sync();
+  if (!status) failure_ = status.error();
+  unsynced_since_.reset();
+  return status;
 }
 
 Status Writer::flush() {
-  if (chunk_.empty()) return {};
-  Result<Bytes> packed = compress(options_.compression, chunk_);
-  if (!packed) return tl::unexpected(packed.error());
-  const Chunk chunk{.message_start_time = chunk_start_time_,
-                    .message_end_time = chunk_end_time_,
-                    .uncompressed_size = chunk_.size(),
-                    .uncompressed_crc = crc32(chunk_),
-                    .compression = std::string(to_string(options_.compression)),
-                    .records = {*packed}};
-  Bytes bytes;
-  encode(bytes, chunk);
-  ChunkIndex index{.message_start_time = chunk_start_time_,
-                   .message_end_time = chunk_end_time_,
-                   .chunk_start_offset = position_,
-                   .chunk_length = bytes.size(),
-                   .compression = chunk.compression,
-                   .compressed_size = packed->size(),
-                   .uncompressed_size = chunk_.size()};
-  for (auto& [channel_id, messages] : chunk_messages_) {
-    std::ranges::stable_sort(messages.records, {}, [](const auto& entry) { return entry.first; });
-    index.message_index_offsets[channel_id] = position_ + bytes.size();
-    encode(bytes, messages);
-  }
-  index.message_index_length = bytes.size() - index.chunk_length;
-  chunk_indexes_.push_back(std::move(index));
-  ++statistics_.chunk_count;
-  chunk_.clear();
-  chunk_messages_.clear();
-  chunk_start_time_ = chunk_end_time_ = 0;
-  // Chunk and indexes in one write: a kill leaves either all of it or a tail that readers recognise.
-  if (Status status = put(bytes); !status) return status;
-  return options_.durable ? sink_->sync() : Status{};
+  if (Status status = end_chunk(); !status) return status;
+  return options_.durable ? sync() : Status{};
 }
 
 Status Writer::write_attachment(Attachment attachment) {
-  if (Status status = flush(); !status) return status;
+  if (Status status = end_chunk(); !status) return status;
   Bytes content;
   attachment.crc = 0;
   encode_content(content, attachment);
   attachment.crc = crc32(ByteSpan(content).first(content.size() - sizeof(attachment.crc)));
   Bytes bytes;
   encode(bytes, attachment);
-  attachment_indexes_.push_back({.offset = position_,
-                                 .length = bytes.size(),
-                                 .log_time = attachment.log_time,
-                                 .create_time = attachment.create_time,
-                                 .data_size = attachment.data.bytes.size(),
-                                 .name = attachment.name,
-                                 .media_type = attachment.media_type});
-  ++statistics_.attachment_count;
-  return put(bytes);
+  const AttachmentIndex entry{.offset = output_->position(),
+                              .length = bytes.size(),
+                              .log_time = attachment.log_time,
+                              .create_time = attachment.create_time,
+                              .data_size = attachment.data.bytes.size(),
+                              .name = attachment.name,
+                              .media_type = attachment.media_type};
+  if (Status status = put(bytes); !status) return status;
+  index_.attachments.push_back(entry);
+  return options_.durable ? sync() : Status{};
 }
 
 Status Writer::write_metadata(const Metadata& metadata) {
-  if (Status status = flush(); !status) return status;
+  if (Status status = end_chunk(); !status) return status;
   Bytes bytes;
   encode(bytes, metadata);
-  metadata_indexes_.push_back({.offset = position_, .length = bytes.size(), .name = metadata.name});
-  ++statistics_.metadata_count;
-  return put(bytes);
-}
-
-Bytes Writer::encode_summary() const {
-  Bytes summary;
-  std::vector<SummaryOffset> offsets;
-  const auto group = [&](Opcode opcode, const auto& records) {
-    const std::size_t start = summary.size();
-    for (const auto& record : records) encode(summary, record);
-    if (summary.size() > start) {
-      offsets.push_back({.group_opcode = static_cast<std::uint8_t>(opcode),
-                         .group_start = position_ + start,
-                         .group_length = summary.size() - start});
-    }
-  };
-  group(Opcode::Schema, schemas_);
-  group(Opcode::Channel, channels_);
-  group(Opcode::Statistics, std::vector{statistics_});
-  group(Opcode::ChunkIndex, chunk_indexes_);
-  group(Opcode::AttachmentIndex, attachment_indexes_);
-  group(Opcode::MetadataIndex, metadata_indexes_);
-  Footer footer{.summary_start = position_, .summary_offset_start = position_ + summary.size()};
-  for (const SummaryOffset& offset : offsets) encode(summary, offset);
-  // The CRC covers the summary and the footer up to the CRC itself.
-  encode(summary, footer);
-  footer.summary_crc = crc32(ByteSpan(summary).first(summary.size() - sizeof(footer.summary_crc)));
-  summary.resize(summary.size() - sizeof(footer.summary_crc));
-  append_little_endian(summary, footer.summary_crc);
-  return summary;
+  const MetadataIndex entry{.offset = output_->position(), .length = bytes.size(), .name = metadata.name};
+  if (Status status = put(bytes); !status) return status;
+  index_.metadata.push_back(entry);
+  return options_.durable ? sync() : Status{};
 }
 
 Status Writer::close() {
-  if (Status status = flush(); !status) return status;
-  statistics_.schema_count = static_cast<std::uint16_t>(schemas_.size());
-  statistics_.channel_count = static_cast<std::uint32_t>(channels_.size());
-  Bytes bytes;
-  encode(bytes, DataEnd{.data_section_crc = data_crc_});
-  if (Status status = put(bytes); !status) return status;
-  bytes = encode_summary();
-  append(bytes, kMagic);
-  if (Status status = put(bytes); !status) return status;
-  return options_.durable ? sink_->sync() : Status{};
+  Status flushed = end_chunk();
+  Scan(index_).finish();
+  // Also after a failure: what stands in the file is worth an index, if there is room for one.
+  Status finished = output_->finish(index_, options_.summary);
+  if (finished && options_.durable) finished = output_->sync();
+  return flushed ? finished : flushed;
 }
 
 }  // namespace waymark::mcap

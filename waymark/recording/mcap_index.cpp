@@ -1,0 +1,179 @@
+#include "waymark/recording/mcap_index.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "waymark/recording/compression.hpp"
+#include "waymark/recording/mcap_scan.hpp"
+
+namespace waymark::mcap {
+namespace {
+
+constexpr std::size_t kFooterContent = 20;
+
+/// Files a record of the summary in the index.
+Status file_summary_record(Index& index, std::uint8_t opcode, ByteSpan content, bool& has_statistics) {
+  const auto keep = [&]<class Record>(Record& into) -> Status {
+    Result<Record> record = decode<Record>(content);
+    if (!record) return tl::unexpected(record.error());
+    into = std::move(*record);
+    return {};
+  };
+  if (is<ChunkIndex>(opcode)) return keep(index.chunks.emplace_back());
+  if (is<AttachmentIndex>(opcode)) return keep(index.attachments.emplace_back());
+  if (is<MetadataIndex>(opcode)) return keep(index.metadata.emplace_back());
+  if (is<Statistics>(opcode)) {
+    has_statistics = true;
+    return keep(index.statistics);
+  }
+  if (is<Schema>(opcode) || is<Channel>(opcode)) Scan(index).add({.opcode = opcode, .content = content});
+  return index.problems.empty() ? Status{} : tl::unexpected(index.problems.front());
+}
+
+/// The footer, if the file ends as a finished one does.
+std::optional<Footer> read_footer(const ByteSource& source, std::uint64_t size) {
+  constexpr std::uint64_t kFooterSize = kRecordPrefixSize + kFooterContent;
+  constexpr std::uint64_t kTail = kFooterSize + sizeof(kMagic);
+  if (size < sizeof(kMagic) + kTail) return std::nullopt;
+  Bytes tail(kTail);
+  if (!source.read(size - kTail, tail)) return std::nullopt;
+  const ByteSpan bytes(tail);
+  if (!std::ranges::equal(bytes.last(sizeof(kMagic)), kMagic) || !is<Footer>(bytes[0])) return std::nullopt;
+  const Result<Footer> footer = decode<Footer>(bytes.subspan(kRecordPrefixSize, kFooterContent));
+  const bool sound =
+      footer && footer->summary_start >= sizeof(kMagic) && footer->summary_start <= size - kTail;
+  return sound ? std::optional(*footer) : std::nullopt;
+}
+
+/// Whether every message can be found by it: summaries may leave out whatever their writer liked to.
+bool suffices(const Index& index) {
+  const Statistics& statistics = index.statistics;
+  const bool schemas = std::ranges::all_of(index.channels, [&](const auto& channel) {
+    return channel.second.schema_id == 0 || index.schemas.contains(channel.second.schema_id);
+  });
+  return schemas && statistics.channel_count == index.channels.size() &&
+         statistics.chunk_count == index.chunks.size() &&
+         statistics.attachment_count == index.attachments.size() &&
+         statistics.metadata_count == index.metadata.size() &&
+         (statistics.message_count == 0 || statistics.chunk_count > 0);
+}
+
+/// Reads the summary into the index. False when there is none, or it cannot be trusted or does not suffice.
+bool index_from_summary(const ByteSource& source, std::uint64_t size, const ReaderOptions& options,
+                        Index& index) {
+  const std::optional<Footer> footer = read_footer(source, size);
+  if (!footer) return false;
+  const std::uint64_t end = size - sizeof(kMagic);
+  if (end - footer->summary_start > options.max_record_bytes) return false;
+  Bytes summary(static_cast<std::size_t>(end - footer->summary_start));
+  if (!source.read(footer->summary_start, summary)) return false;
+  const ByteSpan covered = ByteSpan(summary).first(summary.size() - sizeof(footer->summary_crc));
+  if (footer->summary_crc != 0 && crc32(covered) != footer->summary_crc) return false;
+  bool has_statistics = false;
+  const Status walked = visit_records(summary, [&](std::uint8_t opcode, ByteSpan content, std::size_t) {
+    return file_summary_record(index, opcode, content, has_statistics);
+  });
+  return walked && has_statistics && suffices(index);
+}
+
+Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& options, Header header) {
+  Index index{.header = std::move(header)};
+  Scan scan(index);
+  Result<StreamSummary> stream = read_stream(source, options, [&](const RecordView& view) {
+    scan.add(view);
+    return Status{};
+  });
+  if (!stream) return tl::unexpected(stream.error());
+  index.problems.insert(index.problems.end(), stream->problems.begin(), stream->problems.end());
+  scan.finish();
+  return index;
+}
+
+Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {
+  // The first record only; an error of our own ends the pass.
+  Header header;
+  bool stopped = false;
+  const Result<StreamSummary> begin = read_stream(source, options, [&](const RecordView& view) -> Status {
+    const Result<Header> first = is<Header>(view.opcode) ? decode<Header>(view.content) : Header{};
+    if (first) header = *first;
+    stopped = true;
+    return fail(ErrorCode::NotFound, "");
+  });
+  if (!begin && !stopped) return tl::unexpected(begin.error());
+  return header;
+}
+
+}  // namespace
+
+Result<Index> read_index(const ByteSource& source, const ReaderOptions& options) {
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  Result<Header> header = read_header(source, options);
+  if (!header) return tl::unexpected(header.error());
+  Index index{.header = *header, .from_summary = true};
+  if (index_from_summary(source, *size, options, index)) return index;
+  return index_from_scan(source, options, std::move(*header));
+}
+
+namespace {
+
+/// Puts groups of records one after the other and notes where each begins.
+class Groups {
+ public:
+  explicit Groups(std::uint64_t position) : position_(position) {}
+
+  template <class Records, class Encode>
+  void add(Opcode opcode, const Records& records, Encode encode_record) {
+    const std::size_t start = bytes.size();
+    for (const auto& record : records) encode_record(record);
+    if (bytes.size() == start) return;
+    offsets.push_back({.group_opcode = static_cast<std::uint8_t>(opcode),
+                       .group_start = position_ + start,
+                       .group_length = bytes.size() - start});
+  }
+  template <class Records>
+  void add(Opcode opcode, const Records& records) {
+    add(opcode, records, [this](const auto& record) { encode(bytes, record); });
+  }
+
+  Bytes bytes{};
+  std::vector<SummaryOffset> offsets{};
+
+ private:
+  std::uint64_t position_;
+};
+
+}  // namespace
+
+Bytes encode_summary(const Index& index, std::uint64_t position, const SummaryParts& parts) {
+  Groups groups(position);
+  if (parts.schemas) {
+    groups.add(Opcode::Schema, index.schemas, [&](const auto& entry) {
+      const auto& [id, schema] = entry;
+      encode(groups.bytes,
+             Schema{.id = id, .name = schema.name, .encoding = schema.encoding, .data = {schema.data}});
+    });
+  }
+  if (parts.channels) {
+    groups.add(Opcode::Channel, index.channels,
+               [&](const auto& entry) { encode(groups.bytes, entry.second); });
+  }
+  if (parts.statistics) groups.add(Opcode::Statistics, std::vector{index.statistics});
+  if (parts.chunk_indexes) groups.add(Opcode::ChunkIndex, index.chunks);
+  if (parts.attachment_indexes) groups.add(Opcode::AttachmentIndex, index.attachments);
+  if (parts.metadata_indexes) groups.add(Opcode::MetadataIndex, index.metadata);
+  Bytes& bytes = groups.bytes;
+  Footer footer{.summary_start = bytes.empty() ? 0 : position};
+  if (parts.offsets && !groups.offsets.empty()) {
+    footer.summary_offset_start = position + bytes.size();
+    for (const SummaryOffset& offset : groups.offsets) encode(bytes, offset);
+  }
+  // The CRC covers the summary and the footer up to the CRC itself.
+  encode(bytes, footer);
+  bytes.resize(bytes.size() - sizeof(footer.summary_crc));
+  append_little_endian(bytes, crc32(bytes));
+  append(bytes, kMagic);
+  return std::move(bytes);
+}
+
+}  // namespace waymark::mcap

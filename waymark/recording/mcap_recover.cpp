@@ -1,0 +1,133 @@
+#include "waymark/recording/mcap_recover.hpp"
+
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/recording/mcap_output.hpp"
+#include "waymark/recording/mcap_scan.hpp"
+
+namespace waymark::mcap {
+namespace {
+
+/// Takes the records of a broken file and writes a whole one.
+class Salvage {
+ public:
+  explicit Salvage(std::unique_ptr<ByteSink> sink) : output_(std::move(sink)), scan_(index_) {}
+
+  Status begin() { return output_.put(kMagic); }
+
+  Status add(const RecordView& view) {
+    if (ended_) return {};
+    if (view.in_chunk) {
+      on_inner(view);
+      return {};
+    }
+    if (is<MessageIndex>(view.opcode)) return {};  // made anew: the last one may be cut
+    if (Status status = end_chunk(); !status) return status;
+    ended_ = is<DataEnd>(view.opcode) || is<Footer>(view.opcode);
+    return ended_ ? Status{} : copy(view);
+  }
+
+  Status finish() {
+    if (Status status = end_chunk(); !status) return status;
+    scan_.finish();
+    return output_.finish(index_);
+  }
+  Status sync() { return output_.sync(); }
+
+  [[nodiscard]] const Index& index() const { return index_; }
+  [[nodiscard]] std::uint64_t position() const { return output_.position(); }
+
+ private:
+  Status copy(const RecordView& view) {
+    RecordView moved = view;
+    moved.offset = output_.position();
+    Bytes prefix = {view.opcode};
+    append_little_endian(prefix, static_cast<std::uint64_t>(view.content.size()));
+    if (Status status = output_.put(prefix); !status) return status;
+    if (Status status = output_.put(view.content); !status) return status;
+    scan_.add(moved);
+    in_chunk_ = is<Chunk>(view.opcode);
+    return {};
+  }
+
+  void on_inner(const RecordView& view) {
+    scan_.add(view);
+    if (!is<Message>(view.opcode)) return;
+    const Result<Message> message = decode<Message>(view.content);
+    if (!message) return;
+    MessageIndex& messages = messages_[message->channel_id];
+    messages.channel_id = message->channel_id;
+    messages.records.emplace_back(message->log_time, view.inner_offset);
+  }
+
+  /// Behind a chunk stand its message indexes.
+  Status end_chunk() {
+    if (!in_chunk_) return {};
+    in_chunk_ = false;
+    ChunkIndex& entry = index_.chunks.back();
+    Bytes bytes;
+    for (const auto& [channel_id, messages] : messages_) {
+      entry.message_index_offsets[channel_id] = output_.position() + bytes.size();
+      encode(bytes, messages);
+    }
+    entry.message_index_length = bytes.size();
+    messages_.clear();
+    return output_.put(bytes);
+  }
+
+  Output output_;
+  Index index_;
+  Scan scan_;
+  std::map<std::uint16_t, MessageIndex> messages_;
+  bool in_chunk_ = false;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
+                         const ReaderOptions& options) {
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  const Result<Index> before = read_index(source, options);
+  if (!before) return tl::unexpected(before.error());
+  Salvage salvage(std::move(sink));
+  if (Status status = salvage.begin(); !status) return tl::unexpected(status.error());
+  const Result<StreamSummary> stream =
+      read_stream(source, options, [&](const RecordView& view) { return salvage.add(view); });
+  if (!stream) return tl::unexpected(stream.error());
+  Recovery recovery{.kept_bytes = salvage.position(),
+                    .lost_bytes = *size - (stream->complete ? *size : stream->good_bytes),
+                    .was_whole = stream->complete && stream->problems.empty() && before->from_summary,
+                    .problems = stream->problems};
+  Status status = salvage.finish();
+  if (status) status = salvage.sync();
+  if (!status) return tl::unexpected(status.error());
+  recovery.messages = salvage.index().statistics.message_count;
+  recovery.chunks = salvage.index().chunks.size();
+  return recovery;
+}
+
+Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesystem::path& out,
+                              const ReaderOptions& options) {
+  const auto source = open_file(in);
+  if (!source) return tl::unexpected(source.error());
+  std::error_code ignored;
+  if (std::filesystem::exists(out, ignored)) {
+    return fail(ErrorCode::Unwritable, "there is such a file already", {.source = out.string()},
+                "A file is never overwritten: choose another name.");
+  }
+  const std::filesystem::path part = out.string() + ".part";
+  auto sink = create_file(part);
+  if (!sink) return tl::unexpected(sink.error());
+  Result<Recovery> recovery = recover(**source, std::move(*sink), options);
+  if (recovery) {
+    if (Status status = rename_to_new(part, out); !status) recovery = tl::unexpected(status.error());
+  }
+  if (!recovery) std::filesystem::remove(part, ignored);
+  return recovery;
+}
+
+}  // namespace waymark::mcap

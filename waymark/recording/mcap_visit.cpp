@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "waymark/recording/mcap_reader.hpp"
+#include "waymark/recording/mcap_scan.hpp"
+
+namespace waymark::mcap {
+namespace {
+
+/// What of a file is wanted.
+struct Wanted {
+  std::vector<bool> channels{};  ///< by id
+  std::uint64_t from = 0;
+  std::uint64_t to = 0;
+
+  [[nodiscard]] bool operator()(std::uint16_t channel_id, std::uint64_t log_time) const {
+    return channel_id < channels.size() && channels[channel_id] && log_time >= from && log_time < to;
+  }
+};
+
+/// Messages in order of time, of one chunk or of all that lie in none.
+struct Run {
+  Bytes content;  ///< the chunk as it lies in the file
+  Bytes room;     ///< its records, where they were packed
+  std::vector<Message> messages;
+  std::size_t next = 0;
+  std::size_t number = 0;  ///< breaks ties
+
+  [[nodiscard]] const Message& front() const { return messages[next]; }
+  [[nodiscard]] std::uint64_t bytes() const { return content.size() + room.size(); }
+};
+
+Status load_chunk(const ByteSource& source, const ChunkIndex& entry, const Wanted& wanted,
+                  const ReaderOptions& options, Run& run) {
+  const Result<ByteSpan> content =
+      read_content(source, entry.chunk_start_offset, entry.chunk_length, Opcode::Chunk, options, run.content);
+  if (!content) return tl::unexpected(content.error());
+  const Result<Chunk> chunk = decode<Chunk>(*content);
+  if (!chunk) return tl::unexpected(chunk.error());
+  const Result<ByteSpan> records = unpack_chunk(*chunk, options, run.room);
+  if (!records) return tl::unexpected(records.error());
+  Status walked = visit_records(*records, [&](std::uint8_t opcode, ByteSpan inner, std::size_t) -> Status {
+    if (!is<Message>(opcode)) return {};
+    const Result<Message> message = decode<Message>(inner);
+    if (!message) return tl::unexpected(message.error());
+    if (wanted(message->channel_id, message->log_time)) run.messages.push_back(*message);
+    return {};
+  });
+  if (!std::ranges::is_sorted(run.messages, {}, &Message::log_time))
+    std::ranges::stable_sort(run.messages, {}, &Message::log_time);
+  return walked;
+}
+
+/// Chunks that may hold what is wanted, in order of their first message; the place in the file breaks ties.
+std::vector<std::size_t> chunks_in_order(const std::vector<ChunkIndex>& chunks, const Wanted& wanted) {
+  const auto may_hold = [&](const ChunkIndex& chunk) {
+    if (chunk.message_end_time < wanted.from || chunk.message_start_time >= wanted.to) return false;
+    // Without message indexes nobody knows which channels are in it.
+    return chunk.message_index_offsets.empty() ||
+           std::ranges::any_of(chunk.message_index_offsets, [&](const auto& offset) {
+             return offset.first < wanted.channels.size() && wanted.channels[offset.first];
+           });
+  };
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < chunks.size(); ++i)
+    if (may_hold(chunks[i])) order.push_back(i);
+  std::ranges::stable_sort(order, {}, [&](std::size_t i) { return chunks[i].message_start_time; });
+  return order;
+}
+
+/// Merges chunks that overlap in time with each other and with the messages outside chunks.
+class Merge {
+ public:
+  Merge(const ByteSource& source, const Index& index, Wanted wanted, const ReaderOptions& options)
+      : source_(source),
+        index_(index),
+        wanted_(std::move(wanted)),
+        options_(options),
+        order_(chunks_in_order(index.chunks, wanted_)),
+        loose_(index.loose) {
+    std::erase_if(loose_, [this](const LooseMessage& message) {
+      return message.log_time < wanted_.from || message.log_time >= wanted_.to;
+    });
+    std::ranges::stable_sort(loose_, {}, &LooseMessage::log_time);
+  }
+
+  Status run(const std::function<Status(const Channel&, const Message&)>& visit) {
+    while (true) {
+      if (Status status = open_what_may_be_next(); !status) return status;
+      if (heap_.empty()) return {};
+      std::ranges::pop_heap(heap_, later);
+      Run& earliest = *heap_.back();
+      const Message& message = earliest.messages[earliest.next++];
+      if (Status status = visit(index_.channels.at(message.channel_id), message); !status) return status;
+      if (earliest.next < earliest.messages.size()) {
+        std::ranges::push_heap(heap_, later);
+      } else {
+        held_bytes_ -= earliest.bytes();
+        spare_.push_back(std::move(heap_.back()));
+        heap_.pop_back();
+      }
+    }
+  }
+
+ private:
+  static bool later(const std::unique_ptr<Run>& a, const std::unique_ptr<Run>& b) {
+    const std::uint64_t time_a = a->front().log_time;
+    const std::uint64_t time_b = b->front().log_time;
+    return time_a != time_b ? time_a > time_b : a->number > b->number;
+  }
+  [[nodiscard]] bool may_be_next(std::uint64_t start) const {
+    return heap_.empty() || start <= heap_.front()->front().log_time;
+  }
+
+  /// Opens every chunk that may hold an earlier message than the earliest at hand.
+  Status open_what_may_be_next() {
+    while (next_chunk_ < order_.size() &&
+           may_be_next(index_.chunks[order_[next_chunk_]].message_start_time)) {
+      const std::size_t number = order_[next_chunk_++];
+      const ChunkIndex& entry = index_.chunks[number];
+      std::unique_ptr<Run> run = fresh(number);
+      Status status = load_chunk(source_, entry, wanted_, options_, *run);
+      if (!status) status = pass_over(status.error(), entry.chunk_start_offset);
+      if (!status) return status;
+      if (status = push(std::move(run)); !status) return status;
+    }
+    while (next_loose_ < loose_.size() && may_be_next(loose_[next_loose_].log_time)) {
+      const LooseMessage& entry = loose_[next_loose_];
+      std::unique_ptr<Run> run = fresh(index_.chunks.size() + next_loose_++);
+      Status status = load_loose(entry, *run);
+      if (!status) status = pass_over(status.error(), entry.offset);
+      if (!status) return status;
+      if (status = push(std::move(run)); !status) return status;
+    }
+    return {};
+  }
+
+  Status load_loose(const LooseMessage& entry, Run& run) {
+    const Result<ByteSpan> content =
+        read_content(source_, entry.offset, entry.length, Opcode::Message, options_, run.content);
+    if (!content) return tl::unexpected(content.error());
+    const Result<Message> message = decode<Message>(*content);
+    if (!message) return tl::unexpected(message.error());
+    if (wanted_(message->channel_id, message->log_time)) run.messages.push_back(*message);
+    return {};
+  }
+
+  /// An empty run, with the memory of one that is done.
+  std::unique_ptr<Run> fresh(std::size_t number) {
+    std::unique_ptr<Run> run;
+    if (spare_.empty()) {
+      run = std::make_unique<Run>();
+    } else {
+      run = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    run->messages.clear();
+    run->next = 0;
+    run->number = number;
+    return run;
+  }
+
+  Status push(std::unique_ptr<Run> run) {
+    if (run->messages.empty()) {
+      spare_.push_back(std::move(run));
+      return {};
+    }
+    held_bytes_ += run->bytes();
+    heap_.push_back(std::move(run));
+    std::ranges::push_heap(heap_, later);
+    if (heap_.size() == 1 || held_bytes_ <= options_.max_record_bytes) return {};
+    return fail(ErrorCode::LimitExceeded,
+                fmt::format("{} chunks that overlap in time are more than the allowed {} bytes", heap_.size(),
+                            options_.max_record_bytes),
+                {.source = source_.name()}, "Read it as a stream.");
+  }
+
+  Status pass_over(Error error, std::uint64_t offset) {
+    if (!error.place.byte || error.place.source.empty()) error.place = at(source_, offset);
+    if (!options_.on_damage) return tl::unexpected(error);
+    options_.on_damage(error);
+    return {};
+  }
+
+  const ByteSource& source_;
+  const Index& index_;
+  Wanted wanted_;
+  const ReaderOptions& options_;
+  std::vector<std::size_t> order_;
+  std::vector<LooseMessage> loose_;
+  std::size_t next_chunk_ = 0;
+  std::size_t next_loose_ = 0;
+  std::uint64_t held_bytes_ = 0;
+  std::vector<std::unique_ptr<Run>> heap_;
+  std::vector<std::unique_ptr<Run>> spare_;
+};
+
+}  // namespace
+
+Status visit_messages(const ByteSource& source, const Index& index, const Selection& selection,
+                      const std::function<Status(const Channel&, const Message&)>& visit,
+                      const ReaderOptions& options) {
+  Wanted wanted{.from = selection.from, .to = selection.to};
+  for (const auto& [id, channel] : index.channels) {
+    if (!selection.topics.empty() && !selection.topics.contains(channel.topic)) continue;
+    if (wanted.channels.size() <= id) wanted.channels.resize(std::size_t{id} + 1);
+    wanted.channels[id] = true;
+  }
+  return Merge(source, index, std::move(wanted), options).run(visit);
+}
+
+}  // namespace waymark::mcap
