@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <atomic>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/recording/mcap_reader.hpp"
 #include "waymark/recording/mcap_recover.hpp"
@@ -25,26 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 constexpr std::uint64_t kSecond = 1'000'000'000;
 constexpr std::uint64_t kStep = kSecond / 50;
-
-/// A folder that goes with the test.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "waymark-crash-XXXXXX").string();
-    EXPECT_NE(mkdtemp(name.data()), nullptr);
-    path_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  [[nodiscard]] fs::path operator/(const char* name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 std::uint64_t time_of(std::uint64_t number) { return 5 * kSecond + number * kStep; }
 
@@ -121,7 +101,7 @@ TEST(McapCrash, AKilledRecorderLosesAtMostTheLastSecond) {
   Random random(1);
   std::uint64_t most_lost = 0;
   for (int i = 0; i < 200; ++i) {
-    const Folder folder;
+    const fs::path folder = testing::fresh_folder("killed");
     const fs::path path = folder / "lap.mcap";
     const WriterOptions options{.compression = static_cast<Compression>(i % 3),
                                 .chunk_size_bytes = std::size_t{1} << (12U + random.index(9))};
@@ -208,7 +188,7 @@ TEST(McapCrash, ADamagedChunkIsLeftOutAndTheOthersAreKept) {
 }
 
 TEST(McapCrash, RecoveryNeverOverwrites) {
-  const Folder folder;
+  const fs::path folder = testing::fresh_folder("folder");
   Result<Writer> writer = start(folder / "lap.mcap", {});
   ASSERT_TRUE(writer->flush());
   ASSERT_TRUE(create_file(folder / "taken.mcap"));
@@ -222,7 +202,7 @@ TEST(McapCrash, RecoveryNeverOverwrites) {
 // A disk that is full lets no more in: what was written stays, and the file still gets its summary, because
 // the chunk that did not fit is taken back.
 TEST(McapCrash, AFullDiskKeepsWhatWasWrittenAndFinishesTheFile) {
-  const Folder folder;
+  const fs::path folder = testing::fresh_folder("folder");
   const fs::path path = folder / "lap.mcap";
   const Shared shared;
   const pid_t child = fork();
@@ -251,7 +231,7 @@ TEST(McapCrash, AFullDiskKeepsWhatWasWrittenAndFinishesTheFile) {
 }
 
 TEST(McapCrash, ARecordingInProgressCanBeRead) {
-  const Folder folder;
+  const fs::path folder = testing::fresh_folder("folder");
   const fs::path path = folder / "lap.mcap";
   Result<Writer> writer = start(path, {});
   ASSERT_TRUE(writer);
