@@ -1,0 +1,185 @@
+#include "waymark/simulation/scene_camera.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/simulation/scene_exposure.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::int64_t kMostPixels = 100'000'000;
+constexpr int kMostSamples = 256;
+
+double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
+
+/// How far away the nearest tag before the camera is; other things are allowed coarser blur.
+double nearest_tag_m(const SceneCamera::Parts& parts, const SE3& map_T_cam) {
+  constexpr double kNearestM = 0.1;
+  double nearest = 1e3;
+  const SE3 cam_T_map = map_T_cam.inverse();
+  for (std::size_t i = 0; i < parts.surfaces.size(); ++i) {
+    if (!parts.scene.surfaces[i].tag) continue;
+    const Eigen::Vector3d cam_p = cam_T_map * parts.surfaces[i].map_T_surface.translation();
+    const double reach = parts.surfaces[i].half_m.norm();
+    const double view = parts.model.max_angle_rad();
+    const bool before = cam_p.z() > -reach || view > std::numbers::pi / 2;
+    if (before) nearest = std::min(nearest, std::max(kNearestM, cam_p.norm() - reach));
+  }
+  return nearest;
+}
+
+double way_px(const SceneCamera::Parts& parts, const SE3& from, const SE3& to, double distance_m) {
+  const double turn = (from.rotation().inverse() * to.rotation()).angle();
+  const double move = (to.translation() - from.translation()).norm() / distance_m;
+  return (turn + move) * parts.rays->px_per_rad();
+}
+
+/// Moments needed for the blur of motion, and points of the lens for that of defocus.
+int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, const SE3& middle) {
+  const SceneCameraOptions& options = parts.options;
+  const double distance = nearest_tag_m(parts, middle);
+  double wanted = 1;
+  if (options.exposure_ms > 0) {
+    const double half = exposure_s(options) / 2;
+    const double way =
+        way_px(parts, motion(-half), middle, distance) + way_px(parts, middle, motion(half), distance);
+    wanted = std::max(wanted, std::ceil(way / options.blur_step_px));
+  }
+  if (options.aperture_mm > 0) {
+    constexpr double kPointsPerPx = 3;
+    const double disc =
+        parts.rays->px_per_rad() * options.aperture_mm * 1e-3 *
+        std::max(std::abs(1 / distance - 1 / options.focus_distance_m), 1 / options.focus_distance_m);
+    wanted = std::max(wanted, std::ceil(1 + kPointsPerPx * std::numbers::pi / 4 * disc * disc));
+  }
+  return std::isfinite(wanted) ? static_cast<int>(std::clamp(wanted, 1.0, double{kMostSamples})) : 1;
+}
+
+/// Points spread evenly over the lens (Vogel, "A better way to construct the sunflower head", Mathematical
+/// Biosciences 1979), in an order that has nothing to do with time.
+std::vector<Eigen::Vector3d> lens_points(int count, double aperture_m) {
+  std::vector<Eigen::Vector3d> points;
+  int stride = std::max(1, static_cast<int>(std::lround(0.618 * count)));
+  while (std::gcd(stride, count) != 1) ++stride;
+  for (int i = 0; i < count; ++i) {
+    const double k =
+        static_cast<double>(i) * stride - std::floor(static_cast<double>(i) * stride / count) * count;
+    const double radius = aperture_m / 2 * std::sqrt((k + 0.5) / count);
+    const double angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
+    const bool centred = count == 1 || aperture_m == 0;
+    points.emplace_back(centred ? Eigen::Vector3d::Zero()
+                                : Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0));
+  }
+  return points;
+}
+
+Status prepare_scene(SceneCamera::Parts& parts) {
+  if (Status good = check(parts.scene); !good) return good;
+  parts.surfaces.clear();
+  for (const SceneSurface& surface : parts.scene.surfaces)
+    parts.surfaces.push_back(render::prepare(surface, parts.scene, parts.options.ambient));
+  return {};
+}
+
+/// Half the opening of the cone the picture shows.
+double half_view_rad(const render::RayTable& rays) {
+  double widest = 0;
+  for (int row = 0; row < rays.tile_rows(); ++row) {
+    for (int column = 0; column < rays.tile_columns(); ++column) {
+      const render::RayTable::Tile& tile = rays.tile(column, row);
+      if (tile.sees)
+        widest = std::max(widest, std::acos(std::clamp(tile.cam_ray.z(), -1.0, 1.0)) + tile.angle_rad);
+    }
+  }
+  return widest;
+}
+
+}  // namespace
+
+Result<SceneCamera> SceneCamera::make(Scene scene, const CameraModel& model,
+                                      const SceneCameraOptions& options) {
+  if (Status ranges = check_ranges(options); !ranges) return tl::unexpected(ranges.error());
+  if (std::int64_t{model.width_px()} * model.height_px() > kMostPixels) {
+    return fail(ErrorCode::LimitExceeded, fmt::format("a picture of {} x {} px, more than {} pixels",
+                                                      model.width_px(), model.height_px(), kMostPixels));
+  }
+  auto parts = std::make_shared<Parts>(Parts{.scene = std::move(scene), .model = model, .options = options});
+  if (Status good = prepare_scene(*parts); !good) return tl::unexpected(good.error());
+  parts->rays = std::make_shared<render::RayTable>(model);
+  render::prepare_sensor(*parts);
+  return SceneCamera(std::move(parts));
+}
+
+Status SceneCamera::set_scene(Scene scene) {
+  auto parts = std::make_shared<Parts>(*parts_);
+  parts->scene = std::move(scene);
+  if (Status good = prepare_scene(*parts); !good) return good;
+  parts_ = std::move(parts);
+  return {};
+}
+
+Result<std::shared_ptr<SceneExposure>> SceneCamera::begin(const CameraMotion& motion, SensorTime stamp,
+                                                          std::uint64_t seed) const {
+  const SceneCameraOptions& options = parts_->options;
+  auto exposure = std::make_shared<SceneExposure>();
+  exposure->stamp = stamp;
+  exposure->seed = seed;
+  exposure->parts = parts_;
+  exposure->map_T_cam = motion(0);
+  exposure->rolling = options.readout_ms > 0;
+  if (!exposure->map_T_cam.matrix().allFinite())
+    return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
+                {.key = "motion"});
+  exposure->samples = samples_needed(*parts_, motion, exposure->map_T_cam);
+  const int rows = exposure->rolling ? parts_->rays->height_px() : 1;
+  for (int row = 0; row < rows; ++row) {
+    const double middle = exposure->rolling ? render::row_time_s(*parts_, row + 0.5) : 0;
+    for (int i = 0; i < exposure->samples; ++i) {
+      const double share = (i + 0.5) / exposure->samples - 0.5;
+      exposure->map_T_cams.push_back(motion(middle + share * exposure_s(options)));
+      if (!exposure->map_T_cams.back().matrix().allFinite())
+        return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
+                    {.key = "motion"});
+    }
+  }
+  exposure->cam_t_lens = lens_points(exposure->samples, options.aperture_mm * 1e-3);
+  exposure->order =
+      render::from_far_to_near(parts_->surfaces, exposure->map_T_cam, half_view_rad(*parts_->rays));
+  exposure->tags = render::truth_of(*exposure, motion);
+  exposure->light.resize(parts_->vignetting.size());
+  exposure->image = Image(parts_->model.width_px(), parts_->model.height_px());
+  return exposure;
+}
+
+int SceneCamera::bands() const { return parts_->rays->tile_rows(); }
+
+void SceneCamera::expose(SceneExposure& exposure, int band) const { render::expose_band(exposure, band); }
+
+void SceneCamera::read_out(SceneExposure& exposure, int band) const { render::read_out_band(exposure, band); }
+
+RenderedFrame SceneCamera::finish(SceneExposure& exposure) const {
+  return {.stamp = exposure.stamp,
+          .image = std::move(exposure.image),
+          .map_T_cam = exposure.map_T_cam,
+          .tags = std::move(exposure.tags)};
+}
+
+Result<RenderedFrame> SceneCamera::render(const CameraMotion& motion, SensorTime stamp,
+                                          std::uint64_t seed) const {
+  const auto exposure = begin(motion, stamp, seed);
+  if (!exposure) return tl::unexpected(exposure.error());
+  for (int band = 0; band < bands(); ++band) expose(**exposure, band);
+  for (int band = 0; band < bands(); ++band) read_out(**exposure, band);
+  return finish(**exposure);
+}
+
+const CameraModel& SceneCamera::model() const { return parts_->model; }
+const SceneCameraOptions& SceneCamera::options() const { return parts_->options; }
+
+}  // namespace waymark
