@@ -48,10 +48,7 @@ Result<SE3> pose_of(std::string_view text) {
 }
 
 /// The effective options of everything that made the recording.
-std::string options_yaml(const SimulatedRobotOptions& robot) {
-  return "robot:\n" + write_fields(robot, 2) + "dynamics:\n" + write_fields(robot.dynamics, 2) +
-         "sensors:\n" + write_fields(robot.sensors, 2) + "tag_camera:\n" + write_fields(robot.tag_camera, 2);
-}
+std::string options_yaml(const SimulatedRobotOptions& robot) { return "robot:\n" + write_fields(robot, 2); }
 
 /// The tag's z is the map's x, its -y the map's z.
 SE3 anchor_at_origin() {

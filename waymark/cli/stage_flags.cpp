@@ -27,6 +27,11 @@ Result<Found> find(const char* folder, const std::string& name) {
   return Found{path->string(), *text};
 }
 
+SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t seed) {
+  options.seed = seed;
+  return options;
+}
+
 }  // namespace
 
 Result<Stage> load_stage(const std::string& world_name, const std::string& robot_file, std::uint64_t seed) {
@@ -41,7 +46,7 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
   return Stage{.simulated = {.world = std::move(*world),
                              .model = robot->model,
                              .camera = robot->camera,
-                             .robot = {.seed = seed}},
+                             .robot = with_seed(robot->simulation, seed)},
                .world_yaml = world_file->text,
                .robot_yaml = robot_text->text};
 }

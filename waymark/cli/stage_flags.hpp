@@ -19,7 +19,9 @@ struct Stage {
   std::string world_yaml;  ///< text of the world's file
   std::string robot_yaml;
 
-  [[nodiscard]] RobotDescription robot() const { return {simulated.model, simulated.camera}; }
+  [[nodiscard]] RobotDescription robot() const {
+    return {simulated.model, simulated.camera, simulated.robot};
+  }
 };
 
 /// A world and a robot, by name or path.

@@ -7,6 +7,7 @@
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/camera_formats.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 #include "waymark/config/yaml_write.hpp"
 
@@ -81,7 +82,8 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  Status status = root.check_keys({"name", "hull", "limits", "wheels", "camera_mounting", "camera_info"});
+  Status status =
+      root.check_keys({"name", "hull", "limits", "wheels", "camera_mounting", "camera_info", "simulation"});
   if (!status) return tl::unexpected(status.error());
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());
@@ -89,7 +91,19 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   if (status = read_model(root, model); !status) return tl::unexpected(status.error());
   const auto camera = root.read_at("camera_info", &internal::read_camera_info);
   if (!camera) return tl::unexpected(camera.error());
-  return RobotDescription{.model = model, .camera = camera->camera};
+  RobotDescription robot{.model = model, .camera = camera->camera};
+  if (const auto simulation = root.find("simulation")) {
+    const auto options = read_fields<SimulatedRobotOptions>(*simulation);
+    if (!options) return tl::unexpected(options.error());
+    robot.simulation = *options;
+    if (status = check(robot.simulation); !status) {
+      Error error = status.error();
+      error.place = {
+          .source = source, .line = simulation->place().line, .key = "simulation." + error.place.key};
+      return tl::unexpected(error);
+    }
+  }
+  return robot;
 }
 
 Result<RobotDescription> read_robot(const std::filesystem::path& path) {
@@ -116,7 +130,8 @@ std::string to_yaml(const RobotDescription& robot) {
              "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: "
              "{}}}\n",
              n(t.x()), n(t.y()), n(t.z()), n(rpy.x()), n(rpy.y()), n(rpy.z())) +
-         "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera}));
+         "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) +
+         "simulation:\n" + write_fields(robot.simulation, 2);
 }
 
 }  // namespace waymark

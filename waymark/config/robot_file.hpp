@@ -7,6 +7,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/samples/robot_model.hpp"
+#include "waymark/simulation/simulated_robot_options.hpp"
 
 namespace waymark {
 
@@ -14,12 +15,13 @@ namespace waymark {
 struct RobotDescription {
   RobotModel model;
   CameraModel camera;
+  SimulatedRobotOptions simulation{};  ///< how it behaves where it does not exist
 };
 
-/// A robot from YAML (share/robots/limo.yaml shows all keys, docs/formats/map.md explains them): name, hull,
-/// limits, wheels, camera_mounting (roll, pitch, yaw of the camera's body, straight ahead when zero),
-/// camera_info (as ROS writes it). Errors have file, line and key: an unknown or missing key, a length or a
-/// limit that is not positive, what CameraModel::make() refuses.
+/// A robot from YAML (docs/formats/robot.md explains all keys): name, hull, limits, wheels, camera_mounting
+/// (roll, pitch, yaw of the camera's body, straight ahead when zero), camera_info (as ROS writes it); where
+/// wanted simulation (fields of SimulatedRobotOptions). Errors have file, line and key: an unknown or missing
+/// key, a length or a limit that is not positive, what CameraModel::make() refuses.
 [[nodiscard]] Result<RobotDescription> read_robot(const std::filesystem::path& path);
 [[nodiscard]] Result<RobotDescription> parse_robot(std::string_view text, const std::string& source);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "waymark/base/fields.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/samples/robot_model.hpp"
@@ -8,14 +10,20 @@
 
 namespace waymark {
 
-/// How far wheels and gyro are from the truth.
+/// How far wheels and gyro are from the truth, and what the robot's own driver makes of them.
 struct MotionSensorOptions {
   double left_wheel_scale = 1.02;
   double right_wheel_scale = 1.02;
   double ticks_per_turn = 1000;
   double gyro_noise_rad_s = 0.005;
   double gyro_bias_rad_s = 0.002;
+  double gyro_bias_walk = 0;
   double acceleration_noise_m_s2 = 0.05;
+  std::string odometry = "gyro";
+  double rotation_scale = 1;
+  double yaw_deadband_deg = 0;
+  double odometry_noise_m = 0;
+  double odometry_noise_rad = 0;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -25,14 +33,32 @@ struct MotionSensorOptions {
           Field{"right_wheel_scale", "Ticks of the right wheels over what they should be.", 0.5, 2});
     visit(self.ticks_per_turn, Field{"ticks_per_turn", "Resolution of the wheel encoders.", 1});
     visit(self.gyro_noise_rad_s, Field{"gyro_noise_rad_s", "Standard deviation of each yaw rate.", 0, 10});
-    visit(self.gyro_bias_rad_s, Field{"gyro_bias_rad_s", "Constant error of the yaw rate.", -1, 1});
+    visit(self.gyro_bias_rad_s,
+          Field{"gyro_bias_rad_s", "Error of the yaw rate when the robot is switched on.", -1, 1});
+    visit(self.gyro_bias_walk,
+          Field{"gyro_bias_walk", "How that error wanders, rad/s per square root of a second.", 0, 1});
     visit(self.acceleration_noise_m_s2,
           Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration.", 0, 100});
+    visit(
+        self.odometry,
+        Field{"odometry",
+              "What the driver makes odometry of: gyro (distance of the wheels, heading of the gyro), wheels "
+              "(both of the wheels), imu_yaw (heading of the yaw angle that the IMU computes), truth (a "
+              "simulator's, with odometry_noise)."});
+    visit(self.rotation_scale, Field{"rotation_scale", "Turning by odometry over true turning.", 0.1, 10});
+    visit(self.yaw_deadband_deg, Field{"yaw_deadband_deg",
+                                       "imu_yaw: the driver drops what the yaw turns less than this from "
+                                       "one message to the next.",
+                                       0, 10});
+    visit(self.odometry_noise_m, Field{"odometry_noise_m",
+                                       "truth: standard deviation that every message adds to x and to y of "
+                                       "frame odom, standing or not; its heading error turns no distance.",
+                                       0, 1});
+    visit(self.odometry_noise_rad, Field{"odometry_noise_rad", "truth: the same for the heading.", 0, 1});
   }
 };
 
-/// Wheels, gyro and the odometry a driver makes of them: distance from the wheels, heading from the gyro.
-/// Deterministic by seed.
+/// Wheels, gyro and the odometry a driver makes of them. Deterministic by seed.
 class MotionSensors {
  public:
   MotionSensors(const RobotModel& model, const MotionSensorOptions& options, Random random);
@@ -45,11 +71,22 @@ class MotionSensors {
   [[nodiscard]] Odometry read_odometry(const RobotDynamics& robot);
 
  private:
+  enum class Method { Gyro, Wheels, ImuYaw, Truth };
+  [[nodiscard]] double gyro(const RobotDynamics& robot);
+  [[nodiscard]] double dropped(double turned_rad);
+  void follow_truth(const RobotDynamics& robot);
+
   RobotModel model_;
   MotionSensorOptions options_;
+  Method method_;
   Random random_;
+  double bias_rad_s_;
+  SensorTime bias_stamp_{};
   Odometry odometry_{};
   WheelTicks last_ticks_{};
+  double imu_yaw_rad_ = 0;  ///< what the driver has counted of the IMU's angle
+  SE2 map_T_odom_{};        ///< truth
+  Eigen::Vector3d drift_ = Eigen::Vector3d::Zero();
   bool started_ = false;
 };
 

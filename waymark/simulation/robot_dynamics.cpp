@@ -21,7 +21,11 @@ Duration seconds(double s) { return Duration(static_cast<std::int64_t>(std::llro
 
 RobotDynamics::RobotDynamics(const RobotModel& model, const DynamicsOptions& options, const SE2& map_T_base,
                              Random random)
-    : model_(model), options_(options), random_(std::move(random)), map_T_base_(map_T_base) {}
+    : model_(model),
+      options_(options),
+      random_(std::move(random)),
+      steered_(options.drive == "ackermann"),
+      map_T_base_(map_T_base) {}
 
 VelocityCommand RobotDynamics::delayed(const VelocityCommand& command) {
   if (pending_.empty() || pending_.back().command != command) pending_.push_back({now_, command});
@@ -33,23 +37,43 @@ VelocityCommand RobotDynamics::delayed(const VelocityCommand& command) {
   return acting_;
 }
 
+/// What the wheels say of turning: an actuator of its own, or where the front wheels point.
+double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s) {
+  if (!steered_)
+    return follow(wheel_yaw_rate_rad_s_, asked_rad_s, options_.yaw_rate_lag_s,
+                  model_.limits.yaw_acceleration_rad_s2, dt_s);
+  constexpr double kStanding = 1e-3;
+  const double most = std::atan(options_.wheelbase_m / options_.min_radius_m);
+  if (std::abs(asked_m_s) > kStanding) {
+    const double wanted = std::atan(options_.wheelbase_m * asked_rad_s / asked_m_s);
+    steering_rad_ = follow(steering_rad_, std::clamp(wanted, -most, most), options_.steering_lag_s,
+                           options_.steering_rate_rad_s, dt_s);
+  }
+  return speed_m_s_ * std::tan(steering_rad_) / options_.wheelbase_m;
+}
+
+Eigen::Vector3d RobotDynamics::twist() const {
+  // A standing robot does not slide.
+  const double moving = std::min(1.0, std::abs(speed_m_s_) / 0.05);
+  const double lateral = options_.lateral_slip_s * speed_m_s_ * yaw_rate_rad_s() + moving * slip_m_s_;
+  return {grip_.speed_share * speed_m_s_, lateral, yaw_rate_rad_s()};
+}
+
 void RobotDynamics::step(const VelocityCommand& command, Duration dt) {
   const double dt_s = to_seconds(dt);
   const VelocityCommand acting = delayed(command);
   const MotionLimits& limits = model_.limits;
   const double speed = std::clamp(acting.speed_m_s, -limits.speed_m_s, limits.speed_m_s);
   const double yaw_rate = std::clamp(acting.yaw_rate_rad_s, -limits.yaw_rate_rad_s, limits.yaw_rate_rad_s);
+  const double before = speed_m_s_;
   speed_m_s_ = follow(speed_m_s_, speed, options_.speed_lag_s, limits.acceleration_m_s2, dt_s);
-  wheel_yaw_rate_rad_s_ =
-      follow(wheel_yaw_rate_rad_s_, yaw_rate, options_.yaw_rate_lag_s, limits.yaw_acceleration_rad_s2, dt_s);
+  acceleration_m_s2_ = (speed_m_s_ - before) / dt_s;
+  wheel_yaw_rate_rad_s_ = next_wheel_yaw_rate(yaw_rate, speed, dt_s);
   if (now_ >= next_slip_) {
     slip_m_s_ = options_.slip_noise_m_s * random_.normal();
     next_slip_ += seconds(0.1);
   }
-  // A standing robot does not slide.
-  const double moving = std::min(1.0, std::abs(speed_m_s_) / 0.05);
-  const double lateral = options_.lateral_slip_s * speed_m_s_ * yaw_rate_rad_s() + moving * slip_m_s_;
-  map_T_base_ = map_T_base_ * SE2::exp({speed_m_s_ * dt_s, lateral * dt_s, yaw_rate_rad_s() * dt_s});
+  map_T_base_ = map_T_base_ * SE2::exp(twist() * dt_s);
   const double difference = wheel_yaw_rate_rad_s_ * model_.track_m / 2;
   left_rad_ += (speed_m_s_ - difference) / model_.wheel_radius_m * dt_s;
   right_rad_ += (speed_m_s_ + difference) / model_.wheel_radius_m * dt_s;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <string>
 
 #include "waymark/base/fields.hpp"
 #include "waymark/base/random.hpp"
@@ -19,6 +20,11 @@ struct DynamicsOptions {
   double yaw_gain = 0.85;
   double lateral_slip_s = -0.03;
   double slip_noise_m_s = 0.01;
+  std::string drive = "differential";
+  double wheelbase_m = 0.2;
+  double min_radius_m = 0.4;
+  double steering_lag_s = 0.1;
+  double steering_rate_rad_s = 4;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -32,10 +38,27 @@ struct DynamicsOptions {
                 -1, 1});
     visit(self.slip_noise_m_s,
           Field{"slip_noise_m_s", "Standard deviation of sideways speed, fresh every 0.1 s.", 0, 1});
+    visit(self.drive, Field{"drive", "differential (skid steering too) or ackermann."});
+    visit(self.wheelbase_m, Field{"wheelbase_m", "Ackermann: front axle to rear axle.", 0.01, 10});
+    visit(
+        self.min_radius_m,
+        Field{"min_radius_m", "Ackermann: of the tightest curve of the middle of the rear axle.", 0.01, 100});
+    visit(self.steering_lag_s, Field{"steering_lag_s", "Ackermann: time constant of the steering.", 0, 10});
+    visit(self.steering_rate_rad_s,
+          Field{"steering_rate_rad_s", "Ackermann: how fast the wheels can be turned.", 0.01, 100});
   }
 };
 
-/// A wheeled robot on a floor: first-order actuators behind a delay, yaw gain, slip. Deterministic by seed.
+/// What of the wheels' motion reaches the floor.
+struct Grip {
+  double speed_share = 1;
+  double yaw_share = 1;
+};
+
+/// A wheeled robot on a floor: first-order actuators behind a delay, yaw gain, slip. With Ackermann steering
+/// base_link is the middle of the rear axle, a command asks for the curvature yaw rate over speed, and the
+/// front wheels (bicycle model: Rajamani, "Vehicle Dynamics and Control", section 2.2) turn there with a lag
+/// and a rate limit, no tighter than min_radius_m. Deterministic by seed.
 class RobotDynamics {
  public:
   RobotDynamics(const RobotModel& model, const DynamicsOptions& options, const SE2& map_T_base,
@@ -46,22 +69,40 @@ class RobotDynamics {
 
   [[nodiscard]] SensorTime now() const { return now_; }
   [[nodiscard]] const SE2& map_T_base() const { return map_T_base_; }
+  /// Of the wheels.
   [[nodiscard]] double speed_m_s() const { return speed_m_s_; }
+  [[nodiscard]] double acceleration_m_s2() const { return acceleration_m_s2_; }
   /// Of the body, after the yaw gain.
-  [[nodiscard]] double yaw_rate_rad_s() const { return options_.yaw_gain * wheel_yaw_rate_rad_s_; }
+  [[nodiscard]] double yaw_rate_rad_s() const {
+    return options_.yaw_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
+  }
+  /// Of the front wheels, to the left; 0 without steering.
+  [[nodiscard]] double steering_rad() const { return steering_rad_; }
+  /// Velocity of the body in base axes: x, y [m/s], yaw rate [rad/s].
+  [[nodiscard]] Eigen::Vector3d twist() const;
   /// How far the wheels of each side have turned: slip and yaw gain are not seen by them.
   [[nodiscard]] WheelTicks wheel_ticks() const { return {now_, left_rad_, right_rad_}; }
 
+  /// The wheels slip from now on, or no more.
+  void set_grip(const Grip& grip) { grip_ = grip; }
+  /// Somebody lifts the robot and puts it down elsewhere.
+  void place(const SE2& map_T_base) { map_T_base_ = map_T_base; }
+
  private:
+  [[nodiscard]] double next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s);
   [[nodiscard]] VelocityCommand delayed(const VelocityCommand& command);
 
   RobotModel model_;
   DynamicsOptions options_;
   Random random_;
+  bool steered_;
   SensorTime now_{};
   SE2 map_T_base_;
   double speed_m_s_ = 0;
+  double acceleration_m_s2_ = 0;
   double wheel_yaw_rate_rad_s_ = 0;
+  double steering_rad_ = 0;
+  Grip grip_{};
   double slip_m_s_ = 0;
   SensorTime next_slip_{};
   double left_rad_ = 0;

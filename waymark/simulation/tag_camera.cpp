@@ -13,25 +13,36 @@ double shortest_side(const std::array<Eigen::Vector2d, 4>& corners) {
   return shortest;
 }
 
+/// Adds what the camera sees of one tag.
+void see(const World& world, const CameraModel& camera, const SE3& cam_T_map, const TagId& id,
+         const MappedTag& tag, const TagCameraOptions& options, Random& random, TagFrame& frame) {
+  const Eigen::Vector3d cam_p_tag = cam_T_map * tag.map_T_tag.translation();
+  if (cam_p_tag.z() <= 0 || cam_p_tag.norm() > options.max_range_m) return;
+  const auto corners = visible_corners(camera, cam_T_map * tag.map_T_tag, tag.size_m);
+  if (!corners) return;
+  if (!(world.walls.empty() && world.occluders.empty()) &&
+      !line_of_sight(world, cam_T_map.inverse().translation(), tag.map_T_tag.translation()))
+    return;
+  if (random.uniform() < options.miss_probability) return;
+  const double sigma =
+      std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
+  TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
+  for (auto& corner : detection.corners_px)
+    corner += sigma * Eigen::Vector2d(random.normal(), random.normal());
+  detection.corner_covariance_px2 = CornerCovariance::Identity() * std::max(sigma * sigma, 1e-12);
+  frame.detections.push_back(detection);
+}
+
 }  // namespace
 
 TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam, SensorTime stamp,
                   const TagCameraOptions& options, Random& random) {
   TagFrame frame{.stamp = stamp};
   const SE3 cam_T_map = map_T_cam.inverse();
-  for (const auto& [id, tag] : world.tags.tags) {
-    const SE3 cam_T_tag = cam_T_map * tag.map_T_tag;
-    const auto corners = visible_corners(camera, cam_T_tag, tag.size_m);
-    if (!corners || cam_T_tag.translation().norm() > options.max_range_m) continue;
-    if (random.uniform() < options.miss_probability) continue;
-    const double sigma =
-        std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
-    TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
-    for (auto& corner : detection.corners_px)
-      corner += sigma * Eigen::Vector2d(random.normal(), random.normal());
-    detection.corner_covariance_px2 = CornerCovariance::Identity() * std::max(sigma * sigma, 1e-12);
-    frame.detections.push_back(detection);
-  }
+  for (const auto& [id, tag] : world.tags.tags)
+    see(world, camera, cam_T_map, id, tag, options, random, frame);
+  for (const TagCopy& copy : world.copies)
+    see(world, camera, cam_T_map, copy.tag, copy.placed, options, random, frame);
   return frame;
 }
 

@@ -30,7 +30,7 @@ struct TagCameraOptions {
 };
 
 /// What the detector would say of a frame taken from map_T_cam: corners with white noise and the covariance
-/// of that noise. O(tags).
+/// of that noise. A tag whose middle is hidden behind a wall or furniture is not seen. O(tags).
 [[nodiscard]] TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam,
                                 SensorTime stamp, const TagCameraOptions& options, Random& random);
 

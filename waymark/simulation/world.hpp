@@ -53,6 +53,12 @@ struct Floor {
 
 inline constexpr std::array<std::string_view, 4> kFloorTextures{"plain", "tiles", "checker", "speckle"};
 
+/// A tag whose number is already in the world: a mistake that people make.
+struct TagCopy {
+  TagId tag{};
+  MappedTag placed{};
+};
+
 /// A place with tags and a line to drive. Frame map: z up, floor at z = 0.
 struct World {
   std::string name{};
@@ -60,6 +66,7 @@ struct World {
   TagId anchor{};                         ///< the tag whose pose is known beforehand
   std::vector<Eigen::Vector2d> path_m{};  ///< points of a smooth line a driver follows
   bool path_closed = true;
+  std::vector<TagCopy> copies{};
   double tag_margin_cells = 1;  ///< white paper around every tag, in cells of the tag
   std::vector<Panel> panels{};
   std::vector<Wall> walls{};

@@ -15,7 +15,9 @@ std::size_t tags_in_view(const World& world, const CameraModel& camera, const SE
                          double max_range_m) {
   const auto seen = visible_tags(world.tags, camera, map_T_cam);
   return static_cast<std::size_t>(std::ranges::count_if(seen, [&](const TagId& tag) {
-    return (world.tags.find(tag)->map_T_tag.translation() - map_T_cam.translation()).norm() <= max_range_m;
+    const Eigen::Vector3d& place = world.tags.find(tag)->map_T_tag.translation();
+    return (place - map_T_cam.translation()).norm() <= max_range_m &&
+           line_of_sight(world, map_T_cam.translation(), place);
   }));
 }
 
@@ -31,10 +33,12 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
                    .min_clearance_m = std::numeric_limits<double>::infinity(),
                    .fewest_tags = world.tags.tags.size()};
   std::size_t with_two = 0;
+  std::size_t with_one = 0;
   for (const PathPoint& point : path) {
     const SE3 map_T_base = lift(point.map_T_path);
     const std::size_t seen = tags_in_view(world, camera, map_T_base * robot.base_T_cam, options.max_range_m);
     with_two += seen >= 2 ? 1 : 0;
+    with_one += seen >= 1 ? 1 : 0;
     check.fewest_tags = std::min(check.fewest_tags, seen);
     check.sharpest_left_1_m = std::max(check.sharpest_left_1_m, point.curvature_1_m);
     check.sharpest_right_1_m = std::max(check.sharpest_right_1_m, -point.curvature_1_m);
@@ -47,6 +51,7 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
     }
   }
   check.two_tags_fraction = static_cast<double>(with_two) / static_cast<double>(path.size());
+  check.one_tag_fraction = static_cast<double>(with_one) / static_cast<double>(path.size());
   return check;
 }
 

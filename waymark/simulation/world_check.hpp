@@ -16,6 +16,7 @@ struct WorldCheck {
   std::optional<TagId> nearest_tag{};  ///< the one that comes nearest
   Eigen::Vector2d nearest_place_m = Eigen::Vector2d::Zero();  ///< where on the line
   double two_tags_fraction = 0;  ///< share of the line from which the camera sees two tags or more
+  double one_tag_fraction = 0;   ///< … one or more
   std::size_t fewest_tags = 0;   ///< in view anywhere on the line
   double sharpest_left_1_m = 0;  ///< largest curvature to the left, 0 when there is none
   double sharpest_right_1_m = 0;

@@ -26,7 +26,7 @@ Status send(SimulatedRobot& robot, const VelocityCommand& command, const LapList
   return listener.on_sample(StampedCommand{robot.now(), command});
 }
 
-double seconds_of(const SimulatedRobot& robot) { return to_seconds(robot.now().time_since_epoch()); }
+double seconds_of(const SimulatedRobot& robot) { return to_seconds(robot.uptime()); }
 
 }  // namespace
 
@@ -37,14 +37,14 @@ Result<SimulatedLapEnd> drive_scripted_lap(const SimulatedStage& stage, const Dr
   SimulatedRobot robot(stage.world, stage.model, stage.camera, path->front().map_T_path, stage.robot);
   ScriptedDriver driver(*path, stage.world.path_closed, options, Random(stage.robot.seed + kDriverSeed));
   SimulatedLapEnd end;
-  SensorTime next_command{};
+  Duration next_command{};
   while (!driver.done() && !end.interrupted && seconds_of(robot) < timeout_s) {
     const Result<std::optional<Sample>> sample = robot.next();
     if (!sample) return tl::unexpected(sample.error());
     if (Status status = listener.on_sample(**sample); !status) return tl::unexpected(status.error());
     end.interrupted = listener.should_stop();
-    if (robot.now() < next_command) continue;
-    const VelocityCommand command = driver.drive(robot.true_map_T_base(), robot.now());
+    if (robot.uptime() < next_command) continue;
+    const VelocityCommand command = driver.drive(robot.true_map_T_base(), SensorTime(robot.uptime()));
     if (Status status = send(robot, command, listener); !status) return tl::unexpected(status.error());
     next_command += kControlPeriod;
   }
@@ -64,13 +64,13 @@ class ReplayDrive {
       : robot_(robot), replayer_(replayer), listener_(listener), options_(options) {}
 
   Result<SimulatedReplayEnd> run() {
-    SensorTime next_command{};
+    Duration next_command{};
     while (!over()) {
       const Result<std::optional<Sample>> sample = robot_.next();
       if (!sample) return tl::unexpected(sample.error());
       if (Status status = hear(**sample); !status) return tl::unexpected(status.error());
       end_.interrupted = listener_.should_stop();
-      if (robot_.now() < next_command) continue;
+      if (robot_.uptime() < next_command) continue;
       next_command += kControlPeriod;
       if (Status status = step(); !status) return tl::unexpected(status.error());
     }
@@ -96,7 +96,7 @@ class ReplayDrive {
     const ReplayStep step = replayer_.step(robot_.now());
     end_.state = step.state;
     end_.reason = step.reason.value_or("");
-    if (step.state == ReplayState::Driving) last_driving_ = robot_.now();
+    if (step.state == ReplayState::Driving) last_driving_ = robot_.uptime();
     if (Status status = listener_.on_step(robot_.now(), step); !status) return status;
     return send(robot_, step.command, listener_);
   }
@@ -104,7 +104,7 @@ class ReplayDrive {
   [[nodiscard]] bool over() const {
     return end_.interrupted || end_.state == ReplayState::Finished || end_.state == ReplayState::Refused ||
            seconds_of(robot_) >= options_.timeout_s ||
-           to_seconds(robot_.now() - last_driving_) >= options_.give_up_s;
+           to_seconds(robot_.uptime() - last_driving_) >= options_.give_up_s;
   }
 
   SimulatedRobot& robot_;
@@ -112,7 +112,7 @@ class ReplayDrive {
   const LapListener& listener_;
   SimulatedReplayOptions options_;
   SimulatedReplayEnd end_{};
-  SensorTime last_driving_{};
+  Duration last_driving_{};
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -9,6 +10,9 @@ namespace waymark {
 namespace {
 
 constexpr Duration kStep = std::chrono::milliseconds(5);
+/// Streams of their own, so that a lidar or a picture more does not change the other noise.
+constexpr std::uint64_t kLidarSeed = 5000;
+constexpr std::uint64_t kPictureSeed = 1'000'003;
 
 Duration period(double rate_hz) { return Duration(std::llround(1e9 / rate_hz)); }
 
@@ -21,8 +25,9 @@ bool SimulatedRobot::Timer::due(SensorTime now) {
 }
 
 SimulatedRobot::SimulatedRobot(World world, RobotModel model, CameraModel camera, const SE2& map_T_base,
-                               const SimulatedRobotOptions& options)
-    : world_(std::move(world)),
+                               const SimulatedRobotOptions& options, Eye eye)
+    : true_world_(std::move(world)),
+      world_(std::make_shared<const World>(true_world_)),
       model_(std::move(model)),
       camera_(std::move(camera)),
       options_(options),
@@ -32,36 +37,107 @@ SimulatedRobot::SimulatedRobot(World world, RobotModel model, CameraModel camera
       camera_timer_{period(options.camera_rate_hz)},
       odometry_timer_{period(options.odometry_rate_hz)},
       imu_timer_{period(options.imu_rate_hz)},
-      truth_timer_{period(options.truth_rate_hz)} {}
+      truth_timer_{period(options.truth_rate_hz)},
+      lidar_timer_{period(std::max(options.lidar.rate_hz, 0.1))},
+      lidar_(true_world_, options.lidar),
+      lidar_random_(options.seed + kLidarSeed),
+      eye_(eye),
+      happened_(options.faults.size(), false) {
+  lidar_timer_.next += lidar_timer_.period;  // the first turn is over then
+}
+
+bool SimulatedRobot::wrong(FaultKind kind) const {
+  return !options_.faults.empty() && active(options_.faults, kind, to_seconds(uptime()));
+}
+
+void SimulatedRobot::let_things_go_wrong() {
+  if (options_.faults.empty()) return;
+  const double now_s = to_seconds(uptime());
+  Grip grip;
+  for (std::size_t i = 0; i < options_.faults.size(); ++i) {
+    const Fault& fault = options_.faults[i];
+    if (fault.kind == FaultKind::SlipBurst && active(fault, now_s))
+      grip = {fault.speed_share, fault.yaw_share};
+    if (happened_[i] || now_s < fault.at_s) continue;
+    happened_[i] = true;
+    if (fault.kind == FaultKind::Kidnapped) dynamics_.place(dynamics_.map_T_base() * fault.base_T_put);
+    if (fault.kind == FaultKind::ClockJump) clock_offset_ += Duration(std::llround(fault.jump_s * 1e9));
+  }
+  dynamics_.set_grip(grip);
+  if (now_s < next_tag_change_s_) return;
+  world_ = std::make_shared<const World>(with_tag_faults(true_world_, options_.faults, now_s));
+  next_tag_change_s_ = next_tag_change_s(options_.faults, now_s);
+}
+
+/// Puts a sample among those that are ready, by the robot's clock.
+void SimulatedRobot::say(Sample sample) {
+  if (clock_offset_ != Duration::zero())
+    std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
+  ready_.push_back(std::move(sample));
+}
+
+void SimulatedRobot::look() {
+  ++pictures_;
+  const bool frozen = wrong(FaultKind::CameraFrozen);
+  const SensorTime stamp = dynamics_.now();
+  if (eye_ == Eye::Corners) {
+    if (!frozen) {
+      const SE3 map_T_cam = lift(dynamics_.map_T_base()) * model_.base_T_cam;
+      last_frame_ = see_tags(*world_, camera_, map_T_cam, stamp, options_.tag_camera, random_);
+    }
+    last_frame_.stamp = stamp;
+    if (wrong(FaultKind::CameraBlackout)) last_frame_.detections.clear();
+    if (!wrong(FaultKind::CameraLost)) say(last_frame_);
+    return;
+  }
+  if (!frozen)
+    last_shot_ = {.world = world_,
+                  .map_T_base = lift(dynamics_.map_T_base()),
+                  .twist = dynamics_.twist(),
+                  .seed = options_.seed + kPictureSeed * pictures_};
+  last_shot_.stamp = stamp + clock_offset_;
+  last_shot_.dark = wrong(FaultKind::CameraBlackout);
+  if (wrong(FaultKind::CameraLost)) return;
+  shots_.push_back(last_shot_);
+  say(CameraFrame{.stamp = stamp});
+}
 
 void SimulatedRobot::speak() {
   const SensorTime now = dynamics_.now();
-  if (truth_timer_.due(now)) ready_.emplace_back(TruthPose{now, lift(dynamics_.map_T_base())});
-  if (imu_timer_.due(now)) ready_.emplace_back(sensors_.read_imu(dynamics_));
+  if (truth_timer_.due(now)) say(TruthPose{now, lift(dynamics_.map_T_base())});
+  if (imu_timer_.due(now)) say(sensors_.read_imu(dynamics_));
   if (odometry_timer_.due(now)) {
-    ready_.emplace_back(sensors_.read_wheels(dynamics_));
-    ready_.emplace_back(sensors_.read_odometry(dynamics_));
+    const WheelTicks wheels = sensors_.read_wheels(dynamics_);
+    const Odometry odometry = sensors_.read_odometry(dynamics_);
+    if (!wrong(FaultKind::OdometryLost)) {
+      say(wheels);
+      say(odometry);
+    }
   }
-  if (camera_timer_.due(now)) {
-    const SE3 map_T_cam = lift(dynamics_.map_T_base()) * model_.base_T_cam;
-    ready_.emplace_back(see_tags(world_, camera_, map_T_cam, now, options_.tag_camera, random_));
-  }
+  if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
+    say(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
+  if (camera_timer_.due(now)) look();
 }
 
 Result<std::optional<Sample>> SimulatedRobot::next() {
   while (ready_.empty()) {
-    const bool fresh = to_seconds(dynamics_.now() - command_stamp_) <= options_.watchdog_s;
+    const bool fresh = to_seconds(uptime() - command_uptime_) <= options_.watchdog_s;
+    let_things_go_wrong();
     dynamics_.step(fresh ? command_ : VelocityCommand{}, kStep);
     speak();
   }
   Sample sample = std::move(ready_.front());
   ready_.pop_front();
+  if (std::holds_alternative<CameraFrame>(sample)) {
+    given_shot_ = std::move(shots_.front());
+    shots_.pop_front();
+  }
   return std::optional<Sample>(std::move(sample));
 }
 
 Status SimulatedRobot::command(const VelocityCommand& command) {
   command_ = command;
-  command_stamp_ = dynamics_.now();
+  command_uptime_ = uptime();
   return {};
 }
 

@@ -2,51 +2,50 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <vector>
 
-#include "waymark/base/fields.hpp"
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/samples/robot.hpp"
 #include "waymark/samples/robot_model.hpp"
-#include "waymark/simulation/motion_sensors.hpp"
-#include "waymark/simulation/robot_dynamics.hpp"
-#include "waymark/simulation/tag_camera.hpp"
+#include "waymark/simulation/simulated_robot_options.hpp"
 #include "waymark/simulation/world.hpp"
 
 namespace waymark {
 
-struct SimulatedRobotOptions {
-  std::uint64_t seed = 1;
-  double camera_rate_hz = 15;
-  double odometry_rate_hz = 50;
-  double imu_rate_hz = 100;
-  double truth_rate_hz = 50;
-  double watchdog_s = 0.25;
-  DynamicsOptions dynamics{};
-  MotionSensorOptions sensors{};
-  TagCameraOptions tag_camera{};
+/// A picture to be taken: everything a renderer needs, so that another thread may do it.
+struct CameraShot {
+  SensorTime stamp{};                               ///< middle of the exposure, by the robot's clock
+  std::shared_ptr<const World> world;               ///< as it is at that moment
+  SE3 map_T_base{};                                 ///< in the middle of the exposure
+  Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< of base in base axes: x, y [m/s], yaw [rad/s]
+  std::uint64_t seed = 0;                           ///< of this picture's noise
+  bool dark = false;                                ///< the lens is covered
+};
 
-  template <class Self, class Visitor>
-  static void fields(Self& self, Visitor&& visit) {
-    visit(self.camera_rate_hz, Field{"camera_rate_hz", "Frames a second.", 0.1, 200});
-    visit(self.odometry_rate_hz, Field{"odometry_rate_hz", "Odometry and wheels, times a second.", 1, 200});
-    visit(self.imu_rate_hz, Field{"imu_rate_hz", "IMU, times a second.", 1, 200});
-    visit(self.truth_rate_hz, Field{"truth_rate_hz", "True pose, times a second.", 1, 200});
-    visit(self.watchdog_s,
-          Field{"watchdog_s", "The robot stops by itself when no command came for this long.", 0.01, 10});
-  }
+/// What becomes of the camera.
+enum class Eye : std::uint8_t {
+  Corners,  ///< TagFrame: camera and detector in one, without pictures
+  Shots,    ///< CameraFrame without a picture, and shot() says how to take it
 };
 
 /// A robot in a world. next() lets the time pass until the next sensor speaks; command() acts from then on.
+/// Faults happen as their script says.
 class SimulatedRobot final : public Source, public Robot {
  public:
   SimulatedRobot(World world, RobotModel model, CameraModel camera, const SE2& map_T_base,
-                 const SimulatedRobotOptions& options);
+                 const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
 
   /// Never ends: the simulated world goes on.
   Result<std::optional<Sample>> next() override;
   Status command(const VelocityCommand& command) override;
 
-  [[nodiscard]] SensorTime now() const { return dynamics_.now(); }
+  /// Of the clock that stamps samples: it may jump.
+  [[nodiscard]] SensorTime now() const { return dynamics_.now() + clock_offset_; }
+  /// Since the robot was switched on: never jumps.
+  [[nodiscard]] Duration uptime() const { return dynamics_.now().time_since_epoch(); }
+  /// How to take the picture of the CameraFrame that next() gave last.
+  [[nodiscard]] const CameraShot& shot() const { return given_shot_; }
   /// For a driver who stands beside the robot; never for an estimator.
   [[nodiscard]] const SE2& true_map_T_base() const { return dynamics_.map_T_base(); }
 
@@ -58,8 +57,13 @@ class SimulatedRobot final : public Source, public Robot {
     bool due(SensorTime now);
   };
   void speak();
+  void look();
+  void let_things_go_wrong();
+  void say(Sample sample);
+  [[nodiscard]] bool wrong(FaultKind kind) const;
 
-  World world_;
+  World true_world_;
+  std::shared_ptr<const World> world_;  ///< with what has gone wrong
   RobotModel model_;
   CameraModel camera_;
   SimulatedRobotOptions options_;
@@ -70,9 +74,21 @@ class SimulatedRobot final : public Source, public Robot {
   Timer odometry_timer_;
   Timer imu_timer_;
   Timer truth_timer_;
+  Timer lidar_timer_;
+  Lidar lidar_;
+  Random lidar_random_;
+  Eye eye_;
+  Duration clock_offset_{};
+  double next_tag_change_s_ = 0;
+  std::vector<bool> happened_;
+  TagFrame last_frame_{};
+  CameraShot last_shot_{};
+  CameraShot given_shot_{};
+  std::deque<CameraShot> shots_;
+  std::uint64_t pictures_ = 0;
   std::deque<Sample> ready_;
   VelocityCommand command_{};
-  SensorTime command_stamp_{};
+  Duration command_uptime_{};
 };
 
 }  // namespace waymark
