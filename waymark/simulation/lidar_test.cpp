@@ -34,8 +34,8 @@ TEST(Lidar, RangesInARoomAreAnalytic) {
     EXPECT_EQ(scan.stamp, SensorTime(Duration(900'000'000))) << "of the first ray";
     for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
       const double a = pose.yaw() + scan.angle_min_rad + static_cast<double>(i) * scan.angle_increment_rad;
-      const double to_x = ((std::cos(a) > 0 ? 3 : -3) - pose.x()) / std::cos(a);
-      const double to_y = ((std::sin(a) > 0 ? 2 : -2) - pose.y()) / std::sin(a);
+      const double to_x = (std::copysign(3.0, std::cos(a)) - pose.x()) / std::cos(a);
+      const double to_y = (std::copysign(2.0, std::sin(a)) - pose.y()) / std::sin(a);
       EXPECT_NEAR(scan.ranges_m[i], std::min(to_x, to_y), 1e-6) << i;
     }
   }
@@ -66,7 +66,9 @@ TEST(Lidar, NoiseRangeAndDropoutsAreAsTold) {
     for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
       const double truth =
           lidar.range_m({0, 0}, scan.angle_min_rad + static_cast<double>(i) * scan.angle_increment_rad);
-      if (truth > 2.6) EXPECT_EQ(scan.ranges_m[i], kInfinity);
+      if (truth > 2.6) {
+        EXPECT_EQ(scan.ranges_m[i], kInfinity);
+      }
       if (truth > 2.4) continue;
       ++inside;
       if (std::isinf(scan.ranges_m[i])) continue;

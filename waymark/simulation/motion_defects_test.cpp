@@ -47,16 +47,16 @@ MotionSensorOptions no_errors() {
 }
 
 /// Lets the odometry of a driver follow a robot; `command` acts for `seconds` at 50 messages a second.
-struct Run {
+struct Drive {
   SE2 truth;
   Odometry odometry;
   double turned_rad = 0;
 };
-Run drive(const MotionSensorOptions& options, const VelocityCommand& command, double seconds,
-          const RobotModel& model = robot_model()) {
+Drive drive(const MotionSensorOptions& options, const VelocityCommand& command, double seconds,
+            const RobotModel& model = robot_model()) {
   RobotDynamics robot(model, exact(), SE2(), Random(1));
   MotionSensors sensors(model, options, Random(2));
-  Run run;
+  Drive run;
   for (int i = 0; i < seconds / to_seconds(kStep); ++i) {
     if (i % 4 == 0) run.odometry = sensors.read_odometry(robot);
     robot.step(command, kStep);
@@ -127,22 +127,25 @@ TEST(Imu, FeelsAccelerationAndTheCurve) {
   EXPECT_NEAR(imu.angular_velocity_rad_s.z(), 1, 1e-9);
 }
 
-// The stock driver of LIMO: what turns less than 0.1 degrees a message is lost, 5 deg/s at 50 messages.
-TEST(OdometryOfLimo, DropsAllTurningBelowFiveDegreesASecond) {
+// The stock driver of LIMO: what turns less than 0.1 degrees a message is lost, 5 deg/s at 50 messages. The
+// angle comes in hundredths of a degree, so just below that some messages read 0.10 and get through.
+TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
   MotionSensorOptions options = no_errors();
   options.odometry = "imu_yaw";
   options.yaw_deadband_deg = 0.1;
-  const Run gentle = drive(options, {0.25, 0.25 / 3.0}, 20);  // a curve of 3 m: 4.77 deg/s
-  EXPECT_GT(gentle.turned_rad, 1.6);
+  const Drive gentle = drive(options, {0.25, 0.25 / 3.3}, 20);  // a curve of 3.3 m: 4.3 deg/s
+  EXPECT_GT(gentle.turned_rad, 1.5);
   EXPECT_EQ(gentle.odometry.odom_T_base.yaw(), 0) << "it thinks it drove straight ahead";
   EXPECT_GT((gentle.odometry.odom_T_base.inverse() * gentle.truth).translation().norm(), 2.0);
-  const Run tighter = drive(options, {0.25, 0.25 / 2.5}, 20);  // 5.73 deg/s
+  const Drive partly = drive(options, {0.25, 0.25 / 3.0}, 20);  // 4.77 deg/s
+  EXPECT_LT(partly.odometry.odom_T_base.yaw(), 0.7 * partly.turned_rad);
+  const Drive tighter = drive(options, {0.25, 0.25 / 2.5}, 20);  // 5.73 deg/s
   EXPECT_NEAR(std::remainder(tighter.odometry.odom_T_base.yaw() - tighter.turned_rad, 2 * std::numbers::pi),
               0, 0.01);
   options.yaw_deadband_deg = 0;
-  const Run repaired = drive(options, {0.25, 0.25 / 3.0}, 20);
-  EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), 0.01 * kDegree)
-      << "nothing but the resolution of the angle";
+  const Drive repaired = drive(options, {0.25, 0.25 / 3.3}, 20);
+  EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), 0.02 * kDegree)
+      << "nothing but the resolution of the angle, and of the ramp at the start";
 }
 
 // MBot: a driver that takes 0.15572 m of track where 0.1696 m is right turned 20.519 rad in three laps of
@@ -152,7 +155,7 @@ TEST(OdometryOfMbot, CountsNineInAHundredTooMuchRotation) {
   options.odometry = "wheels";
   options.rotation_scale = 1.089;
   options.ticks_per_turn = 3120;
-  const Run run = drive(options, {0.2, 0.5}, 6 * std::numbers::pi / 0.5 + 0.03125, robot_model(0.1696));
+  const Drive run = drive(options, {0.2, 0.5}, 6 * std::numbers::pi / 0.5 + 0.03125, robot_model(0.1696));
   ASSERT_NEAR(run.turned_rad, 6 * std::numbers::pi, 0.01);
   EXPECT_NEAR(std::remainder(run.odometry.odom_T_base.yaw() - 20.519, 2 * std::numbers::pi), 0, 0.04);
 }
@@ -180,7 +183,7 @@ TEST(OdometryOfTheAcademy, WalksAtRandomAndItsHeadingTurnsNoDistance) {
   // Driven straight ahead with a heading that is off by a lot, the distance is still counted the right way.
   options.odometry_noise_m = 0;
   options.odometry_noise_rad = 0.05;
-  const Run run = drive(options, {0.5, 0}, 20);
+  const Drive run = drive(options, {0.5, 0}, 20);
   EXPECT_GT(std::abs(run.odometry.odom_T_base.yaw()), 0.05);
   EXPECT_LT((run.odometry.odom_T_base.translation() - run.truth.translation()).norm(), 1e-9);
 }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+
+#include "waymark/base/error.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// Whatever has sticks and buttons.
+class Gamepad {
+ public:
+  virtual ~Gamepad() = default;
+  Gamepad(const Gamepad&) = delete;
+  Gamepad& operator=(const Gamepad&) = delete;
+
+  /// Its sticks and buttons now, stamped with `now`. Fails when it was unplugged.
+  [[nodiscard]] virtual Result<GamepadState> poll(SensorTime now) = 0;
+
+ protected:
+  Gamepad() = default;
+};
+
+/// The first pad that is plugged in, with the layout of an Xbox controller whatever its make (SDL's
+/// database). Axes: 0 left stick, left positive; 1 left stick, forward positive; 2, 3 the right one; 4, 5
+/// triggers, 0 to
+/// 1. Buttons: 0 A, 1 B, 2 X, 3 Y, 4 back, 5 guide, 6 start, 7, 8 sticks, 9, 10 shoulders, 11 to 14 cross up,
+/// down, left, right. Fails when there is none, or the program was built without SDL2.
+[[nodiscard]] Result<std::unique_ptr<Gamepad>> open_gamepad();
+
+}  // namespace waymark
