@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 
+#include "waymark/recording/lcm_log.hpp"
 #include "waymark/recording/mcap_log.hpp"
 #include "waymark/recording/mcap_records.hpp"
 #include "waymark/recording/ros1_bag_log.hpp"
 #include "waymark/recording/ros1_bag_records.hpp"
+#include "waymark/recording/rosbag2_log.hpp"
+#include "waymark/recording/temporary_file.hpp"
 #include "waymark/recording/unpack.hpp"
 #include "waymark/recording/unpacked_log.hpp"
 
@@ -28,13 +31,33 @@ bool begins(ByteSpan head, ByteSpan magic) {
   return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
 }
 
+/// SQLite reads files, not bytes: what is none yet is written to one.
+Result<std::unique_ptr<MessageLog>> open_sqlite(const ByteSource& source, const LogOptions& options) {
+  if (const auto path = unpacked_path(source)) return open_rosbag2_file(*path, source.name(), false, options);
+  const Result<std::uint64_t> size = source.size();
+  if (!size) return tl::unexpected(size.error());
+  const auto file = TemporaryFile::create();
+  if (!file) return tl::unexpected(file.error());
+  Bytes piece;
+  for (std::uint64_t at = 0; at < *size; at += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kHeadBytes, *size - at)));
+    Status status = source.read(at, piece);
+    if (status) status = (*file)->append(piece);
+    if (!status) return tl::unexpected(status.error());
+  }
+  // An open file outlives its name.
+  return open_rosbag2_file((*file)->path(), source.name(), false, options);
+}
+
 Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> source, ByteSpan head,
                                                const LogOptions& options) {
   if (begins(head, mcap::kMagic)) return open_mcap_log(std::move(source), options);
   if (begins(head, as_bytes(ros1bag::kMagic))) return open_ros1_bag(std::move(source), options);
+  if (begins(head, as_bytes(kSqliteMagic))) return open_sqlite(*source, options);
   if (begins(head, as_bytes("#ROSBAG V1")))
     return fail(ErrorCode::Unsupported, "a ROS bag of version 1, from before 2010",
                 {.source = source->name()}, "Convert it with `rosbag fix`.");
+  if (looks_like_lcm(head, source->size().value_or(0))) return open_lcm_log(std::move(source), options);
   if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", {.source = source->name()});
   return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
               "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
@@ -64,8 +87,14 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
 }
 
 Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, const LogOptions& options) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return open_bag_folder(path, options);
+  if (path.filename() == "metadata.yaml") return open_bag_folder(path.parent_path(), options);
   Result<std::unique_ptr<ByteSource>> source = open_file(path);
   if (!source) return tl::unexpected(source.error());
+  const Result<Bytes> head = head_of(**source);
+  if (head && begins(*head, as_bytes(kSqliteMagic)))
+    return open_rosbag2_file(path, path.string(), false, options);
   return open_log(std::move(*source), options);
 }
 

@@ -71,6 +71,12 @@ constexpr std::array kDefinitions = {
     Definition{"waymark_msgs/TagCornerCovariances",
                "std_msgs/Header header\nint32[] id\nfloat64[] covariance_px2\n"},
     Definition{"waymark_msgs/TagPose", "string family\nint32 id\ngeometry_msgs/Pose pose\n"},
+    // As TagSLAM's bags have it, in the words of ROS 2.
+    Definition{
+        "apriltag_msgs/Apriltag",
+        "int32 id\nstring family\nint32 hamming\nint32 border\nint32 bits\ngeometry_msgs/Point center\n"
+        "geometry_msgs/Point[4] corners\n"},
+    Definition{"apriltag_msgs/ApriltagArrayStamped", "std_msgs/Header header\nApriltag[] apriltags\n"},
     Definition{"waymark_msgs/TagPoseArray", "std_msgs/Header header\nTagPose[] tags\n"},
     Definition{"waymark_msgs/RangeBearing",
                "std_msgs/Header header\nint64 landmark\nfloat64 range_m\nfloat64 bearing_rad\n"},

@@ -4,6 +4,7 @@
 
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2_tagslam_messages.hpp"
 
 namespace waymark {
 namespace {
@@ -70,6 +71,7 @@ Status SampleDecoder::Impl::add(const Ros2Message& raw) {
   if (raw.type == ros2::LaserScan::kType) return give<ros2::LaserScan>(raw);
   if (raw.type == ros2::Joy::kType) return give<ros2::Joy>(raw);
   if (raw.type == ros2::RangeBearing::kType) return give<ros2::RangeBearing>(raw);
+  if (raw.type == ros2::ApriltagArrayStamped::kType) return give<ros2::ApriltagArrayStamped>(raw);
   if (raw.type == ros2::TagPoseArray::kType) return give<ros2::TagPoseArray>(raw);
   return {};
 }

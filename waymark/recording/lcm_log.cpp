@@ -1,0 +1,195 @@
+#include "waymark/recording/lcm_log.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/recording/lcm_events.hpp"
+#include "waymark/recording/log_problems.hpp"
+#include "waymark/recording/mbot_samples.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
+
+/// Receive times that no calendar knows count as 0.
+std::uint64_t nanoseconds(std::int64_t microseconds) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / kNanosecondsPerMicrosecond;
+  return microseconds < 0 || microseconds > kMost
+             ? 0
+             : static_cast<std::uint64_t>(microseconds * kNanosecondsPerMicrosecond);
+}
+
+class LcmLog final : public MessageLog {
+ public:
+  LcmLog(std::unique_ptr<ByteSource> source, std::uint64_t size, const LogOptions& options)
+      : source_(std::move(source)), size_(size), options_(options) {
+    mbot::Survey survey;
+    std::int64_t expected = 0;
+    std::uint64_t last = 0;
+    lcm::EventReader reader(*source_, size_, options_.max_record_bytes);
+    while (const auto event = reader.next(opened_)) {
+      const std::optional<std::size_t> channel = channel_of(*event);
+      if (!channel) continue;
+      ++*channels_[*channel].messages;
+      survey.add(event->payload);
+      note_gap(*event, expected);
+      note_stamp(*event);
+      expected = event->number == std::numeric_limits<std::int64_t>::max() ? 0 : event->number + 1;
+      const std::uint64_t time = nanoseconds(event->receive_us);
+      if (time < last) note_time(*event);
+      last = time;
+      start_ = count_ == 0 ? time : std::min(start_, time);
+      end_ = std::max(end_, time);
+      ++count_;
+    }
+    conventions_ = survey.conventions();
+  }
+
+  LogFormat format() const override { return LogFormat::Lcm; }
+  std::string description() const override { return fmt::format("LCM event log, {} events", count_); }
+  const std::vector<LogChannel>& channels() const override { return channels_; }
+  LogSummary summary() const override {
+    LogSummary summary{.messages = count_, .size_bytes = size_, .files = {source_->name()}};
+    if (count_ > 0) {
+      summary.start = start_;
+      summary.end = end_;
+    }
+    return summary;
+  }
+
+  Status visit(const LogSelection& selection, const Visitor& visit) override {
+    visited_.clear();
+    return visit_events(selection, [&](const lcm::Event& event) {
+      const std::uint64_t time = nanoseconds(event.receive_us);
+      const std::optional<std::size_t> channel = channel_of(event);
+      return channel ? visit(channels_[*channel], {time, time, event.payload}) : Status{};
+    });
+  }
+
+  Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
+    visited_.clear();
+    mbot::Samples samples(conventions_, options_.mbot_tag_latency, visited_, visit);
+    Status status = visit_events(selection, [&](const lcm::Event& event) {
+      return samples.add(event.channel, event.receive_us, event.payload);
+    });
+    return status ? samples.finish() : status;
+  }
+
+  Result<RecordingSetup> setup() override {
+    RecordingSetup setup;
+    setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_tag_latency));
+    for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);
+    return setup;
+  }
+
+  std::vector<LogProblem> problems() const override {
+    std::vector<LogProblem> all = opened_.list();
+    visited_.append_to(all);
+    return all;
+  }
+
+ private:
+  template <class Visit>
+  Status visit_events(const LogSelection& selection, const Visit& visit) {
+    LogProblems known;  // opening has noted them
+    lcm::EventReader reader(*source_, size_, options_.max_record_bytes);
+    while (const auto event = reader.next(known)) {
+      if (!selection.takes(nanoseconds(event->receive_us))) continue;
+      if (!selection.topics.empty() && !selection.topics.contains(std::string(event->channel))) continue;
+      if (Status status = visit(*event); !status) return status;
+    }
+    return {};
+  }
+
+  /// One channel of ours for each name and type; nothing when there are absurdly many.
+  std::optional<std::size_t> channel_of(const lcm::Event& event) {
+    const std::uint64_t fingerprint = mbot::fingerprint_of(event.payload);
+    const auto known = numbers_.find({std::string(event.channel), fingerprint});
+    if (known != numbers_.end()) return known->second;
+    constexpr std::size_t kMostChannels = 4096;
+    if (channels_.size() >= kMostChannels) {
+      opened_.damage("lcm.channels", [&] {
+        return Error{ErrorCode::LimitExceeded,
+                     "more channels than a robot has: the rest is passed over",
+                     place(event),
+                     {}};
+      });
+      return std::nullopt;
+    }
+    const std::string_view type = mbot::type_name(fingerprint);
+    channels_.push_back({.topic = std::string(event.channel),
+                         .type = type.empty() ? fmt::format("lcm/{:016x}", fingerprint)
+                                              : fmt::format("mbot_lcm_msgs/{}", type),
+                         .encoding = "lcm",
+                         .metadata = {{"lcm_fingerprint", fmt::format("{:016x}", fingerprint)}},
+                         .messages = 0});
+    return numbers_[{std::string(event.channel), fingerprint}] = channels_.size() - 1;
+  }
+
+  void note_gap(const lcm::Event& event, std::int64_t expected) {
+    if (event.number <= expected || count_ == 0) return;
+    const auto missing = static_cast<std::uint64_t>(event.number) - static_cast<std::uint64_t>(expected);
+    opened_.add(
+        LogProblem::Kind::Damage, "lcm.missing_events",
+        [&] {
+          return Error{ErrorCode::Unreadable,
+                       fmt::format("events are missing: number {} follows {}", event.number, expected - 1),
+                       place(event),
+                       {}};
+        },
+        missing);
+  }
+  void note_stamp(const lcm::Event& event) {
+    if (mbot::utime_of(event.payload).value_or(1) > 0) return;
+    opened_.trap(fmt::format("mbot.no_stamp:{}", event.channel), [&] {
+      return Error{ErrorCode::Unsupported,
+                   "its publisher leaves utime 0: the time it was received is taken",
+                   {.key = std::string(event.channel)},
+                   {}};
+    });
+  }
+  void note_time(const lcm::Event& event) {
+    opened_.trap("lcm.time_back", [&] {
+      return Error{ErrorCode::Unreadable,
+                   "the logger's clock went back: messages stay in the order of the file",
+                   place(event),
+                   {}};
+    });
+  }
+  [[nodiscard]] Place place(const lcm::Event& event) const {
+    return {.source = source_->name(), .byte = static_cast<std::int64_t>(event.offset)};
+  }
+
+  std::unique_ptr<ByteSource> source_;
+  std::uint64_t size_;
+  LogOptions options_;
+  std::vector<LogChannel> channels_;
+  std::map<std::pair<std::string, std::uint64_t>, std::size_t> numbers_;
+  mbot::Conventions conventions_;
+  std::uint64_t count_ = 0;
+  std::uint64_t start_ = 0;
+  std::uint64_t end_ = 0;
+  LogProblems opened_;
+  LogProblems visited_;
+};
+
+}  // namespace
+
+bool looks_like_lcm(ByteSpan head, std::uint64_t size) {
+  for (std::size_t i = 0; i + lcm::kHeaderSize <= head.size(); ++i) {
+    if (head[i] == (lcm::kSync >> 24) && lcm::plausible_event(head.subspan(i), size - i)) return true;
+  }
+  return false;
+}
+
+Result<std::unique_ptr<MessageLog>> open_lcm_log(std::unique_ptr<ByteSource> source,
+                                                 const LogOptions& options) {
+  const Result<std::uint64_t> size = source->size();
+  if (!size) return tl::unexpected(size.error());
+  return std::make_unique<LcmLog>(std::move(source), *size, options);
+}
+
+}  // namespace waymark

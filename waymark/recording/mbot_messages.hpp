@@ -1,0 +1,71 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "waymark/recording/byte_io.hpp"
+
+/// The LCM messages of the MBot (mbot_lcm_base, package mbot_lcm_msgs): an 8-byte fingerprint of the type,
+/// then the members in order, big-endian. Units and frames are those of the robot; mbot_samples.hpp converts
+/// them.
+namespace waymark::mbot {
+
+inline constexpr std::uint64_t kPose2D = 0x1f317af1246276ac;
+inline constexpr std::uint64_t kTwist2D = 0x85d72aee83523195;
+inline constexpr std::uint64_t kEncoders = 0xaefa0bcd9e362081;
+inline constexpr std::uint64_t kImu = 0x9ef39a5ffc75e462;
+inline constexpr std::uint64_t kTagArray = 0x815931ba2e0b44c2;
+inline constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;
+
+/// The name of the type with a fingerprint ("pose2D_t"); empty for one that is none of the MBot's.
+[[nodiscard]] std::string_view type_name(std::uint64_t fingerprint);
+/// The first 8 bytes; 0 when there are fewer.
+[[nodiscard]] std::uint64_t fingerprint_of(ByteSpan payload);
+
+/// The stamp [us] of a message whose type is known to begin with one.
+[[nodiscard]] std::optional<std::int64_t> utime_of(ByteSpan payload);
+
+struct Pose2D {
+  std::int64_t utime = 0;  ///< [us]
+  float x = 0, y = 0, theta = 0;
+};
+struct Twist2D {
+  std::int64_t utime = 0;
+  float vx = 0, vy = 0, wz = 0;
+};
+struct Encoders {
+  std::int64_t utime = 0;
+  std::array<std::int64_t, 3> ticks{};  ///< left, right (counting backwards), unused
+};
+struct Imu {
+  std::int64_t utime = 0;
+  std::array<float, 3> gyro{};   ///< [rad/s]
+  std::array<float, 3> accel{};  ///< [m/s^2]
+};
+struct Tag {
+  std::int32_t id = 0;
+  std::int64_t utime = 0;
+  std::array<float, 3> position{};
+  std::array<float, 3> angles_rpy{};
+  std::array<float, 4> angles_quat{};
+};
+struct TagArray {
+  std::int64_t utime = 0;
+  std::vector<Tag> tags{};
+};
+struct Lidar {
+  std::int64_t utime = 0;
+  std::vector<float> ranges{};        ///< [m]
+  std::vector<float> thetas{};        ///< [rad]
+  std::vector<std::int64_t> times{};  ///< [us]
+  std::vector<float> intensities{};
+};
+
+/// A message from its payload, fingerprint included. Nothing when the bytes are not just that.
+template <class Message>
+[[nodiscard]] std::optional<Message> decode(ByteSpan payload);
+
+}  // namespace waymark::mbot

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "waymark/recording/log_problems.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+
+/// Recordings that follow each other as one; at least one. Where they overlap in time, messages are put in
+/// order a second at a time.
+[[nodiscard]] std::unique_ptr<MessageLog> join_logs(std::vector<std::unique_ptr<MessageLog>> parts,
+                                                    LogProblems problems);
+
+}  // namespace waymark
