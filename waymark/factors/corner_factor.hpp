@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/geometry/se3.hpp"
+#include "waymark/samples/tag_detection.hpp"
+
+namespace waymark {
+
+/// The four corners of one tag as one camera saw them.
+struct CornerFactor {
+  std::array<Eigen::Vector2d, 4> corners_px{};  ///< TL, TR, BR, BL, distorted, pixel centres at +1/2
+  double size_m = 0;                            ///< side of the square where black border meets white border
+  /// L^-1 of the corners' covariance L L^T [1/px]: whitens the residual.
+  CornerCovariance whitening = CornerCovariance::Identity();
+};
+
+/// Of a detection; `corner_sigma_px` where it has no covariance of its own. Fails on corners that are not
+/// finite, a size that is not positive, a covariance that is not positive definite.
+[[nodiscard]] Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
+                                                 double corner_sigma_px);
+
+/// The poses between a camera and a tag: cam_T_tag = (map_T_rig rig_T_cam)^-1 map_T_body body_T_tag. A camera
+/// on a robot: rig = base. A tag on a wall: map_T_body = identity.
+struct CornerPoses {
+  SE3 map_T_rig{};
+  SE3 rig_T_cam{};
+  SE3 map_T_body{};
+  SE3 body_T_tag{};
+};
+
+/// J_r_X (8x6) of the whitened residual for a left perturbation of each pose.
+struct CornerJacobians {
+  Eigen::Matrix<double, 8, 6> rig;
+  Eigen::Matrix<double, 8, 6> cam;
+  Eigen::Matrix<double, 8, 6> body;
+  Eigen::Matrix<double, 8, 6> tag;
+};
+
+/// Whitened residual, projected minus measured, TL x y, TR x y, … Nothing (and J unfinished) when a corner is
+/// behind the camera or beyond the lens. No allocation.
+[[nodiscard]] std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& factor,
+                                                                         const CameraModel& camera,
+                                                                         const CornerPoses& poses,
+                                                                         CornerJacobians* J = nullptr);
+
+}  // namespace waymark

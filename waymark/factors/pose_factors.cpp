@@ -1,0 +1,106 @@
+#include "waymark/factors/pose_factors.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/geometry/lie.hpp"
+
+namespace waymark {
+namespace {
+
+template <int N>
+Eigen::Matrix<double, N, N> inverse_factor(const Eigen::Matrix<double, N, N>& covariance) {
+  Eigen::Matrix<double, N, N> whitening = Eigen::Matrix<double, N, N>::Identity();
+  Eigen::LLT<Eigen::Matrix<double, N, N>>(covariance).matrixL().solveInPlace(whitening);
+  return whitening;
+}
+
+/// d(origin of X)/d(xi): [I, -t^].
+Matrix36 origin_jacobian(const SE3& X) {
+  Matrix36 J;
+  J << Eigen::Matrix3d::Identity(), -SO3::hat(X.translation());
+  return J;
+}
+
+}  // namespace
+
+Matrix6 whitening_of(const Matrix6& covariance) { return inverse_factor<6>(covariance); }
+Eigen::Matrix3d whitening_of(const Eigen::Matrix3d& covariance) { return inverse_factor<3>(covariance); }
+
+Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X, Matrix6* J_r_X) {
+  const Vector6 r = minus(X, factor.prior, J_r_X);
+  if (J_r_X != nullptr) *J_r_X = (factor.whitening * *J_r_X).eval();
+  return factor.whitening * r;
+}
+
+Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_T_a, const SE3& map_T_b,
+                               Matrix6* J_r_a, Matrix6* J_r_b) {
+  const SE3 sensor_T_map = (map_T_a * factor.body_T_sensor).inverse();
+  const Vector6 r = minus(sensor_T_map * map_T_b * factor.body_T_sensor, factor.measured);
+  if (J_r_a != nullptr || J_r_b != nullptr) {
+    const Matrix6 J_r_map = factor.whitening * SE3::left_jacobian_inverse(r) * sensor_T_map.adjoint();
+    if (J_r_a != nullptr) *J_r_a = -J_r_map;
+    if (J_r_b != nullptr) *J_r_b = J_r_map;
+  }
+  return factor.whitening * r;
+}
+
+Eigen::Vector3d floor_motion_residual(const FloorMotionFactor& factor, const SE3& map_T_a, const SE3& map_T_b,
+                                      Matrix36* J_r_a, Matrix36* J_r_b) {
+  const SE3 a_T_map = map_T_a.inverse();
+  const SE3 a_T_b = a_T_map * map_T_b;
+  const Eigen::Vector3d forward = a_T_b.rotation() * Eigen::Vector3d::UnitX();
+  const SO2 b_R_a = factor.measured.rotation().inverse();
+  const Eigen::Vector2d off =
+      b_R_a * Eigen::Vector2d(a_T_b.translation().head<2>() - factor.measured.translation());
+  const double yaw = (b_R_a * SO2::from_cos_sin(forward.x(), forward.y())).angle();
+  if (J_r_a != nullptr || J_r_b != nullptr) {
+    // In the frame of a: d(origin) = rho + phi x t, d(yaw) = d(atan2) of phi x forward.
+    Matrix36 J = Matrix36::Zero();
+    const Matrix36 J_origin = origin_jacobian(a_T_b);
+    J.topRows<2>() = b_R_a.matrix() * J_origin.topRows<2>();
+    const double length2 = forward.head<2>().squaredNorm();
+    const Eigen::RowVector3d J_yaw_forward(-forward.y() / length2, forward.x() / length2, 0);
+    J.row(2).tail<3>() = -J_yaw_forward * SO3::hat(forward);
+    const Matrix36 J_r_map = factor.whitening * J * a_T_map.adjoint();
+    if (J_r_a != nullptr) *J_r_a = -J_r_map;
+    if (J_r_b != nullptr) *J_r_b = J_r_map;
+  }
+  return factor.whitening * Eigen::Vector3d(off.x(), off.y(), yaw);
+}
+
+Eigen::Vector3d on_floor_residual(const OnFloorFactor& factor, const SE3& map_T_floor, const SE3& map_T_base,
+                                  Matrix36* J_r_floor, Matrix36* J_r_base) {
+  const SE3 floor_T_map = map_T_floor.inverse();
+  const SE3 floor_T_base = floor_T_map * map_T_base;
+  const Eigen::Vector3d up = floor_T_base.rotation() * Eigen::Vector3d::UnitZ();
+  if (J_r_floor != nullptr || J_r_base != nullptr) {
+    Matrix36 J = Matrix36::Zero();
+    J.row(0) = origin_jacobian(floor_T_base).row(2) / factor.height_sigma_m;
+    J.bottomRightCorner<2, 3>() = -SO3::hat(up).topRows<2>() / factor.tilt_sigma_rad;
+    const Matrix36 J_r_map = J * floor_T_map.adjoint();
+    if (J_r_floor != nullptr) *J_r_floor = -J_r_map;
+    if (J_r_base != nullptr) *J_r_base = J_r_map;
+  }
+  return {floor_T_base.translation().z() / factor.height_sigma_m, up.x() / factor.tilt_sigma_rad,
+          up.y() / factor.tilt_sigma_rad};
+}
+
+double distance_residual(const DistanceFactor& factor, const SE3& a, const SE3& b,
+                         Eigen::Matrix<double, 1, 6>* J_r_a, Eigen::Matrix<double, 1, 6>* J_r_b) {
+  const Eigen::Vector3d between = b.translation() - a.translation();
+  const double length = between.norm();
+  const Eigen::RowVector3d direction = length > 0 ? Eigen::RowVector3d(between.transpose() / length)
+                                                  : Eigen::RowVector3d(Eigen::RowVector3d::UnitX());
+  if (J_r_a != nullptr) *J_r_a = -direction * origin_jacobian(a) / factor.sigma_m;
+  if (J_r_b != nullptr) *J_r_b = direction * origin_jacobian(b) / factor.sigma_m;
+  return (length - factor.measured_m) / factor.sigma_m;
+}
+
+double coordinate_residual(const CoordinateFactor& factor, const SE3& X, Eigen::Matrix<double, 1, 6>* J_r_X) {
+  if (J_r_X != nullptr) *J_r_X = factor.direction.transpose() * origin_jacobian(X) / factor.sigma_m;
+  return (factor.direction.dot(X.translation()) - factor.measured_m) / factor.sigma_m;
+}
+
+}  // namespace waymark

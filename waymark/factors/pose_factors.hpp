@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "waymark/geometry/se2.hpp"
+#include "waymark/geometry/se3.hpp"
+
+namespace waymark {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix36 = Eigen::Matrix<double, 3, 6>;
+
+/// L^-1 of a covariance L L^T: whitens a residual with that covariance. N = 3 or 6. The covariance must be
+/// positive definite.
+[[nodiscard]] Matrix6 whitening_of(const Matrix6& covariance);
+[[nodiscard]] Eigen::Matrix3d whitening_of(const Eigen::Matrix3d& covariance);
+
+/// A pose known beforehand: W log(X prior^-1), the error in the parent frame of X.
+struct PosePriorFactor {
+  SE3 prior{};
+  Matrix6 whitening = Matrix6::Identity();
+};
+[[nodiscard]] Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X,
+                                          Matrix6* J_r_X = nullptr);
+
+/// A motion from one pose of a body to another measured in space by a sensor at body_T_sensor:
+/// W log((A S)^-1 B S M^-1), the error in the sensor's frame at A.
+struct RelativePoseFactor {
+  SE3 measured{};       ///< sensorA_T_sensorB
+  SE3 body_T_sensor{};  ///< where the sensor sits
+  Matrix6 whitening = Matrix6::Identity();
+};
+[[nodiscard]] Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_T_a,
+                                             const SE3& map_T_b, Matrix6* J_r_a = nullptr,
+                                             Matrix6* J_r_b = nullptr);
+
+/// A motion on the floor measured by wheels: W (x, y, yaw) of log(M^-1 project(A^-1 B)), the error in base
+/// axes at the end of the measured motion. Yaw is about the z axis of base at A; height and tilts do not
+/// enter.
+struct FloorMotionFactor {
+  SE2 measured{};  ///< a_X_b
+  Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
+};
+[[nodiscard]] Eigen::Vector3d floor_motion_residual(const FloorMotionFactor& factor, const SE3& map_T_a,
+                                                    const SE3& map_T_b, Matrix36* J_r_a = nullptr,
+                                                    Matrix36* J_r_b = nullptr);
+
+/// A base that stands on its floor: height, and the tilts of its z axis (the x and y of base z in floor
+/// axes), of floor_T_base = map_T_floor^-1 map_T_base over their standard deviations.
+struct OnFloorFactor {
+  double height_sigma_m = 0.005;
+  double tilt_sigma_rad = 0.005;
+};
+[[nodiscard]] Eigen::Vector3d on_floor_residual(const OnFloorFactor& factor, const SE3& map_T_floor,
+                                                const SE3& map_T_base, Matrix36* J_r_floor = nullptr,
+                                                Matrix36* J_r_base = nullptr);
+
+/// A distance between the origins of two poses in one parent frame, measured with this standard deviation
+/// [m].
+struct DistanceFactor {
+  double measured_m = 0;
+  double sigma_m = 0.01;
+};
+[[nodiscard]] double distance_residual(const DistanceFactor& factor, const SE3& a, const SE3& b,
+                                       Eigen::Matrix<double, 1, 6>* J_r_a = nullptr,
+                                       Eigen::Matrix<double, 1, 6>* J_r_b = nullptr);
+
+/// One coordinate of the origin of a pose along a direction of its parent frame.
+struct CoordinateFactor {
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< unit length
+  double measured_m = 0;
+  double sigma_m = 0.01;
+};
+[[nodiscard]] double coordinate_residual(const CoordinateFactor& factor, const SE3& X,
+                                         Eigen::Matrix<double, 1, 6>* J_r_X = nullptr);
+
+}  // namespace waymark
