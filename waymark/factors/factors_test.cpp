@@ -4,6 +4,7 @@
 #include "tests/support/numeric_jacobian.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/factors/corner_factor.hpp"
+#include "waymark/factors/odometry_factor.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -164,22 +165,39 @@ TEST(PoseFactors, JacobiansAgainstNumeric) {
     expect_jacobians<6>([&](const SE3& x, const SE3& y) { return relative_pose_residual(relative, x, y); }, a,
                         b, J_a, J_b);
     const SE3 near = a * lift(SE2(0.3, 0.1, 0.4)) * random_pose(random, 0.05, 0.1);
-    const FloorMotionFactor motion{
-        SE2(0.28, 0.12, 0.45),
-        whitening_of(Eigen::Matrix3d(random_covariance(random).topLeftCorner<3, 3>()))};
     Matrix36 K_a;
     Matrix36 K_b;
-    (void)floor_motion_residual(motion, a, near, &K_a, &K_b);
-    expect_jacobians<3>([&](const SE3& x, const SE3& y) { return floor_motion_residual(motion, x, y); }, a,
-                        near, K_a, K_b);
     (void)on_floor_residual({}, a, near, &K_a, &K_b);
     expect_jacobians<3>([&](const SE3& x, const SE3& y) { return on_floor_residual({}, x, y); }, a, near, K_a,
                         K_b);
-    const PosePriorFactor prior{b, whitening_of(random_covariance(random))};
+    const PosePriorFactor prior{random_pose(random, 0.5, 0.8) * a, whitening_of(random_covariance(random))};
     (void)pose_prior_residual(prior, a, &J_a);
     const auto of_a = [&](const SE3::Tangent& xi) { return pose_prior_residual(prior, plus(xi, a)); };
     EXPECT_LT((numeric_jacobian<6, 6>(of_a, SE3::Tangent::Zero().eval(), 1e-3) - J_a).norm(),
               1e-7 * (1 + J_a.norm()));
+  }
+}
+
+TEST(OdometryFactor, JacobiansAgainstNumeric) {
+  Random random(18);
+  for (int round = 0; round < 20; ++round) {
+    const SE3 a = random_pose(random, 3, 1.5);
+    const SE3 b = a * lift(SE2(0.3, 0.1, 0.4)) * random_pose(random, 0.05, 0.1);
+    const OdometryFactor factor{
+        SE2(0.28, 0.12, 0.45),
+        whitening_of(Eigen::Matrix3d(random_covariance(random).topLeftCorner<3, 3>()))};
+    const OdometryScales scales{1.1, 0.8};
+    OdometryJacobians J;
+    (void)odometry_residual(factor, scales, a, b, &J);
+    expect_jacobians<3>([&](const SE3& x, const SE3& y) { return odometry_residual(factor, scales, x, y); },
+                        a, b, J.a, J.b);
+    const auto of_scales = [&](const Eigen::Vector2d& s) {
+      return odometry_residual(factor, {s[0], s[1]}, a, b);
+    };
+    EXPECT_LT(
+        (numeric_jacobian<3, 2>(of_scales, Eigen::Vector2d(scales.distance, scales.yaw), 1e-3) - J.scales)
+            .norm(),
+        1e-8 * (1 + J.scales.norm()));
   }
 }
 
@@ -212,7 +230,8 @@ TEST(PoseFactors, WhatIsAsMeasuredLeavesNothing) {
   Random random(17);
   const SE3 a = random_pose(random, 3, 1);
   const SE2 motion(0.2, -0.05, 0.3);
-  EXPECT_LT(floor_motion_residual({motion}, a, a * lift(motion)).norm(), 1e-12);
+  EXPECT_LT(odometry_residual({motion}, {}, a, a * lift(motion)).norm(), 1e-12);
+  EXPECT_LT(odometry_residual({SE2::exp(motion.log() / 2)}, {2, 2}, a, a * lift(motion)).norm(), 1e-12);
   EXPECT_LT(on_floor_residual({}, a, a * lift(motion)).norm(), 1e-9);
   EXPECT_NEAR(on_floor_residual({.height_sigma_m = 0.01}, {}, SE3({}, {1, 2, 0.03}))[0], 3, 1e-12);
   EXPECT_LT(pose_prior_residual({a}, a).norm(), 1e-15);

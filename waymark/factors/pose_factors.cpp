@@ -46,30 +46,6 @@ Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_
   return factor.whitening * r;
 }
 
-Eigen::Vector3d floor_motion_residual(const FloorMotionFactor& factor, const SE3& map_T_a, const SE3& map_T_b,
-                                      Matrix36* J_r_a, Matrix36* J_r_b) {
-  const SE3 a_T_map = map_T_a.inverse();
-  const SE3 a_T_b = a_T_map * map_T_b;
-  const Eigen::Vector3d forward = a_T_b.rotation() * Eigen::Vector3d::UnitX();
-  const SO2 b_R_a = factor.measured.rotation().inverse();
-  const Eigen::Vector2d off =
-      b_R_a * Eigen::Vector2d(a_T_b.translation().head<2>() - factor.measured.translation());
-  const double yaw = (b_R_a * SO2::from_cos_sin(forward.x(), forward.y())).angle();
-  if (J_r_a != nullptr || J_r_b != nullptr) {
-    // In the frame of a: d(origin) = rho + phi x t, d(yaw) = d(atan2) of phi x forward.
-    Matrix36 J = Matrix36::Zero();
-    const Matrix36 J_origin = origin_jacobian(a_T_b);
-    J.topRows<2>() = b_R_a.matrix() * J_origin.topRows<2>();
-    const double length2 = forward.head<2>().squaredNorm();
-    const Eigen::RowVector3d J_yaw_forward(-forward.y() / length2, forward.x() / length2, 0);
-    J.row(2).tail<3>() = -J_yaw_forward * SO3::hat(forward);
-    const Matrix36 J_r_map = factor.whitening * J * a_T_map.adjoint();
-    if (J_r_a != nullptr) *J_r_a = -J_r_map;
-    if (J_r_b != nullptr) *J_r_b = J_r_map;
-  }
-  return factor.whitening * Eigen::Vector3d(off.x(), off.y(), yaw);
-}
-
 Eigen::Vector3d on_floor_residual(const OnFloorFactor& factor, const SE3& map_T_floor, const SE3& map_T_base,
                                   Matrix36* J_r_floor, Matrix36* J_r_base) {
   const SE3 floor_T_map = map_T_floor.inverse();

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 
-#include "waymark/geometry/se2.hpp"
 #include "waymark/geometry/se3.hpp"
 
 namespace waymark {
@@ -34,17 +33,6 @@ struct RelativePoseFactor {
 [[nodiscard]] Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_T_a,
                                              const SE3& map_T_b, Matrix6* J_r_a = nullptr,
                                              Matrix6* J_r_b = nullptr);
-
-/// A motion on the floor measured by wheels: W (x, y, yaw) of log(M^-1 project(A^-1 B)), the error in base
-/// axes at the end of the measured motion. Yaw is about the z axis of base at A; height and tilts do not
-/// enter.
-struct FloorMotionFactor {
-  SE2 measured{};  ///< a_X_b
-  Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
-};
-[[nodiscard]] Eigen::Vector3d floor_motion_residual(const FloorMotionFactor& factor, const SE3& map_T_a,
-                                                    const SE3& map_T_b, Matrix36* J_r_a = nullptr,
-                                                    Matrix36* J_r_b = nullptr);
 
 /// A base that stands on its floor: height, and the tilts of its z axis (the x and y of base z in floor
 /// axes), of floor_T_base = map_T_floor^-1 map_T_base over their standard deviations.
