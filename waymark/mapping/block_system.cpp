@@ -1,0 +1,104 @@
+#include "waymark/mapping/block_system.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace waymark::internal {
+
+BlockSystem::BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int, int>> couplings)
+    : dimensions_(std::move(dimensions)) {
+  const int unknowns = static_cast<int>(dimensions_.size());
+  int scalars = 0;
+  for (int d : dimensions_) {
+    offsets_.push_back(scalars);
+    scalars += d;
+  }
+  for (auto& [a, b] : couplings) {
+    if (a < b) std::swap(a, b);  // row >= column: the lower triangle
+    std::swap(a, b);             // sort by column first
+  }
+  for (int i = 0; i < unknowns; ++i) couplings.emplace_back(i, i);
+  std::ranges::sort(couplings);
+  couplings.erase(std::ranges::unique(couplings).begin(), couplings.end());
+
+  first_.assign(static_cast<std::size_t>(unknowns) + 1, 0);
+  std::vector<int> heights(static_cast<std::size_t>(unknowns), 0);
+  for (const auto& [column, row] : couplings) {
+    ++first_[static_cast<std::size_t>(column) + 1];
+    int& height = heights[static_cast<std::size_t>(column)];
+    rows_.emplace_back(row, height);
+    height += dimension(row);
+  }
+  for (std::size_t i = 1; i < first_.size(); ++i) first_[i] += first_[i - 1];
+
+  // Blocks on the diagonal are kept whole: their upper halves are not read by the factorisation, but keep
+  // blocks plain.
+  H_.resize(scalars, scalars);
+  int entries = 0;
+  for (int c = 0; c < unknowns; ++c) {
+    for (int k = 0; k < dimension(c); ++k) {
+      H_.outerIndexPtr()[offset(c) + k] = entries;
+      entries += heights[static_cast<std::size_t>(c)];
+    }
+  }
+  H_.outerIndexPtr()[scalars] = entries;
+  H_.resizeNonZeros(entries);
+  for (int c = 0; c < unknowns; ++c) {
+    for (int k = 0; k < dimension(c); ++k) {
+      int* inner = H_.innerIndexPtr() + H_.outerIndexPtr()[offset(c) + k];
+      for (int at = first_[static_cast<std::size_t>(c)]; at < first_[static_cast<std::size_t>(c) + 1]; ++at) {
+        const int row = rows_[static_cast<std::size_t>(at)].first;
+        for (int i = 0; i < dimension(row); ++i) *inner++ = offset(row) + i;
+      }
+    }
+  }
+  gradient_.resize(scalars);
+  clear();
+}
+
+void BlockSystem::clear() {
+  std::fill_n(H_.valuePtr(), H_.nonZeros(), 0.0);
+  gradient_.setZero();
+}
+
+int BlockSystem::place(int row, int column) const {
+  const auto begin = rows_.begin() + first_[static_cast<std::size_t>(column)];
+  const auto end = rows_.begin() + first_[static_cast<std::size_t>(column) + 1];
+  return std::ranges::lower_bound(begin, end, row, {}, &std::pair<int, int>::first)->second;
+}
+
+void BlockSystem::add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r,
+                      double weight) {
+  for (const Part& column : parts) {
+    if (column.unknown < 0) continue;
+    gradient_.segment(offset(column.unknown), dimension(column.unknown)).noalias() +=
+        weight * column.J.transpose() * r;
+    for (const Part& row : parts) {
+      if (row.unknown < column.unknown) continue;
+      const int start = place(row.unknown, column.unknown);
+      const int column_offset = offset(column.unknown);
+      for (int k = 0; k < dimension(column.unknown); ++k) {
+        double* values = H_.valuePtr() + H_.outerIndexPtr()[column_offset + k] + start;
+        for (int i = 0; i < dimension(row.unknown); ++i)
+          values[i] += weight * row.J.col(i).dot(column.J.col(k));
+      }
+    }
+  }
+}
+
+std::optional<Eigen::VectorXd> BlockSystem::step(double damping) {
+  Sparse damped = H_;
+  for (int i = 0; i < damped.rows(); ++i) {
+    double& diagonal = damped.coeffRef(i, i);
+    diagonal += damping * diagonal + 1e-12;  // what nothing determines stays where it is
+  }
+  if (!analyzed_) cholesky_.analyzePattern(damped);
+  analyzed_ = true;
+  cholesky_.factorize(damped);
+  if (cholesky_.info() != Eigen::Success || !(cholesky_.vectorD().minCoeff() > 0)) return std::nullopt;
+  Eigen::VectorXd step = cholesky_.solve(-gradient_);
+  if (!step.allFinite()) return std::nullopt;
+  return step;
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+namespace waymark::internal {
+
+/// Normal equations H x = g of a problem whose unknowns come in blocks, H kept as the lower triangle of a
+/// sparse matrix whose pattern is known beforehand.
+class BlockSystem {
+ public:
+  /// One residual's part: which unknown, and J_r_unknown (rows x dimension of the unknown).
+  struct Part {
+    int unknown = -1;  ///< -1: fixed, no part in the system
+    Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> J;
+  };
+  using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
+  using Cholesky = Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>;
+
+  /// `dimensions` of the unknowns; `couplings`: pairs of unknowns that share a residual, any order, repeats
+  /// allowed.
+  BlockSystem(std::vector<int> dimensions, std::vector<std::pair<int, int>> couplings);
+
+  void clear();
+  /// Adds weight J^T J to H and weight J^T r to g.
+  void add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r, double weight = 1);
+
+  /// -(H + damping diag(H))^-1 g; nothing when that is not positive definite.
+  [[nodiscard]] std::optional<Eigen::VectorXd> step(double damping);
+
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+  [[nodiscard]] const Sparse& lower() const { return H_; }
+  [[nodiscard]] int offset(int unknown) const { return offsets_[static_cast<std::size_t>(unknown)]; }
+  [[nodiscard]] int dimension(int unknown) const { return dimensions_[static_cast<std::size_t>(unknown)]; }
+
+ private:
+  /// Where in a column of block column `column` the rows of block `row` start.
+  [[nodiscard]] int place(int row, int column) const;
+
+  std::vector<int> dimensions_;
+  std::vector<int> offsets_;               ///< first scalar of each unknown
+  std::vector<int> first_;                 ///< of each block column: its first entry in rows_
+  std::vector<std::pair<int, int>> rows_;  ///< (block row, place), by block column, rows ascending
+  Sparse H_;
+  Eigen::VectorXd gradient_;
+  Cholesky cholesky_;
+  bool analyzed_ = false;
+};
+
+}  // namespace waymark::internal

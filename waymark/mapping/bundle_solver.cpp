@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "waymark/mapping/bundle.hpp"
+#include "waymark/mapping/bundle_terms.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::BlockSystem;
+using internal::Unknowns;
+
+std::optional<double> chi2_of(const Bundle& bundle, const CornerTerm& term) {
+  const CornerPoses poses{bundle.poses[term.rig].value, bundle.poses[term.cam].value,
+                          bundle.poses[term.body].value, bundle.poses[term.tag].value};
+  const auto r = corner_residual(term.factor, bundle.cameras[term.camera], poses);
+  if (!r) return std::nullopt;
+  return r->squaredNorm();
+}
+
+int set_invisible_aside(Bundle& bundle) {
+  int invisible = 0;
+  for (CornerTerm& term : bundle.corners) {
+    if (!term.used || chi2_of(bundle, term)) continue;
+    term.used = false;
+    ++invisible;
+  }
+  return invisible;
+}
+
+/// What a step changes, to take it back.
+struct Values {
+  std::vector<BundlePose> poses;
+  std::vector<BundleScales> scales;
+
+  static Values of(const Bundle& bundle) { return {bundle.poses, bundle.odometry_scales}; }
+  void restore(Bundle& bundle) const {
+    bundle.poses = poses;
+    bundle.odometry_scales = scales;
+  }
+};
+
+}  // namespace
+
+BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress) {
+  constexpr double kLeastDamping = 1e-12;
+  constexpr double kMostDamping = 1e12;
+  BundleSummary summary{.invisible = set_invisible_aside(bundle)};
+  const Unknowns unknowns = internal::unknowns_of(bundle);
+  if (unknowns.dimensions.empty()) {
+    summary.why = "nothing is unknown, or nothing was measured";
+    return summary;
+  }
+  BlockSystem system(unknowns.dimensions, unknowns.couplings);
+  double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
+  summary.initial_cost = cost;
+  double damping = 1e-6;
+  while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {
+    ++summary.iterations;
+    const auto step = system.step(damping);
+    const Values before = Values::of(bundle);
+    if (step) internal::apply(unknowns, system, *step, bundle);
+    const double next = step ? internal::accumulate(bundle, unknowns, options.robust_chi2, nullptr)
+                             : std::numeric_limits<double>::infinity();
+    if (!(next <= cost)) {  // also when it cannot be evaluated there
+      before.restore(bundle);
+      // A step that should gain next to nothing and does not: rounding is all that is left.
+      summary.converged = step && -step->dot(system.gradient()) / 2 <= 1e-12 * (1e-9 + cost);
+      damping = std::max(damping, kLeastDamping) * 10;
+      continue;
+    }
+    summary.converged = cost - next <= options.relative_gain * (cost + 1e-12);
+    damping = std::max(damping / 10, kLeastDamping);
+    cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
+    if (progress && !progress(summary.iterations, cost)) break;
+  }
+  summary.final_cost = cost;
+  if (!std::isfinite(cost)) summary.why = "the cost is not finite: a measurement or a start is not a number";
+  return summary;
+}
+
+double cost(const Bundle& bundle) {
+  const Unknowns unknowns = internal::unknowns_of(bundle);
+  return internal::accumulate(bundle, unknowns, 0, nullptr);
+}
+
+std::vector<double> corner_chi2(const Bundle& bundle) {
+  std::vector<double> chi2;
+  chi2.reserve(bundle.corners.size());
+  for (const CornerTerm& term : bundle.corners)
+    chi2.push_back(chi2_of(bundle, term).value_or(std::numeric_limits<double>::infinity()));
+  return chi2;
+}
+
+}  // namespace waymark

@@ -1,0 +1,193 @@
+#include "waymark/mapping/bundle_terms.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "waymark/geometry/lie.hpp"
+
+namespace waymark::internal {
+namespace {
+
+using Part = BlockSystem::Part;
+
+/// Sums up terms; one member a kind of term.
+class Accumulator {
+ public:
+  Accumulator(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system)
+      : bundle_(bundle), unknowns_(unknowns), robust_chi2_(robust_chi2), system_(system) {}
+
+  void operator()(const CornerTerm& term) {
+    if (!term.used) return;
+    CornerJacobians J;
+    const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
+    const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
+    if (!r) {
+      cost_ = std::numeric_limits<double>::infinity();
+      return;
+    }
+    const double chi2 = r->squaredNorm();
+    const bool robust = robust_chi2_ > 0;
+    cost_ += (robust ? robust_chi2_ * std::log1p(chi2 / robust_chi2_) : chi2) / 2;
+    if (system_ == nullptr) return;
+    const std::array<Part, 4> parts{
+        {{at(term.rig), J.rig}, {at(term.cam), J.cam}, {at(term.body), J.body}, {at(term.tag), J.tag}}};
+    system_->add(parts, *r, robust ? 1 / (1 + chi2 / robust_chi2_) : 1);
+  }
+
+  void operator()(const PriorTerm& term) {
+    Matrix6 J;
+    const Vector6 r = pose_prior_residual(term.factor, pose(term.pose), &J);
+    add(r, std::array<Part, 1>{{{at(term.pose), J}}});
+  }
+
+  void operator()(const RelativeTerm& term) {
+    Matrix6 J_a;
+    Matrix6 J_b;
+    const Vector6 r = relative_pose_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);
+    add(r, std::array<Part, 2>{{{at(term.a), J_a}, {at(term.b), J_b}}});
+  }
+
+  void operator()(const OdometryTerm& term) {
+    OdometryJacobians J;
+    const OdometryScales& scales = bundle_.odometry_scales[term.scales].value;
+    const Eigen::Vector3d r = odometry_residual(term.factor, scales, pose(term.a), pose(term.b), &J);
+    add(r, std::array<Part, 3>{
+               {{at(term.a), J.a}, {at(term.b), J.b}, {unknowns_.of_scales[term.scales], J.scales}}});
+  }
+
+  void operator()(const OnFloorTerm& term) {
+    Matrix36 J_floor;
+    Matrix36 J_base;
+    const Eigen::Vector3d r =
+        on_floor_residual(term.factor, pose(term.floor), pose(term.base), &J_floor, &J_base);
+    add(r, std::array<Part, 2>{{{at(term.floor), J_floor}, {at(term.base), J_base}}});
+  }
+
+  void operator()(const DistanceTerm& term) {
+    Eigen::Matrix<double, 1, 6> J_a;
+    Eigen::Matrix<double, 1, 6> J_b;
+    const Eigen::Matrix<double, 1, 1> r(
+        distance_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b));
+    add(r, std::array<Part, 2>{{{at(term.a), columns(J_a)}, {at(term.b), columns(J_b)}}});
+  }
+
+  void operator()(const CoordinateTerm& term) {
+    Eigen::Matrix<double, 1, 6> J;
+    const Eigen::Matrix<double, 1, 1> r(coordinate_residual(term.factor, pose(term.pose), &J));
+    add(r, std::array<Part, 1>{{{at(term.pose), columns(J)}}});
+  }
+
+  void prior_of_scales(std::size_t i) {
+    const BundleScales& scales = bundle_.odometry_scales[i];
+    const Eigen::Vector2d inverse_sigma(1 / scales.sigma.distance, 1 / scales.sigma.yaw);
+    const Eigen::Vector2d off(scales.value.distance - 1, scales.value.yaw - 1);
+    const Eigen::Matrix2d J = inverse_sigma.asDiagonal();
+    if (unknowns_.of_scales[i] >= 0)
+      add(inverse_sigma.cwiseProduct(off), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
+  }
+
+  [[nodiscard]] double cost() const { return cost_; }
+
+ private:
+  [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
+  [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
+  /// A row vector as a matrix with columns one after the other in memory, which Part wants.
+  static Eigen::Map<const Eigen::MatrixXd> columns(const Eigen::Matrix<double, 1, 6>& row) {
+    return {row.data(), 1, 6};
+  }
+
+  template <class Residual, std::size_t N>
+  void add(const Residual& r, const std::array<Part, N>& parts) {
+    cost_ += r.squaredNorm() / 2;
+    if (system_ != nullptr) system_->add(parts, r);
+  }
+
+  const Bundle& bundle_;
+  const Unknowns& unknowns_;
+  double robust_chi2_;
+  BlockSystem* system_;
+  double cost_ = 0;
+};
+
+/// Calls visit with the poses of every term that counts.
+template <class Visit>
+void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
+  for (const CornerTerm& t : bundle.corners) {
+    if (t.used) visit(std::array{t.rig, t.cam, t.body, t.tag});
+  }
+  for (const PriorTerm& t : bundle.priors) visit(std::array{t.pose});
+  for (const RelativeTerm& t : bundle.relatives) visit(std::array{t.a, t.b});
+  for (const OdometryTerm& t : bundle.odometry) visit(std::array{t.a, t.b});
+  for (const OnFloorTerm& t : bundle.on_floor) visit(std::array{t.floor, t.base});
+  for (const DistanceTerm& t : bundle.distances) visit(std::array{t.a, t.b});
+  for (const CoordinateTerm& t : bundle.coordinates) visit(std::array{t.pose});
+}
+
+}  // namespace
+
+Unknowns unknowns_of(const Bundle& bundle) {
+  Unknowns unknowns;
+  std::vector<char> in_a_term(bundle.poses.size(), 0);
+  for_poses_of_terms(bundle, [&](const auto& poses) {
+    for (PoseIndex i : poses) in_a_term[i] = 1;
+  });
+  unknowns.of_pose.assign(bundle.poses.size(), -1);
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    if (bundle.poses[i].fixed || in_a_term[i] == 0) continue;
+    unknowns.of_pose[i] = static_cast<int>(unknowns.dimensions.size());
+    unknowns.dimensions.push_back(6);
+  }
+  for (const BundleScales& scales : bundle.odometry_scales) {
+    unknowns.of_scales.push_back(scales.fixed ? -1 : static_cast<int>(unknowns.dimensions.size()));
+    if (!scales.fixed) unknowns.dimensions.push_back(2);
+  }
+  for_poses_of_terms(bundle, [&](const auto& poses) {
+    for (PoseIndex a : poses) {
+      for (PoseIndex b : poses) {
+        if (a < b && unknowns.of_pose[a] >= 0 && unknowns.of_pose[b] >= 0)
+          unknowns.couplings.emplace_back(unknowns.of_pose[a], unknowns.of_pose[b]);
+      }
+    }
+  });
+  for (const OdometryTerm& term : bundle.odometry) {
+    const int scales = unknowns.of_scales[term.scales];
+    for (PoseIndex pose : {term.a, term.b}) {
+      if (scales >= 0 && unknowns.of_pose[pose] >= 0)
+        unknowns.couplings.emplace_back(unknowns.of_pose[pose], scales);
+    }
+  }
+  return unknowns;
+}
+
+double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system) {
+  if (system != nullptr) system->clear();
+  Accumulator sum(bundle, unknowns, robust_chi2, system);
+  for (const CornerTerm& term : bundle.corners) sum(term);
+  for (const PriorTerm& term : bundle.priors) sum(term);
+  for (const RelativeTerm& term : bundle.relatives) sum(term);
+  for (const OdometryTerm& term : bundle.odometry) sum(term);
+  for (const OnFloorTerm& term : bundle.on_floor) sum(term);
+  for (const DistanceTerm& term : bundle.distances) sum(term);
+  for (const CoordinateTerm& term : bundle.coordinates) sum(term);
+  for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
+  return sum.cost();
+}
+
+void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle) {
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    const int unknown = unknowns.of_pose[i];
+    if (unknown < 0) continue;
+    const Vector6 xi = step.segment<6>(system.offset(unknown));
+    bundle.poses[i].value = plus(xi, bundle.poses[i].value);
+  }
+  for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
+    const int unknown = unknowns.of_scales[i];
+    if (unknown < 0) continue;
+    bundle.odometry_scales[i].value.distance += step[system.offset(unknown)];
+    bundle.odometry_scales[i].value.yaw += step[system.offset(unknown) + 1];
+  }
+}
+
+}  // namespace waymark::internal
