@@ -1,0 +1,147 @@
+#include "waymark/mapping/bundle_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace waymark {
+namespace {
+
+constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
+constexpr int kRounds = 4;
+
+/// The share of the measured numbers that is left over once the unknowns are fitted.
+double share_left_over(const LapBundle& lap) {
+  std::size_t numbers = 3 * (lap.bundle.on_floor.size() + lap.bundle.odometry.size());
+  for (const CornerTerm& term : lap.bundle.corners) numbers += term.used ? 8U : 0U;
+  const std::size_t unknowns = 6 * (lap.bundle.on_floor.size() + lap.tags.size());
+  if (numbers <= unknowns) return 0;
+  return 1 - static_cast<double>(unknowns) / static_cast<double>(numbers);
+}
+
+/// Corner noise over what is claimed: from the median, which outliers hardly move.
+double noise_ratio(const LapBundle& lap, std::vector<double> chi2) {
+  const double share = share_left_over(lap);
+  std::erase_if(chi2, [](double x) { return !std::isfinite(x); });
+  constexpr std::size_t kEnough = 50;
+  if (chi2.size() < kEnough || share < 0.05) return 1;
+  const auto middle = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 2);
+  std::ranges::nth_element(chi2, middle);
+  return std::sqrt(*middle / (kMedianChi2 * share));
+}
+
+void scale_noise(Bundle& bundle, double ratio) {
+  for (CornerTerm& term : bundle.corners) term.factor.whitening /= ratio;
+}
+
+/// Which sightings count, by their error where the poses stand. Whether that changed anything.
+bool judge(Bundle& bundle, double gate) {
+  const std::vector<double> chi2 = corner_chi2(bundle);
+  bool changed = false;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    const bool used = chi2[i] < gate;
+    changed = changed || used != bundle.corners[i].used;
+    bundle.corners[i].used = used;
+  }
+  return changed;
+}
+
+/// Optimises until the set of sightings in use and the noise agree with each other.
+void optimise(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
+              BundleMap& result) {
+  const auto stage = [&](const char* name) {
+    return [&, name](int iteration, double cost) {
+      if (progress && !progress(name, iteration, cost)) result.interrupted = true;
+      return !result.interrupted;
+    };
+  };
+  BundleOptions search{.max_iterations = options.max_iterations, .robust_chi2 = options.robust_chi2};
+  result.summary = solve(lap.bundle, search, stage("looking for outliers"));
+  search.robust_chi2 = 0;
+  for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
+    if (options.estimate_noise) {
+      const double ratio = noise_ratio(lap, corner_chi2(lap.bundle));
+      scale_noise(lap.bundle, ratio);
+      result.noise_ratio *= ratio;
+    }
+    const bool changed = judge(lap.bundle, options.outlier_chi2);
+    if (!changed && round > 0) break;
+    result.summary = solve(lap.bundle, search, stage("adjusting"));
+  }
+}
+
+void read_tags(const LapBundle& lap, const BundleCovariance& P, const ChainResult& start, BundleMap& result) {
+  std::vector<int> sightings(lap.bundle.poses.size(), 0);
+  for (const CornerTerm& term : lap.bundle.corners) sightings[term.tag] += term.used ? 1 : 0;
+  for (const auto& [id, pose] : lap.tags) {
+    if (sightings[pose] == 0) {
+      result.unconnected.push_back(id);
+      continue;
+    }
+    const MappedTag& before = start.map.tags.at(id);
+    MappedTag tag = before;
+    tag.map_T_tag = lap.bundle.poses[pose].value;
+    if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
+    const double moved = (tag.map_T_tag.translation() - before.map_T_tag.translation()).norm();
+    result.worst_tag_error_before_m = std::max(result.worst_tag_error_before_m, moved);
+    result.map.tags[id] = tag;
+    result.sightings[id] = sightings[pose];
+  }
+}
+
+void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& result) {
+  const std::vector<double> chi2 = corner_chi2(lap.bundle);
+  double squares = 0;
+  int numbers = 0;
+  for (std::size_t i = 0; i < lap.bundle.corners.size(); ++i) {
+    const CornerTerm& term = lap.bundle.corners[i];
+    if (!term.used) {
+      const TagFrame& frame = input.frames[lap.sightings[i].frame];
+      result.rejected.push_back({frame.stamp, frame.detections[lap.sightings[i].detection].tag, chi2[i]});
+      continue;
+    }
+    CornerFactor plain = term.factor;
+    plain.whitening.setIdentity();
+    const auto& poses = lap.bundle.poses;
+    const auto r = corner_residual(plain, input.camera,
+                                   {poses[term.rig].value, poses[term.cam].value, {}, poses[term.tag].value});
+    if (r) squares += r->squaredNorm();
+    numbers += 8;
+  }
+  result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
+}
+
+}  // namespace
+
+Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain_options,
+                                const BundleMapOptions& options, const MapProgress& progress) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  std::vector<ObservedFrame> observed;
+  observed.reserve(input.frames.size());
+  for (const TagFrame& frame : input.frames) observed.push_back(observe(frame, input.camera, input.sizes));
+  const Result<ChainResult> start =
+      map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
+  if (!start) return tl::unexpected(start.error());
+
+  LapBundle lap = lap_bundle(input, *start, options.model);
+  BundleMap result{.unconnected = start->unconnected};
+  optimise(lap, options, progress, result);
+  if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
+
+  const BundleCovariance P = covariance(lap.bundle);
+  read_tags(lap, P, *start, result);
+  read_sightings(input, lap, result);
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    if (!lap.bases[i]) {
+      ++result.frames_without_pose;
+      continue;
+    }
+    result.trajectory.push_back({input.frames[i].stamp, lap.bundle.poses[*lap.bases[i]].value});
+    result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
+  }
+  result.odometry_scales = lap.bundle.odometry_scales[0].value;
+  result.odometry_scales_sigma = {std::sqrt(P.scales[0](0, 0)), std::sqrt(P.scales[0](1, 1))};
+  return result;
+}
+
+}  // namespace waymark

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "waymark/mapping/lap_bundle.hpp"
+
+namespace waymark {
+
+struct BundleMapOptions {
+  double outlier_chi2 = 26.1;
+  double robust_chi2 = 12;
+  bool estimate_noise = true;
+  int max_iterations = 100;
+  LapModelOptions model{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.outlier_chi2, Field{"outlier_chi2",
+                                   "A sighting whose squared error over its variance (8 numbers) exceeds "
+                                   "this is left out (0.999 quantile).",
+                                   8, 1e9});
+    visit(
+        self.robust_chi2,
+        Field{"robust_chi2",
+              "From this squared error on a sighting's say shrinks while outliers are looked for.", 1, 1e9});
+    visit(self.estimate_noise,
+          Field{"estimate_noise",
+                "Take the corner noise from what is left over instead of the detector's word."});
+    visit(self.max_iterations,
+          Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
+    LapModelOptions::fields(self.model, visit);
+  }
+};
+
+/// A sighting of a mapped tag that contradicts all others.
+struct RejectedSighting {
+  SensorTime stamp{};
+  TagId tag{};
+  double chi2 = 0;  ///< 8 numbers; infinite: the tag cannot be seen from there
+};
+
+struct BundleMap {
+  TagMap map{};             ///< with covariances
+  Trajectory trajectory{};  ///< of the base, one pose for each frame that tags or odometry place
+  std::vector<Matrix6> trajectory_covariance{};  ///< of each pose, left tangent in map
+  std::map<TagId, int> sightings{};              ///< in use
+  std::vector<RejectedSighting> rejected{};
+  std::vector<TagId> unconnected{};
+  int frames_without_pose = 0;
+  double noise_ratio = 1;  ///< corner noise found over what the detector claims
+  OdometryScales odometry_scales{};
+  OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
+  double rms_px = 0;                           ///< root mean square of all corner coordinates in use
+  double worst_tag_error_before_m = 0;         ///< how far the optimisation moved the tag it moved most
+  BundleSummary summary{};
+  bool interrupted = false;
+};
+
+/// What is going on: stage, iteration, cost. Returning false asks for an end; what is there by then is
+/// returned, and `interrupted` says so.
+using MapProgress = std::function<bool(const std::string& stage, int iteration, double cost)>;
+
+/// Tags and trajectory that explain all corners, wheels and the floor best (maximum likelihood): starts from
+/// the teach chain, finds what contradicts the rest with a robust loss, leaves it out, and finishes without
+/// one, so that the covariance means what it says. The anchor is held where it is given. Fails as
+/// map_by_chain does.
+[[nodiscard]] Result<BundleMap> map_by_bundle(const LapInput& lap, const ChainOptions& chain = {},
+                                              const BundleMapOptions& options = {},
+                                              const MapProgress& progress = {});
+
+}  // namespace waymark

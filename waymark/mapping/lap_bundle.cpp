@@ -1,0 +1,109 @@
+#include "waymark/mapping/lap_bundle.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/odometry_track.hpp"
+
+namespace waymark {
+namespace {
+
+using MaybePoses = std::vector<std::optional<SE3>>;
+using MaybeMotions = std::vector<std::optional<SE2>>;
+
+MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
+  MaybePoses poses(lap.frames.size());
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    while (at < trajectory.size() && trajectory[at].stamp < lap.frames[i].stamp) ++at;
+    if (at < trajectory.size() && trajectory[at].stamp == lap.frames[i].stamp)
+      poses[i] = trajectory[at].map_T_base;
+  }
+  return poses;
+}
+
+MaybeMotions odometry_of(const LapInput& lap) {
+  const OdometryTrack track(lap.odometry);
+  MaybeMotions odom_T_base;
+  for (const TagFrame& frame : lap.frames) odom_T_base.push_back(track.at(frame.stamp));
+  return odom_T_base;
+}
+
+/// Frames between placed ones are carried along by odometry, forwards, then backwards.
+void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
+  const auto carry = [&](std::size_t from, std::size_t to) {
+    if (poses[to] || !poses[from] || !odom_T_base[from] || !odom_T_base[to]) return;
+    poses[to] = *poses[from] * lift(odom_T_base[from]->inverse() * *odom_T_base[to]);
+  };
+  for (std::size_t i = 1; i < poses.size(); ++i) carry(i - 1, i);
+  for (std::size_t i = poses.size(); i-- > 1;) carry(i, i - 1);
+}
+
+OdometryFactor odometry_factor(const SE2& motion, const LapModelOptions& o) {
+  const double metres = motion.translation().norm();
+  const double radians = std::abs(motion.yaw());
+  const auto square = [](double x) { return x * x; };
+  const double var_m = square(o.odometry_sigma_m) + square(o.odometry_sigma_m_per_sqrt_m) * metres;
+  const double var_rad = square(o.odometry_sigma_rad) + square(o.odometry_sigma_rad_per_sqrt_m) * metres +
+                         square(o.odometry_sigma_rad_per_sqrt_rad) * radians;
+  const Eigen::Vector3d sigma(std::sqrt(var_m), std::sqrt(var_m), std::sqrt(var_rad));
+  return {motion, sigma.cwiseInverse().asDiagonal()};
+}
+
+/// The floor's height and tilts are found; where its origin is on it, and its heading, mean nothing.
+PosePriorFactor floor_prior(const SE3& map_T_floor) {
+  Vector6 sigma;
+  sigma << 1e-3, 1e-3, 10, 0.5, 0.5, 1e-3;
+  return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
+}
+
+void add_corners(const LapInput& lap, const LapModelOptions& options, LapBundle& result) {
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    if (!result.bases[i]) continue;
+    for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d) {
+      const TagDetection& detection = lap.frames[i].detections[d];
+      const auto tag = result.tags.find(detection.tag);
+      if (tag == result.tags.end()) continue;
+      const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
+      if (!factor) continue;
+      result.bundle.corners.push_back({*result.bases[i], result.cam, result.map, tag->second, 0, *factor});
+      result.sightings.push_back({i, d});
+    }
+  }
+}
+
+}  // namespace
+
+LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapModelOptions& options) {
+  LapBundle result;
+  Bundle& bundle = result.bundle;
+  bundle.cameras = {lap.camera};
+  result.map = bundle.add({}, true);
+  result.cam = bundle.add(lap.base_T_cam, true);
+  MaybePoses poses = chain_poses(lap, start.trajectory);
+  const auto first = std::ranges::find_if(poses, [](const auto& pose) { return pose.has_value(); });
+  const double floor_z = first == poses.end() ? 0 : (*first)->translation().z();
+  result.floor = bundle.add(SE3({}, Eigen::Vector3d(0, 0, floor_z)));
+  bundle.priors.push_back({result.floor, floor_prior(bundle.poses[result.floor].value)});
+  for (const auto& [id, tag] : start.map.tags) result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor);
+
+  const MaybeMotions odom_T_base = odometry_of(lap);
+  fill_by_odometry(odom_T_base, poses);
+  bundle.odometry_scales.push_back({});
+  result.bases.resize(lap.frames.size());
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    if (!poses[i]) continue;
+    result.bases[i] = bundle.add(*poses[i]);
+    bundle.on_floor.push_back(
+        {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});
+    if (i == 0 || !result.bases[i - 1] || !odom_T_base[i - 1] || !odom_T_base[i]) continue;
+    const SE2 motion = odom_T_base[i - 1]->inverse() * *odom_T_base[i];
+    bundle.odometry.push_back({*result.bases[i - 1], *result.bases[i], 0, odometry_factor(motion, options)});
+  }
+  bundle.odometry_scales[0].fixed = bundle.odometry.empty();
+  add_corners(lap, options, result);
+  return result;
+}
+
+}  // namespace waymark

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/mapping/bundle.hpp"
+#include "waymark/mapping/teach_chain.hpp"
+
+namespace waymark {
+
+/// How much the measurements of a lap are trusted.
+struct LapModelOptions {
+  double corner_sigma_px = 0.3;
+  double odometry_sigma_m = 0.001;
+  double odometry_sigma_m_per_sqrt_m = 0.02;
+  double odometry_sigma_rad = 0.002;
+  double odometry_sigma_rad_per_sqrt_m = 0.03;
+  double odometry_sigma_rad_per_sqrt_rad = 0.03;
+  FloorOptions floor{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(
+        self.corner_sigma_px,
+        Field{"corner_sigma_px",
+              "Standard deviation of a corner coordinate when the detector gives no covariance.", 1e-6, 1e3});
+    visit(self.odometry_sigma_m,
+          Field{"odometry_sigma_m", "Error of the distance between two frames, however short.", 1e-9, 10});
+    visit(self.odometry_sigma_m_per_sqrt_m,
+          Field{"odometry_sigma_m_per_sqrt_m", "What each metre adds to it (root of the sum of squares).", 0,
+                10});
+    visit(self.odometry_sigma_rad,
+          Field{"odometry_sigma_rad", "Error of the turn between two frames, however small.", 1e-9, 10});
+    visit(self.odometry_sigma_rad_per_sqrt_m,
+          Field{"odometry_sigma_rad_per_sqrt_m", "What each metre adds to it.", 0, 10});
+    visit(self.odometry_sigma_rad_per_sqrt_rad,
+          Field{"odometry_sigma_rad_per_sqrt_rad", "What each radian of turn adds to it.", 0, 10});
+  }
+};
+
+/// A lap as it goes into bundle adjustment.
+struct LapInput {
+  std::vector<TagFrame> frames{};
+  std::vector<Odometry> odometry{};  ///< may be empty
+  CameraModel camera;
+  SE3 base_T_cam{};
+  TagSizes sizes{};
+  TagId anchor{};
+  SE3 map_T_anchor{};
+};
+
+/// The bundle of a lap, and where to find what in it.
+struct LapBundle {
+  Bundle bundle{};
+  PoseIndex map = 0;    ///< identity
+  PoseIndex cam = 0;    ///< base_T_cam
+  PoseIndex floor = 0;  ///< map_T_floor: the plane z = 0 of floor is what the robot drives on
+  std::map<TagId, PoseIndex> tags{};
+  std::vector<std::optional<PoseIndex>>
+      bases{};  ///< of each frame; nothing: neither tags nor odometry place it
+  /// Of each corner term: its frame and the index of its detection there.
+  struct Sighting {
+    std::size_t frame = 0;
+    std::size_t detection = 0;
+  };
+  std::vector<Sighting> sightings{};
+};
+
+/// Unknown: every tag of the start but the anchor, every base pose, the floor, the scales of odometry. Frames
+/// without a tag are placed by odometry alone. The camera's mounting is taken as known.
+[[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
+                                   const LapModelOptions& options = {});
+
+}  // namespace waymark
