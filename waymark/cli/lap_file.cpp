@@ -76,7 +76,8 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   const Result<TagId> anchor = tag_of(overrides.anchor.value_or(recorded.value_or("")));
   if (!anchor) return tl::unexpected(anchor.error());
   setup.anchor = *anchor;
-  setup.map_T_anchor = anchor_at_origin();
+  setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
+  if (overrides.map_T_anchor) return {};
   const std::optional<std::string> pose = metadata(lap, "map_T_anchor");
   if (!pose || (recorded && *recorded != to_string(*anchor))) return {};
   const Result<SE3> map_T_anchor = pose_of(*pose);

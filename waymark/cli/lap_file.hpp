@@ -31,6 +31,7 @@ struct Making {
 /// What a caller knows better than the recording, or what the recording does not say.
 struct SetupOverrides {
   std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
+  std::optional<SE3> map_T_anchor{};
   std::optional<double> tag_size_m{};
 };
 

@@ -4,11 +4,13 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/figure_files.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
@@ -45,6 +47,41 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   return {};
 }
 
+/// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
+Status keep_versions(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder / "map.yaml", error)) return {};
+  int version = 1;
+  const auto kept = [&](const char* name) { return folder / fmt::format("{}.{}.yaml", name, version); };
+  while (fs::exists(kept("map"), error) || fs::exists(kept("route"), error)) ++version;
+  for (const char* name : {"map", "route"}) {
+    const fs::path now = folder / fmt::format("{}.yaml", name);
+    if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
+  }
+  if (!error) return {};
+  return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
+              {.source = folder.string()});
+}
+
+/// The trajectory's covariances, one line a pose: what coordinates and axes say of it, lower triangle by
+/// rows.
+std::string covariance_csv(const MappedLap& lap) {
+  std::string text =
+      "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle "
+      "by rows\n";
+  for (std::size_t i = 0; i < lap.trajectory.size(); ++i) {
+    const StampedPose& pose = lap.trajectory[i];
+    const Matrix6 P =
+        coordinate_covariance(Uncertain<SE3>{pose.map_T_base, lap.bundle->trajectory_covariance[i]});
+    text += fmt::format("{:.9f}", to_seconds(pose.stamp.time_since_epoch()));
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c <= r; ++c) text += fmt::format(",{:.6g}", P(r, c));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
 Status write_texts(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                    MapReport& report) {
   const MapFile map{
@@ -65,6 +102,8 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const TeachSe
   if (status)
     status = keep("route.yaml", [&](const fs::path& path) { return write_route(path, report.lap.route); });
   if (status) status = keep("trajectory.txt", text(to_tum(report.lap.trajectory)));
+  if (status && report.lap.bundle)
+    status = keep("trajectory_covariance.csv", text(covariance_csv(report.lap)));
   if (const auto robot = robot_yaml_of(recorded); status && robot) status = keep("robot.yaml", text(*robot));
   if (status && !report.true_path.empty())
     status = keep("truth_trajectory.txt", text(to_tum(report.true_path)));
@@ -93,7 +132,11 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, MapReport& 
 
 }  // namespace
 
-Result<MapReport> map_recording(const MapJob& job) {
+Result<MapReport> map_recording(const MapJob& job, Console& console) {
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    console.live(fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost));
+    return !interrupted();
+  };
   const Stopwatch watch;
   const Result<RecordedLap> recorded = read_lap_file(job.lap);
   if (!recorded) return tl::unexpected(recorded.error());
@@ -103,8 +146,12 @@ Result<MapReport> map_recording(const MapJob& job) {
   };
   const Result<TeachSetup> setup = setup_of(*recorded, job.overrides);
   if (!setup) return in_recording(setup.error());
-  Result<MappedLap> lap = map_lap(recorded->frames, *setup, job.options);
+  Result<MappedLap> lap = map_lap({recorded->frames, recorded->odometry}, *setup, job.options, progress);
+  console.end_progress();
   if (!lap) return in_recording(lap.error());
+  if (interrupted())
+    return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
+                {.source = job.folder.string()});
   MapReport report{.method = job.options.method, .lap = std::move(*lap)};
   for (const Error& problem : recorded->setup.problems) report.warnings.push_back(to_string(problem));
   report.warnings.insert(report.warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
@@ -115,6 +162,7 @@ Result<MapReport> map_recording(const MapJob& job) {
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
+  if (status) status = keep_versions(job.folder);
   if (status) status = write_texts(*recorded, job, *setup, report);
   if (status) status = write_figures(*recorded, job, report);
   if (!status) return tl::unexpected(status.error());
@@ -132,6 +180,10 @@ nlohmann::ordered_json to_json(const MapReport& report) {
     return (*errors).*member;
   };
   const MappedLap& lap = report.lap;
+  const auto of_bundle = [&](auto value) -> nlohmann::ordered_json {
+    if (!lap.bundle) return nullptr;
+    return value(*lap.bundle);
+  };
   return {{"method", report.method},
           {"tags", lap.map.tags.size()},
           {"frames", lap.frames},
@@ -143,6 +195,13 @@ nlohmann::ordered_json to_json(const MapReport& report) {
           {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},
           {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
           {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
+          {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
+          {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
+          {"sightings_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
+          {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
+          {"odometry_distance_scale",
+           of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},
+          {"odometry_yaw_scale", of_bundle([](const BundleFigures& b) { return b.odometry_scales.yaw; })},
           {"wall_s", report.wall_s},
           {"peak_rss_mib", report.peak_rss_mib},
           {"warnings", report.warnings}};

@@ -63,8 +63,10 @@ struct MapReport {
 };
 
 /// Makes a map and a route of a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
-/// truth_trajectory.txt, summary.json and figures into the folder.
-[[nodiscard]] Result<MapReport> map_recording(const MapJob& job);
+/// truth_trajectory.txt, summary.json and figures into the folder. Each file is complete or not there; an
+/// older map.yaml and route.yaml stay beside the new ones (map.1.yaml, …). Ctrl-C leaves the folder as it
+/// was: the error says so.
+[[nodiscard]] Result<MapReport> map_recording(const MapJob& job, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
 
 struct ReplayJob {

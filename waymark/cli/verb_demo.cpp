@@ -102,7 +102,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
-  Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"});
+  Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"}, console);
   if (!map) return failed_in("map", map.error());
   report.map = std::move(*map);
   Stage another_day = stage;

@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -8,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
@@ -19,21 +23,27 @@ namespace waymark::cli {
 namespace {
 
 struct MapArgs {
-  explicit MapArgs(CLI::App& app) : chain(app, "Method chain"), route(app, "Route") {}
+  explicit MapArgs(CLI::App& app)
+      : bundle(app, "Method bundle"),
+        chain(app, "Where the search starts, and method chain"),
+        route(app, "Route") {}
 
   std::string lap;
   std::string folder;
-  std::string method = "chain";
+  std::string method = "bundle";
   std::string anchor;
   std::optional<double> tag_size_m;
   std::string world;
   bool json = false;
+  std::vector<double> anchor_pose;
+  OptionFlags<BundleMapOptions> bundle;
   OptionFlags<ChainOptions> chain;
   OptionFlags<RouteOptions> route;
 };
 
 Result<MapJob> job_of(const MapArgs& args) {
   MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
+  if (Status status = args.bundle.apply(job.options.bundle); !status) return tl::unexpected(status.error());
   if (Status status = args.chain.apply(job.options.chain); !status) return tl::unexpected(status.error());
   if (Status status = args.route.apply(job.options.route); !status) return tl::unexpected(status.error());
   const std::vector<std::string> methods = map_methods();
@@ -41,6 +51,14 @@ Result<MapJob> job_of(const MapArgs& args) {
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", args.method),
                 {.key = "--method"}, fmt::format("Known: {}.", fmt::join(methods, ", ")));
   if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
+  if (!args.anchor_pose.empty()) {
+    const std::vector<double>& p = args.anchor_pose;
+    constexpr double kRadians = std::numbers::pi / 180;
+    if (!std::ranges::all_of(p, [](double x) { return std::isfinite(x); }))
+      return fail(ErrorCode::InvalidArgument, "a number that is not finite", {.key = "--anchor-pose"});
+    job.overrides.map_T_anchor = SE3(SO3::from_rpy(kRadians * p[3], kRadians * p[4], kRadians * p[5]),
+                                     Eigen::Vector3d(p[0], p[1], p[2]));
+  }
   if (args.tag_size_m && !(*args.tag_size_m > 0 && *args.tag_size_m < 100))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a size in metres", *args.tag_size_m),
                 {.key = "--tag-size-m"},
@@ -67,6 +85,17 @@ std::string to_text(const MapReport& report, const std::string& folder) {
         "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
         e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
   }
+  if (lap.bundle) {
+    const BundleFigures& b = *lap.bundle;
+    text += fmt::format(
+        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
+        b.rms_px, b.moved_m);
+    if (b.odometry_scales_sigma.distance > 0)
+      text +=
+          fmt::format("wheels: distances x {:.4f} +- {:.4f}, turns x {:.3f} +- {:.3f} agree with the tags\n",
+                      b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
+                      b.odometry_scales_sigma.yaw);
+  }
   if (report.trajectory_errors)
     text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
                         report.trajectory_errors->max_m);
@@ -79,9 +108,10 @@ ExitCode map(const MapArgs& args, Console& console) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
   }
-  const Result<MapReport> report = map_recording(*job);
+  const Result<MapReport> report = map_recording(*job, console);
   if (!report) {
     console.say(report.error());
+    if (interrupted()) return ExitCode::Interrupted;
     return ExitCode::SomeFailed;
   }
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
@@ -95,12 +125,22 @@ Run prepare(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
       ->required()
       ->type_name("FOLDER");
-  app.add_option("--method", args->method, "How tags are placed: chain, from tag to tag, nothing optimised")
+  app.add_option("--method", args->method,
+                 "How tags are placed: bundle, everything seen and driven explained at once; chain, from tag "
+                 "to tag, nothing "
+                 "optimised")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--anchor", args->anchor,
                  "The tag the map is placed by, for example tag36h11:0. Unless given: that of the recording")
       ->type_name("TAG");
+  app.add_option("--anchor-pose", args->anchor_pose,
+                 "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame "
+                 "(x right, y "
+                 "down, z into the tag). Unless given: that of the recording; for another anchor the map's "
+                 "origin is its centre, map z is up, map x goes into the tag")
+      ->expected(6)
+      ->type_name("X Y Z ROLL PITCH YAW");
   app.add_option("--tag-size-m", args->tag_size_m,
                  "Side of the black square of the tags, in metres. Unless given: that of the recording")
       ->type_name("NUMBER");
@@ -119,7 +159,7 @@ Verb map_verb() {
       .help =
           R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
 summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
-the recording holds them. Formats: docs/formats/map.md. A recording that was cut is used as far as it goes.
+the recording holds them; trajectory_covariance.csv with method bundle. An older map in the folder is kept as map.1.yaml. Formats: docs/formats/map.md. A recording that was cut is used as far as it goes.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
 Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made or written, 2 wrong usage.
@@ -127,6 +167,7 @@ Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made 
 Examples:
   waymark map lap.mcap -o map
   waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
+  waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
 )",
       .prepare = prepare,
       .verbs = {}};

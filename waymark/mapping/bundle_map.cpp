@@ -83,7 +83,7 @@ void read_tags(const LapBundle& lap, const BundleCovariance& P, const ChainResul
     tag.map_T_tag = lap.bundle.poses[pose].value;
     if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
     const double moved = (tag.map_T_tag.translation() - before.map_T_tag.translation()).norm();
-    result.worst_tag_error_before_m = std::max(result.worst_tag_error_before_m, moved);
+    result.moved_m = std::max(result.moved_m, moved);
     result.map.tags[id] = tag;
     result.sightings[id] = sightings[pose];
   }

@@ -53,7 +53,7 @@ struct BundleMap {
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
   double rms_px = 0;                           ///< root mean square of all corner coordinates in use
-  double worst_tag_error_before_m = 0;         ///< how far the optimisation moved the tag it moved most
+  double moved_m = 0;                          ///< how far the optimisation moved the tag it moved most
   BundleSummary summary{};
   bool interrupted = false;
 };

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/mapping/map_checks.hpp"
 #include "waymark/mapping/teach_chain.hpp"
 
 namespace waymark {
@@ -12,20 +13,7 @@ namespace {
 
 constexpr double kManyWithoutPose = 0.02;
 
-void count_observations(const std::vector<ObservedFrame>& frames, MappedLap& lap) {
-  for (const ObservedFrame& frame : frames) {
-    for (const TagPoseObservation& seen : frame.tags) {
-      if (lap.map.find(seen.tag) != nullptr) ++lap.observations[seen.tag];
-    }
-  }
-}
-
-void warn(const ChainResult& chain, MappedLap& lap) {
-  for (const TagId& tag : chain.unconnected) {
-    lap.warnings.push_back(
-        fmt::format("{} was never seen together with a tag that leads to the anchor: it is not in the map",
-                    to_string(tag)));
-  }
+void warn_of_gaps(MappedLap& lap) {
   if (lap.frames_without_pose > kManyWithoutPose * lap.frames) {
     lap.warnings.push_back(
         fmt::format("{} of {} frames saw no tag that could be trusted", lap.frames_without_pose, lap.frames));
@@ -34,35 +22,80 @@ void warn(const ChainResult& chain, MappedLap& lap) {
     lap.warnings.emplace_back("the lap does not come back to its start: the route is open, driven once");
 }
 
+/// From tag to tag, nothing optimised.
+Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
+  std::vector<ObservedFrame> observed;
+  observed.reserve(taught.frames.size());
+  for (const TagFrame& frame : taught.frames) observed.push_back(observe(frame, setup.camera, setup.sizes));
+  Result<ChainResult> chain =
+      map_by_chain(observed, setup.anchor, setup.map_T_anchor, setup.sizes, setup.base_T_cam, options.chain);
+  if (!chain) return tl::unexpected(chain.error());
+  MappedLap lap{.map = std::move(chain->map),
+                .trajectory = std::move(chain->trajectory),
+                .frames_without_pose = chain->frames_without_pose};
+  for (const ObservedFrame& frame : observed) {
+    for (const TagPoseObservation& seen : frame.tags) {
+      if (lap.map.find(seen.tag) != nullptr) ++lap.observations[seen.tag];
+    }
+  }
+  for (const TagId& tag : chain->unconnected) {
+    lap.warnings.push_back(
+        fmt::format("{} was never seen together with a tag that leads to the anchor: it is not in the map",
+                    to_string(tag)));
+  }
+  return lap;
+}
+
+/// Everything measured explained at once.
+Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
+                            const MapProgress& progress) {
+  const LapInput input{.frames = taught.frames,
+                       .odometry = taught.odometry,
+                       .camera = setup.camera,
+                       .base_T_cam = setup.base_T_cam,
+                       .sizes = setup.sizes,
+                       .anchor = setup.anchor,
+                       .map_T_anchor = setup.map_T_anchor};
+  Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
+  if (!map) return tl::unexpected(map.error());
+  return MappedLap{.map = map->map,
+                   .observations = map->sightings,
+                   .trajectory = map->trajectory,
+                   .frames_without_pose = map->frames_without_pose,
+                   .warnings = check_map(input, *map),
+                   .bundle = BundleFigures{.trajectory_covariance = map->trajectory_covariance,
+                                           .iterations = map->summary.iterations,
+                                           .rms_px = map->rms_px,
+                                           .noise_ratio = map->noise_ratio,
+                                           .rejected = map->rejected.size(),
+                                           .odometry_scales = map->odometry_scales,
+                                           .odometry_scales_sigma = map->odometry_scales_sigma,
+                                           .moved_m = map->moved_m,
+                                           .interrupted = map->interrupted}};
+}
+
 }  // namespace
 
-std::vector<std::string> map_methods() { return {"chain"}; }
+std::vector<std::string> map_methods() { return {"bundle", "chain"}; }
 
-Result<MappedLap> map_lap(const std::vector<TagFrame>& frames, const TeachSetup& setup,
-                          const MapLapOptions& options) {
+Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
+                          const MapProgress& progress) {
   const std::vector<std::string> methods = map_methods();
   if (std::ranges::find(methods, options.method) == methods.end()) {
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", options.method),
                 {.key = "method"}, suggestion(options.method, methods));
   }
-  if (frames.empty())
+  if (taught.frames.empty())
     return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
                 "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");
-  std::vector<ObservedFrame> observed;
-  observed.reserve(frames.size());
-  for (const TagFrame& frame : frames) observed.push_back(observe(frame, setup.camera, setup.sizes));
-  Result<ChainResult> chain =
-      map_by_chain(observed, setup.anchor, setup.map_T_anchor, setup.sizes, setup.base_T_cam, options.chain);
-  if (!chain) return tl::unexpected(chain.error());
-  Result<Route> route = build_route(chain->trajectory, options.route);
+  Result<MappedLap> lap = options.method == "chain" ? by_chain(taught, setup, options)
+                                                    : by_bundle(taught, setup, options, progress);
+  if (!lap) return lap;
+  Result<Route> route = build_route(lap->trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
-  MappedLap lap{.map = std::move(chain->map),
-                .trajectory = std::move(chain->trajectory),
-                .route = std::move(*route),
-                .frames = static_cast<int>(frames.size()),
-                .frames_without_pose = chain->frames_without_pose};
-  count_observations(observed, lap);
-  warn(*chain, lap);
+  lap->route = std::move(*route);
+  lap->frames = static_cast<int>(taught.frames.size());
+  warn_of_gaps(*lap);
   return lap;
 }
 

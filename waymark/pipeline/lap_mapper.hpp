@@ -1,9 +1,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "waymark/mapping/bundle_map.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/route.hpp"
@@ -11,28 +13,49 @@
 namespace waymark {
 
 struct MapLapOptions {
-  std::string method = "chain";  ///< how tags are placed: "chain" (map_by_chain)
+  std::string method = "bundle";  ///< how tags are placed: "bundle" (map_by_bundle) or "chain" (map_by_chain)
   ChainOptions chain{};
+  BundleMapOptions bundle{};
   RouteOptions route{};
 };
 
 /// The names of the methods, as `--method` takes them.
 [[nodiscard]] std::vector<std::string> map_methods();
 
+/// What optimising says beside the map.
+struct BundleFigures {
+  std::vector<Matrix6> trajectory_covariance{};  ///< of each pose of the trajectory, left tangent in map
+  int iterations = 0;
+  double rms_px = 0;
+  double noise_ratio = 1;
+  std::size_t rejected = 0;
+  OdometryScales odometry_scales{};
+  OdometryScales odometry_scales_sigma{};
+  double moved_m = 0;  ///< how far from the chain's place the tag is that moved most
+  bool interrupted = false;
+};
+
 /// What a lap becomes.
 struct MappedLap {
   TagMap map{};
-  std::map<TagId, int> observations{};  ///< frames that saw each tag of the map
+  std::map<TagId, int> observations{};  ///< sightings of each tag of the map that were used
   Trajectory trajectory{};
   Route route{};
   int frames = 0;
   int frames_without_pose = 0;
   std::vector<std::string> warnings{};  ///< what is missing or doubtful, in words
+  std::optional<BundleFigures> bundle{};
 };
 
-/// The map phase: frames of a taught lap in, a map of the tags, the way the base went and a route out. Fails
-/// on an unknown method, on a lap without frames, without the anchor, or too short for a route.
-[[nodiscard]] Result<MappedLap> map_lap(const std::vector<TagFrame>& frames, const TeachSetup& setup,
-                                        const MapLapOptions& options = {});
+/// What a taught lap consists of.
+struct TaughtLap {
+  std::vector<TagFrame> frames{};
+  std::vector<Odometry> odometry{};  ///< may be empty: then tags alone say where the robot was
+};
+
+/// The map phase: a taught lap in, a map of the tags, the way the base went and a route out. Fails on an
+/// unknown method, on a lap without frames, without the anchor, or too short for a route.
+[[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
+                                        const MapLapOptions& options = {}, const MapProgress& progress = {});
 
 }  // namespace waymark

@@ -25,13 +25,13 @@ TeachSetup some_setup() {
 }
 
 /// A metre straight ahead in 20 frames, both tags in view.
-std::vector<TagFrame> some_lap(const TeachSetup& setup) {
+TaughtLap some_lap(const TeachSetup& setup) {
   TagMap tags;
   tags.tags[kAnchor] = {.map_T_tag = setup.map_T_anchor, .size_m = 0.16};
   tags.tags[kOther] = {
       .map_T_tag = SE3(SO3::from_rpy(0, 0, 0.5) * base_T_cam().rotation(), {3.6, -0.5, 0.35}),
       .size_m = 0.16};
-  std::vector<TagFrame> frames;
+  TaughtLap lap;
   for (int i = 0; i <= 20; ++i) {
     TagFrame frame{.stamp = SensorTime(std::chrono::milliseconds(100 * i))};
     const SE3 map_T_cam = SE3(SO3(), {1 + 0.05 * i, 0, 0}) * setup.base_T_cam;
@@ -41,9 +41,9 @@ std::vector<TagFrame> some_lap(const TeachSetup& setup) {
       frame.detections.push_back({.tag = id, .decision_margin = 80, .corners_px = *corners});
       frame.detections.back().corner_covariance_px2 = CornerCovariance::Identity() * 0.01;
     }
-    frames.push_back(frame);
+    lap.frames.push_back(frame);
   }
-  return frames;
+  return lap;
 }
 
 TEST(LapMapper, APerfectLapBecomesAPerfectMap) {
@@ -64,7 +64,7 @@ TEST(LapMapper, APerfectLapBecomesAPerfectMap) {
 
 TEST(LapMapper, SaysWhatIsMissing) {
   const TeachSetup setup = some_setup();
-  const auto error_of = [&](const std::vector<TagFrame>& frames, const TeachSetup& with,
+  const auto error_of = [&](const TaughtLap& frames, const TeachSetup& with,
                             const MapLapOptions& options = {}) {
     const auto lap = map_lap(frames, with, options);
     return lap ? std::string() : to_string(lap.error());
@@ -75,7 +75,7 @@ TEST(LapMapper, SaysWhatIsMissing) {
   TeachSetup elsewhere = setup;
   elsewhere.anchor = {FamilyId::Tag36h11, 7};
   EXPECT_NE(error_of(some_lap(setup), elsewhere).find("tag36h11:7 is never seen"), std::string::npos);
-  const std::vector<TagFrame> standing(5, some_lap(setup).front());
+  const TaughtLap standing{.frames = std::vector<TagFrame>(5, some_lap(setup).frames.front())};
   EXPECT_NE(error_of(standing, setup).find("too short for a route"), std::string::npos);
 }
 

@@ -1,0 +1,189 @@
+#include "waymark/mapping/map_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/pose/agreement.hpp"
+#include "waymark/samples/corners.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::Alternative;
+using internal::Vote;
+
+constexpr int kFewSightings = 3;
+constexpr double kWeakSigma = 0.05;
+
+const SE3* base_at(const BundleMap& map, SensorTime stamp) {
+  const auto at = std::ranges::lower_bound(map.trajectory, stamp, {}, &StampedPose::stamp);
+  return at != map.trajectory.end() && at->stamp == stamp ? &at->map_T_base : nullptr;
+}
+
+/// A tag's sightings, those that agree with its place in the map and those that do not.
+struct Split {
+  std::vector<SensorTime> here;
+  std::vector<SensorTime> there;
+  std::vector<Vote<SE3>> votes;  ///< of those that do not: where the tag would have to be
+};
+
+Vote<SE3> vote_of(const TagDetection& detection, const LapInput& lap, const SE3& map_T_base) {
+  Vote<SE3> vote;
+  const auto pose = estimate_tag_pose(detection, lap.sizes, lap.camera);
+  if (!pose) return vote;
+  const SE3 map_T_cam = map_T_base * lap.base_T_cam;
+  const auto add = [&](const TagPoseSolution& solution) {
+    const SE3::Jacobian Ad = map_T_cam.adjoint();
+    // The pose of the base is not known to the micrometre either.
+    const PoseCovariance covariance =
+        Ad * solution.covariance * Ad.transpose() + 1e-4 * PoseCovariance::Identity();
+    vote.push_back({map_T_cam * solution.cam_T_tag, covariance.inverse(), solution.chi2 - pose->best.chi2});
+  };
+  add(pose->best);
+  if (pose->other) add(*pose->other);
+  return vote;
+}
+
+Split split_of(const TagId& tag, const std::set<SensorTime>& rejected, const LapInput& lap,
+               const BundleMap& map) {
+  Split split;
+  for (const TagFrame& frame : lap.frames) {
+    for (const TagDetection& detection : frame.detections) {
+      if (detection.tag != tag) continue;
+      if (!rejected.contains(frame.stamp)) {
+        split.here.push_back(frame.stamp);
+        continue;
+      }
+      const SE3* map_T_base = base_at(map, frame.stamp);
+      if (map_T_base == nullptr) continue;
+      Vote<SE3> vote = vote_of(detection, lap, *map_T_base);
+      if (vote.empty()) continue;
+      split.there.push_back(frame.stamp);
+      split.votes.push_back(std::move(vote));
+    }
+  }
+  return split;
+}
+
+bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
+  int frames = 0;
+  for (const TagFrame& frame : lap.frames)
+    frames += std::ranges::count(frame.detections, tag, &TagDetection::tag) > 1 ? 1 : 0;
+  return frames >= 2;
+}
+
+bool apart_in_time(const Split& split) {
+  if (split.here.empty() || split.there.empty()) return false;
+  const auto [here_first, here_last] = std::ranges::minmax(split.here);
+  const auto [there_first, there_last] = std::ranges::minmax(split.there);
+  return here_last < there_first || there_last < here_first;
+}
+
+std::string in_words(const SecondPlace& place) {
+  const std::string both = fmt::format("{} was seen in two places, {:.2f} m apart ({} and {} times)",
+                                       to_string(place.tag), place.distance_m, place.here, place.there);
+  if (place.at_once) return both + ", once even together: two tags carry this id; change one of them";
+  if (place.one_after_the_other)
+    return both + ", one after the other: it was moved during the lap; teach again with the tags at rest";
+  return both + ", in turns: two tags carry this id, or it was moved and put back";
+}
+
+double position_sigma_m(const MappedTag& tag) {
+  if (!tag.covariance) return 0;
+  const auto P = coordinate_covariance(Uncertain<SE3>{tag.map_T_tag, *tag.covariance});
+  return std::sqrt(P.topLeftCorner<3, 3>().diagonal().maxCoeff());
+}
+
+/// The longest side any sighting of a tag had.
+double largest_side_px(const TagId& tag, const LapInput& lap) {
+  double largest = 0;
+  for (const TagFrame& frame : lap.frames) {
+    for (const TagDetection& detection : frame.detections) {
+      if (detection.tag == tag) largest = std::max(largest, mean_side_px(detection.corners_px));
+    }
+  }
+  return largest;
+}
+
+void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+  constexpr double kWorthSaying = 0.08;
+  const double scale = map.odometry_scales.distance;
+  const double sigma = map.odometry_scales_sigma.distance;
+  if (!(sigma > 0) || std::abs(scale - 1) < std::max(kWorthSaying, 4 * sigma)) return;
+  std::string sentence = fmt::format(
+      "by the tags the robot drove {:.0f} % {} than by its wheels: tag sizes look {:.0f} % too {}",
+      100 * std::abs(scale - 1), scale > 1 ? "farther" : "less far", 100 * std::abs(scale - 1),
+      scale > 1 ? "large" : "small");
+  if (lap.sizes.default_size_m)
+    sentence += fmt::format(" (is it {:.3f} m instead of {:.3f} m?)", *lap.sizes.default_size_m / scale,
+                            *lap.sizes.default_size_m);
+  words.push_back(sentence + "; measure the black square, or the wheels are not what the robot's file says");
+}
+
+void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+  for (const auto& [id, tag] : map.map.tags) {
+    const int sightings = map.sightings.at(id);
+    const double sigma = position_sigma_m(tag);
+    if (sightings >= kFewSightings && sigma < kWeakSigma) continue;
+    words.push_back(fmt::format(
+        "{} hangs on {} view{} of at most {:.0f} px and is known to {:.0f} mm only: drive nearer past it",
+        to_string(id), sightings, sightings == 1 ? "" : "s", largest_side_px(id, lap), 1000 * sigma));
+  }
+  for (const TagId& id : map.unconnected) {
+    words.push_back(
+        fmt::format("{} was never seen together with a tag that leads to the anchor: it is not in the map",
+                    to_string(id)));
+  }
+}
+
+void check_sightings(const BundleMap& map, std::vector<std::string>& words) {
+  int used = 0;
+  for (const auto& [id, sightings] : map.sightings) used += sightings;
+  const int all = used + static_cast<int>(map.rejected.size());
+  constexpr double kMany = 0.03;
+  if (all == 0 || static_cast<double>(map.rejected.size()) < kMany * all) return;
+  words.push_back(fmt::format("{} of {} sightings of tags contradict the others and were left out",
+                              map.rejected.size(), all));
+}
+
+}  // namespace
+
+std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
+  constexpr std::size_t kEnough = 4;
+  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
+  constexpr double kApart = 0.03;
+  std::map<TagId, std::set<SensorTime>> rejected;
+  for (const RejectedSighting& sighting : map.rejected) rejected[sighting.tag].insert(sighting.stamp);
+  std::vector<SecondPlace> places;
+  for (const auto& [tag, stamps] : rejected) {
+    if (stamps.size() < kEnough) continue;
+    const MappedTag* mapped = map.map.find(tag);
+    const Split split = split_of(tag, stamps, lap, map);
+    const auto agreed = internal::agree(split.votes, kGate);
+    if (mapped == nullptr || !agreed || agreed->votes < static_cast<int>(kEnough)) continue;
+    SecondPlace place{
+        .tag = tag, .map_T_tag = agreed->value.mean, .here = map.sightings.at(tag), .there = agreed->votes};
+    place.distance_m = (place.map_T_tag.translation() - mapped->map_T_tag.translation()).norm();
+    if (place.distance_m < kApart) continue;
+    place.at_once = seen_twice_at_once(tag, lap);
+    place.one_after_the_other = apart_in_time(split);
+    places.push_back(place);
+  }
+  return places;
+}
+
+std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
+  std::vector<std::string> words;
+  check_scale(lap, map, words);
+  for (const SecondPlace& place : second_places(lap, map)) words.push_back(in_words(place));
+  check_tags(lap, map, words);
+  check_sightings(map, words);
+  return words;
+}
+
+}  // namespace waymark
