@@ -1,7 +1,7 @@
 #include "waymark/mapping/chain_links.hpp"
 
-#include <limits>
 #include <optional>
+#include <set>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -29,7 +29,8 @@ double position_variance(const Uncertain<SE2>& map_X_tag) {
 }
 
 /// Where a tag is by all known tags it was seen with.
-std::optional<Uncertain<SE2>> place_of(const TagId& tag, const Links& links, const Places& places) {
+std::optional<Uncertain<SE2>> place_of(const TagId& tag, const Links& links, const Places& places,
+                                       int least_votes) {
   std::vector<Vote<SE2>> votes;
   const auto offer = [&](const TagId& from, const Uncertain<SE2>& from_X_tag) {
     const auto known = places.find(from);
@@ -38,11 +39,24 @@ std::optional<Uncertain<SE2>> place_of(const TagId& tag, const Links& links, con
     votes.push_back({{map_X_tag.mean, map_X_tag.covariance.inverse()}});
   };
   for (const auto& [pair, link] : links) {
-    if (pair.second == tag) offer(pair.first, link);
-    if (pair.first == tag) offer(pair.second, inverse(link));
+    if (link.votes < least_votes) continue;
+    if (pair.second == tag) offer(pair.first, link.from_X_to);
+    if (pair.first == tag) offer(pair.second, inverse(link.from_X_to));
   }
   const auto agreed = agree(votes, kAnyDistance);
   return agreed ? std::optional(agreed->value) : std::nullopt;
+}
+
+/// Of the tags that wait, the one whose place would be known best.
+std::optional<std::pair<TagId, Uncertain<SE2>>> nearest_known(const std::set<TagId>& waiting,
+                                                              const Links& links, const Places& places,
+                                                              int least_votes) {
+  std::optional<std::pair<TagId, Uncertain<SE2>>> best;
+  for (const TagId& tag : waiting) {
+    const auto place = place_of(tag, links, places, least_votes);
+    if (place && (!best || position_variance(*place) < position_variance(best->second))) best = {tag, *place};
+  }
+  return best;
 }
 
 }  // namespace
@@ -58,29 +72,24 @@ Links links_of(const std::vector<FloorFrame>& frames) {
   }
   Links links;
   for (const auto& [pair, of_pair] : votes) {
-    if (const auto agreed = agree(of_pair, kGate9)) links[pair] = agreed->value;
+    if (const auto agreed = agree(of_pair, kGate9)) links[pair] = {agreed->value, agreed->votes};
   }
   return links;
 }
 
 Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor) {
-  std::map<TagId, bool> placed;
-  for (const auto& [pair, link] : links) placed[pair.first] = placed[pair.second] = false;
-  placed[anchor] = true;
+  std::set<TagId> waiting;
+  for (const auto& [pair, link] : links) waiting.insert({pair.first, pair.second});
+  waiting.erase(anchor);
   Places places = {{anchor, {map_X_anchor}}};
   while (true) {
     std::optional<std::pair<TagId, Uncertain<SE2>>> best;
-    double least = std::numeric_limits<double>::infinity();
-    for (const auto& [tag, is_placed] : placed) {
-      if (is_placed) continue;
-      const auto place = place_of(tag, links, places);
-      if (!place || position_variance(*place) >= least) continue;
-      least = position_variance(*place);
-      best = {tag, *place};
+    for (int least_votes : {10, 3, 1}) {
+      if (!best) best = nearest_known(waiting, links, places, least_votes);
     }
     if (!best) return places;
     places.insert(*best);
-    placed[best->first] = true;
+    waiting.erase(best->first);
   }
 }
 
@@ -100,8 +109,8 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
       const auto to = places.find(pair.second);
       if (from == places.end() || to == places.end()) continue;
       const SE2 from_X_map = from->second.mean.inverse();
-      const SE2::Tangent r = minus(link.mean, from_X_map * to->second.mean);
-      const Eigen::Matrix3d W = link.covariance.inverse();
+      const SE2::Tangent r = minus(link.from_X_to.mean, from_X_map * to->second.mean);
+      const Eigen::Matrix3d W = link.from_X_to.covariance.inverse();
       const Eigen::Matrix3d Ad = from_X_map.adjoint();
       const double weight = 1 / (1 + r.dot(W * r) / 9);
       const Eigen::Matrix3d JWJ = weight * Ad.transpose() * W * Ad;

@@ -88,9 +88,10 @@ std::string in_words(const SecondPlace& place) {
   const std::string both = fmt::format("{} was seen in two places, {:.2f} m apart ({} and {} times)",
                                        to_string(place.tag), place.distance_m, place.here, place.there);
   if (place.at_once) return both + ", once even together: two tags carry this id; change one of them";
-  if (place.one_after_the_other)
+  constexpr double kCarried = 1.0;  // a tag that is pushed or hung anew rarely goes farther
+  if (place.one_after_the_other && place.distance_m < kCarried)
     return both + ", one after the other: it was moved during the lap; teach again with the tags at rest";
-  return both + ", in turns: two tags carry this id, or it was moved and put back";
+  return both + ": two tags carry this id (or it was carried there); change one of them";
 }
 
 double position_sigma_m(const MappedTag& tag) {
