@@ -13,8 +13,8 @@ MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientat
             "peak_rss_mib", "warnings"}
 REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cross_track_max_m", "heading_rmse_deg",
                "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
-MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "truth_trajectory.txt", "robot.yaml", "summary.json", "map.svg",
-             "error.svg", "tags_in_view.svg"}
+MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
+             "robot.yaml", "summary.json", "map.svg", "error.svg", "tags_in_view.svg"}
 
 
 class WithLap(InFolder):
@@ -34,10 +34,16 @@ class Map(WithLap):
         self.assertEqual((outcome.code, outcome.err), (0, ""))
         (summary,) = outcome.records
         self.assertLessEqual(MAP_KEYS, summary.keys())
-        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("chain", 24, True))
-        self.assertLess(summary["tag_rmse_m"], 0.15)
-        self.assertLess(summary["tag_orientation_rmse_deg"], 5)
-        self.assertLess(summary["trajectory_rmse_m"], 0.15)
+        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("bundle", 24, True))
+        self.assertLess(summary["tag_rmse_m"], 0.03)
+        self.assertLess(summary["tag_orientation_rmse_deg"], 1)
+        self.assertLess(summary["trajectory_rmse_m"], 0.03)
+        self.assertGreater(summary["corner_noise_ratio"], 0.9)
+        self.assertLess(summary["corner_noise_ratio"], 1.1)
+        (chain,) = self.run_here("map", "lap.mcap", "-o", "chain", "--method", "chain", "--json").records
+        self.assertEqual(chain["method"], "chain")
+        self.assertIsNone(chain["corner_noise_ratio"])
+        self.assertLess(summary["trajectory_rmse_m"], chain["trajectory_rmse_m"])
         self.assertEqual({p.name for p in (self.folder / "map").iterdir()}, MAP_FILES)
         for svg in (self.folder / "map").glob("*.svg"):
             self.assertTrue(xml.etree.ElementTree.parse(svg).getroot().tag.endswith("svg"))
@@ -45,6 +51,27 @@ class Map(WithLap):
             lines = [line for line in (self.folder / "map" / name).read_text().splitlines() if not line.startswith("#")]
             self.assertTrue(all(len(line.split()) == 8 for line in lines))
             self.assertGreater(len(lines), 800)
+
+    def test_an_older_map_is_kept(self):
+        for size in ("0.16", "0.17", "0.16"):
+            self.run_here("map", "lap.mcap", "-o", "twice", "--tag-size-m", size)
+        names = {p.name for p in (self.folder / "twice").iterdir()}
+        self.assertLessEqual({"map.1.yaml", "map.2.yaml", "route.1.yaml", "route.2.yaml"}, names)
+        first, second, last = ((self.folder / "twice" / name).read_text() for name in ("map.1.yaml", "map.2.yaml", "map.yaml"))
+        self.assertEqual(first, last)
+        self.assertNotEqual(first, second)
+
+    def test_a_wrong_tag_size_is_named(self):
+        outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("% too large (is it 0.16", outcome.err)
+
+    def test_the_anchor_may_stand_anywhere(self):
+        (plain,) = self.run_here("map", "lap.mcap", "-o", "here", "--json").records
+        (moved,) = self.run_here("map", "lap.mcap", "-o", "there", "--json",
+                                 "--anchor-pose", "10", "20", "0.3", "-90", "0", "0").records
+        self.assertAlmostEqual(plain["route_length_m"], moved["route_length_m"], 3)
+        self.assertIsNone(moved["tag_rmse_m"])
 
     def test_same_lap_same_bytes(self):
         for folder in ("a", "b"):
@@ -77,7 +104,9 @@ class Map(WithLap):
                 (["photograph.png", "-o", "m"], 1, "not an MCAP file"),
                 (["lap.mcap"], 2, "--output is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
-                (["lap.mcap", "-o", "m", "--method", "bundle"], 2, "there is no method 'bundle'. Known: chain."),
+                (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
                 (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),
@@ -108,8 +137,11 @@ class Replay(WithLap):
         (info,) = self.run_here("info", "--json", "replay.mcap").records
         self.assertIn("/waymark/pose", [t["topic"] for t in info["topics"]])
         again = self.replay("--seed", 12, "--json", "--taught", "lap.mcap").records[0]
-        self.assertEqual({k: v for k, v in again.items() if k != "wall_s"},
-                         {k: v for k, v in summary.items() if k != "wall_s"})
+        for key in REPLAY_KEYS - {"wall_s"}:  # the truth in the folder has gone through text: its last bits may differ
+            if isinstance(summary[key], float):
+                self.assertAlmostEqual(again[key], summary[key], 9, key)
+            else:
+                self.assertEqual(again[key], summary[key], key)
 
     def test_two_laps(self):
         (summary,) = self.replay("--laps", 2, "--json").records

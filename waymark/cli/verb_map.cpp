@@ -6,10 +6,10 @@
 #include <string>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -49,7 +49,7 @@ Result<MapJob> job_of(const MapArgs& args) {
   const std::vector<std::string> methods = map_methods();
   if (std::ranges::find(methods, args.method) == methods.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", args.method),
-                {.key = "--method"}, fmt::format("Known: {}.", fmt::join(methods, ", ")));
+                {.key = "--method"}, suggestion(args.method, methods));
   if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
   if (!args.anchor_pose.empty()) {
     const std::vector<double>& p = args.anchor_pose;
