@@ -18,47 +18,70 @@ constexpr int kMostSamples = 256;
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
-/// How far away the nearest tag before the camera is; other things are allowed coarser blur.
-double nearest_tag_m(const SceneCamera::Parts& parts, const SE3& map_T_cam) {
-  constexpr double kNearestM = 0.1;
-  double nearest = 1e3;
-  const SE3 cam_T_map = map_T_cam.inverse();
-  for (std::size_t i = 0; i < parts.surfaces.size(); ++i) {
-    if (!parts.scene.surfaces[i].tag) continue;
-    const Eigen::Vector3d cam_p = cam_T_map * parts.surfaces[i].map_T_surface.translation();
-    const double reach = parts.surfaces[i].half_m.norm();
-    const double view = parts.model.max_angle_rad();
-    const bool before = cam_p.z() > -reach || view > std::numbers::pi / 2;
-    if (before) nearest = std::min(nearest, std::max(kNearestM, cam_p.norm() - reach));
+/// What the corners of surfaces do in the picture while the shutter is open.
+struct CornerMotion {
+  double way_px = 0;   ///< longest way of any
+  double disc_px = 0;  ///< largest blur of defocus of any
+};
+
+/// How far a corner that begins, is, and ends at these poses goes in the picture; nothing when it is not in
+/// it.
+double way_px(const CameraModel& model, const std::array<SE3, 3>& cam_T_map, const Eigen::Vector3d& map_p) {
+  double way = 0;
+  const auto middle = model.project(cam_T_map[1] * map_p);
+  if (!middle || !model.contains(*middle)) return 0;
+  for (const std::size_t end : {0U, 2U}) {
+    if (const auto px = model.project(cam_T_map[end] * map_p)) way += (*px - *middle).norm();
   }
-  return nearest;
+  return way;
 }
 
-double way_px(const SceneCamera::Parts& parts, const SE3& from, const SE3& to, double distance_m) {
-  const double turn = (from.rotation().inverse() * to.rotation()).angle();
-  const double move = (to.translation() - from.translation()).norm() / distance_m;
-  return (turn + move) * parts.rays->px_per_rad();
+CornerMotion corner_motion(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map) {
+  constexpr double kNearestM = 0.02;
+  CornerMotion most;
+  for (const render::PreparedSurface& surface : parts.surfaces) {
+    for (const Eigen::Vector3d& map_p : surface.map_p_corners) {
+      const Eigen::Vector3d cam_p = cam_T_map[1] * map_p;
+      const auto px = parts.model.project(cam_p);
+      if (!px || !parts.model.contains(*px)) continue;
+      most.way_px = std::max(most.way_px, way_px(parts.model, cam_T_map, map_p));
+      const double defocus = 1 / std::max(kNearestM, cam_p.norm()) - 1 / parts.options.focus_distance_m;
+      most.disc_px = std::max(
+          most.disc_px, std::abs(defocus) * parts.options.aperture_mm * 1e-3 * parts.rays->px_per_rad());
+    }
+  }
+  return most;
 }
 
 /// Moments needed for the blur of motion, and points of the lens for that of defocus.
 int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, const SE3& middle) {
-  const SceneCameraOptions& options = parts.options;
-  const double distance = nearest_tag_m(parts, middle);
-  double wanted = 1;
-  if (options.exposure_ms > 0) {
-    const double half = exposure_s(options) / 2;
-    const double way =
-        way_px(parts, motion(-half), middle, distance) + way_px(parts, middle, motion(half), distance);
-    wanted = std::max(wanted, std::ceil(way / options.blur_step_px));
-  }
-  if (options.aperture_mm > 0) {
-    constexpr double kPointsPerPx = 3;
-    const double disc =
-        parts.rays->px_per_rad() * options.aperture_mm * 1e-3 *
-        std::max(std::abs(1 / distance - 1 / options.focus_distance_m), 1 / options.focus_distance_m);
-    wanted = std::max(wanted, std::ceil(1 + kPointsPerPx * std::numbers::pi / 4 * disc * disc));
-  }
+  constexpr double kPointsPerPx = 3;
+  const double half = exposure_s(parts.options) / 2;
+  const std::array<SE3, 3> map_T_cam = {motion(-half), middle, motion(half)};
+  const CornerMotion most =
+      corner_motion(parts, {map_T_cam[0].inverse(), middle.inverse(), map_T_cam[2].inverse()});
+  const double turn = (map_T_cam[0].rotation().inverse() * middle.rotation()).angle() +
+                      (middle.rotation().inverse() * map_T_cam[2].rotation()).angle();
+  const double way = std::max(most.way_px, turn * parts.rays->px_per_rad());
+  const double points =
+      most.disc_px > 0 ? 1 + kPointsPerPx * std::numbers::pi / 4 * most.disc_px * most.disc_px : 1;
+  const double wanted = std::ceil(std::max(way / parts.options.blur_step_px, points));
   return std::isfinite(wanted) ? static_cast<int>(std::clamp(wanted, 1.0, double{kMostSamples})) : 1;
+}
+
+/// Moments evenly spread over the exposure, with the mean and the variance of all of it (without the factor
+/// the variance of so few would be less by one part in their number squared).
+std::vector<double> sample_times(int count, double exposure) {
+  std::vector<double> times;
+  const double n = count;
+  const double wider = count > 1 ? n / std::sqrt(n * n - 1) : 1;
+  for (int i = 0; i < count; ++i) times.push_back(((i + 0.5) / n - 0.5) * wider * exposure);
+  return times;
+}
+
+tl::unexpected<Error> fail_motion() {
+  return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
+              {.key = "motion"});
 }
 
 /// Points spread evenly over the lens (Vogel, "A better way to construct the sunflower head", Mathematical
@@ -133,19 +156,15 @@ Result<std::shared_ptr<SceneExposure>> SceneCamera::begin(const CameraMotion& mo
   exposure->parts = parts_;
   exposure->map_T_cam = motion(0);
   exposure->rolling = options.readout_ms > 0;
-  if (!exposure->map_T_cam.matrix().allFinite())
-    return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
-                {.key = "motion"});
+  if (!exposure->map_T_cam.matrix().allFinite()) return fail_motion();
   exposure->samples = samples_needed(*parts_, motion, exposure->map_T_cam);
+  const std::vector<double> times = sample_times(exposure->samples, exposure_s(options));
   const int rows = exposure->rolling ? parts_->rays->height_px() : 1;
   for (int row = 0; row < rows; ++row) {
     const double middle = exposure->rolling ? render::row_time_s(*parts_, row + 0.5) : 0;
-    for (int i = 0; i < exposure->samples; ++i) {
-      const double share = (i + 0.5) / exposure->samples - 0.5;
-      exposure->map_T_cams.push_back(motion(middle + share * exposure_s(options)));
-      if (!exposure->map_T_cams.back().matrix().allFinite())
-        return fail(ErrorCode::InvalidArgument, "a motion of the camera with a number that is not finite",
-                    {.key = "motion"});
+    for (const double time : times) {
+      exposure->map_T_cams.push_back(motion(middle + time));
+      if (!exposure->map_T_cams.back().matrix().allFinite()) return fail_motion();
     }
   }
   exposure->cam_t_lens = lens_points(exposure->samples, options.aperture_mm * 1e-3);
