@@ -18,36 +18,38 @@ constexpr int kMostSamples = 256;
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
-/// What the corners of surfaces do in the picture while the shutter is open.
-struct CornerMotion {
-  double way_px = 0;   ///< longest way of any
+/// What the outlines of surfaces do in the picture while the shutter is open.
+struct OutlineMotion {
+  double way_px = 0;   ///< longest way of any point
   double disc_px = 0;  ///< largest blur of defocus of any
 };
 
-/// How far a corner that begins, is, and ends at these poses goes in the picture; nothing when it is not in
-/// it.
-double way_px(const CameraModel& model, const std::array<SE3, 3>& cam_T_map, const Eigen::Vector3d& map_p) {
+/// Follows a point through the beginning, middle and end of the exposure, if the picture shows it.
+void follow(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map,
+            const Eigen::Vector3d& map_p, OutlineMotion& most) {
+  constexpr double kNearestM = 0.02;
+  const Eigen::Vector3d cam_p = cam_T_map[1] * map_p;
+  const auto middle = parts.model.project(cam_p);
+  if (!middle || !parts.model.contains(*middle)) return;
   double way = 0;
-  const auto middle = model.project(cam_T_map[1] * map_p);
-  if (!middle || !model.contains(*middle)) return 0;
   for (const std::size_t end : {0U, 2U}) {
-    if (const auto px = model.project(cam_T_map[end] * map_p)) way += (*px - *middle).norm();
+    if (const auto px = parts.model.project(cam_T_map[end] * map_p)) way += (*px - *middle).norm();
   }
-  return way;
+  const double defocus = 1 / std::max(kNearestM, cam_p.norm()) - 1 / parts.options.focus_distance_m;
+  const double disc = std::abs(defocus) * parts.options.aperture_mm * 1e-3 * parts.rays->px_per_rad();
+  most.way_px = std::max(most.way_px, way);
+  most.disc_px = std::max(most.disc_px, disc);
 }
 
-CornerMotion corner_motion(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map) {
-  constexpr double kNearestM = 0.02;
-  CornerMotion most;
-  for (const render::PreparedSurface& surface : parts.surfaces) {
-    for (const Eigen::Vector3d& map_p : surface.map_p_corners) {
-      const Eigen::Vector3d cam_p = cam_T_map[1] * map_p;
-      const auto px = parts.model.project(cam_p);
-      if (!px || !parts.model.contains(*px)) continue;
-      most.way_px = std::max(most.way_px, way_px(parts.model, cam_T_map, map_p));
-      const double defocus = 1 / std::max(kNearestM, cam_p.norm()) - 1 / parts.options.focus_distance_m;
-      most.disc_px = std::max(
-          most.disc_px, std::abs(defocus) * parts.options.aperture_mm * 1e-3 * parts.rays->px_per_rad());
+OutlineMotion outline_motion(const SceneCamera::Parts& parts, const std::array<SE3, 3>& cam_T_map) {
+  constexpr int kPointsOfSide = 16;  // of large surfaces no corner may be in the picture
+  OutlineMotion most;
+  for (std::size_t i = 0; i < parts.surfaces.size(); ++i) {
+    const auto& corners = parts.surfaces[i].map_p_corners;
+    const int points = parts.scene.surfaces[i].tag ? 1 : kPointsOfSide;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const Eigen::Vector3d along = (corners[(k + 1) % 4] - corners[k]) / points;
+      for (int j = 0; j < points; ++j) follow(parts, cam_T_map, corners[k] + j * along, most);
     }
   }
   return most;
@@ -58,8 +60,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   constexpr double kPointsPerPx = 3;
   const double half = exposure_s(parts.options) / 2;
   const std::array<SE3, 3> map_T_cam = {motion(-half), middle, motion(half)};
-  const CornerMotion most =
-      corner_motion(parts, {map_T_cam[0].inverse(), middle.inverse(), map_T_cam[2].inverse()});
+  const OutlineMotion most =
+      outline_motion(parts, {map_T_cam[0].inverse(), middle.inverse(), map_T_cam[2].inverse()});
   const double turn = (map_T_cam[0].rotation().inverse() * middle.rotation()).angle() +
                       (middle.rotation().inverse() * map_T_cam[2].rotation()).angle();
   const double way = std::max(most.way_px, turn * parts.rays->px_per_rad());
@@ -85,20 +87,25 @@ tl::unexpected<Error> fail_motion() {
 }
 
 /// Points spread evenly over the lens (Vogel, "A better way to construct the sunflower head", Mathematical
-/// Biosciences 1979), in an order that has nothing to do with time.
+/// Biosciences 1979), in an order that has nothing to do with time; with the
+/// mean and the variance of the disc.
 std::vector<Eigen::Vector3d> lens_points(int count, double aperture_m) {
   std::vector<Eigen::Vector3d> points;
   int stride = std::max(1, static_cast<int>(std::lround(0.618 * count)));
   while (std::gcd(stride, count) != 1) ++stride;
-  for (int i = 0; i < count; ++i) {
-    const double k =
-        static_cast<double>(i) * stride - std::floor(static_cast<double>(i) * stride / count) * count;
-    const double radius = aperture_m / 2 * std::sqrt((k + 0.5) / count);
+  if (count == 1 || aperture_m == 0)
+    return std::vector<Eigen::Vector3d>(static_cast<std::size_t>(count), Eigen::Vector3d::Zero());
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (std::int64_t i = 0; i < count; ++i) {
+    const auto k = static_cast<double>(i * stride % count);
+    const double radius = std::sqrt((k + 0.5) / count);
     const double angle = k * std::numbers::pi * (3 - std::sqrt(5.0));
-    const bool centred = count == 1 || aperture_m == 0;
-    points.emplace_back(centred ? Eigen::Vector3d::Zero()
-                                : Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle), 0));
+    points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
+    middle += points.back() / count;
   }
+  double squares = 0;
+  for (Eigen::Vector3d& point : points) squares += (point -= middle).squaredNorm() / count;
+  for (Eigen::Vector3d& point : points) point *= aperture_m / 2 * std::sqrt(0.5 / squares);
   return points;
 }
 
@@ -156,7 +163,10 @@ Result<std::shared_ptr<SceneExposure>> SceneCamera::begin(const CameraMotion& mo
   exposure->parts = parts_;
   exposure->map_T_cam = motion(0);
   exposure->rolling = options.readout_ms > 0;
-  if (!exposure->map_T_cam.matrix().allFinite()) return fail_motion();
+  const double reach = (options.exposure_ms + options.readout_ms) * 0.5e-3;
+  for (const double time : {-reach, 0.0, reach}) {
+    if (!motion(time).matrix().allFinite()) return fail_motion();
+  }
   exposure->samples = samples_needed(*parts_, motion, exposure->map_T_cam);
   const std::vector<double> times = sample_times(exposure->samples, exposure_s(options));
   const int rows = exposure->rolling ? parts_->rays->height_px() : 1;
