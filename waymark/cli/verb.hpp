@@ -33,6 +33,7 @@ struct Verb {
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb info_verb();
+[[nodiscard]] Verb convert_verb();
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();

@@ -49,6 +49,18 @@ class McapLog final : public RosLog {
         options_);
   }
 
+  Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
+    for (const mcap::AttachmentIndex& entry : index_.attachments) {
+      Bytes bytes;
+      const Result<mcap::Attachment> found = mcap::read_attachment(*source_, entry, bytes, options_);
+      if (!found) return tl::unexpected(found.error());
+      if (Status status = visit({found->name, found->media_type, found->log_time, found->data.bytes});
+          !status)
+        return status;
+    }
+    return {};
+  }
+
   std::vector<LogProblem> problems() const override {
     std::vector<LogProblem> all = opened_.list();
     visited_.append_to(all);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "waymark/recording/csv_log.hpp"
 #include "waymark/recording/lcm_log.hpp"
 #include "waymark/recording/mcap_log.hpp"
 #include "waymark/recording/mcap_records.hpp"
@@ -59,6 +60,7 @@ Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> sourc
                 {.source = source->name()}, "Convert it with `rosbag fix`.");
   if (looks_like_lcm(head, source->size().value_or(0))) return open_lcm_log(std::move(source), options);
   if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", {.source = source->name()});
+  if (looks_like_csv(head)) return open_csv_log(std::move(source), options);
   return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
               "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
 }

@@ -114,6 +114,15 @@ class MessageLog {
   /// The camera, its place on the robot, and the metadata, as far as the recording knows them.
   virtual Result<RecordingSetup> setup() = 0;
 
+  /// Files that travel inside the recording (calibration, map): name, kind, time and bytes.
+  struct Attachment {
+    std::string name{};
+    std::string media_type{};
+    std::uint64_t log_time = 0;  ///< [ns]
+    ByteSpan data{};
+  };
+  virtual Status visit_attachments(const std::function<Status(const Attachment&)>& /*visit*/) { return {}; }
+
   /// What was noticed when it was opened and during the last visit.
   [[nodiscard]] virtual std::vector<LogProblem> problems() const = 0;
 

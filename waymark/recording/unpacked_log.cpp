@@ -34,6 +34,9 @@ class UnpackedLog final : public MessageLog {
     if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
     return setup;
   }
+  Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
+    return log_->visit_attachments(visit);
+  }
   std::vector<LogProblem> problems() const override {
     std::vector<LogProblem> all = log_->problems();
     if (damage_) all.insert(all.begin(), {LogProblem::Kind::Damage, "file.packing", *damage_, 1});

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/message_log.hpp"
+
+/// Recordings of any format written as another.
+namespace waymark {
+
+struct ExportOptions {
+  LogSelection selection{};
+  std::string
+      kind{};  ///< of CSV: "detections", "odometry", "imu", "range-bearing"; empty: the only one there is
+  /// Blocks of metadata to add (MCAP).
+  std::map<std::string, std::map<std::string, std::string>> metadata{};
+  /// Called now and then with the part that is done, 0 to 1; an error it gives stops the export.
+  std::function<Status(double done)> progress = {};
+};
+
+struct ExportReport {
+  std::uint64_t messages = 0;                       ///< written, or lines
+  std::map<std::string, std::uint64_t> by_topic{};  ///< as they are called in what was written
+};
+
+/// As MCAP: CDR passes as it is, with schema and metadata; ROS 1 messages are rewritten by their definitions;
+/// LCM and CSV become samples and those our messages. Metadata and attachments come along.
+[[nodiscard]] Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                               const ExportOptions& options);
+
+/// The poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). Without a topic in the
+/// selection the only one that has poses; fails, naming them, when there are several or none.
+[[nodiscard]] Result<ExportReport> export_tum(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                              const ExportOptions& options);
+
+/// Samples of one kind as a table whose columns name their units; open_log() reads it back.
+[[nodiscard]] Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                              const ExportOptions& options);
+
+}  // namespace waymark

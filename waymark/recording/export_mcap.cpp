@@ -1,0 +1,148 @@
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "waymark/recording/cdr_channels.hpp"
+#include "waymark/recording/export_progress.hpp"
+#include "waymark/recording/mcap_writer.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark {
+namespace {
+
+/// Channels of the source as they are called in the file that is written.
+class McapExport {
+ public:
+  McapExport(mcap::Writer writer, MessageLog& log, const ExportOptions& options)
+      : writer_(std::move(writer)),
+        progress_(log, options),
+        cdr_([](LogProblem::Kind, const std::string&, const Error&) {}) {}
+
+  Status add(const LogChannel& channel, const LogMessage& message) {
+    if (Status status = progress_.at(message.log_time); !status) return status;
+    const LogChannel* as = &channel;
+    ByteSpan data = message.data;
+    if (channel.encoding == "ros1") {
+      const auto converted = cdr_.convert(channel, message);
+      if (!converted) return {};  // the log notes it when it is asked for samples; counted by the caller
+      as = &converted->channel->channel;
+      data = converted->data;
+    }
+    const Result<std::uint16_t> id = channel_id(channel, *as);
+    if (!id) return tl::unexpected(id.error());
+    ++report_.messages;
+    ++report_.by_topic[as->topic];
+    return writer_.write(*id, message.log_time, message.publish_time, data);
+  }
+
+  mcap::Writer& writer() { return writer_; }
+  ExportReport& report() { return report_; }
+
+ private:
+  Result<std::uint16_t> channel_id(const LogChannel& source, const LogChannel& as) {
+    if (const auto known = ids_.find(&source); known != ids_.end()) return known->second;
+    std::uint16_t schema = 0;
+    if (!as.type.empty()) {
+      const auto added =
+          writer_.add_schema(as.type, as.schema.empty() ? "" : as.schema_encoding, as_bytes(as.schema));
+      if (!added) return added;
+      schema = *added;
+    }
+    const auto id = writer_.add_channel(as.topic, schema, as.encoding, as.metadata);
+    if (id) ids_[&source] = *id;
+    return id;
+  }
+
+  mcap::Writer writer_;
+  ExportProgress progress_;
+  CdrChannels cdr_;
+  std::map<const LogChannel*, std::uint16_t> ids_;
+  ExportReport report_;
+};
+
+using Blocks = std::map<std::string, std::map<std::string, std::string>>;
+
+/// Blocks of metadata: the source's, the caller's, and what was noticed on the way.
+Blocks blocks_of(MessageLog& log, const ExportOptions& options) {
+  Blocks blocks = options.metadata;
+  for (const LogProblem& problem : log.problems())
+    blocks["waymark_import"][problem.key] = fmt::format("{} x: {}", problem.count, problem.error.message);
+  if (const Result<RecordingSetup> setup = log.setup())
+    blocks.insert(setup->metadata.begin(), setup->metadata.end());
+  return blocks;
+}
+
+Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportOptions& options) {
+  for (const auto& [name, values] : blocks_of(log, options)) {
+    if (Status status = writer.write_metadata({.name = name, .metadata = values}); !status) return status;
+  }
+  return log.visit_attachments([&](const MessageLog::Attachment& attachment) {
+    return writer.write_attachment({.log_time = attachment.log_time,
+                                    .create_time = attachment.log_time,
+                                    .name = attachment.name,
+                                    .media_type = attachment.media_type,
+                                    .data = {attachment.data}});
+  });
+}
+
+Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                     const ExportOptions& options) {
+  Result<mcap::Writer> writer = mcap::Writer::open(std::move(sink), {});
+  if (!writer) return tl::unexpected(writer.error());
+  McapExport exported(std::move(*writer), log, options);
+  Status status = log.visit(options.selection, [&](const LogChannel& channel, const LogMessage& message) {
+    return exported.add(channel, message);
+  });
+  if (status) status = add_extras(exported.writer(), log, options);
+  if (status) status = exported.writer().close();
+  if (!status) return tl::unexpected(status.error());
+  return std::move(exported.report());
+}
+
+std::string_view topic_of(const Sample& sample) {
+  struct Visitor {
+    std::string_view operator()(const TagFrame&) const { return topics::kTags; }
+    std::string_view operator()(const Odometry&) const { return topics::kOdometry; }
+    std::string_view operator()(const WheelTicks&) const { return topics::kWheels; }
+    std::string_view operator()(const ImuSample&) const { return topics::kImu; }
+    std::string_view operator()(const StampedCommand&) const { return topics::kCommand; }
+    std::string_view operator()(const TruthPose&) const { return topics::kTruth; }
+    std::string_view operator()(const CameraFrame&) const { return topics::kImage; }
+    std::string_view operator()(const TagPoseFrame&) const { return topics::kTagPoses; }
+    std::string_view operator()(const RangeBearing&) const { return topics::kRangeBearing; }
+    std::string_view operator()(const LaserScan&) const { return topics::kScan; }
+    std::string_view operator()(const GamepadState&) const { return topics::kGamepad; }
+  };
+  return std::visit(Visitor{}, sample);
+}
+
+Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                    const ExportOptions& options) {
+  Result<SampleRecorder> recorder = SampleRecorder::open(std::move(sink));
+  if (!recorder) return tl::unexpected(recorder.error());
+  ExportProgress progress(log, options);
+  ExportReport report;
+  Status status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
+    if (Status told = progress.at(log_time_of(sample)); !told) return told;
+    ++report.messages;
+    ++report.by_topic[std::string(topic_of(sample))];
+    return recorder->add(sample);
+  });
+  for (const auto& [name, values] : blocks_of(log, options)) {
+    if (status) status = recorder->add_metadata(name, values);
+  }
+  if (status) status = recorder->close();
+  if (!status) return tl::unexpected(status.error());
+  return report;
+}
+
+}  // namespace
+
+Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
+                                 const ExportOptions& options) {
+  const bool samples = log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv;
+  return samples ? export_samples(log, std::move(sink), options)
+                 : export_messages(log, std::move(sink), options);
+}
+
+}  // namespace waymark
