@@ -99,6 +99,7 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
   return std::move(exported.report());
 }
 
+/// The topic SampleRecorder takes, without the name of a further camera.
 std::string_view topic_of(const Sample& sample) {
   struct Visitor {
     std::string_view operator()(const TagFrame&) const { return topics::kTags; }
@@ -116,6 +117,16 @@ std::string_view topic_of(const Sample& sample) {
   return std::visit(Visitor{}, sample);
 }
 
+/// "/left" for the data of the camera left, nothing for the first one.
+std::string camera_of(const Sample& sample) {
+  return std::visit(
+      [](const auto& value) -> std::string {
+        if constexpr (requires { value.camera; }) return value.camera == "cam" ? "" : "/" + value.camera;
+        return "";
+      },
+      sample);
+}
+
 Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                     const ExportOptions& options) {
   Result<SampleRecorder> recorder = SampleRecorder::open(std::move(sink));
@@ -125,7 +136,7 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
   Status status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
     if (Status told = progress.at(log_time_of(sample)); !told) return told;
     ++report.messages;
-    ++report.by_topic[std::string(topic_of(sample))];
+    ++report.by_topic[camera_of(sample) + std::string(topic_of(sample))];
     return recorder->add(sample);
   });
   for (const auto& [name, values] : blocks_of(log, options)) {

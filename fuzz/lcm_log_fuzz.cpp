@@ -1,0 +1,7 @@
+// Any bytes as an LCM event log.
+#include "log_fuzz.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  waymark::open_and_ask({data, size});
+  return 0;
+}
