@@ -1,4 +1,5 @@
 """`waymark convert` as a user meets it, on a lap of our own and on the real recordings of others."""
+import bz2
 import csv
 import gzip
 import json
@@ -108,6 +109,20 @@ class Convert(InFolder):
         words = self.convert(log, "imu.csv", "--kind", "imu", "--from", "10", "--to", "20")
         self.assertIn("gravity", words.err)
         self.assertAlmostEqual(len((self.folder / "imu.csv").read_text().splitlines()), 247, delta=4)
+
+    def test_what_was_cut_is_said(self):
+        cut = self.folder / "cut"
+        cut.write_bytes(real_data("lcm/lcmlog-2024-04-15.00").read_bytes()[:100_000])
+        done = json.loads(self.convert(cut, "cut.mcap", "--json").out)
+        self.assertEqual([p["key"] for p in done["problems"] if p["kind"] == "damage"], ["lcm.cut"])
+        bag = real_data("tagslam/test_2/tag_detections.bag.bz2")
+        cut.write_bytes(bz2.decompress(bag.read_bytes())[:700_000])
+        for name in ("bag.mcap", "bag.csv"):
+            done = json.loads(self.convert(cut, name, "--json").out)
+            self.assertEqual({p["key"] for p in done["problems"] if p["kind"] == "damage"},
+                             {"ros1bag.no_index", "ros1bag.cut", "ros1bag.chunk"})
+            self.assertGreater(done["messages"], 700)
+        self.assertIn("byte", self.convert(cut, "words.mcap").err)
 
     def test_every_real_bag(self):
         bags = sorted(real_data("tagslam").glob("test_*/tag_detections.bag.bz2"))

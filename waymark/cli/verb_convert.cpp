@@ -127,7 +127,7 @@ Result<ExportReport> write_out(const std::string& format, MessageLog& log, const
 nlohmann::ordered_json to_json(const ConvertArgs& args, const std::string& format, const MessageLog& log,
                                const ExportReport& report) {
   nlohmann::ordered_json problems = nlohmann::ordered_json::array();
-  for (const LogProblem& problem : log.problems()) {
+  for (const LogProblem& problem : report.problems) {
     problems.push_back({{"kind", problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
                         {"key", problem.key},
                         {"count", problem.count},
@@ -142,8 +142,8 @@ nlohmann::ordered_json to_json(const ConvertArgs& args, const std::string& forma
           {"problems", std::move(problems)}};
 }
 
-void say_problems(const MessageLog& log, Console& console) {
-  for (const LogProblem& problem : log.problems()) {
+void say_problems(const std::vector<LogProblem>& problems, Console& console) {
+  for (const LogProblem& problem : problems) {
     const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
     console.say(fmt::format("{}: {}{}", kind, to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
@@ -187,7 +187,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
                                    report->messages, *format == "mcap" ? "messages" : "lines");
     for (const auto& [topic, count] : report->by_topic) text += fmt::format("  {:<32} {:>9}\n", topic, count);
     console.print(text);
-    say_problems(**log, console);
+    say_problems(report->problems, console);
   }
   return ExitCode::Ok;
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_file.hpp"
@@ -26,6 +27,7 @@ struct ExportOptions {
 struct ExportReport {
   std::uint64_t messages = 0;                       ///< written, or lines
   std::map<std::string, std::uint64_t> by_topic{};  ///< as they are called in what was written
+  std::vector<LogProblem> problems{};  ///< of the source, and of messages that could not be written
 };
 
 /// As MCAP: CDR passes as it is, with schema and metadata; ROS 1 messages are rewritten by their definitions;

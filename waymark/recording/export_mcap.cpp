@@ -4,6 +4,7 @@
 
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/export_progress.hpp"
+#include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/mcap_writer.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
@@ -16,7 +17,12 @@ class McapExport {
   McapExport(mcap::Writer writer, MessageLog& log, const ExportOptions& options)
       : writer_(std::move(writer)),
         progress_(log, options),
-        cdr_([](LogProblem::Kind, const std::string&, const Error&) {}) {}
+        cdr_([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
+          noted_.add(kind, key, [&] { return error; });
+        }) {}
+  McapExport(const McapExport&) = delete;
+  McapExport& operator=(const McapExport&) = delete;
+  ~McapExport() = default;
 
   Status add(const LogChannel& channel, const LogMessage& message) {
     if (Status status = progress_.at(message.log_time); !status) return status;
@@ -24,7 +30,7 @@ class McapExport {
     ByteSpan data = message.data;
     if (channel.encoding == "ros1") {
       const auto converted = cdr_.convert(channel, message);
-      if (!converted) return {};  // the log notes it when it is asked for samples; counted by the caller
+      if (!converted) return {};  // noted
       as = &converted->channel->channel;
       data = converted->data;
     }
@@ -37,14 +43,14 @@ class McapExport {
 
   mcap::Writer& writer() { return writer_; }
   ExportReport& report() { return report_; }
+  [[nodiscard]] const LogProblems& noted() const { return noted_; }
 
  private:
   Result<std::uint16_t> channel_id(const LogChannel& source, const LogChannel& as) {
     if (const auto known = ids_.find(&source); known != ids_.end()) return known->second;
     std::uint16_t schema = 0;
     if (!as.type.empty()) {
-      const auto added =
-          writer_.add_schema(as.type, as.schema.empty() ? "" : as.schema_encoding, as_bytes(as.schema));
+      const auto added = writer_.add_schema(as.type, as.schema_encoding, as_bytes(as.schema));
       if (!added) return added;
       schema = *added;
     }
@@ -58,22 +64,24 @@ class McapExport {
   CdrChannels cdr_;
   std::map<const LogChannel*, std::uint16_t> ids_;
   ExportReport report_;
+  LogProblems noted_;
 };
 
 using Blocks = std::map<std::string, std::map<std::string, std::string>>;
 
 /// Blocks of metadata: the source's, the caller's, and what was noticed on the way.
-Blocks blocks_of(MessageLog& log, const ExportOptions& options) {
+Blocks blocks_of(MessageLog& log, const ExportReport& report, const ExportOptions& options) {
   Blocks blocks = options.metadata;
-  for (const LogProblem& problem : log.problems())
+  for (const LogProblem& problem : report.problems)
     blocks["waymark_import"][problem.key] = fmt::format("{} x: {}", problem.count, problem.error.message);
   if (const Result<RecordingSetup> setup = log.setup())
     blocks.insert(setup->metadata.begin(), setup->metadata.end());
   return blocks;
 }
 
-Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportOptions& options) {
-  for (const auto& [name, values] : blocks_of(log, options)) {
+Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportReport& report,
+                  const ExportOptions& options) {
+  for (const auto& [name, values] : blocks_of(log, report, options)) {
     if (Status status = writer.write_metadata({.name = name, .metadata = values}); !status) return status;
   }
   return log.visit_attachments([&](const MessageLog::Attachment& attachment) {
@@ -93,7 +101,10 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
   Status status = log.visit(options.selection, [&](const LogChannel& channel, const LogMessage& message) {
     return exported.add(channel, message);
   });
-  if (status) status = add_extras(exported.writer(), log, options);
+  // Before anything else is asked of the log: a visit forgets what the one before noticed.
+  exported.report().problems = log.problems();
+  exported.noted().append_to(exported.report().problems);
+  if (status) status = add_extras(exported.writer(), log, exported.report(), options);
   if (status) status = exported.writer().close();
   if (!status) return tl::unexpected(status.error());
   return std::move(exported.report());
@@ -139,7 +150,8 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
     ++report.by_topic[camera_of(sample) + std::string(topic_of(sample))];
     return recorder->add(sample);
   });
-  for (const auto& [name, values] : blocks_of(log, options)) {
+  report.problems = log.problems();
+  for (const auto& [name, values] : blocks_of(log, report, options)) {
     if (status) status = recorder->add_metadata(name, values);
   }
   if (status) status = recorder->close();

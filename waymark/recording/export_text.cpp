@@ -138,6 +138,7 @@ Result<ExportReport> export_csv(MessageLog& log, std::unique_ptr<ByteSink> sink,
   if (report.messages == 0)
     return fail(ErrorCode::NotFound, fmt::format("the recording holds no {} in what was chosen", wanted));
   report.by_topic[wanted] = report.messages;
+  report.problems = log.problems();
   return report;
 }
 

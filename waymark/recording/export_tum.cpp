@@ -9,6 +9,7 @@
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/export_progress.hpp"
+#include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -62,6 +63,8 @@ class TumExport {
     const bool samples = log_.format() == LogFormat::Lcm || log_.format() == LogFormat::Csv;
     const Status status = samples ? from_samples() : from_messages();
     if (!status) return tl::unexpected(status.error());
+    report_.problems = log_.problems();
+    noted_.append_to(report_.problems);
     if (report_.messages == 0) return fail(ErrorCode::NotFound, "no poses in what was chosen");
     if (Status written = sink_->write(as_bytes(text_)); !written) return tl::unexpected(written.error());
     return report_;
@@ -77,7 +80,9 @@ class TumExport {
     if (!topic) return tl::unexpected(topic.error());
     LogSelection selection = options_.selection;
     selection.topics = {*topic};
-    CdrChannels cdr([](LogProblem::Kind, const std::string&, const Error&) {});
+    CdrChannels cdr([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
+      noted_.add(kind, key, [&] { return error; });
+    });
     return log_.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
       if (Status told = progress_.at(message.log_time); !told) return told;
       const auto converted = cdr.convert(channel, message);
@@ -122,6 +127,7 @@ class TumExport {
   ExportProgress progress_;
   std::string text_;
   ExportReport report_;
+  LogProblems noted_;
 };
 
 }  // namespace
