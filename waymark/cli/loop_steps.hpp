@@ -31,14 +31,27 @@ class Stopwatch {
 /// The most memory this process ever held.
 [[nodiscard]] double peak_rss_mib();
 
+struct TeachJob {
+  std::string output;  ///< recording to write
+  std::string driver = "scripted";
+  double speed_m_s = 0.3;  ///< that the driver means to drive
+  std::string images{};    ///< how pictures are recorded: raw, jpeg; empty: not at all
+};
+
+/// The names that --driver takes.
+[[nodiscard]] std::vector<std::string> teach_drivers();
+
 struct TeachReport {
   TeachSummary summary{};
   SimulatedLapEnd end{};
+  double worst_blur_px = 0;  ///< by yaw rate, exposure and focal length
+  int blurred_frames = 0;
+  int abrupt_moments = 0;
   double wall_s = 0;
 };
 
-/// Records a lap that the scripted driver drives. Ctrl-C stops the robot and closes the file.
-[[nodiscard]] Result<TeachReport> teach_lap(const Stage& stage, const std::string& output, Console& console);
+/// Records a lap that somebody drives. Ctrl-C stops the robot and closes the file.
+[[nodiscard]] Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
 
 struct MapJob {

@@ -56,16 +56,17 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
   app.add_option("--robot", robot_, "What drives: sim, the simulated robot (others will come)")
       ->capture_default_str()
       ->type_name("NAME");
-  CLI::Option* world_flag =
-      app.add_option("--world", world_,
-                     "World of the simulated robot: circuit24, or the path of a .yaml file")
-          ->type_name("NAME");
+  CLI::Option* world_flag = app.add_option("--world", world_,
+                                           "World of the simulated robot: circuit24, limo-walls, "
+                                           "academy-house, mbot-square, or the path of a .yaml file")
+                                ->type_name("NAME");
   if (world.empty())
     world_flag->required();
   else
     world_flag->capture_default_str();
   app.add_option("--robot-file", robot_file_,
-                 "Body and camera of the robot: limo, or the path of a .yaml file. Unless given: " +
+                 "Body, camera and behaviour of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
+                 "turtlebot3-waffle, or the path of a .yaml file. Unless given: " +
                      robot_file_default)
       ->type_name("NAME");
   app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")

@@ -35,6 +35,8 @@ struct Verb {
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
 [[nodiscard]] Verb world_verb();
+[[nodiscard]] Verb simulate_verb();
+[[nodiscard]] Verb world_new_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();
 [[nodiscard]] Verb tags_board_verb();

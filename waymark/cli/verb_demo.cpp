@@ -98,7 +98,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console
   };
   if (Status status = clear(folder); !status) return tl::unexpected(status.error());
   const std::string lap = (folder / "lap.mcap").string();
-  const Result<TeachReport> taught = teach_lap(stage, lap, console);
+  const Result<TeachReport> taught = teach_lap(stage, {.output = lap}, console);
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -8,17 +10,18 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct TeachArgs {
-  explicit TeachArgs(CLI::App& app) : stage(app, "limo") {}
+  explicit TeachArgs(CLI::App& app) : stage(app, "limo"), pictures(app) {}
 
   StageFlags stage;
-  std::string driver = "scripted";
-  std::string output;
+  PictureFlags pictures;
+  TeachJob job;
   bool json = false;
 };
 
@@ -36,25 +39,31 @@ std::string to_text(const TeachReport& report, const std::string& file) {
   return text;
 }
 
+Status check_job(const TeachArgs& args, const Stage& stage) {
+  const std::vector<std::string> drivers = teach_drivers();
+  if (std::ranges::find(drivers, args.job.driver) == drivers.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", args.job.driver),
+                {.key = "--driver"}, suggestion(args.job.driver, drivers));
+  if (!args.job.images.empty() && !stage.simulated.pictures)
+    return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
+                "Add --images.");
+  return {};
+}
+
 ExitCode teach(const TeachArgs& args, Console& console) {
-  if (args.driver != "scripted") {
-    console.say(Error{ErrorCode::InvalidArgument,
-                      fmt::format("there is no driver '{}'", args.driver),
-                      {.key = "--driver"},
-                      suggestion(args.driver, {"scripted"})});
+  Result<Stage> stage = args.stage.make("limo");
+  Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (status) status = check_job(args, *stage);
+  if (!status) {
+    console.say(status.error());
     return ExitCode::Usage;
   }
-  const Result<Stage> stage = args.stage.make("limo");
-  if (!stage) {
-    console.say(stage.error());
-    return ExitCode::Usage;
-  }
-  const Result<TeachReport> report = teach_lap(*stage, args.output, console);
+  const Result<TeachReport> report = teach_lap(*stage, args.job, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
   }
-  console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
+  console.print(args.json ? json_line(to_json(*report, args.job.output)) : to_text(*report, args.job.output));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
     console.say("stopped: the robot stands, and the recording is whole up to here");
@@ -66,12 +75,21 @@ ExitCode teach(const TeachArgs& args, Console& console) {
 
 Run prepare(CLI::App& app) {
   const auto args = std::make_shared<TeachArgs>(app);
-  app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
+  app.add_option("-o,--output", args->job.output, "Recording to write (.mcap); never written over another")
       ->required()
       ->type_name("FILE");
-  app.add_option("--driver", args->driver, "Who drives: scripted, like a person who knows the way")
+  app.add_option("--driver", args->job.driver,
+                 "Who drives: scripted (like a person who knows the way), keyboard, gamepad")
       ->capture_default_str()
       ->type_name("NAME");
+  app.add_option("--speed-m-s", args->job.speed_m_s, "How fast the driver means to drive")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 5.0))
+      ->type_name("FLOAT");
+  app.add_option("--record-images", args->job.images,
+                 "Also record the pictures (with --images): jpeg, or raw, ten times as large")
+      ->check(CLI::IsMember({"jpeg", "raw"}))
+      ->type_name("HOW");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return teach(*args, console); };
 }
@@ -88,12 +106,23 @@ and how it was made; the simulator adds the truth below /truth, which no estimat
 in Foxglove Studio as it is. `waymark info` shows what a recording holds, `waymark map` makes a map of it.
 Ctrl-C stops the robot and closes the file. Keys of --json: docs/reference/cli.md.
 
+With --images the camera takes pictures: rendered with motion blur, noise and distortion, and looked at by the
+detector, on --threads threads; the bytes of the recording do not depend on how many. Without, corners with
+noise stand for camera and detector, 2000 times as fast as the robot drives.
+
+A person who drives (--driver keyboard, gamepad) does so in real time: the robot stops when no key is held, or
+when the gamepad's left shoulder is let go. While somebody drives, the line on the terminal warns of motion
+blur, of abrupt starts and stops, and of fewer than two tags; at the end it says whether the lap can be mapped,
+on which few frames the map hangs, and what to do about it.
+
 Exit code: 0 a lap that can be mapped, 1 one that cannot, or the file could not be written, 2 wrong usage,
 130 stopped by Ctrl-C.
 
 Examples:
   waymark teach --robot sim --world circuit24 --driver scripted --seed 1 -o lap.mcap
   waymark teach --world circuit24 --seed 2 -o lap2.mcap --json
+  waymark teach --world circuit24 --images --exposure-ms 20 -o dim.mcap
+  waymark teach --world limo-walls --driver keyboard -o mine.mcap
 )",
       .prepare = prepare,
       .verbs = {}};

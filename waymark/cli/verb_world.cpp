@@ -224,10 +224,10 @@ Examples:
 
 Verb world_verb() {
   return {.name = "world",
-          .sentence = "Look at a simulated world",
+          .sentence = "Look at a simulated world, or make one",
           .help = "Example:\n  waymark world check circuit24\n",
           .prepare = {},
-          .verbs = {check_verb(), orbit_verb()}};
+          .verbs = {check_verb(), world_new_verb(), orbit_verb()}};
 }
 
 }  // namespace waymark::cli

@@ -1,5 +1,6 @@
 #include "waymark/config/world_file.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -7,6 +8,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_scenery.hpp"
 #include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_write.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
@@ -93,6 +95,25 @@ Result<World> parse_world(std::string_view text, const std::string& source) {
   if (!path) return tl::unexpected(path.error());
   if (Status status = read_path(*path, world); !status) return tl::unexpected(status.error());
   return world;
+}
+
+std::string to_yaml(const World& world) {
+  const MappedTag* anchor = world.tags.find(world.anchor);
+  const double size_m = anchor == nullptr ? 0.16 : anchor->size_m;
+  std::string text =
+      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\nanchor_id: {}\ntags:\n", yaml_text(world.name),
+                  family(world.anchor.family).name, size_m, world.anchor.number);
+  for (const auto& [id, tag] : world.tags.tags) {
+    const Eigen::Vector3d& place = tag.map_T_tag.translation();
+    const Eigen::Vector3d to_reader = tag.map_T_tag.rotation() * -Eigen::Vector3d::UnitZ();
+    text +=
+        fmt::format("  - {{id: {}, x_m: {:.3f}, y_m: {:.3f}, z_m: {:.3f}, facing_deg: {:.1f}}}\n", id.number,
+                    place.x(), place.y(), place.z(), std::atan2(to_reader.y(), to_reader.x()) / kDegree);
+  }
+  text += fmt::format("path_closed: {}\npath_m:\n", world.path_closed);
+  for (const Eigen::Vector2d& point : world.path_m)
+    text += fmt::format("  - [{:.4f}, {:.4f}]\n", point.x(), point.y());
+  return text;
 }
 
 Result<World> read_world(const std::filesystem::path& path) {

@@ -92,6 +92,22 @@ floor: {texture: tiles, cell_m: 0.25}
             std::string::npos);
 }
 
+TEST(WorldFile, WhatIsWrittenReadsBack) {
+  const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  ASSERT_TRUE(world);
+  const auto back = parse_world(to_yaml(*world), "written");
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->name, "circuit24");
+  EXPECT_EQ(back->anchor, world->anchor);
+  ASSERT_EQ(back->tags.tags.size(), world->tags.tags.size());
+  for (const auto& [id, tag] : world->tags.tags) {
+    const SE3 difference = tag.map_T_tag.inverse() * back->tags.find(id)->map_T_tag;
+    EXPECT_LT(difference.log().norm(), 2e-3);
+  }
+  ASSERT_EQ(back->path_m.size(), world->path_m.size());
+  EXPECT_LT((back->path_m.back() - world->path_m.back()).norm(), 1e-4);
+}
+
 TEST(Circuit24, IsTheCircuitItPromisesToBe) {
   const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
   ASSERT_TRUE(world) << to_string(world.error());

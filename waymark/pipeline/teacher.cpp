@@ -11,6 +11,7 @@ constexpr double kAnchorWindowSeconds =
     10;                                   // the anchor should be seen this near to the start and to the end
 constexpr double kSamePlaceMetres = 1.0;  // … from places this near to each other
 constexpr double kFewSightings = 5;
+constexpr int kFewFrames = 5;  // that join two parts of a map
 
 }  // namespace
 
@@ -37,7 +38,12 @@ void Teacher::count(const TaughtFrame& frame) {
   ++counters_.frames;
   counters_.detections += static_cast<int>(frame.observed.tags.size());
   counters_.low_observability_frames += frame.low_observability ? 1 : 0;
-  for (const TagPoseObservation& seen : frame.observed.tags) ++counters_.seen[seen.tag];
+  std::vector<TagId> tags;
+  for (const TagPoseObservation& seen : frame.observed.tags) {
+    ++counters_.seen[seen.tag];
+    tags.push_back(seen.tag);
+  }
+  links_.add(tags);
   if (!frame.observed.tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
   if (frame.map_T_cam) {
@@ -51,6 +57,26 @@ void Teacher::add(const Odometry& odometry) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }
   odometry_ = odometry;
+}
+
+/// Which tags hang loosely on the others, or not at all, and what to do about it.
+void Teacher::judge_links(TeachSummary& summary) const {
+  summary.weak_links = links_.weak(kFewFrames);
+  summary.unreachable = links_.unreachable(setup_.anchor);
+  for (const TagLink& link : summary.weak_links) {
+    summary.warnings.push_back(fmt::format(
+        "{} and {} were seen together in only {} frames, and nothing else joins the two parts of the map "
+        "there: drive slowly where both are in view",
+        to_string(link.first), to_string(link.second), link.frames));
+  }
+  if (summary.unreachable.empty() || !first_anchored_cam_) return;
+  std::string names;
+  for (const TagId& tag : summary.unreachable) names += (names.empty() ? "" : ", ") + to_string(tag);
+  summary.warnings.push_back(
+      fmt::format("never in view with a tag that leads to the anchor, and so without a place in the map: {}: "
+                  "add a tag in between, "
+                  "or look at both from one place",
+                  names));
 }
 
 TeachSummary Teacher::summary() const {
@@ -87,6 +113,7 @@ TeachSummary Teacher::summary() const {
     warn(frames < kFewSightings,
          fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
   }
+  judge_links(summary);
   return summary;
 }
 

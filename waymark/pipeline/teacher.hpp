@@ -7,6 +7,7 @@
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/mapping/teach_chain.hpp"
+#include "waymark/pipeline/tag_links.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
@@ -41,6 +42,8 @@ struct TeachSummary {
   bool anchor_at_end = false;    ///< in the last seconds
   bool closed_loop = false;      ///< seen at both ends, from nearly the same place
   bool mappable = false;
+  std::vector<TagLink> weak_links{};  ///< without which the map falls apart, of few frames; weakest first
+  std::vector<TagId> unreachable{};   ///< joined to the anchor by no chain of frames
   std::vector<std::string> warnings{};
 
   [[nodiscard]] double two_tags_fraction() const;
@@ -59,9 +62,11 @@ class Teacher {
 
  private:
   void count(const TaughtFrame& frame);
+  void judge_links(TeachSummary& summary) const;
 
   TeachSetup setup_;
   TeachSummary counters_{};
+  TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
   SensorTime last_tag_{};

@@ -66,6 +66,8 @@ template Status SampleRecorder::add_message(const std::string&, SensorTime, cons
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::Path&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::MarkerArray&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::CompressedImage&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime,
+                                            const ros2::AprilTagDetectionArray&);
 
 Status SampleRecorder::add_tags(const TagFrame& frame) {
   if (Status status = add_message(topic_of(frame.camera, topics::kTags), frame.stamp, ros2::to_ros(frame));

@@ -122,8 +122,8 @@ void SimulatedRobot::speak() {
 Result<std::optional<Sample>> SimulatedRobot::next() {
   while (ready_.empty()) {
     const bool fresh = to_seconds(uptime() - command_uptime_) <= options_.watchdog_s;
-    let_things_go_wrong();
     dynamics_.step(fresh ? command_ : VelocityCommand{}, kStep);
+    let_things_go_wrong();
     speak();
   }
   Sample sample = std::move(ready_.front());

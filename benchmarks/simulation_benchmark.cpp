@@ -1,0 +1,62 @@
+// How many seconds of a robot's life the simulator makes in one second of one core, without pictures:
+// simulation/lap drives, senses and looks; simulation/taught also teaches (poses of all tags) and records.
+#include <benchmark/benchmark.h>
+
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/pipeline/teacher.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark {
+namespace {
+
+SimulatedStage stage() {
+  const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
+  return {.world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value(),
+          .model = robot.model,
+          .camera = robot.camera,
+          .robot = robot.simulation};
+}
+
+/// A file that forgets.
+class NoFile final : public ByteSink {
+ public:
+  Status write(ByteSpan) override { return {}; }
+  Status sync() override { return {}; }
+};
+
+void lap(benchmark::State& state) {
+  const SimulatedStage circuit = stage();
+  double simulated_s = 0;
+  for (auto _ : state) simulated_s += drive_scripted_lap(circuit, {}, {})->lap_s;
+  state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
+}
+BENCHMARK(lap)->Name("simulation/lap")->Unit(benchmark::kMillisecond);
+
+void taught(benchmark::State& state) {
+  const SimulatedStage circuit = stage();
+  const World& world = circuit.world;
+  double simulated_s = 0;
+  for (auto _ : state) {
+    Teacher teacher({.camera = circuit.camera,
+                     .base_T_cam = circuit.model.base_T_cam,
+                     .sizes = {.default_size_m = 0.16},
+                     .anchor = world.anchor,
+                     .map_T_anchor = world.tags.find(world.anchor)->map_T_tag});
+    SampleRecorder recorder = SampleRecorder::open(std::make_unique<NoFile>()).value();
+    LapListener listener;
+    listener.on_sample = [&](const Sample& sample) {
+      if (const auto* frame = std::get_if<TagFrame>(&sample)) teacher.add(*frame);
+      if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher.add(*odometry);
+      return recorder.add(sample);
+    };
+    simulated_s += drive_scripted_lap(circuit, {}, listener)->lap_s;
+    benchmark::DoNotOptimize(recorder.close());
+  }
+  state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
+}
+BENCHMARK(taught)->Name("simulation/taught")->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace waymark

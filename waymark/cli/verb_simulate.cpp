@@ -1,0 +1,248 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct SimulateArgs {
+  explicit SimulateArgs(CLI::App& app) : stage(app, "limo", "circuit24"), pictures(app) {}
+
+  StageFlags stage;
+  PictureFlags pictures;
+  std::string like;
+  std::string output;
+  bool json = false;
+};
+
+Result<RecordingProfile> profile_of(const std::string& path) {
+  const auto log = open_log(path);
+  if (!log) return tl::unexpected(log.error());
+  RecordingProfiler profiler;
+  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    profiler.add(sample);
+    return {};
+  });
+  if (!status) return tl::unexpected(status.error());
+  RecordingProfile profile = profiler.profile();
+  if (profile.streams["odometry"].samples < 2)
+    return fail(ErrorCode::NotFound, "the recording holds no odometry: its speeds are not known",
+                {.source = path}, "`waymark info` shows what it holds.");
+  return profile;
+}
+
+double rate_of(const RecordingProfile& profile, const std::string& kind, double usual, double low) {
+  const auto stream = profile.streams.find(kind);
+  const double rate = stream == profile.streams.end() ? 0 : stream->second.rate_hz;
+  return rate > 0 ? std::clamp(rate, low, 200.0) : usual;
+}
+
+/// What the recording says about the robot, in the simulator's words.
+SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRobotOptions options) {
+  options.camera_rate_hz = rate_of(profile, "camera", options.camera_rate_hz, 0.1);
+  options.odometry_rate_hz = rate_of(profile, "odometry", options.odometry_rate_hz, 1);
+  options.imu_rate_hz = rate_of(profile, "imu", options.imu_rate_hz, 1);
+  if (options.lidar.rate_hz > 0)
+    options.lidar.rate_hz = rate_of(profile, "lidar", options.lidar.rate_hz, 0.1);
+  const auto take = [](const std::optional<double>& measured, double& value) {
+    if (measured) value = *measured;
+  };
+  take(profile.gyro_noise_rad_s, options.sensors.gyro_noise_rad_s);
+  take(profile.gyro_bias_rad_s, options.sensors.gyro_bias_rad_s);
+  take(profile.acceleration_noise_m_s2, options.sensors.acceleration_noise_m_s2);
+  take(profile.miss_probability, options.tag_camera.miss_probability);
+  if (profile.corner_sigma_px) {
+    options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
+    options.tag_camera.small_tag_sigma_px = 0;  // what was measured is the sum
+  }
+  // Speeds follow commands after the delay and the lag of the motors; the lag stays as it is.
+  if (profile.command_delay_s)
+    options.dynamics.command_delay_s = std::max(0.0, *profile.command_delay_s - options.dynamics.speed_lag_s);
+  for (const Gap& gap : profile.camera_gaps)
+    options.faults.push_back({.kind = FaultKind::CameraLost, .at_s = gap.at_s, .for_s = gap.for_s});
+  for (const Gap& gap : profile.odometry_gaps)
+    options.faults.push_back({.kind = FaultKind::OdometryLost, .at_s = gap.at_s, .for_s = gap.for_s});
+  return options;
+}
+
+/// Steers along the world's line as fast as the recording did.
+Result<SimulatedLapEnd> drive_like(const SimulatedStage& stage, const RecordingProfile& profile,
+                                   const LapListener& listener) {
+  const auto path = sample_path(stage.world.path_m, stage.world.path_closed, 0.02);
+  constexpr DriverOptions kDriver{.overlap_m = 1e6};  // as long as the recording
+  ScriptedDriver driver(path, stage.world.path_closed, kDriver, Random(stage.robot.seed + 1000));
+  const auto drive = [&](const SE2& map_T_base, Duration uptime, SensorTime) -> Result<DriverDecision> {
+    const VelocityCommand steady = driver.drive(map_T_base, SensorTime(uptime));
+    const auto index = static_cast<std::size_t>(to_seconds(uptime) * 10);
+    if (driver.done() || index >= profile.speeds.size()) return DriverDecision{.done = true};
+    const double speed = std::abs(profile.speeds[index].speed_m_s);
+    const double curvature = steady.speed_m_s > 0 ? steady.yaw_rate_rad_s / steady.speed_m_s : 0;
+    return DriverDecision{.command = {speed, speed * curvature}};
+  };
+  return drive_lap(stage, drive, listener, profile.duration_s + 60);
+}
+
+Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfile& like,
+                                       const SimulateArgs& args, Console& console) {
+  Result<SampleRecorder> recorder = start_recording(
+      args.output, {.verb = "simulate", .driver = "like", .options = "like: " + yaml_text(args.like) + "\n"},
+      stage);
+  if (!recorder) return tl::unexpected(recorder.error());
+  RecordingProfiler profiler;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) -> Status {
+    profiler.add(sample);
+    if (const auto* frame = std::get_if<TagFrame>(&sample))
+      console.live(
+          fmt::format("{:.1f} of {:.1f} s", to_seconds(frame->stamp.time_since_epoch()), like.duration_s));
+    return recorder->add(sample);
+  };
+  listener.should_stop = [] { return interrupted(); };
+  const auto end = drive_like(stage.simulated, like, listener);
+  const Status closed = recorder->close();
+  console.end_progress();
+  if (!end) return tl::unexpected(end.error());
+  if (!closed) return tl::unexpected(closed.error());
+  return profiler.profile();
+}
+
+/// One line of the table: what the recording has, and what the simulation has.
+struct Row {
+  std::string key;
+  std::string words;
+  std::optional<double> recording;
+  std::optional<double> simulation;
+};
+
+std::vector<Row> table(const RecordingProfile& like, const RecordingProfile& made) {
+  std::vector<Row> rows;
+  const auto add = [&](std::string key, std::string words, const auto& value) {
+    rows.push_back({std::move(key), std::move(words), value(like), value(made)});
+  };
+  const auto rate = [](const char* kind, auto member) {
+    return [=](const RecordingProfile& p) -> std::optional<double> {
+      const auto stream = p.streams.find(kind);
+      if (stream == p.streams.end() || stream->second.samples < 2) return std::nullopt;
+      return stream->second.*member;
+    };
+  };
+  const auto of = [](auto member) {
+    return [=](const RecordingProfile& p) -> std::optional<double> { return p.*member; };
+  };
+  add("duration_s", "duration [s]", of(&RecordingProfile::duration_s));
+  for (const char* kind : {"camera", "odometry", "imu", "lidar", "commands"}) {
+    add(fmt::format("{}_rate_hz", kind), fmt::format("{} [Hz]", kind), rate(kind, &StreamProfile::rate_hz));
+    add(fmt::format("{}_longest_gap_s", kind), fmt::format("  longest gap [s]"),
+        rate(kind, &StreamProfile::longest_gap_s));
+  }
+  add("corner_sigma_px", "corner noise [px]", of(&RecordingProfile::corner_sigma_px));
+  add("miss_probability", "tags missed between two frames", of(&RecordingProfile::miss_probability));
+  add("tags_per_frame", "tags a frame", of(&RecordingProfile::tags_per_frame));
+  add("gyro_noise_rad_s", "gyro noise [rad/s]", of(&RecordingProfile::gyro_noise_rad_s));
+  add("gyro_bias_rad_s", "gyro bias, standing [rad/s]", of(&RecordingProfile::gyro_bias_rad_s));
+  add("acceleration_noise_m_s2", "acceleration noise [m/s2]", of(&RecordingProfile::acceleration_noise_m_s2));
+  add("command_delay_s", "speeds follow commands after [s]", of(&RecordingProfile::command_delay_s));
+  add("mean_speed_m_s", "mean speed [m/s]", of(&RecordingProfile::mean_speed_m_s));
+  add("p95_speed_m_s", "speed, 95 % below [m/s]", of(&RecordingProfile::p95_speed_m_s));
+  add("p95_yaw_rate_rad_s", "yaw rate, 95 % below [rad/s]", of(&RecordingProfile::p95_yaw_rate_rad_s));
+  add("standing_share", "share of the time it stands", of(&RecordingProfile::standing_share));
+  std::erase_if(rows, [](const Row& row) { return !row.recording && !row.simulation; });
+  return rows;
+}
+
+std::string to_text(const std::vector<Row>& rows) {
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.4g}", *value) : "-";
+  };
+  std::string text = fmt::format("{:<34}{:>12}{:>12}\n", "", "recording", "simulation");
+  for (const Row& row : rows)
+    text += fmt::format("{:<34}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
+  return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<Row>& rows, const std::string& file) {
+  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
+    if (!value) return nullptr;
+    return *value;
+  };
+  nlohmann::ordered_json json{{"file", file}, {"quantities", nlohmann::ordered_json::object()}};
+  for (const Row& row : rows)
+    json["quantities"][row.key] = {{"recording", number(row.recording)},
+                                   {"simulation", number(row.simulation)}};
+  return json;
+}
+
+ExitCode simulate(const SimulateArgs& args, Console& console) {
+  Result<Stage> stage = args.stage.make("limo");
+  Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (!status) {
+    console.say(status.error());
+    return ExitCode::Usage;
+  }
+  const Result<RecordingProfile> like = profile_of(args.like);
+  if (!like) {
+    console.say(like.error());
+    return ExitCode::SomeFailed;
+  }
+  stage->simulated.robot = options_like(*like, stage->simulated.robot);
+  const Result<RecordingProfile> made = simulate_like(*stage, *like, args, console);
+  if (!made) {
+    console.say(made.error());
+    return ExitCode::SomeFailed;
+  }
+  const std::vector<Row> rows = table(*like, *made);
+  console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));
+  return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
+}
+
+Run prepare(CLI::App& app) {
+  const auto args = std::make_shared<SimulateArgs>(app);
+  app.add_option("--like", args->like, "Recording to take after: anything that `waymark info` reads")
+      ->required()
+      ->type_name("RECORDING");
+  app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
+      ->required()
+      ->type_name("FILE");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return simulate(*args, console); };
+}
+
+}  // namespace
+
+Verb simulate_verb() {
+  return {
+      .name = "simulate",
+      .sentence = "A simulated recording with the rates, gaps, noises and speeds of a real one",
+      .help =
+          R"(Measures a recording: how often each sensor speaks and where it falls silent, the noise of corners, gyro and
+accelerometer, how many tags are missed, how late speeds follow commands, and how fast the robot drove. Then
+lets the simulated robot drive a world's line with all of that, for as long, and prints both side by side,
+measured in the same way. What a recording does not hold stays as the robot's file says. Keys of --json:
+docs/reference/cli.md.
+
+Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
+
+Example:
+  waymark simulate --like lap.mcap --world circuit24 -o like.mcap
+)",
+      .prepare = prepare,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

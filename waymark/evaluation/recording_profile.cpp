@@ -1,0 +1,205 @@
+#include "waymark/evaluation/recording_profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace waymark {
+namespace {
+
+constexpr double kStanding = 0.01;   // m/s, and ten times as many rad/s
+constexpr double kNormal = 1.4826;   // median absolute deviation to standard deviation
+constexpr std::size_t kFewest = 20;  // numbers for a figure
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, values.begin() + rank);
+  return values[static_cast<std::size_t>(rank)];
+}
+
+double spread(std::vector<double> values) {
+  const double middle = quantile(values, 0.5);
+  for (double& value : values) value = std::abs(value - middle);
+  return quantile(std::move(values), 0.5);
+}
+
+std::vector<double> steps_of(const std::vector<double>& stamps) {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    if (stamps[i] > stamps[i - 1]) steps.push_back(stamps[i] - stamps[i - 1]);
+  }
+  return steps;
+}
+
+StreamProfile stream_of(const std::vector<double>& stamps) {
+  StreamProfile stream{.samples = static_cast<int>(stamps.size())};
+  const std::vector<double> steps = steps_of(stamps);
+  if (steps.empty()) return stream;
+  stream.rate_hz = 1 / quantile(steps, 0.5);
+  stream.jitter_s = spread(steps);
+  stream.longest_gap_s = std::ranges::max(steps);
+  return stream;
+}
+
+std::vector<Gap> gaps_of(const std::vector<double>& stamps) {
+  const double usual = quantile(steps_of(stamps), 0.5);
+  std::vector<Gap> gaps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) {
+    const double step = stamps[i] - stamps[i - 1];
+    if (step > std::max(0.3, 5 * usual)) gaps.push_back({stamps[i - 1], step});
+  }
+  return gaps;
+}
+
+/// The value that holds at a moment; `at` moves forward from call to call.
+template <class Point>
+const Point& held(const std::vector<Point>& points, double at_s, std::size_t& at) {
+  while (at + 1 < points.size() && points[at + 1].at_s <= at_s) ++at;
+  return points[at];
+}
+
+}  // namespace
+
+double RecordingProfiler::seconds(SensorTime stamp) {
+  if (!first_) first_ = stamp;
+  return to_seconds(stamp - *first_);
+}
+
+void RecordingProfiler::add(const ImuSample& imu, double at_s) {
+  stamps_["imu"].push_back(at_s);
+  gyro_.push_back({at_s, 0, imu.angular_velocity_rad_s.z()});
+  acceleration_.push_back(imu.linear_acceleration_m_s2.z());
+}
+
+void RecordingProfiler::add(const Sample& sample) {
+  const double at_s = seconds(stamp_of(sample));
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) {
+    stamps_["camera"].push_back(at_s);
+    frames_.push_back(*frame);
+  } else if (std::holds_alternative<TagPoseFrame>(sample)) {
+    stamps_["camera"].push_back(at_s);
+  } else if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+    stamps_["odometry"].push_back(at_s);
+    odometry_.push_back({at_s, odometry->speed_m_s, odometry->yaw_rate_rad_s});
+  } else if (const auto* command = std::get_if<StampedCommand>(&sample)) {
+    stamps_["commands"].push_back(at_s);
+    commands_.push_back({at_s, command->command.speed_m_s, command->command.yaw_rate_rad_s});
+  } else if (const auto* imu = std::get_if<ImuSample>(&sample)) {
+    add(*imu, at_s);
+  } else if (std::holds_alternative<LaserScan>(sample)) {
+    stamps_["lidar"].push_back(at_s);
+  }
+}
+
+void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
+  // White noise makes second differences of six times its variance; motion hardly any.
+  const auto white = [](const auto& values, const auto& value) {
+    std::vector<double> differences;
+    for (std::size_t i = 2; i < values.size(); ++i)
+      differences.push_back((value(values[i]) - 2 * value(values[i - 1]) + value(values[i - 2])) /
+                            std::sqrt(6.0));
+    return kNormal * spread(std::move(differences));
+  };
+  if (gyro_.size() < kFewest) return;
+  profile.gyro_noise_rad_s = white(gyro_, [](const Speed& s) { return s.rad_s; });
+  profile.acceleration_noise_m_s2 = white(acceleration_, [](double a) { return a; });
+  std::vector<double> standing;
+  std::size_t at = 0;
+  for (const Speed& rate : gyro_) {
+    if (odometry_.empty()) break;
+    const Speed& speed = held(odometry_, rate.at_s, at);
+    if (std::abs(speed.m_s) < kStanding && std::abs(speed.rad_s) < 10 * kStanding)
+      standing.push_back(rate.rad_s);
+  }
+  if (standing.size() >= kFewest) profile.gyro_bias_rad_s = quantile(std::move(standing), 0.5);
+}
+
+void RecordingProfiler::measure_tags(RecordingProfile& profile) const {
+  if (frames_.size() < kFewest) return;
+  const auto find = [](const TagFrame& frame, const TagId& tag) {
+    const auto it = std::ranges::find(frame.detections, tag, &TagDetection::tag);
+    return it == frame.detections.end() ? nullptr : &*it;
+  };
+  std::vector<double> differences;
+  double seen = 0;
+  double missed = 0;
+  double tags = 0;
+  for (std::size_t i = 0; i < frames_.size(); ++i) {
+    tags += static_cast<double>(frames_[i].detections.size());
+    if (i < 2) continue;
+    for (const TagDetection& last : frames_[i].detections) {
+      const TagDetection* first = find(frames_[i - 2], last.tag);
+      const TagDetection* middle = find(frames_[i - 1], last.tag);
+      if (first == nullptr) continue;
+      (middle == nullptr ? missed : seen) += 1;
+      if (middle == nullptr) continue;
+      for (std::size_t k = 0; k < 4; ++k) {
+        const Eigen::Vector2d d =
+            (last.corners_px[k] - 2 * middle->corners_px[k] + first->corners_px[k]) / std::sqrt(6.0);
+        differences.push_back(d.x());
+        differences.push_back(d.y());
+      }
+    }
+  }
+  profile.tags_per_frame = tags / static_cast<double>(frames_.size());
+  if (seen + missed > 0) profile.miss_probability = missed / (seen + missed);
+  if (differences.size() >= kFewest) profile.corner_sigma_px = kNormal * spread(std::move(differences));
+}
+
+void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
+  if (odometry_.empty()) return;
+  std::vector<double> speeds;
+  std::vector<double> rates;
+  std::size_t at = 0;
+  int standing = 0;
+  const double end_s = odometry_.back().at_s;
+  for (double t = 0; t <= end_s; t += 0.1) {
+    const Speed& now = held(odometry_, t, at);
+    profile.speeds.push_back({t, now.m_s});
+    const bool stands = std::abs(now.m_s) < kStanding && std::abs(now.rad_s) < 10 * kStanding;
+    standing += stands ? 1 : 0;
+    if (stands) continue;
+    speeds.push_back(std::abs(now.m_s));
+    rates.push_back(std::abs(now.rad_s));
+  }
+  profile.standing_share = static_cast<double>(standing) / static_cast<double>(profile.speeds.size());
+  for (const double speed : speeds) profile.mean_speed_m_s += speed / static_cast<double>(speeds.size());
+  profile.p95_speed_m_s = quantile(speeds, 0.95);
+  profile.p95_yaw_rate_rad_s = quantile(rates, 0.95);
+  if (commands_.size() < kFewest) return;
+  double best = std::numeric_limits<double>::infinity();
+  for (double delay = 0; delay <= 0.6; delay += 0.01) {
+    std::size_t from = 0;
+    double error = 0;
+    double moments = 0;
+    for (const Speed& is : odometry_) {
+      if (is.at_s - delay < commands_.front().at_s) continue;
+      const Speed& asked = held(commands_, is.at_s - delay, from);
+      error += std::pow(is.m_s - asked.m_s, 2);
+      moments += 1;
+    }
+    if (moments < 1 || error / moments >= best) continue;
+    best = error / moments;
+    profile.command_delay_s = delay;
+  }
+}
+
+RecordingProfile RecordingProfiler::profile() const {
+  RecordingProfile profile;
+  for (const auto& [kind, stamps] : stamps_) {
+    profile.streams[kind] = stream_of(stamps);
+    if (!stamps.empty()) profile.duration_s = std::max(profile.duration_s, std::ranges::max(stamps));
+  }
+  if (const auto camera = stamps_.find("camera"); camera != stamps_.end())
+    profile.camera_gaps = gaps_of(camera->second);
+  if (const auto odometry = stamps_.find("odometry"); odometry != stamps_.end())
+    profile.odometry_gaps = gaps_of(odometry->second);
+  measure_imu(profile);
+  measure_tags(profile);
+  measure_motion(profile);
+  return profile;
+}
+
+}  // namespace waymark

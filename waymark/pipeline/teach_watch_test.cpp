@@ -1,0 +1,96 @@
+// What a teach lap is told while it is driven and at its end.
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "waymark/pipeline/tag_links.hpp"
+#include "waymark/pipeline/teach_monitor.hpp"
+
+namespace waymark {
+namespace {
+
+TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+void see(TagLinks& links, std::vector<int> numbers, int frames) {
+  std::vector<TagId> tags;
+  for (const int number : numbers) tags.push_back(tag(number));
+  for (int i = 0; i < frames; ++i) links.add(tags);
+}
+
+TEST(TagLinks, FindsWhatHangsOnFewFrames) {
+  TagLinks links;
+  see(links, {0, 1}, 50);
+  see(links, {1, 2}, 3);
+  see(links, {2, 3}, 40);
+  auto weak = links.weak(10);
+  ASSERT_EQ(weak.size(), 1U);
+  EXPECT_EQ(weak[0].first, tag(1));
+  EXPECT_EQ(weak[0].second, tag(2));
+  EXPECT_EQ(weak[0].frames, 3);
+  // A second way round makes the weak link one the map can do without.
+  see(links, {3, 0}, 30);
+  EXPECT_TRUE(links.weak(10).empty());
+  EXPECT_EQ(links.weak(45).size(), 2U);
+  EXPECT_EQ(links.weak(45)[0].frames, 30) << "the weakest first";
+}
+
+TEST(TagLinks, SaysWhichTagsAreNotJoinedToTheAnchor) {
+  TagLinks links;
+  see(links, {0, 1}, 5);
+  see(links, {2, 3}, 5);
+  see(links, {4}, 5);
+  EXPECT_EQ(links.unreachable(tag(0)), (std::vector{tag(2), tag(3), tag(4)}));
+  EXPECT_EQ(links.unreachable(tag(3)), (std::vector{tag(0), tag(1), tag(4)}));
+  see(links, {1, 2, 4}, 1);
+  EXPECT_TRUE(links.unreachable(tag(0)).empty());
+}
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+TEST(TeachMonitor, MotionBlurIsRateTimesExposureTimesFocalLength) {
+  TeachMonitor monitor({.exposure_ms = 10, .focal_length_px = 442, .blur_px = 2});
+  monitor.add(Odometry{.stamp = at(0), .yaw_rate_rad_s = -0.8});
+  EXPECT_NEAR(monitor.motion_blur_px(), 0.8 * 0.010 * 442, 1e-12);
+  ASSERT_EQ(monitor.live().size(), 1U);
+  EXPECT_NE(monitor.live()[0].find("3.5 px"), std::string::npos);
+  for (int i = 0; i < 10; ++i) monitor.add(TagFrame{.stamp = at(0.1 * i), .detections = {{}, {}}});
+  monitor.add(Odometry{.stamp = at(1), .yaw_rate_rad_s = 0.1});
+  for (int i = 0; i < 90; ++i) monitor.add(TagFrame{.stamp = at(1 + 0.1 * i), .detections = {{}, {}}});
+  EXPECT_TRUE(monitor.live().empty());
+  EXPECT_EQ(monitor.blurred_frames(), 10);
+  ASSERT_EQ(monitor.summary().size(), 1U);
+  EXPECT_NE(monitor.summary()[0].find("10 % of the frames smear"), std::string::npos);
+}
+
+TEST(TeachMonitor, AbruptStartsAndStopsAreCountedOnceEach) {
+  TeachMonitor monitor({.acceleration_m_s2 = 2});
+  double speed = 0;
+  const auto drive = [&](double acceleration, double from_s, double until_s) {
+    for (double t = from_s; t < until_s - 1e-9; t += 0.02) {
+      speed += acceleration * 0.02;
+      monitor.add(Odometry{.stamp = at(t), .speed_m_s = speed});
+    }
+  };
+  drive(1.5, 0, 0.4);
+  EXPECT_EQ(monitor.abrupt_moments(), 0);
+  drive(0, 0.4, 1);
+  drive(-3, 1, 1.2);
+  EXPECT_EQ(monitor.abrupt_moments(), 1);
+  drive(0, 1.2, 2);
+  EXPECT_EQ(monitor.abrupt_moments(), 1);
+  monitor.add(Odometry{.stamp = at(0.5), .speed_m_s = 5});  // the clock jumped back
+  EXPECT_EQ(monitor.acceleration_m_s2(), 0);
+  ASSERT_EQ(monitor.summary().size(), 1U);
+}
+
+TEST(TeachMonitor, SaysWhenFewTagsAreInView) {
+  TeachMonitor monitor({});
+  monitor.add(TagFrame{.stamp = at(0)});
+  EXPECT_EQ(monitor.live(), std::vector<std::string>{"no tag"});
+  monitor.add(TagFrame{.stamp = at(1), .detections = {{}}});
+  EXPECT_EQ(monitor.live(), std::vector<std::string>{"one tag only"});
+}
+
+}  // namespace
+}  // namespace waymark
