@@ -9,7 +9,9 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
+#include "waymark/simulation/photograph.hpp"
 #include "waymark/simulation/scene_camera.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
@@ -69,16 +71,34 @@ void render(benchmark::State& state, double exposure_ms, double readout_ms, bool
   if (detect) state.counters["found"] = benchmark::Counter(found, benchmark::Counter::kAvgIterations);
 }
 
+/// The exact photograph of the same tags, still.
+void photograph_tags(benchmark::State& state) {
+  const CameraModel& camera = stage().robot.camera;
+  Random random(1);
+  std::size_t i = 0;
+  for ([[maybe_unused]] auto _ : state) {
+    PhotographScene scene;
+    const SE3 cam_T_map = stage().motion(i++, 0)(0).inverse();
+    for (const auto& [id, tag] : stage().world.tags.tags) {
+      const SE3 cam_T_tag = cam_T_map * tag.map_T_tag;
+      if (visible_corners(camera, cam_T_tag, tag.size_m)) scene.tags.push_back({id, cam_T_tag, tag.size_m});
+    }
+    benchmark::DoNotOptimize(photograph(camera, scene, {}, random));
+  }
+}
+
 const bool kRegistered = [] {
   const auto add = [](const char* name, double exposure_ms, double readout_ms, bool noise, bool detect) {
     benchmark::RegisterBenchmark(name, render, exposure_ms, readout_ms, noise, detect)
         ->Unit(benchmark::kMillisecond);
   };
-  add("render/still, no noise", 0, 0, false, false);
-  add("render/still", 0, 0, true, false);
-  add("render/10 ms exposure", 10, 0, true, false);
-  add("render/10 ms exposure, 20 ms readout", 10, 20, true, false);
-  add("render/10 ms exposure, and detect", 10, 0, true, true);
+  add("picture/ours/still, no noise", 0, 0, false, false);
+  benchmark::RegisterBenchmark("picture/peer:photograph/still", photograph_tags)
+      ->Unit(benchmark::kMillisecond);
+  add("picture/ours/still", 0, 0, true, false);
+  add("picture/ours/10 ms exposure", 10, 0, true, false);
+  add("picture/ours/10 ms exposure, 20 ms readout", 10, 20, true, false);
+  add("picture/ours/10 ms exposure, and detect", 10, 0, true, true);
   return true;
 }();
 

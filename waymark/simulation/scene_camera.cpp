@@ -14,7 +14,8 @@ namespace waymark {
 namespace {
 
 constexpr std::int64_t kMostPixels = 100'000'000;
-constexpr int kMostSamples = 256;
+constexpr double kMostMoments = 64;      // beyond 32 px of blur no tag is read: stripes do no harm
+constexpr double kMostLensPoints = 256;  // discs beyond 10 px show dots
 
 double exposure_s(const SceneCameraOptions& options) { return options.exposure_ms * 1e-3; }
 
@@ -67,8 +68,8 @@ int samples_needed(const SceneCamera::Parts& parts, const CameraMotion& motion, 
   const double way = std::max(most.way_px, turn * parts.rays->px_per_rad());
   const double points =
       most.disc_px > 0 ? 1 + kPointsPerPx * std::numbers::pi / 4 * most.disc_px * most.disc_px : 1;
-  const double wanted = std::ceil(std::max(way / parts.options.blur_step_px, points));
-  return std::isfinite(wanted) ? static_cast<int>(std::clamp(wanted, 1.0, double{kMostSamples})) : 1;
+  const double moments = std::clamp(std::ceil(way / parts.options.blur_step_px), 1.0, kMostMoments);
+  return static_cast<int>(std::max(moments, std::clamp(std::ceil(points), 1.0, kMostLensPoints)));
 }
 
 /// Moments evenly spread over the exposure, with the mean and the variance of all of it (without the factor

@@ -11,8 +11,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/simulation/scene_camera.hpp"
-#include "waymark/simulation/surface_view.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/simulation/scene_exposure.hpp"
 
 /// What hides what, what is said of it, and that pictures do not depend on who takes them.
 namespace waymark {
@@ -231,6 +231,38 @@ TEST(Scene, GlareIsBrightestWhereTheLampIsMirrored) {
   EXPECT_NEAR(brightest, 160 + 30, 3);
   EXPECT_GT(glossy.row(120)[brightest], matt.row(120)[brightest] + 90);
   EXPECT_NEAR(glossy.row(120)[40], matt.row(120)[40], 1);
+}
+
+/// Inside walls and boxes, under the floor, in the plane of a tag, a hair before one: whatever is seen, it is
+/// light.
+TEST(Scene, NoPlaceAndNoLensGivesAnythingButLight) {
+  const Busy busy;
+  const Equidistant all_around{.fx = 30, .fy = 30, .cx = 80, .cy = 60};
+  const PinholeRadtan narrow{.fx = 200, .fy = 200, .cx = 80, .cy = 60};
+  Random random(5);
+  for (const CameraModel& model :
+       {CameraModel::make(all_around, 163, 119).value(), CameraModel::make(narrow, 163, 119).value()}) {
+    SceneCameraOptions options = busy.options;
+    options.aperture_mm = 0;
+    options.blur_step_px = 2;
+    const auto camera = SceneCamera::make(scene_of(busy.world), model, options).value();
+    for (int i = 0; i < 15; ++i) {
+      const SO3 turn =
+          SO3::exp(Vector3d(random.uniform(-3, 3), random.uniform(-3, 3), random.uniform(-3, 3)));
+      const auto& on_tag = busy.world.tags.tags.at({FamilyId::Tag36h11, i % 6}).map_T_tag;
+      const Vector3d anywhere(random.uniform(-1, 5), random.uniform(-3, 3), random.uniform(-0.2, 2));
+      const Vector3d at_tag = on_tag * Vector3d(0, 0, i % 2 == 0 ? 0 : -1e-4);
+      const SE3 start(turn, i < 6 ? at_tag : anywhere);
+      const double fast = i % 5 == 0 ? 5 : 0.3;
+      const CameraMotion motion = [&](double t) {
+        return start * SE3(SO3::exp({fast * t, 0, 0}), {0, 0, t});
+      };
+      const auto exposure = camera.begin(motion, SensorTime(), 1).value();
+      for (int band = 0; band < camera.bands(); ++band) camera.expose(*exposure, band);
+      EXPECT_TRUE(std::all_of(exposure->light.begin(), exposure->light.end(),
+                              [](float light) { return light >= -0.001F && light < 10; }));
+    }
+  }
 }
 
 TEST(Scene, BadInputIsNamed) {

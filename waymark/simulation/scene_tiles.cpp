@@ -20,13 +20,28 @@ struct CornerRow {
   bool horizon = false;                       ///< whether c is not above 0 everywhere
 };
 
-/// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside.
+/// Column of a coordinate in units of cells: 0 outside, 1 margin, 2 .. cells + 1, margin, outside. Without
+/// branches, so that it goes four at a time.
+template <bool kHasCells>
 int strip_of(float u, float low, float high, int cells) {
-  if (cells == 0) return static_cast<int>(u >= low) + static_cast<int>(u >= high);
+  const int past_low = static_cast<int>(u >= low);
+  const int past_high = static_cast<int>(u >= high);
+  if constexpr (!kHasCells) return past_low + past_high;
   const float inside = std::max(-1.0F, std::min(u, static_cast<float>(cells)));
   const int strip = static_cast<int>(inside + 1.0F) + 1;
-  const int not_left = static_cast<int>(u >= low);
-  return u >= high ? cells + 3 : strip * not_left;
+  return strip * (past_low - past_high) + (cells + 3) * past_high;
+}
+
+template <bool kHasCells>
+void find_strips(const PatternGrid& grid, int count, CornerRow& out) {
+  const float left = grid.left, right = grid.right, top = grid.top, bottom = grid.bottom;
+  const int cells = grid.cells;
+  for (int i = 0; i < count; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const float reciprocal = 1 / std::max(out.c[k], kHorizon);
+    out.column[k] = strip_of<kHasCells>(out.a[k] * reciprocal, left, right, cells);
+    out.row[k] = strip_of<kHasCells>(out.b[k] * reciprocal, top, bottom, cells);
+  }
 }
 
 void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGrid& grid, int x, int y,
@@ -34,21 +49,16 @@ void meet_corners(const RayTable& rays, const PlaneRays& plane, const PatternGri
   const float* rx = rays.rays(0, y) + x;
   const float* ry = rays.rays(1, y) + x;
   const float* rz = rays.rays(2, y) + x;
-  float least = 1;
+  int below = 0;  // a bit per corner would not go four at a time
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
     out.a[k] = plane.a.shift + plane.a.x * rx[i] + plane.a.y * ry[i] + plane.a.z * rz[i];
     out.b[k] = plane.b.shift + plane.b.x * rx[i] + plane.b.y * ry[i] + plane.b.z * rz[i];
     out.c[k] = plane.c.shift + plane.c.x * rx[i] + plane.c.y * ry[i] + plane.c.z * rz[i];
-    least = std::min(least, out.c[k]);
+    below |= static_cast<int>(out.c[k] < kHorizon);
   }
-  out.horizon = least < kHorizon;
-  for (int i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const float reciprocal = 1 / std::max(out.c[k], kHorizon);
-    out.column[k] = strip_of(out.a[k] * reciprocal, grid.left, grid.right, grid.cells);
-    out.row[k] = strip_of(out.b[k] * reciprocal, grid.top, grid.bottom, grid.cells);
-  }
+  out.horizon = below != 0;
+  grid.cells > 0 ? find_strips<true>(grid, count, out) : find_strips<false>(grid, count, out);
 }
 
 /// Paints the surfaces of one row of tiles.
