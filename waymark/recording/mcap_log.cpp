@@ -4,6 +4,7 @@
 
 #include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/mcap_reader.hpp"
+#include "waymark/recording/ros_definition.hpp"
 #include "waymark/recording/ros_log.hpp"
 
 namespace waymark {
@@ -40,13 +41,15 @@ class McapLog final : public RosLog {
 
   Status visit(const LogSelection& selection, const Visitor& visit) override {
     visited_.clear();
+    mcap::ReaderOptions options = options_;
+    options.on_damage = [this](const Error& error) { visited_.damage("mcap.chunk", [&] { return error; }); };
     return mcap::visit_messages(
         *source_, index_, {.topics = selection.topics, .from = selection.from, .to = selection.to},
         [&](const mcap::Channel& channel, const mcap::Message& message) {
           return visit(channels_[position_.at(channel.id)],
                        {message.log_time, message.publish_time, message.data.bytes});
         },
-        options_);
+        options);
   }
 
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
@@ -86,7 +89,8 @@ class McapLog final : public RosLog {
     LogChannel out{
         .topic = channel.topic, .encoding = channel.message_encoding, .metadata = channel.metadata};
     if (const auto schema = index_.schemas.find(channel.schema_id); schema != index_.schemas.end()) {
-      out.type = schema->second.name;
+      const std::string& name = schema->second.name;
+      out.type = channel.message_encoding == "ros1" ? ros::ros2_type(name) : name;
       out.schema_encoding = schema->second.encoding;
       out.schema = as_text(schema->second.data);
     }
