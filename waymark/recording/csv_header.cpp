@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -91,7 +92,10 @@ std::optional<std::size_t> Header::find(std::string_view name) const {
 }
 
 std::optional<std::int64_t> Header::time(const std::vector<std::string_view>& cells) const {
-  return seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
+  // So that no difference of two stamps overflows.
+  constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;
+  const auto ns = seconds_ ? seconds_as_ns(cells[time_]) : integer(cells[time_]);
+  return ns && *ns >= -kMost && *ns <= kMost ? ns : std::nullopt;
 }
 
 }  // namespace waymark::csv

@@ -80,11 +80,11 @@ std::optional<double> number(std::string_view cell) {
 std::optional<std::int64_t> integer(std::string_view cell) { return parse<std::int64_t>(cell); }
 
 std::optional<std::int64_t> seconds_as_ns(std::string_view cell) {
-  constexpr std::int64_t kMost = 9'000'000'000;
+  constexpr std::int64_t kMost = 4'000'000'000;
   const std::size_t point = std::min(cell.find('.'), cell.size());
   const auto whole = integer(cell.substr(0, point));
   std::string_view fraction = cell.substr(std::min(point + 1, cell.size()));
-  const bool plain = whole && std::abs(*whole) <= kMost &&
+  const bool plain = whole && *whole <= kMost && *whole >= -kMost &&
                      std::ranges::all_of(fraction, [](char c) { return c >= '0' && c <= '9'; });
   if (plain) {
     fraction = fraction.substr(0, 9);

@@ -118,7 +118,7 @@ void Samples::note_tag_traps(const TagArray& array) {
         count);
   const auto nested = std::ranges::count_if(array.tags, [&](const Tag& inner) {
     return inner.id != 0 && inner.id % kNested == 0 &&
-           std::ranges::any_of(array.tags, [&](const Tag& outer) { return outer.id * kNested == inner.id; });
+           std::ranges::any_of(array.tags, [&](const Tag& outer) { return outer.id == inner.id / kNested; });
   });
   if (nested > 0)
     problems_.trap(
