@@ -1,6 +1,9 @@
 """Bags of rosbag2 (SQLite), made here in the schemas of Humble, Jazzy and what came before."""
+import gzip
+import shutil
 import sqlite3
 import struct
+import subprocess
 import unittest
 
 import dumps
@@ -89,6 +92,31 @@ class Bags(dumps.InFolder):
         log = dumps.Log(self.folder / "bag")
         self.assertIn("rosbag2.no_metadata", log.problems)
         self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
+
+    def test_packed_files_and_messages(self):
+        """rosbag2 packs a whole file or each message (compression_mode FILE, MESSAGE); gzip around a file is anybody's."""
+        times = [10**18 + k * 10**8 for k in range(12)]
+        plain = self.make("plain", 3, times)
+        expected = dumps.Log(plain).messages
+        (self.folder / "some.gz").write_bytes(gzip.compress(plain.read_bytes()))
+        self.assertEqual(dumps.Log(self.folder / "some.gz").messages, expected)
+        if not shutil.which("zstd"):
+            self.skipTest("no zstd to pack with")
+        pack = lambda raw: subprocess.run(["zstd", "-c"], input=raw, capture_output=True, check=True).stdout
+        (self.folder / "file").mkdir()
+        (self.folder / "file/b_0.db3.zstd").write_bytes(pack(plain.read_bytes()))
+        metadata = "rosbag2_bagfile_information:\n  relative_file_paths:\n    - b_0.db3{}\n  compression_format: zstd\n" \
+            "  compression_mode: {}\n"
+        (self.folder / "file/metadata.yaml").write_text(metadata.format(".zstd", "FILE"))
+        self.assertEqual(dumps.Log(self.folder / "file").messages, expected)
+        each = self.make("each/b_0.db3", 3, times)
+        base = sqlite3.connect(each)
+        for key, data in base.execute("SELECT id, data FROM messages").fetchall():
+            base.execute("UPDATE messages SET data=? WHERE id=?", (pack(data), key))
+        base.commit()
+        base.close()
+        (self.folder / "each/metadata.yaml").write_text(metadata.format("", "MESSAGE"))
+        self.assertEqual(dumps.Log(self.folder / "each").messages, expected)
 
     def test_damage(self):
         path = self.make("bag.db3", 3, [10**18 + k * 10**7 for k in range(300)], extra=[(9, 10**18, b"")])
