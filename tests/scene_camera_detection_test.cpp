@@ -66,6 +66,13 @@ struct Corners {
   [[nodiscard]] Eigen::Vector2d bias_px() const { return sum / tags; }
 };
 
+Scene scene_of_tags(const std::vector<TagInScene>& tags, double sky_reflectance) {
+  Scene scene{.surfaces = {}, .sky_reflectance = sky_reflectance};
+  for (const TagInScene& tag : tags)
+    scene.surfaces.push_back(tag_surface(tag.tag, tag.cam_T_tag, tag.size_m));
+  return scene;
+}
+
 TEST(SceneCameraPictures, AreToADetectorAsExactPhotographs) {
   const CameraModel model = camera();
   const double white = 200;
@@ -91,10 +98,7 @@ TEST(SceneCameraPictures, AreToADetectorAsExactPhotographs) {
   constexpr int kPictures = 15;
   for (int i = 0; i < kPictures; ++i) {
     const std::vector<TagInScene> tags = some_tags(random);
-    Scene scene{.surfaces = {}, .sky_reflectance = 90 / white};
-    for (const TagInScene& tag : tags)
-      scene.surfaces.push_back(tag_surface(tag.tag, tag.cam_T_tag, tag.size_m));
-    ASSERT_TRUE(takes.set_scene(scene));
+    ASSERT_TRUE(takes.set_scene(scene_of_tags(tags, 90 / white)));
     const auto seed = static_cast<std::uint64_t>(i);
     const Image rendered = takes.render([](double) { return SE3(); }, SensorTime(), seed).value().image;
     of_scenes.add(*detector, rendered, model, tags);
