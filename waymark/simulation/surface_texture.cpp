@@ -142,11 +142,28 @@ float SurfaceTexture::at(const Level& level, float u, float v) {
   return fine + level.to_coarse * (coarse - fine);
 }
 
+namespace {
+
+template <int kKind>
+const SurfaceTexture& texture_of_kind() {
+  static const SurfaceTexture kTexture(kKind);
+  return kTexture;
+}
+
+}  // namespace
+
 const SurfaceTexture& surface_texture(int kind) {
-  static const SurfaceTexture kTextures[] = {SurfaceTexture(0), SurfaceTexture(1), SurfaceTexture(2),
-                                             SurfaceTexture(3)};
-  static_assert(std::size(kTextures) == kFloorTextures.size());
-  return kTextures[kind];
+  static_assert(kFloorTextures.size() == 4);
+  switch (kind) {
+    case 1:
+      return texture_of_kind<1>();
+    case 2:
+      return texture_of_kind<2>();
+    case 3:
+      return texture_of_kind<3>();
+    default:
+      return texture_of_kind<0>();
+  }
 }
 
 }  // namespace waymark::render
