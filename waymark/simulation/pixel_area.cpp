@@ -156,7 +156,7 @@ class PastLines {
       cut(
           piece, [line](const Vertex& v) { return v.b - line * v.c; }, spare_);
       piece = spare_;
-      areas[static_cast<std::size_t>(row - span_.row_low + 1)] = area(piece);
+      areas[row_major(row - span_.row_low, 1, 1)] = area(piece);
     }
   }
 

@@ -2,6 +2,8 @@
 
 #include <vector>
 
+#include "waymark/simulation/row_major.hpp"
+
 namespace waymark::render {
 
 /// The pattern of a flat rectangle: square cells in its middle, a margin around them, nothing beyond. In
@@ -22,9 +24,7 @@ struct PatternGrid {
   [[nodiscard]] float row_line(int k) const {
     return k == 0 ? top : (k == lines() - 1 ? bottom : static_cast<float>(k - 1));
   }
-  [[nodiscard]] float level(int row, int column) const {
-    return levels[static_cast<std::size_t>(row * (lines() + 1) + column)];
-  }
+  [[nodiscard]] float level(int row, int column) const { return levels[row_major(row, lines() + 1, column)]; }
   [[nodiscard]] bool covers(int row, int column) const {
     return row > 0 && column > 0 && row < lines() && column < lines();
   }

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/simulation/row_major.hpp"
 
 namespace waymark::render {
 
@@ -37,7 +38,7 @@ class RayTable {
   [[nodiscard]] int tile_columns() const { return (width_ + kTilePx - 1) / kTilePx; }
   [[nodiscard]] int tile_rows() const { return (height_ + kTilePx - 1) / kTilePx; }
   [[nodiscard]] const Tile& tile(int column, int row) const {
-    return tiles_[static_cast<std::size_t>(row * tile_columns() + column)];
+    return tiles_[row_major(row, tile_columns(), column)];
   }
   /// Coordinate 0, 1 or 2 of the rays of corner row y, width + 1 of them.
   [[nodiscard]] const float* rays(int axis, int y) const {

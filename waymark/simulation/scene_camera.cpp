@@ -78,6 +78,7 @@ std::vector<double> sample_times(int count, double exposure) {
   std::vector<double> times;
   const double n = count;
   const double wider = count > 1 ? n / std::sqrt(n * n - 1) : 1;
+  times.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) times.push_back(((i + 0.5) / n - 0.5) * wider * exposure);
   return times;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/simulation/ray_table.hpp"
+#include "waymark/simulation/row_major.hpp"
 #include "waymark/simulation/scene_camera.hpp"
 #include "waymark/simulation/surface_view.hpp"
 
@@ -36,7 +37,7 @@ struct SceneExposure {
   Image image{};
 
   [[nodiscard]] const SE3& pose(int row, int sample) const {
-    return map_T_cams[static_cast<std::size_t>((rolling ? row : 0) * samples + sample)];
+    return map_T_cams[render::row_major(rolling ? row : 0, samples, sample)];
   }
 };
 

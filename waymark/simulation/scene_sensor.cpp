@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/simulation/counter_noise.hpp"
+#include "waymark/simulation/row_major.hpp"
 #include "waymark/simulation/scene_exposure.hpp"
 
 namespace waymark::render {
@@ -23,7 +24,7 @@ std::vector<float> lens_weights(double sigma_px) {
     double squares = 0;
     for (int k = -reach; k <= reach; ++k) {
       const double w = std::exp(-k * k / (2 * sigma * sigma));
-      weights[static_cast<std::size_t>(k + reach)] = w;
+      weights[row_major(k + reach, 1)] = w;
       sum += w;
       squares += w * k * k;
     }
@@ -60,7 +61,7 @@ void spread_down(const SceneCamera::Parts& parts, const SceneExposure& exposure,
   for (int k = -reach; k <= reach; ++k) {
     const int from = std::clamp(y + k, 0, height - 1);
     const float* light = exposure.light.data() + static_cast<std::size_t>(from) * width;
-    const float weight = parts.lens[static_cast<std::size_t>(k + reach)];
+    const float weight = parts.lens[row_major(k + reach, 1)];
     float* to = out.data() + reach;
     for (std::size_t x = 0; x < width; ++x) to[x] += weight * light[x];
   }
@@ -103,8 +104,11 @@ void add_noise(const SceneCamera::Parts& parts, const SceneExposure& exposure, i
 
 void write_row(const SceneCamera::Parts& parts, const std::vector<float>& level, std::uint8_t* out) {
   if (parts.tone.empty()) {
-    for (std::size_t x = 0; x < level.size(); ++x)
-      out[x] = static_cast<std::uint8_t>(std::min(std::max(level[x], 0.0F), 255.0F) + 0.5F);
+    for (std::size_t x = 0; x < level.size(); ++x) {
+      const float up =
+          0.5F + std::min(std::max(level[x], 0.0F), 255.0F);  // rounds; lround is ten times as slow
+      out[x] = static_cast<std::uint8_t>(up);
+    }
     return;
   }
   const auto last = static_cast<float>(parts.tone.size() - 1);

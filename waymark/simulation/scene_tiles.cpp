@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "waymark/simulation/row_major.hpp"
 #include "waymark/simulation/scene_exposure.hpp"
 #include "waymark/simulation/surface_shade.hpp"
 
@@ -116,7 +117,7 @@ class BandPainter {
       }
     }
     const int r = exposure_.rolling ? row - band_ * kTilePx : 0;
-    return planes[static_cast<std::size_t>(r * exposure_.samples + sample)];
+    return planes[row_major(r, exposure_.samples, sample)];
   }
 
   [[nodiscard]] PlaneRays plane_from(std::size_t index, int y, int sample) const {
@@ -155,7 +156,7 @@ class BandPainter {
     for (int y = 0; y < tile.height; ++y) {
       float* to = exposure_.light.data() +
                   static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(rays_.width_px()) + tile.x;
-      const float* from = sum_.data() + y * kTilePx;
+      const float* from = sum_.data() + row_major(y, kTilePx);
       for (int x = 0; x < tile.width; ++x) to[x] = from[x] * scale;
     }
   }
@@ -183,8 +184,8 @@ class BandPainter {
     const SurfaceView& view = views_[layer.index];
     const auto gain = static_cast<float>(view.front ? view.surface->gain_front : view.surface->gain_back);
     const bool horizon = top.horizon || bottom.horizon;
-    float* light = light_.data() + y * kTilePx;
-    const float* shade = layer.shade.data() + y * kTilePx;
+    float* light = light_.data() + row_major(y, kTilePx);
+    const float* shade = layer.shade.data() + row_major(y, kTilePx);
     for (int x = 0; x < width; ++x) {
       const PixelShare share = pixel(grid, top, bottom, static_cast<std::size_t>(x), horizon);
       const float own =

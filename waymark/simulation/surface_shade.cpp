@@ -43,21 +43,21 @@ void add_texture_nodes(const SurfaceTexture& texture, double cell_m, const Plane
   const double footprint =
       static_cast<double>(std::max(across, down)) * kNodePx * SurfaceTexture::kTexelsPerCell;
   const SurfaceTexture::Level level = texture.level(footprint);
-  float* to = nodes.data() + node * kTileNodes;
+  float* to = nodes.data() + row_major(node, kTileNodes);
   for (const Eigen::Vector2f& uv : at) *to++ += SurfaceTexture::at(level, uv.x(), uv.y());
 }
 
 void spread_nodes(const TileNodes& nodes, float scale, TileValues& values) {
   for (int y = 0; y < kTilePx; ++y) {
     const float below = y % 2 == 0 ? 0.25F : 0.75F;
-    const float* top = nodes.data() + y / 2 * kTileNodes;
+    const float* top = nodes.data() + row_major(y / 2, kTileNodes);
     const float* bottom = top + kTileNodes;
-    float* to = values.data() + y * kTilePx;
+    float* to = values.data() + row_major(y, kTilePx);
     for (int i = 0; i + 1 < kTileNodes; ++i) {
       const float left = scale * (top[i] + below * (bottom[i] - top[i]));
       const float right = scale * (top[i + 1] + below * (bottom[i + 1] - top[i + 1]));
-      to[2 * i] += left + 0.25F * (right - left);
-      to[2 * i + 1] += left + 0.75F * (right - left);
+      *to++ += left + 0.25F * (right - left);
+      *to++ += left + 0.75F * (right - left);
     }
   }
 }
@@ -83,7 +83,7 @@ void add_glare(const SurfaceView& view, const SE3& map_T_cam, const Eigen::Vecto
       const Eigen::Vector3d half = ((lamp - at).normalized() - ray).normalized();
       const double cosine = std::max(0.0, -half.z());
       const double shine = view.surface->finish.gloss * std::pow(cosine, kShininess);
-      values[static_cast<std::size_t>(y * kTilePx + x)] += static_cast<float>(shine);
+      values[row_major(y, kTilePx, x)] += static_cast<float>(shine);
     }
   }
 }

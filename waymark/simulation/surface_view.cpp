@@ -42,9 +42,8 @@ PatternGrid tag_grid(const TagId& tag, const Eigen::Vector2d& half_m, double cel
       const int x = column - 2;
       const int y = row - 2;
       const bool on_tag = x >= 0 && y >= 0 && x < grid.cells && y < grid.cells;
-      const bool ink = on_tag && print[static_cast<std::size_t>(y * grid.cells + x)] == kInkCell;
-      grid.levels[static_cast<std::size_t>(row * across + column)] =
-          static_cast<float>(ink ? kInk * paper : paper);
+      const bool ink = on_tag && print[row_major(y, grid.cells, x)] == kInkCell;
+      grid.levels[row_major(row, across, column)] = static_cast<float>(ink ? kInk * paper : paper);
     }
   }
   return grid;
