@@ -67,12 +67,9 @@ Result<std::unique_ptr<MessageLog>> open_part(const fs::path& path, bool packed_
   return open_log(path, options);
 }
 
-}  // namespace
-
-Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, const LogOptions& options) {
-  LogProblems problems;
+/// The files of a bag folder that are there, in order.
+std::vector<fs::path> files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& problems) {
   std::vector<fs::path> files;
-  BagMetadata metadata;
   if (std::ifstream yaml(folder / "metadata.yaml"); yaml) {
     metadata = parse_metadata(yaml);
     for (const std::string& listed : metadata.files) {
@@ -97,6 +94,15 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
                             {.source = folder.string()},
                             "All its .db3 and .mcap files are read."}});
   }
+  return files;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, const LogOptions& options) {
+  LogProblems problems;
+  BagMetadata metadata;
+  const std::vector<fs::path> files = files_of(folder, metadata, problems);
   if (files.empty())
     return fail(
         ErrorCode::NotFound,

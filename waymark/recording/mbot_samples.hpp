@@ -61,6 +61,7 @@ class Samples {
   Status on_tags(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
   Status on_lidar(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
   void note_tag_traps(const TagArray& array);
+  void note_nested_tags(const TagArray& array);
   std::optional<SeenTagPose> seen(const Tag& tag);
   static SensorTime stamp(std::int64_t utime, std::int64_t receive_us);
   Status undecodable(std::string_view channel);

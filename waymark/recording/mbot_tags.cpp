@@ -116,6 +116,10 @@ void Samples::note_tag_traps(const TagArray& array) {
     problems_.trap(
         "mbot.tag_frame", [] { return words("tags have y up and z towards the reader: turned about x"); },
         count);
+  note_nested_tags(array);
+}
+
+void Samples::note_nested_tags(const TagArray& array) {
   const auto nested = std::ranges::count_if(array.tags, [&](const Tag& inner) {
     return inner.id != 0 && inner.id % kNested == 0 &&
            std::ranges::any_of(array.tags, [&](const Tag& outer) { return outer.id == inner.id / kNested; });
