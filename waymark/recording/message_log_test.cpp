@@ -2,10 +2,14 @@
 // What other programs write is held against them in tests/recording.
 #include "waymark/recording/message_log.hpp"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "waymark/recording/compression.hpp"
 #include "waymark/recording/export_log.hpp"
+#include "waymark/recording/mcap_writer.hpp"
 #include "waymark/recording/ros1_transcoder.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 #include "waymark/recording/unpack.hpp"
@@ -176,6 +180,64 @@ TEST(ExportLog, WhatBecomesMcapComesBack) {
   const auto& tag = std::get<TagFrame>(samples[0]).detections.at(0);
   EXPECT_EQ(to_string(tag.tag), "tag36h11:7");
   EXPECT_EQ(tag.corners_px[3], Eigen::Vector2d(10.5, 40.5));
+}
+
+/// A recording of one topic in ROS 1's encoding, as `mcap convert` leaves a bag.
+Bytes ros1_mcap(std::uint64_t first_time, int count) {
+  Bytes file;
+  auto writer = mcap::Writer::open(memory_sink(file), {.profile = "ros1"});
+  EXPECT_TRUE(writer);
+  const std::string_view vector = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+  const std::string text = "Vector3 linear\nVector3 angular\n====================\n" + std::string(vector);
+  const auto schema = writer->add_schema("geometry_msgs/Twist", "ros1msg", as_bytes(text));
+  const auto channel = writer->add_channel("/cmd_vel", *schema, "ros1");
+  for (int i = 0; i < count; ++i) {
+    Bytes message;
+    for (const double value : {0.5 * i, 0.0, 0.0, 0.0, 0.0, -1.0}) append_little_endian(message, value);
+    const std::uint64_t time = first_time + static_cast<std::uint64_t>(i);
+    EXPECT_TRUE(writer->write(*channel, time, time, message));
+  }
+  EXPECT_TRUE(writer->close());
+  return file;
+}
+
+TEST(MessageLog, Ros1InsideMcapIsRewritten) {
+  const Bytes file = ros1_mcap(5, 3);
+  const auto log = opened(as_text(file));
+  ASSERT_TRUE(log);
+  EXPECT_EQ(log->channels().at(0).type, "geometry_msgs/msg/Twist");
+  const auto samples = samples_of(*log);
+  ASSERT_EQ(samples.size(), 3U);
+  const auto& command = std::get<StampedCommand>(samples[2]);
+  EXPECT_EQ(command.stamp.time_since_epoch().count(), 7);
+  EXPECT_EQ(command.command, (VelocityCommand{1.0, -1.0}));
+}
+
+TEST(MessageLog, ASplitBagOfMcapFilesIsOne) {
+  const std::filesystem::path folder = testing::fresh_folder("split_mcap");
+  for (const auto& [name, first] : std::initializer_list<std::pair<const char*, int>>{
+           {"b_0.mcap", 10}, {"b_1.mcap", 14}}) {  // they overlap by one
+    const auto sink = create_file(folder / name);
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->write(ros1_mcap(static_cast<std::uint64_t>(first), 5)));
+  }
+  for (const bool listed : {false, true}) {
+    if (listed) {
+      const auto sink = create_file(folder / "metadata.yaml");
+      ASSERT_TRUE(
+          (*sink)->write(as_bytes("rosbag2_bagfile_information:\n  storage_identifier: mcap\n"
+                                  "  relative_file_paths:\n  - b_0.mcap\n  - b_1.mcap\n")));
+    }
+    auto log = open_log(folder);
+    ASSERT_TRUE(log) << to_string(log.error());
+    EXPECT_EQ((*log)->channels().size(), 1U);
+    EXPECT_EQ((*log)->summary().messages, 10U);
+    EXPECT_EQ((*log)->problems().empty(), listed);
+    std::vector<std::int64_t> times;
+    for (const Sample& sample : samples_of(**log))
+      times.push_back(stamp_of(sample).time_since_epoch().count());
+    EXPECT_EQ(times, (std::vector<std::int64_t>{10, 11, 12, 13, 14, 14, 15, 16, 17, 18}));
+  }
 }
 
 TEST(MessageLog, WhatIsNoRecordingSaysWhatIs) {
