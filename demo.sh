@@ -28,7 +28,7 @@ waymark_install "${WAYMARK_BUILD_PACKAGES[@]}"
 export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
 mkdir -p build "$out"
 [ -f build/release/build.ninja ] || echo "Building (the first time takes a few minutes) …"
-cmake --preset release -DWAYMARK_BUILD_BENCHMARKS=OFF >build/release.configure.log 2>&1 || { cat build/release.configure.log; exit 1; }
+cmake --preset release -DWAYMARK_BUILD_BENCHMARKS=OFF -DWAYMARK_UNITY=ON >build/release.configure.log 2>&1 || { cat build/release.configure.log; exit 1; }
 cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph waymark_photograph_sheet -- --quiet
 waymark=build/release/waymark/cli/waymark
 

@@ -8,7 +8,7 @@ usage() {
 usage: ./test.sh [--full] [--require-data] [--quick] [--tidy-base REV]
 
 Installs what it needs (Debian packages, said by name), builds, and runs
-  1. the dev build (warnings are errors) and all unit, system and consumer tests
+  1. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
   2. the house rules: allowed edges, includes, formatting
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
@@ -53,7 +53,7 @@ passed=0; failed=0; skipped=0
 
 build() {  # build PRESET [targets...]
   local preset="$1"; shift
-  cmake --preset "$preset" >"build/$preset.configure.log" 2>&1 || { cat "build/$preset.configure.log"; return 1; }
+  cmake --preset "$preset" -DWAYMARK_UNITY=ON >"build/$preset.configure.log" 2>&1 || { cat "build/$preset.configure.log"; return 1; }
   cmake --build --preset "$preset" -j "$jobs" ${1:+--target "$@"} -- --quiet
 }
 
@@ -76,10 +76,10 @@ waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
 command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is one already
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
 
-step "dev build"
-build dev
+step "build"
+build check
 step "unit, system and consumer tests"
-run_tests dev
+run_tests check
 
 step "house rules: includes, formatting"
 tools/check_includes.py

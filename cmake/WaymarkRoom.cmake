@@ -31,6 +31,14 @@ function(waymark_check_edges name)
   endforeach()
 endfunction()
 
+# Files of one target compiled together. Names in anonymous namespaces must then differ within a room, which they had
+# better anyway. What cannot: set_source_files_properties(file PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON).
+function(waymark_compile_together target)
+  if(WAYMARK_UNITY)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+  endif()
+endfunction()
+
 function(waymark_room name)
   cmake_parse_arguments(ROOM "INTERNAL" "" "USES;PUBLIC;PRIVATE;TEST_LIBS" ${ARGN})
   waymark_check_edges(${name} ${ROOM_USES})
@@ -48,6 +56,7 @@ function(waymark_room name)
     set(scope PUBLIC)
     add_library(${target} STATIC ${sources})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    waymark_compile_together(${target})
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:waymark_warnings>)
   else()  # a room of headers
     set(scope INTERFACE)
@@ -74,6 +83,7 @@ endfunction()
 function(waymark_test name)
   cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
+  waymark_compile_together(${name})
   target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)
   # rapidcheck prints the seed of a failing property; the fixed one makes every run the same.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-*Threads*"

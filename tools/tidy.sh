@@ -31,7 +31,8 @@ else
   done
   mapfile -t files < <(printf '%s\n' "${files[@]}" | sort -u | sed '/^$/d')
 fi
-# Only what the dev build compiles has flags to check it with.
+# Only what the dev build compiles has flags to check it with; configuring it is enough.
+cmake --preset dev >/dev/null
 mapfile -t files < <(for f in "${files[@]}"; do grep -q "\"file\": \".*/$f\"" build/dev/compile_commands.json && echo "$f"; done)
 echo "clang-tidy on ${#files[@]} files"
 [ ${#files[@]} -eq 0 ] && exit 0

@@ -61,6 +61,17 @@ class Map(WithLap):
         self.assertEqual(first, last)
         self.assertNotEqual(first, second)
 
+    def test_what_changed_since_an_older_map_is_said(self):
+        self.run_here("map", "lap.mcap", "-o", "old")
+        text = (self.folder / "old/map.yaml").read_text()
+        swapped = text.replace('tag: "tag36h11:5"', "A").replace('tag: "tag36h11:6"', 'tag: "tag36h11:5"').replace("A", 'tag: "tag36h11:6"')
+        (self.folder / "old.yaml").write_text(swapped)
+        outcome = self.run_here("map", "lap.mcap", "-o", "new", "--prior", "old.yaml")
+        self.assertEqual(outcome.code, 0)
+        self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
+                         ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 2)
+
     def test_a_wrong_tag_size_is_named(self):
         outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
         self.assertEqual(outcome.code, 0)

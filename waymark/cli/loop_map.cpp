@@ -11,6 +11,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/map_comparison.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
@@ -155,6 +156,12 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   MapReport report{.method = job.options.method, .lap = std::move(*lap)};
   for (const Error& problem : recorded->setup.problems) report.warnings.push_back(to_string(problem));
   report.warnings.insert(report.warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
+  if (job.prior) {
+    const Result<MapComparison> comparison = compare_maps(report.lap.map, *job.prior);
+    if (!comparison) report.warnings.push_back("prior map: " + to_string(comparison.error()));
+    const std::vector<std::string> words = comparison ? in_words(*comparison) : std::vector<std::string>();
+    report.warnings.insert(report.warnings.end(), words.begin(), words.end());
+  }
   Status status = compare_with_truth(*recorded, job, *setup, report);
   if (!status) return in_recording(status.error());
   std::error_code error;

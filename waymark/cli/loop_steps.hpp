@@ -59,7 +59,8 @@ struct MapJob {
   std::filesystem::path folder;  ///< of what is written
   SetupOverrides overrides{};
   MapLapOptions options{};
-  std::optional<World> truth{};  ///< when given; otherwise what the recording holds
+  std::optional<World> truth{};   ///< when given; otherwise what the recording holds
+  std::optional<TagMap> prior{};  ///< an older map of the place, to say what changed since
 };
 
 struct MapReport {

@@ -16,6 +16,7 @@
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/config/map_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/world_file.hpp"
 
@@ -34,6 +35,7 @@ struct MapArgs {
   std::string anchor;
   std::optional<double> tag_size_m;
   std::string world;
+  std::string prior;
   bool json = false;
   std::vector<double> anchor_pose;
   OptionFlags<BundleMapOptions> bundle;
@@ -64,6 +66,11 @@ Result<MapJob> job_of(const MapArgs& args) {
                 {.key = "--tag-size-m"},
                 "Measure the side of the black square, for example --tag-size-m 0.16.");
   job.overrides.tag_size_m = args.tag_size_m;
+  if (!args.prior.empty()) {
+    Result<MapFile> prior = read_map(args.prior);
+    if (!prior) return tl::unexpected(prior.error());
+    job.prior = std::move(prior->tags);
+  }
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());
@@ -146,6 +153,10 @@ Run prepare(CLI::App& app) {
       ->type_name("NUMBER");
   app.add_option("--world", args->world, "The truth about the tags, where the recording does not hold it")
       ->type_name("NAME");
+  app.add_option(
+         "--prior", args->prior,
+         "An older map of the place (map.yaml): which tags were swapped, moved, resized since is said")
+      ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return map(*args, console); };
 }

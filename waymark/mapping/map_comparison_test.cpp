@@ -1,0 +1,66 @@
+#include "waymark/mapping/map_comparison.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+
+namespace waymark {
+namespace {
+
+TagId id(int number) { return {FamilyId::Tag36h11, number}; }
+
+TagMap some_map() {
+  TagMap map;
+  for (int i = 0; i < 8; ++i)
+    map.tags[id(i)] = {.map_T_tag = SE3(SO3::exp({0.1 * i, 1.0, 0.3 * i}), {1.0 * i, 0.5 * (i % 3), 0.3}),
+                       .size_m = 0.16};
+  return map;
+}
+
+TagMap moved(const TagMap& map, const SE3& by) {
+  TagMap result = map;
+  for (auto& [tag, place] : result.tags) place.map_T_tag = by * place.map_T_tag;
+  return result;
+}
+
+const SE3 kElsewhere(SO3::exp({0, 0, 1.2}), Eigen::Vector3d(3, -2, 0.5));
+
+TEST(MapComparison, AMapAgreesWithItselfWhereverItStands) {
+  const auto comparison = compare_maps(some_map(), moved(some_map(), kElsewhere));
+  ASSERT_TRUE(comparison) << to_string(comparison.error());
+  EXPECT_EQ(comparison->agreeing, 8);
+  EXPECT_LT((comparison->map_T_prior * kElsewhere).log().norm(), 1e-9);
+  EXPECT_TRUE(in_words(*comparison).empty());
+}
+
+TEST(MapComparison, NamesWhatChanged) {
+  const TagMap map = some_map();
+  TagMap prior = moved(map, kElsewhere);
+  std::swap(prior.tags[id(5)].map_T_tag, prior.tags[id(6)].map_T_tag);
+  prior.tags[id(2)].map_T_tag = SE3(SO3(), Eigen::Vector3d(0.2, 0, 0)) * prior.tags[id(2)].map_T_tag;
+  prior.tags[id(3)].size_m = 0.2;
+  prior.tags.erase(id(7));
+  prior.tags[id(9)] = {.map_T_tag = kElsewhere, .size_m = 0.16};
+  const auto comparison = compare_maps(map, prior);
+  ASSERT_TRUE(comparison);
+  EXPECT_THAT(in_words(*comparison),
+              ::testing::ElementsAre(::testing::HasSubstr("tag36h11:2 stands 0.20 m and 0 deg"),
+                                     "tag36h11:3 has another size than in the prior map",
+                                     "tag36h11:5 and tag36h11:6 are swapped against the prior map",
+                                     "tag36h11:7 is not in the prior map",
+                                     "tag36h11:9 of the prior map was not seen"));
+}
+
+TEST(MapComparison, RefusesMapsOfDifferentPlaces) {
+  TagMap other = some_map();
+  Random random(1);
+  for (auto& [tag, place] : other.tags)
+    place.map_T_tag = SE3(SO3::exp({random.normal(), random.normal(), random.normal()}),
+                          {10 * random.normal(), 10 * random.normal(), 0});
+  EXPECT_FALSE(compare_maps(some_map(), other));
+  EXPECT_FALSE(compare_maps(some_map(), {}));
+}
+
+}  // namespace
+}  // namespace waymark
