@@ -31,12 +31,16 @@ function(waymark_check_edges name)
   endforeach()
 endfunction()
 
-# Files of one target compiled together. Names in anonymous namespaces must then differ within a room, which they had
-# better anyway. What cannot: set_source_files_properties(file PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON).
+# Files of one target compiled together. Names in anonymous namespaces must then differ within a room; a file that shares some
+# with another is named with waymark_compile_alone(file...).
 function(waymark_compile_together target)
   if(WAYMARK_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
   endif()
+endfunction()
+
+function(waymark_compile_alone)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
 function(waymark_room name)

@@ -79,7 +79,10 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
   if (overrides.map_T_anchor) return {};
   const std::optional<std::string> pose = metadata(lap, "map_T_anchor");
-  if (!pose || (recorded && *recorded != to_string(*anchor))) return {};
+  if (!pose || (recorded && *recorded != to_string(*anchor))) {
+    setup.anchor_pose_given = false;
+    return {};
+  }
   const Result<SE3> map_T_anchor = pose_of(*pose);
   if (!map_T_anchor) return tl::unexpected(map_T_anchor.error());
   setup.map_T_anchor = *map_T_anchor;

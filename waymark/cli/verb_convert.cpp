@@ -192,7 +192,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_convert(CLI::App& app) {
   const auto args = std::make_shared<ConvertArgs>();
   app.add_option("IN", args->input, "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV")
       ->required()
@@ -237,7 +237,7 @@ Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
 )",
-      .prepare = prepare,
+      .prepare = prepare_convert,
       .verbs = {}};
 }
 

@@ -183,7 +183,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_demo(CLI::App& app) {
   const auto args = std::make_shared<DemoArgs>(app);
   app.add_option("-o,--output", args->folder, "Folder for recordings, map and figures")
       ->capture_default_str()
@@ -210,7 +210,7 @@ Examples:
   waymark demo
   waymark demo -o out --seed 5 --json
 )",
-      .prepare = prepare,
+      .prepare = prepare_demo,
       .verbs = {}};
 }
 

@@ -133,7 +133,7 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   return annotations->failed && code == ExitCode::Ok ? ExitCode::SomeFailed : code;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_detect(CLI::App& app) {
   const auto args = std::make_shared<DetectArgs>(app);
   app.add_option("SOURCE", args->sources,
                  "Pictures (JPEG, PNG, PNM), folders of pictures, or quoted patterns such as 'lap/*.png'")
@@ -176,7 +176,7 @@ With --camera and --tag-size-m each tag gets its pose in the camera (x right, y 
 deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better
 first, and the ratio of their errors says how sure that is (near 1: not at all).
 )",
-      .prepare = prepare,
+      .prepare = prepare_detect,
       .verbs = {}};
 }
 

@@ -165,7 +165,7 @@ ExitCode info(const InfoArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_info(CLI::App& app) {
   const auto args = std::make_shared<InfoArgs>();
   app.add_option("FILE", args->file, "Recording (.mcap), by Waymark or anybody else")
       ->required()
@@ -190,7 +190,7 @@ Examples:
   waymark info lap.mcap
   waymark info --json lap.mcap
 )",
-      .prepare = prepare,
+      .prepare = prepare_info,
       .verbs = {}};
 }
 

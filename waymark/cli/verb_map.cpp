@@ -126,7 +126,7 @@ ExitCode map(const MapArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
   app.add_option("LAP", args->lap, "Recording of a taught lap (.mcap)")->required()->type_name("");
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
@@ -180,7 +180,7 @@ Examples:
   waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
   waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
 )",
-      .prepare = prepare,
+      .prepare = prepare_map,
       .verbs = {}};
 }
 

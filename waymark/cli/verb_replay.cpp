@@ -88,7 +88,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_replay(CLI::App& app) {
   const auto args = std::make_shared<ReplayArgs>(app);
   app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
   app.add_option("--method", args->job.method,
@@ -129,7 +129,7 @@ Examples:
   waymark replay map --robot sim --world circuit24 --seed 11
   waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
 )",
-      .prepare = prepare,
+      .prepare = prepare_replay,
       .verbs = {}};
 }
 

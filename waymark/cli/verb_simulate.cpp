@@ -211,7 +211,7 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_simulate(CLI::App& app) {
   const auto args = std::make_shared<SimulateArgs>(app);
   app.add_option("--like", args->like, "Recording to take after: anything that `waymark info` reads")
       ->required()
@@ -241,7 +241,7 @@ Exit code: 0 a recording was written, 1 one could not be read or written, 2 wron
 Example:
   waymark simulate --like lap.mcap --world circuit24 -o like.mcap
 )",
-      .prepare = prepare,
+      .prepare = prepare_simulate,
       .verbs = {}};
 }
 

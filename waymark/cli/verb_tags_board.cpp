@@ -117,7 +117,7 @@ ExitCode draw(const BoardArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_tags_board(CLI::App& app) {
   const auto args = std::make_shared<BoardArgs>(app);
   app.add_option("--style", args->style,
                  "aprilgrid: as Kalibr prints and reads it, black squares touching the corners of the tags, "
@@ -148,7 +148,7 @@ Examples:
   waymark tags board --tag-size-m 0.03 --paper A3 --kalibr-yaml -o april.pdf
   waymark tags board --style separate --tag-size-m 0.024 -o separate.pdf
 )",
-      .prepare = prepare,
+      .prepare = prepare_tags_board,
       .verbs = {}};
 }
 

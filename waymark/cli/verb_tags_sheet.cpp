@@ -82,7 +82,7 @@ ExitCode draw(const SheetArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_tags_sheet(CLI::App& app) {
   const auto args = std::make_shared<SheetArgs>(app);
   app.add_option("--ids", args->ids, "Numbers of the tags, for example 0-23 or 0-3,7,9")
       ->required()
@@ -109,7 +109,7 @@ Examples:
   waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
   waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
 )",
-      .prepare = prepare,
+      .prepare = prepare_tags_sheet,
       .verbs = {}};
 }
 

@@ -73,7 +73,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   return report->end.finished && report->summary.mappable ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_teach(CLI::App& app) {
   const auto args = std::make_shared<TeachArgs>(app);
   app.add_option("-o,--output", args->job.output, "Recording to write (.mcap); never written over another")
       ->required()
@@ -124,7 +124,7 @@ Examples:
   waymark teach --world circuit24 --images --exposure-ms 20 -o dim.mcap
   waymark teach --world limo-walls --driver keyboard -o mine.mcap
 )",
-      .prepare = prepare,
+      .prepare = prepare_teach,
       .verbs = {}};
 }
 

@@ -183,7 +183,7 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare(CLI::App& app) {
+Run prepare_world_new(CLI::App& app) {
   const auto args = std::make_shared<NewArgs>(app);
   app.add_option("--path", args->path,
                  "The line: a .csv file with columns x and y in metres, or a recording of a drive")
@@ -213,7 +213,7 @@ Exit code: 0 a world was written, 1 the line could not be read or no tag placed,
 Example:
   waymark world new --path lap.mcap -o mine.yaml --tag-size-m 0.12
 )",
-      .prepare = prepare,
+      .prepare = prepare_world_new,
       .verbs = {}};
 }
 

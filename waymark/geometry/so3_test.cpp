@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 using testing::MatrixNear;
 using testing::SO3Near;
 
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -31,14 +31,14 @@ Matrix3d random_matrix(Random& random) {
 }
 
 TEST(SO3, MatrixRotatesAboutTheAxisByTheRightHand) {
-  const SO3 quarter = SO3::exp({0, 0, kPi / 2});
+  const SO3 quarter = SO3::exp({0, 0, kHalfTurn / 2});
   EXPECT_THAT(quarter * Vector3d::UnitX(), MatrixNear(Vector3d(Vector3d::UnitY()), 1e-15));
   EXPECT_THAT(SO3::hat({1, 2, 3}) * Vector3d(4, 5, 6),
               MatrixNear(Vector3d(1, 2, 3).cross(Vector3d(4, 5, 6)), 0.0));
   Random random(31);
   for (int i = 0; i < 50; ++i) {  // Rodrigues' formula as Eigen has it
     const Vector3d axis = random_axis(random);
-    const double angle = random.uniform(0, 2 * kPi);
+    const double angle = random.uniform(0, 2 * kHalfTurn);
     EXPECT_THAT(SO3::exp(angle * axis).matrix(),
                 MatrixNear(Eigen::AngleAxisd(angle, axis).toRotationMatrix(), 1e-15));
   }
@@ -49,11 +49,11 @@ TEST(SO3, LogNearPiKeepsItsDigits) {
   for (int i = 0; i < 50; ++i) {
     const Vector3d axis = random_axis(random);
     for (const double gap : {1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
-      EXPECT_THAT(SO3::exp((kPi - gap) * axis).log(), MatrixNear(((kPi - gap) * axis).eval(), 2e-15)) << gap;
+      EXPECT_THAT(SO3::exp((kHalfTurn - gap) * axis).log(), MatrixNear(((kHalfTurn - gap) * axis).eval(), 2e-15)) << gap;
       // Beyond pi the short way round is the other one.
-      EXPECT_THAT(SO3::exp((kPi + gap) * axis).log(), MatrixNear((-(kPi - gap) * axis).eval(), 4e-15)) << gap;
-      EXPECT_THAT(SO3::from_matrix(SO3::exp((kPi - gap) * axis).matrix()).log().cwiseAbs().eval(),
-                  MatrixNear(((kPi - gap) * axis).cwiseAbs().eval(), 4e-15));
+      EXPECT_THAT(SO3::exp((kHalfTurn + gap) * axis).log(), MatrixNear((-(kHalfTurn - gap) * axis).eval(), 4e-15)) << gap;
+      EXPECT_THAT(SO3::from_matrix(SO3::exp((kHalfTurn - gap) * axis).matrix()).log().cwiseAbs().eval(),
+                  MatrixNear(((kHalfTurn - gap) * axis).cwiseAbs().eval(), 4e-15));
     }
   }
 }
@@ -62,9 +62,9 @@ TEST(SO3, LogAtExactlyPiTakesThePositiveAxis) {
   const Matrix3d half_turn_x = Vector3d(1, -1, -1).asDiagonal();
   const Matrix3d half_turn_y = Vector3d(-1, 1, -1).asDiagonal();
   const Matrix3d half_turn_z = Vector3d(-1, -1, 1).asDiagonal();
-  EXPECT_EQ(SO3::from_matrix(half_turn_x).log(), Vector3d(kPi, 0, 0));
-  EXPECT_EQ(SO3::from_matrix(half_turn_y).log(), Vector3d(0, kPi, 0));
-  EXPECT_EQ(SO3::from_matrix(half_turn_z).log(), Vector3d(0, 0, kPi));
+  EXPECT_EQ(SO3::from_matrix(half_turn_x).log(), Vector3d(kHalfTurn, 0, 0));
+  EXPECT_EQ(SO3::from_matrix(half_turn_y).log(), Vector3d(0, kHalfTurn, 0));
+  EXPECT_EQ(SO3::from_matrix(half_turn_z).log(), Vector3d(0, 0, kHalfTurn));
   Random random(33);
   for (int i = 0; i < 50; ++i) {
     const Vector3d axis = random_axis(random);
@@ -72,8 +72,8 @@ TEST(SO3, LogAtExactlyPiTakesThePositiveAxis) {
     const SO3 same = SO3::from_quaternion({-0.0, -axis.x(), -axis.y(), -axis.z()});
     const double sign = axis.x() > 0 ? 1 : -1;
     EXPECT_EQ(X, same);
-    EXPECT_THAT(X.log(), MatrixNear((sign * kPi * axis).eval(), 1e-15));
-    EXPECT_DOUBLE_EQ(X.angle(), kPi);
+    EXPECT_THAT(X.log(), MatrixNear((sign * kHalfTurn * axis).eval(), 1e-15));
+    EXPECT_DOUBLE_EQ(X.angle(), kHalfTurn);
     EXPECT_THAT(X * X, SO3Near(SO3(), 1e-15));
     EXPECT_THAT(SO3::exp(X.log()), SO3Near(X, 1e-15));
   }
@@ -109,7 +109,7 @@ TEST(SO3, MatrixRoundTripEverywhere) {
 TEST(SO3, FromMatrixIsTheNearestRotation) {
   Random random(36);
   for (int i = 0; i < 200; ++i) {
-    const SO3 X = testing::random_element<SO3>(random, kPi);
+    const SO3 X = testing::random_element<SO3>(random, kHalfTurn);
     const Matrix3d noisy = X.matrix() + random.uniform(0, 0.3) * random_matrix(random);
     const Eigen::JacobiSVD<Matrix3d> svd(noisy, Eigen::ComputeFullU | Eigen::ComputeFullV);
     const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
@@ -181,7 +181,7 @@ TEST(SO3, RollPitchYawAreAboutFixedAxes) {
               SO3Near(SO3::exp({0, 0, 0.3}) * SO3::exp({0, 0.2, 0}) * SO3::exp({0.1, 0, 0}), 1e-15));
   Random random(37);
   for (int i = 0; i < 100; ++i) {
-    const Vector3d rpy(random.uniform(-kPi, kPi), random.uniform(-1.55, 1.55), random.uniform(-kPi, kPi));
+    const Vector3d rpy(random.uniform(-kHalfTurn, kHalfTurn), random.uniform(-1.55, 1.55), random.uniform(-kHalfTurn, kHalfTurn));
     EXPECT_THAT(SO3::from_rpy(rpy[0], rpy[1], rpy[2]).rpy(), MatrixNear(rpy, 1e-13));
   }
 }
@@ -191,14 +191,14 @@ TEST(SO3, RollPitchYawGiveTheRotationBackAtGimbalLockToo) {
   for (const double gap : {1e-3, 1e-6, 1e-8, 1e-12, 1e-15, 0.0}) {
     for (const double sign : {1.0, -1.0}) {
       const SO3 X =
-          SO3::from_rpy(random.uniform(-kPi, kPi), sign * (kPi / 2 - gap), random.uniform(-kPi, kPi));
+          SO3::from_rpy(random.uniform(-kHalfTurn, kHalfTurn), sign * (kHalfTurn / 2 - gap), random.uniform(-kHalfTurn, kHalfTurn));
       const Vector3d rpy = X.rpy();
       EXPECT_TRUE(rpy.allFinite());
       EXPECT_THAT(SO3::from_rpy(rpy[0], rpy[1], rpy[2]), SO3Near(X, 1e-14)) << gap;
     }
   }
   const Matrix3d nose_down = (Matrix3d() << 0, 0, 1, 0, 1, 0, -1, 0, 0).finished();
-  EXPECT_THAT(SO3::from_matrix(nose_down).rpy()[1], ::testing::DoubleNear(kPi / 2, 1e-15));
+  EXPECT_THAT(SO3::from_matrix(nose_down).rpy()[1], ::testing::DoubleNear(kHalfTurn / 2, 1e-15));
 }
 
 }  // namespace

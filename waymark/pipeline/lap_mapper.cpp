@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/mapping/anchor_stance.hpp"
 #include "waymark/mapping/map_checks.hpp"
 #include "waymark/mapping/teach_chain.hpp"
 
@@ -22,11 +23,25 @@ void warn_of_gaps(MappedLap& lap) {
     lap.warnings.emplace_back("the lap does not come back to its start: the route is open, driven once");
 }
 
-/// From tag to tag, nothing optimised.
-Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
+std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup& setup) {
   std::vector<ObservedFrame> observed;
   observed.reserve(taught.frames.size());
   for (const TagFrame& frame : taught.frames) observed.push_back(observe(frame, setup.camera, setup.sizes));
+  return observed;
+}
+
+/// Places the map by how the anchor stands; what to say of it.
+std::string place_by_stance(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
+  const auto stance =
+      anchor_stance(observe_all(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
+  if (!stance) return {};
+  setup.map_T_anchor = stance->map_T_anchor;
+  return in_words(*stance, setup.anchor);
+}
+
+/// From tag to tag, nothing optimised.
+Result<MappedLap> by_chain(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options) {
+  const std::vector<ObservedFrame> observed = observe_all(taught, setup);
   Result<ChainResult> chain =
       map_by_chain(observed, setup.anchor, setup.map_T_anchor, setup.sizes, setup.base_T_cam, options.chain);
   if (!chain) return tl::unexpected(chain.error());
@@ -78,7 +93,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
 
 std::vector<std::string> map_methods() { return {"bundle", "chain"}; }
 
-Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup, const MapLapOptions& options,
+Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
                           const MapProgress& progress) {
   const std::vector<std::string> methods = map_methods();
   if (std::ranges::find(methods, options.method) == methods.end()) {
@@ -88,9 +103,13 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup, cons
   if (taught.frames.empty())
     return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
                 "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");
+  TeachSetup setup = given;
+  const std::string stance =
+      setup.anchor_pose_given ? std::string() : place_by_stance(taught, options, setup);
   Result<MappedLap> lap = options.method == "chain" ? by_chain(taught, setup, options)
                                                     : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
+  if (!stance.empty()) lap->warnings.push_back(stance);
   Result<Route> route = build_route(lap->trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
   lap->route = std::move(*route);

@@ -20,6 +20,7 @@ struct TeachSetup {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
+  bool anchor_pose_given = true;  ///< false: mapping places the map by how the anchor stands on the floor
 };
 
 /// What one frame of the teach phase gives: all of it goes into the recording.
