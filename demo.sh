@@ -8,7 +8,7 @@ usage() {
 usage: ./demo.sh [OUT_DIR]          (default: out/demo)
 
 Installs the Debian packages it needs (says which; asks before sudo), builds the release preset, then
-  1. teaches a simulated robot a lap, makes a map of it, lets the robot drive it again, and compares with the truth,
+  1. teaches a simulated robot a lap on rendered pictures, makes a map of it, lets the robot drive it again, and compares with the truth,
   2. renders a photograph of tags whose true corners are known,
   3. finds them, and leaves an annotated picture,
   4. compares with the truth,
@@ -33,8 +33,8 @@ cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph
 waymark=build/release/waymark/cli/waymark
 
 echo
-echo "1. \$ waymark demo -o $out/loop"
-"$waymark" demo -o "$out/loop"
+echo "1. \$ waymark demo --images -o $out/loop"
+"$waymark" demo --images -o "$out/loop"
 echo
 echo "2. A photograph of tags, with blur and noise:  $out/photograph.png"
 build/release/examples/waymark_photograph "$out"

@@ -50,13 +50,19 @@ Lap teach(const World& world, std::uint64_t seed) {
   SimulatedRobot robot(world, limo(), limo_camera(), path[0].map_T_path, {.seed = seed});
   ScriptedDriver driver(path, true, {}, Random(seed + 1000));
   Teacher teacher(setup_of(world));
+  Teacher watcher(setup_of(world));
   Lap lap;
   SensorTime next_command{};
   while (!driver.done() && to_seconds(robot.now().time_since_epoch()) < 200) {
     const Sample sample = *robot.next().value();
-    if (const auto* frame = std::get_if<TagFrame>(&sample))
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
       lap.frames.push_back(teacher.add(*frame).observed);
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher.add(*odometry);
+      watcher.watch(*frame);
+    }
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+      teacher.add(*odometry);
+      watcher.add(*odometry);
+    }
     if (const auto* truth = std::get_if<TruthPose>(&sample))
       lap.truth.push_back({truth->stamp, truth->map_T_base});
     if (robot.now() >= next_command) {
@@ -65,6 +71,11 @@ Lap teach(const World& world, std::uint64_t seed) {
     }
   }
   lap.summary = teacher.summary();
+  const TeachSummary watched = watcher.summary();
+  EXPECT_EQ(watched.seen, lap.summary.seen);
+  EXPECT_EQ(watched.closed_loop, lap.summary.closed_loop);
+  EXPECT_EQ(watched.low_observability_frames, lap.summary.low_observability_frames);
+  EXPECT_EQ(watched.warnings, lap.summary.warnings);
   return lap;
 }
 

@@ -59,7 +59,7 @@ class Lesson {
   Status on_sample(const Sample& sample) {
     monitor_.add(sample);
     if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-      teacher_.add(*frame);
+      teacher_.watch(*frame);
       console_.live(live_words(*frame));
     }
     if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher_.add(*odometry);

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 #include <system_error>
+#include <thread>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -27,6 +29,7 @@ struct DemoArgs {
   explicit DemoArgs(CLI::App& app) : stage(app, "limo", "circuit24") {}
 
   StageFlags stage;
+  bool images = false;
   std::string folder = "demo";
   bool json = false;
 };
@@ -150,10 +153,14 @@ std::string table(const DemoReport& report) {
 }
 
 ExitCode demo(const DemoArgs& args, Console& console) {
-  const Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make("limo");
   if (!stage) {
     console.say(stage.error());
     return ExitCode::Usage;
+  }
+  if (args.images) {
+    stage->simulated.pictures = SceneEyeOptions{};
+    stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   }
   const Result<DemoReport> report = run_steps(*stage, args.folder, console);
   if (!report) {
@@ -188,6 +195,7 @@ Run prepare_demo(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for recordings, map and figures")
       ->capture_default_str()
       ->type_name("FOLDER");
+  app.add_flag("--images", args->images, "The camera takes pictures, and the detector looks at them");
   app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
   return [args](Console& console) { return demo(*args, console); };
 }

@@ -27,27 +27,38 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
       taught.map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();  // lines 12 and 13, equation 3.1
     }
   }
-  count(taught);  // line 15
+  std::vector<TagId> tags;
+  for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
+  count(taught.observed.stamp, tags, taught.map_T_cam);  // line 15
   return taught;
 }
 
-void Teacher::count(const TaughtFrame& frame) {
-  const SensorTime stamp = frame.observed.stamp;
+void Teacher::watch(const TagFrame& frame) {
+  std::vector<TagId> tags;
+  TagFrame anchor{.stamp = frame.stamp, .camera = frame.camera};
+  for (const TagDetection& detection : frame.detections) {
+    if (!setup_.sizes.size_m(detection.tag)) continue;
+    tags.push_back(detection.tag);
+    if (detection.tag == setup_.anchor) anchor.detections.push_back(detection);
+  }
+  std::optional<SE3> map_T_cam;
+  for (const TagPoseObservation& seen : observe(anchor, setup_.camera, setup_.sizes).tags)
+    map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();
+  count(frame.stamp, tags, map_T_cam);
+}
+
+void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam) {
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
   ++counters_.frames;
-  counters_.detections += static_cast<int>(frame.observed.tags.size());
-  counters_.low_observability_frames += frame.low_observability ? 1 : 0;
-  std::vector<TagId> tags;
-  for (const TagPoseObservation& seen : frame.observed.tags) {
-    ++counters_.seen[seen.tag];
-    tags.push_back(seen.tag);
-  }
+  counters_.detections += static_cast<int>(tags.size());
+  counters_.low_observability_frames += tags.size() < 2 ? 1 : 0;
+  for (const TagId& tag : tags) ++counters_.seen[tag];
   links_.add(tags);
-  if (!frame.observed.tags.empty()) last_tag_ = stamp;
+  if (!tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
-  if (frame.map_T_cam) {
-    last_anchored_cam_ = StampedPose{stamp, *frame.map_T_cam};
+  if (map_T_cam) {
+    last_anchored_cam_ = StampedPose{stamp, *map_T_cam};
     if (!first_anchored_cam_) first_anchored_cam_ = last_anchored_cam_;
   }
 }

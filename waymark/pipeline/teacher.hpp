@@ -57,12 +57,16 @@ class Teacher {
   explicit Teacher(TeachSetup setup) : setup_(std::move(setup)) {}
 
   TaughtFrame add(const TagFrame& frame);
+  /// Only counts, and solves for no other pose than that of the anchor: for one who watches a lap that is
+  /// recorded and mapped later. The summary is that of add(), unless a detection has no pose. Several times
+  /// as fast.
+  void watch(const TagFrame& frame);
   void add(const Odometry& odometry);
   /// The counters so far, and in words what is missing to make a map of the lap.
   [[nodiscard]] TeachSummary summary() const;
 
  private:
-  void count(const TaughtFrame& frame);
+  void count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
   void judge_links(TeachSummary& summary) const;
 
   TeachSetup setup_;
