@@ -17,7 +17,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kHeadBytes = 64 * 1024;
+constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
 
 /// The first bytes of a file, as many as there are.
 Result<Bytes> head_of(const ByteSource& source) {
