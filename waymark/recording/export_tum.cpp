@@ -106,7 +106,7 @@ class TumExport {
 
   Status line(const std::string& topic, SensorTime stamp, const SE3& pose) {
     constexpr std::int64_t kSecond = 1'000'000'000;
-    constexpr std::size_t kFlushBytes = 1 << 16;
+    constexpr std::size_t kPieceOfLines = 1 << 16;
     const std::int64_t ns = std::max<std::int64_t>(0, stamp.time_since_epoch().count());
     const Eigen::Vector3d p = pose.translation();
     const Eigen::Quaterniond q = pose.rotation().quaternion();
@@ -115,7 +115,7 @@ class TumExport {
                          q.x(), q.y(), q.z(), q.w());
     ++report_.messages;
     ++report_.by_topic[topic];
-    if (text_.size() < kFlushBytes) return {};
+    if (text_.size() < kPieceOfLines) return {};
     Status status = sink_->write(as_bytes(text_));
     text_.clear();
     return status;
