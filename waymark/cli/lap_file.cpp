@@ -105,8 +105,8 @@ TeachSetup teach_setup(const SimulatedStage& stage) {
 Result<SampleRecorder> start_recording(const std::string& path, const Making& making, const Stage& stage) {
   auto file = create_file(path);
   if (!file) return tl::unexpected(file.error());
-  Result<SampleRecorder> recorder =
-      SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
+  Result<SampleRecorder> recorder = SampleRecorder::open(
+      std::move(*file), {.library = "waymark " WAYMARK_VERSION, .durable = making.durable});
   if (!recorder) return recorder;
   const SimulatedStage& simulated = stage.simulated;
   const TeachSetup setup = teach_setup(simulated);

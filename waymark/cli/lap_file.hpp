@@ -18,9 +18,10 @@ namespace waymark::cli {
 
 /// How a recording comes to be.
 struct Making {
-  std::string verb;     ///< of waymark
-  std::string driver;   ///< what decided the commands: "scripted", "pursuit"
-  std::string options;  ///< its effective options, as YAML
+  std::string verb;      ///< of waymark
+  std::string driver;    ///< what decided the commands: "scripted", "pursuit"
+  std::string options;   ///< its effective options, as YAML
+  bool durable = false;  ///< sync each second, so that a power cut loses no more
 };
 
 /// A new recording that says how it was made: metadata, effective options, the robot's file, and, as truth,

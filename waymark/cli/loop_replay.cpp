@@ -139,7 +139,8 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
        .driver = job.controller,
        .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
                   "anchor:\n" + write_fields(job.anchor, 2) + "pursuit:\n" +
-                  write_fields(job.replay.pursuit, 2) + "safety:\n" + write_fields(job.replay.safety, 2)},
+                  write_fields(job.replay.pursuit, 2) + "safety:\n" + write_fields(job.replay.safety, 2),
+       .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
   return std::optional<SampleRecorder>(std::move(*recorder));

@@ -35,6 +35,7 @@ struct TeachJob {
   std::string output;  ///< recording to write
   std::string driver = "scripted";
   double speed_m_s = 0.3;  ///< that the driver means to drive
+  bool durable = false;    ///< also a power cut loses at most a second
   std::string images{};    ///< how pictures are recorded: raw, jpeg; empty: not at all
 };
 
@@ -88,6 +89,7 @@ struct ReplayJob {
   std::string method = "anchor";
   std::string controller = "pursuit";
   std::string output{};  ///< recording to write; empty: none
+  bool durable = false;  ///< of the recording: also a power cut loses at most a second
   std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
   AnchorOptions anchor{};
   ReplayOptions replay{};  ///< laps, follower, limits

@@ -147,9 +147,12 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
   const DriverOptions driver{.speed_m_s = job.speed_m_s};
   const auto human = human_of(job);
   if (!human) return tl::unexpected(human.error());
-  Result<SampleRecorder> recorder = start_recording(
-      job.output, {.verb = "teach", .driver = job.driver, .options = making_yaml(simulated, job, driver)},
-      stage);
+  Result<SampleRecorder> recorder = start_recording(job.output,
+                                                    {.verb = "teach",
+                                                     .driver = job.driver,
+                                                     .options = making_yaml(simulated, job, driver),
+                                                     .durable = job.durable},
+                                                    stage);
   if (!recorder) return tl::unexpected(recorder.error());
   Lesson lesson(simulated, job.images, *recorder, console);
   LapListener listener;

@@ -13,6 +13,10 @@ class App;
 
 namespace waymark::cli {
 
+/// Of the flag --durable of the verbs that record.
+inline constexpr const char* kDurableHelp =
+    "Sync the recording each second: a power cut loses no more than that, at the price of a busy disk";
+
 /// A simulated robot in its world, and the files that describe them.
 struct Stage {
   SimulatedStage simulated;

@@ -34,6 +34,8 @@ struct Verb {
 [[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
+[[nodiscard]] Verb play_verb();
+[[nodiscard]] Verb recover_verb();
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb simulate_verb();
 [[nodiscard]] Verb world_new_verb();

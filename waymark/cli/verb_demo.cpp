@@ -31,6 +31,7 @@ struct DemoArgs {
   StageFlags stage;
   bool images = false;
   std::string folder = "demo";
+  bool durable = false;
   bool json = false;
 };
 
@@ -92,7 +93,7 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
 }
 
 /// The three steps. What fails is said with the step it failed in.
-Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console& console) {
+Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool durable, Console& console) {
   const Stopwatch watch;
   DemoReport report;
   const auto failed_in = [](const char* step, Error error) {
@@ -101,7 +102,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console
   };
   if (Status status = clear(folder); !status) return tl::unexpected(status.error());
   const std::string lap = (folder / "lap.mcap").string();
-  const Result<TeachReport> taught = teach_lap(stage, {.output = lap}, console);
+  const Result<TeachReport> taught = teach_lap(stage, {.output = lap, .durable = durable}, console);
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
@@ -110,7 +111,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, Console
   report.map = std::move(*map);
   Stage another_day = stage;
   another_day.simulated.robot.seed += kReplaySeed;
-  ReplayJob job{.folder = folder / "map", .output = (folder / "replay.mcap").string()};
+  ReplayJob job{.folder = folder / "map", .output = (folder / "replay.mcap").string(), .durable = durable};
   Result<ReplayReport> replay = replay_route(another_day, job, console);
   if (!replay) return failed_in("replay", replay.error());
   report.replay = std::move(*replay);
@@ -162,7 +163,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     stage->simulated.pictures = SceneEyeOptions{};
     stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   }
-  const Result<DemoReport> report = run_steps(*stage, args.folder, console);
+  const Result<DemoReport> report = run_steps(*stage, args.folder, args.durable, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
@@ -196,6 +197,7 @@ Run prepare_demo(CLI::App& app) {
       ->capture_default_str()
       ->type_name("FOLDER");
   app.add_flag("--images", args->images, "The camera takes pictures, and the detector looks at them");
+  app.add_flag("--durable", args->durable, kDurableHelp);
   app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
   return [args](Console& console) { return demo(*args, console); };
 }

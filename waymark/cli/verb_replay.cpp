@@ -102,6 +102,7 @@ Run prepare_replay(CLI::App& app) {
       ->capture_default_str()
       ->type_name("NUMBER");
   app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")->type_name("FILE");
+  app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_option("--taught", args->job.taught,
                  "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")
       ->type_name("FILE");

@@ -90,6 +90,7 @@ Run prepare_teach(CLI::App& app) {
                  "Also record the pictures (with --images): jpeg, or raw, ten times as large")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("HOW");
+  app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return teach(*args, console); };
 }

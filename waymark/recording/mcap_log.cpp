@@ -31,7 +31,11 @@ class McapLog final : public RosLog {
     const mcap::Statistics& statistics = index_.statistics;
     LogSummary summary{.messages = statistics.message_count,
                        .size_bytes = source_->size().value_or(0),
-                       .files = {source_->name()}};
+                       .files = {source_->name()},
+                       .library = index_.header.library,
+                       .profile = index_.header.profile,
+                       .chunks = index_.chunks.size(),
+                       .complete = index_.from_summary};
     if (statistics.message_count > 0) {
       summary.start = statistics.message_start_time;
       summary.end = statistics.message_end_time;
@@ -50,6 +54,23 @@ class McapLog final : public RosLog {
                        {message.log_time, message.publish_time, message.data.bytes});
         },
         options);
+  }
+
+  std::vector<LogAttachment> attachments() const override {
+    std::vector<LogAttachment> list;
+    for (const mcap::AttachmentIndex& entry : index_.attachments)
+      list.push_back({entry.name, entry.media_type, entry.data_size});
+    return list;
+  }
+  Result<std::string> attachment(const std::string& name) const override {
+    for (const mcap::AttachmentIndex& entry : index_.attachments) {
+      if (entry.name != name) continue;
+      Bytes room;
+      const Result<mcap::Attachment> found = mcap::read_attachment(*source_, entry, room, options_);
+      if (!found) return tl::unexpected(found.error());
+      return std::string(as_text(found->data.bytes));
+    }
+    return MessageLog::attachment(name);
   }
 
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {

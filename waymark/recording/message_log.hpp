@@ -77,6 +77,17 @@ struct LogSummary {
   std::optional<std::uint64_t> messages{};  ///< in all
   std::uint64_t size_bytes = 0;             ///< of the files
   std::vector<std::string> files{};         ///< more than one: a split recording
+  std::string library{};                    ///< who wrote it, as far as it says
+  std::string profile{};                    ///< of an MCAP file: "ros2"
+  std::optional<std::uint64_t> chunks{};    ///< of an MCAP file
+  bool complete = true;                     ///< false: it does not end as a finished recording does
+};
+
+/// A file inside a recording.
+struct LogAttachment {
+  std::string name{};
+  std::string media_type{};
+  std::uint64_t size_bytes = 0;
 };
 
 struct LogOptions {
@@ -113,6 +124,9 @@ class MessageLog {
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;
   /// The camera, its place on the robot, and the metadata, as far as the recording knows them.
   virtual Result<RecordingSetup> setup() = 0;
+  /// The files inside the recording, and the bytes of one (fails when there is no such, or it is damaged).
+  [[nodiscard]] virtual std::vector<LogAttachment> attachments() const { return {}; }
+  [[nodiscard]] virtual Result<std::string> attachment(const std::string& name) const;
 
   /// Files that travel inside the recording (calibration, map): name, kind, time and bytes.
   struct Attachment {

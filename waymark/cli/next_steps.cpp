@@ -1,0 +1,68 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/cli/recording_info.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// What a map of the tags needs and the recording does not say, as flags or words.
+struct MapNeeds {
+  std::vector<std::string> flags{};    ///< can be given
+  std::vector<std::string> missing{};  ///< cannot
+};
+
+MapNeeds map_needs(const RecordingInfo& info) {
+  MapNeeds needs;
+  const auto block = info.setup.metadata.find("waymark");
+  const auto says = [&](const char* key) {
+    return block != info.setup.metadata.end() && block->second.contains(key);
+  };
+  if (!says("anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
+  if (!says("tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
+  if (!info.setup.camera) needs.missing.emplace_back("a calibration of its camera (sensor_msgs/CameraInfo)");
+  if (!info.setup.base_T_cam)
+    needs.missing.emplace_back("where the camera sits (/tf_static, base_link to camera_optical)");
+  return needs;
+}
+
+NextStep map_step(const RecordingInfo& info) {
+  const MapNeeds needs = map_needs(info);
+  if (!needs.missing.empty()) {
+    return {
+        fmt::format("A map cannot be made yet: the recording lacks {}.", fmt::join(needs.missing, " and ")),
+        ""};
+  }
+  const bool detects = !info.contents.contains("tags");
+  return {detects ? "Find the tags in its pictures and make a map of them." : "Make a map of the tags.",
+          fmt::format("waymark map {}{}{} -o map", info.file, needs.flags.empty() ? "" : " ",
+                      fmt::join(needs.flags, " "))};
+}
+
+}  // namespace
+
+std::vector<NextStep> next_steps(const RecordingInfo& info) {
+  std::vector<NextStep> steps;
+  const auto has = [&](const char* kind) { return info.contents.contains(kind); };
+  if (info.format == LogFormat::Mcap && !info.summary.complete)
+    steps.push_back({"Give it the index it lost.", "waymark recover " + info.file});
+  if (info.format != LogFormat::Mcap && !info.contents.empty())
+    steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
+                     fmt::format("waymark convert {} {}.mcap", info.file, info.file)});
+  if (has("pictures")) steps.push_back({"Find the tags in its pictures.", "waymark detect " + info.file});
+  if (has("tags") || has("pictures")) steps.push_back(map_step(info));
+  const bool estimates = has("odometry") || has("wheels") || has("imu");
+  if (estimates && !has("tags") && !has("pictures") && (has("tag_poses") || has("range_bearing")))
+    steps.push_back(
+        {"It can be localised against a map of what it saw; a map cannot be made of it: it holds no "
+         "corners of tags.",
+         ""});
+  if (!info.contents.empty())
+    steps.push_back({"Watch what it says, as it was said.", "waymark play " + info.file});
+  if (info.contents.empty() && info.report.messages > 0)
+    steps.push_back(
+        {"None of its messages are of a kind that Waymark uses.", "waymark play --messages " + info.file});
+  return steps;
+}
+
+}  // namespace waymark::cli
