@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/recording_input.hpp"
 #include "waymark/codecs/image_file.hpp"
 
 namespace waymark::cli {
@@ -51,6 +52,11 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
       break;
     }
     console.progress(i, inputs.size(), inputs[i].path);
+    if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
+      detect_recording(i, inputs[i].path, finder, console, each, summary);
+      if (summary.stopped) break;
+      continue;
+    }
     PictureReport report;
     const Image image = process(inputs[i], finder, report);
     each(i, report, image);

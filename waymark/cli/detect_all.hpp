@@ -26,8 +26,8 @@ struct DetectSummary {
 /// May add an error to the report, which then counts as failed.
 using EachPicture = std::function<void(std::size_t index, PictureReport& report, const Image& image)>;
 
-/// Reads each input and finds its tags. Errors are said and the next input is taken; Ctrl-C and the end of
-/// the output stop between two pictures.
+/// Reads each input, all pictures of a recording, and finds their tags. Errors are said and the next input is
+/// taken; Ctrl-C and the end of the output stop between two pictures.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        Console& console, const EachPicture& each);
 

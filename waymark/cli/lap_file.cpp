@@ -4,8 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/tag_finder.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
 
 #ifndef WAYMARK_VERSION
 #define WAYMARK_VERSION "unknown"
@@ -166,10 +169,25 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
   return text == lap.attachments.end() ? std::nullopt : std::optional(text->second);
 }
 
-Result<RecordedLap> read_lap_file(const std::string& path) {
-  const auto source = open_file(path);
-  if (!source) return tl::unexpected(source.error());
-  return read_lap(**source);
+Result<RecordedLap> read_lap_file(const std::string& path, Console* console) {
+  const auto log = open_log(path);
+  if (!log) return tl::unexpected(log.error());
+  TagFinder finder{.refinement = RefinementOptions{}};
+  const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
+    if (interrupted())
+      return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = path});
+    if (!finder.detector) {
+      auto detector = make_apriltag_detector({});
+      if (!detector) return tl::unexpected(detector.error());
+      finder.detector = std::move(*detector);
+    }
+    Result<FoundTags> found = find_tags(picture.image, finder, camera);
+    if (!found) return tl::unexpected(found.error());
+    if (console != nullptr)
+      console->live(fmt::format("finding tags: {:.1f} s", to_seconds(picture.stamp.time_since_epoch())));
+    return TagFrame{picture.stamp, picture.camera, std::move(found->detections)};
+  };
+  return read_lap(**log, find);
 }
 
 }  // namespace waymark::cli

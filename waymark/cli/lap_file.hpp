@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "waymark/cli/console.hpp"
 #include "waymark/cli/stage_flags.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
@@ -47,7 +48,8 @@ struct SetupOverrides {
 /// The robot's file in the recording, as text; nothing when there is none.
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
-/// Opens and reads a recording.
-[[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path);
+/// Opens and reads a recording of any kind. Where it holds pictures only, their tags are looked for
+/// (tag36h11, the usual settings), and `console` hears how far that is. Ctrl-C ends it with an error.
+[[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, Console* console = nullptr);
 
 }  // namespace waymark::cli

@@ -139,7 +139,7 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
     return !interrupted();
   };
   const Stopwatch watch;
-  const Result<RecordedLap> recorded = read_lap_file(job.lap);
+  const Result<RecordedLap> recorded = read_lap_file(job.lap, &console);
   if (!recorded) return tl::unexpected(recorded.error());
   const auto in_recording = [&](Error error) {
     if (error.place.source.empty()) error.place.source = job.lap;

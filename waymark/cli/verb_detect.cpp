@@ -82,6 +82,13 @@ Status write_annotated(const fs::path& to, const Image& image, const std::vector
   return write_image(to, *drawn);
 }
 
+/// The name of a picture's own; of a recording's, its stamp behind that of the file: "lap_12.345000000.png".
+std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
+  if (report.image == input.path) return name;
+  const std::size_t stamp = report.image.rfind('#');
+  return fmt::format("{}_{}.png", fs::path(name).stem().string(), report.image.substr(stamp + 1));
+}
+
 /// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
 /// report.
 PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
@@ -116,7 +123,8 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     if (!annotations->folder.empty() && report.detected) {
       const auto axes = *setup ? axes_of(report.detections, poses, **setup) : std::vector<plot::FrameAxes>();
       const auto written =
-          write_annotated(annotations->folder / annotations->names[i], image, report.detections, axes);
+          write_annotated(annotations->folder / annotation_name(annotations->names[i], report, inputs[i]),
+                          image, report.detections, axes);
       if (!written && !report.error) report.error = written.error();
     }
     if (args.json) {
@@ -135,8 +143,10 @@ ExitCode detect(const DetectArgs& args, Console& console) {
 
 Run prepare_detect(CLI::App& app) {
   const auto args = std::make_shared<DetectArgs>(app);
-  app.add_option("SOURCE", args->sources,
-                 "Pictures (JPEG, PNG, PNM), folders of pictures, or quoted patterns such as 'lap/*.png'")
+  app.add_option(
+         "SOURCE", args->sources,
+         "Pictures (JPEG, PNG, PNM), folders of pictures, recordings with pictures, or quoted patterns "
+         "such as 'lap/*.png'")
       ->required()
       ->type_name("");
   app.add_flag("--recursive", args->recursive, "Look for pictures in the folders inside a folder too");
@@ -161,6 +171,7 @@ Verb detect_verb() {
           R"(Results go to standard output, words and progress to standard error. Corners are those where the
 black border meets the white one: top left, top right, bottom right, bottom left of the printed tag.
 Pixel (i, j) covers [i, i+1) x [j, j+1). A folder's pictures are taken in the order of their names.
+Pictures of a recording are called after their stamp: lap.mcap#12.345000000.
 Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),

@@ -1,5 +1,6 @@
 #include "waymark/recording/compression.hpp"
 
+#include <array>
 #include <memory>
 
 #include <fmt/format.h>
@@ -131,7 +132,7 @@ namespace {
 
 // Polynomials over GF(2) modulo that of CRC-32, the highest bit first (bit 31 is x^0), as in zlib's
 // crc32_combine().
-std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
+constexpr std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   constexpr std::uint32_t kPolynomial = 0xEDB88320;
   std::uint32_t product = 0;
   for (std::uint32_t bit = 1U << 31U; bit != 0; bit >>= 1U) {
@@ -141,16 +142,23 @@ std::uint32_t multiply(std::uint32_t a, std::uint32_t b) {
   return product;
 }
 
+/// x^8, x^16, x^32, …: shifts by 1, 2, 4, … bytes.
+constexpr std::array<std::uint32_t, 64> kShifts = [] {
+  std::array<std::uint32_t, 64> shifts{};
+  std::uint32_t shift = 1U << 23U;
+  for (std::uint32_t& entry : shifts) {
+    entry = shift;
+    shift = multiply(shift, shift);
+  }
+  return shifts;
+}();
+
 }  // namespace
 
 std::uint32_t crc32_of_both(std::uint32_t first, std::uint32_t second, std::uint64_t second_size) {
-  std::uint32_t shift = 1U << 31U;   // x^0
-  std::uint32_t square = 1U << 23U;  // x^8: a byte
-  for (std::uint64_t n = second_size; n != 0; n >>= 1U) {
-    if ((n & 1U) != 0) shift = multiply(square, shift);
-    square = multiply(square, square);
-  }
-  return multiply(shift, first) ^ second;
+  for (std::size_t bit = 0; second_size >> bit != 0; ++bit)
+    if (((second_size >> bit) & 1U) != 0) first = multiply(kShifts[bit], first);
+  return first ^ second;
 }
 
 }  // namespace waymark

@@ -37,8 +37,16 @@ struct Encoder {
     const std::size_t at = out.size();
     write(std::uint32_t{0});
     for (const auto& [first, second] : pairs) {
-      write(first);
-      write(second);
+      if constexpr (std::integral<std::remove_cvref_t<decltype(first)>> &&
+                    std::integral<std::remove_cvref_t<decltype(second)>>) {
+        std::uint8_t raw[sizeof(first) + sizeof(second)];
+        put_little_endian(raw, first);
+        put_little_endian(raw + sizeof(first), second);
+        append(out, raw);
+      } else {
+        write(first);
+        write(second);
+      }
     }
     put_little_endian(out.data() + at, static_cast<std::uint32_t>(out.size() - at - 4));
   }

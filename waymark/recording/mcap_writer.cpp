@@ -26,6 +26,19 @@ void encode_chunk_head(Bytes& out, const Chunk& chunk, std::uint64_t records_siz
   put_little_endian(out.data() + out.size() - sizeof(records_size), records_size);
 }
 
+/// encode() of a message, of which there are many: two appends.
+void encode_message(Bytes& out, const Message& message) {
+  std::uint8_t head[kRecordPrefixSize + 22];
+  head[0] = static_cast<std::uint8_t>(Opcode::Message);
+  put_little_endian(head + 1, static_cast<std::uint64_t>(22 + message.data.bytes.size()));
+  put_little_endian(head + 9, message.channel_id);
+  put_little_endian(head + 11, message.sequence);
+  put_little_endian(head + 15, message.log_time);
+  put_little_endian(head + 23, message.publish_time);
+  append(out, head);
+  append(out, message.data.bytes);
+}
+
 /// Of a chunk whose records are not packed, with the indexes behind it: their checksum is known already.
 std::uint32_t crc_of_unpacked(ByteSpan head, const Chunk& chunk, ByteSpan whole) {
   const ByteSpan indexes = whole.subspan(head.size() + static_cast<std::size_t>(chunk.uncompressed_size));
@@ -101,12 +114,13 @@ Result<std::uint16_t> Writer::add_channel(const std::string& topic, std::uint16_
                                                   .message_encoding = message_encoding,
                                                   .metadata = metadata};
   sequences_.push_back(0);
+  chunk_messages_.push_back({.channel_id = id});
   if (Status status = append_to_chunk(channel); !status) return tl::unexpected(status.error());
   return id;
 }
 
 bool Writer::chunk_is_full(std::uint64_t log_time) const {
-  if (chunk_messages_.empty()) return false;
+  if (chunk_message_count_ == 0) return false;
   const std::uint64_t first = std::min(log_time, chunk_start_time_);
   const std::uint64_t last = std::max(log_time, chunk_end_time_);
   return chunk_.size() >= options_.chunk_size_bytes || last - first >= chunk_ns() || sync_is_due(log_time);
@@ -139,18 +153,17 @@ Status Writer::write(const Message& message) {
     if (Status status = sync(); !status) return status;
   }
   index_message(message);
-  return append_to_chunk(message);
+  encode_message(chunk_, message);
+  return options_.chunked ? Status{} : end_chunk();
 }
 
 void Writer::index_message(const Message& message) {
   const std::uint64_t log_time = message.log_time;
   if (!unsynced_since_) unsynced_since_ = log_time;
-  const bool first_of_chunk = chunk_messages_.empty();
+  const bool first_of_chunk = chunk_message_count_++ == 0;
   chunk_start_time_ = first_of_chunk ? log_time : std::min(chunk_start_time_, log_time);
   chunk_end_time_ = first_of_chunk ? log_time : std::max(chunk_end_time_, log_time);
-  MessageIndex& index = chunk_messages_[message.channel_id];
-  index.channel_id = message.channel_id;
-  index.records.emplace_back(log_time, chunk_.size() - chunk_head_size());
+  chunk_messages_[message.channel_id - 1U].records.emplace_back(log_time, chunk_.size() - chunk_head_size());
 }
 
 Status Writer::end_chunk() {
@@ -159,7 +172,8 @@ Status Writer::end_chunk() {
   if (chunk_.size() == head) return {};
   const Status status = options_.chunked ? put_chunk() : put_loose();
   chunk_.resize(head);
-  chunk_messages_.clear();
+  for (MessageIndex& messages : chunk_messages_) messages.records.clear();
+  chunk_message_count_ = 0;
   chunk_start_time_ = chunk_end_time_ = 0;
   return status;
 }
@@ -171,8 +185,17 @@ Status Writer::put_loose() {
 }
 
 void Writer::count_messages() {
-  for (const auto& [channel_id, messages] : chunk_messages_)
-    for (const auto& entry : messages.records) count_message(index_.statistics, channel_id, entry.first);
+  if (chunk_message_count_ == 0) return;
+  Statistics& statistics = index_.statistics;
+  const bool first = statistics.message_count == 0;
+  statistics.message_start_time =
+      first ? chunk_start_time_ : std::min(statistics.message_start_time, chunk_start_time_);
+  statistics.message_end_time = std::max(statistics.message_end_time, chunk_end_time_);
+  statistics.message_count += chunk_message_count_;
+  for (const MessageIndex& messages : chunk_messages_) {
+    if (!messages.records.empty())
+      statistics.channel_message_counts[messages.channel_id] += messages.records.size();
+  }
 }
 
 Status Writer::put_chunk() {
@@ -201,8 +224,9 @@ Status Writer::put_chunk() {
   encode_chunk_head(chunk_head, chunk, entry.compressed_size);
   std::ranges::copy(chunk_head, out.begin());
   if (options_.message_index) {
-    for (const auto& [channel_id, messages] : chunk_messages_) {
-      entry.message_index_offsets[channel_id] = entry.chunk_start_offset + out.size();
+    for (const MessageIndex& messages : chunk_messages_) {
+      if (messages.records.empty()) continue;
+      entry.message_index_offsets[messages.channel_id] = entry.chunk_start_offset + out.size();
       encode(out, messages);
     }
   }

@@ -91,8 +91,9 @@ class Writer {
   std::optional<Error> failure_;
   std::optional<std::uint64_t> unsynced_since_;  ///< log time of the first message that no sync covers
 
-  Bytes chunk_;  ///< room for the head of a chunk, then its records
-  std::map<std::uint16_t, MessageIndex> chunk_messages_;
+  Bytes chunk_;                               ///< room for the head of a chunk, then its records
+  std::vector<MessageIndex> chunk_messages_;  ///< of each channel
+  std::uint64_t chunk_message_count_ = 0;
   std::uint64_t chunk_start_time_ = 0;
   std::uint64_t chunk_end_time_ = 0;
   Bytes packed_;  ///< kept for its memory

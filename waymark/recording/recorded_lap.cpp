@@ -1,36 +1,68 @@
 #include "waymark/recording/recorded_lap.hpp"
 
+#include "waymark/recording/ros2_messages.hpp"
+
 namespace waymark {
 namespace {
 
-Status read_attachments(const ByteSource& source, RecordedLap& lap) {
-  const Result<mcap::Index> index = mcap::read_index(source);
-  if (!index) return tl::unexpected(index.error());
-  for (const mcap::AttachmentIndex& entry : index->attachments) {
-    Bytes bytes;
-    const Result<mcap::Attachment> attachment = mcap::read_attachment(source, entry, bytes);
-    if (!attachment) return tl::unexpected(attachment.error());
-    const ByteSpan data = attachment->data.bytes;
-    lap.attachments[attachment->name] = std::string(data.begin(), data.end());
+/// The topics that hold pictures, or the others.
+LogSelection topics_of(const MessageLog& log, bool pictures) {
+  LogSelection selection;
+  for (const LogChannel& channel : log.channels()) {
+    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+    if (picture == pictures) selection.topics.insert(channel.topic);
   }
-  return {};
+  return selection;
+}
+
+void keep(const Sample& sample, RecordedLap& lap) {
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.frames.push_back(*frame);
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.odometry.push_back(*odometry);
+  if (const auto* truth = std::get_if<TruthPose>(&sample))
+    lap.truth.push_back({truth->stamp, truth->map_T_base});
+}
+
+Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
+  const LogSelection pictures = topics_of(log, true);
+  if (pictures.topics.empty()) return {};
+  const CameraModel* camera = lap.setup.camera ? &*lap.setup.camera : nullptr;
+  return log.visit_samples(pictures, [&](const Sample& sample) -> Status {
+    const auto* picture = std::get_if<CameraFrame>(&sample);
+    if (picture == nullptr) return {};
+    Result<TagFrame> frame = find(*picture, camera);
+    if (!frame) return tl::unexpected(frame.error());
+    lap.frames.push_back(std::move(*frame));
+    return {};
+  });
 }
 
 }  // namespace
 
-Result<RecordedLap> read_lap(const ByteSource& source) {
-  Result<RecordingSetup> setup = read_setup(source);
+Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find) {
+  Result<RecordingSetup> setup = log.setup();
   if (!setup) return tl::unexpected(setup.error());
   RecordedLap lap{.setup = std::move(*setup)};
-  if (Status status = read_attachments(source, lap); !status) return tl::unexpected(status.error());
-  const Status status = visit_samples(source, [&](const Sample& sample) -> Status {
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.frames.push_back(*frame);
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.odometry.push_back(*odometry);
-    if (const auto* truth = std::get_if<TruthPose>(&sample))
-      lap.truth.push_back({truth->stamp, truth->map_T_base});
-    return {};
-  });
+  std::vector<Error> damaged;
+  for (const LogAttachment& entry : log.attachments()) {
+    Result<std::string> text = log.attachment(entry.name);
+    if (text) {
+      lap.attachments[entry.name] = std::move(*text);
+    } else {
+      damaged.push_back(text.error());
+    }
+  }
+  const LogSelection others = topics_of(log, false);
+  Status status;
+  if (!others.topics.empty()) {
+    status = log.visit_samples(others, [&](const Sample& sample) {
+      keep(sample, lap);
+      return Status{};
+    });
+  }
+  if (status && lap.frames.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());
+  lap.setup.problems = std::move(damaged);
+  for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);
   return lap;
 }
 

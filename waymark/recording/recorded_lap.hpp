@@ -1,9 +1,11 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_reader.hpp"
 #include "waymark/samples/trajectory.hpp"
 
@@ -18,8 +20,11 @@ struct RecordedLap {
   std::map<std::string, std::string> attachments{};  ///< their bytes, by name
 };
 
-/// Reads all of it. A file that was cut or is still being written is read as far as it goes, and
-/// `setup.problems` says so. Fails on what is not a recording and on a message that does not decode.
-[[nodiscard]] Result<RecordedLap> read_lap(const ByteSource& source);
+/// Finds the tags of a picture, where a recording holds pictures only.
+using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
+
+/// Reads all of it, whatever its format. Pictures are looked at only when there are no tags and `find` is
+/// given. What is damaged is passed over, and `setup.problems` says so. Fails when `find` does.
+[[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {});
 
 }  // namespace waymark

@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""`waymark info`, `play`, `recover`, `detect` and `map` on recordings: ours, cut ones, and those of other programs.
+
+usage: recording_test.py PROGRAM [unittest options]
+"""
+import signal
+import subprocess
+import time
+import unittest
+
+import recordings
+from harness import PROGRAM, InFolder
+
+SECOND = 10**9
+
+
+class WithLap(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap", "--durable")
+
+
+class Info(WithLap):
+    def test_a_lap_of_ours_can_be_mapped_and_nothing_is_wrong_with_it(self):
+        (info,) = self.run_here("info", "--json", "lap.mcap").records
+        self.assertLessEqual({"tags", "odometry", "wheels", "imu", "commands", "truth"}, set(info["contents"]))
+        self.assertIn("waymark map lap.mcap -o map", [step["command"] for step in info["next"]])
+        self.assertEqual((info["format"], info["traps"]), ("mcap", []))
+        for topic in info["topics"]:
+            self.assertEqual((topic["zero_stamps"], topic["backward_stamps"], topic["clock_jumps"]), (0, 0, 0), topic)
+            if topic["topic"] in ("/odom", "/imu", "/tag_detections"):
+                self.assertTrue(topic["periodic"], topic)
+                self.assertEqual((topic["stamps"], topic["gaps"], topic["dropped"]), ("header", 0, 0), topic)
+
+    def test_quick_says_the_same_counts(self):
+        (full,) = self.run_here("info", "--json", "lap.mcap").records
+        (quick,) = self.run_here("info", "--quick", "--json", "lap.mcap").records
+        self.assertEqual([(t["topic"], t["messages"]) for t in full["topics"]],
+                         [(t["topic"], t["messages"]) for t in quick["topics"]])
+        self.assertNotIn("gaps", quick["topics"][0])
+
+    def test_what_is_missing_is_said(self):
+        image = (self.folder / "photograph.png").read_bytes()
+        times = [SECOND + i * SECOND // 20 for i in range(100) if not 40 <= i < 60 and i != 70]
+        recordings.write(self.folder / "gaps.mcap", [
+            ("/cam/compressed", "sensor_msgs/msg/CompressedImage", t, recordings.compressed_image(t, image)) for t in times])
+        (info,) = self.run_here("info", "--json", "gaps.mcap").records
+        (topic,) = info["topics"]
+        self.assertEqual((topic["gaps"], topic["dropped"], topic["messages"]), (2, 21, 79))
+        self.assertAlmostEqual(topic["longest_interval_s"], 1.05, places=6)
+        self.assertEqual(info["contents"], ["pictures"])
+        self.assertIn("waymark detect gaps.mcap", [step["command"] for step in info["next"]])
+        words = self.run_here("info", "gaps.mcap").out
+        self.assertIn("about 21 messages missing in 2 gaps, the longest 1.05 s", words)
+        self.assertIn("a calibration of its camera", words)
+
+
+class Play(WithLap):
+    def test_samples_and_messages_of_a_part(self):
+        part = ("--from", 5, "--to", 7, "--topics", "/odom,/tag_detections", "--speed", 0)
+        samples = self.run_here("play", "lap.mcap", *part, "--json").records
+        messages = self.run_here("play", "lap.mcap", *part, "--json", "--messages").records
+        self.assertEqual({s["kind"] for s in samples}, {"odometry", "tags"})
+        self.assertEqual({m["topic"] for m in messages}, {"/odom", "/tag_detections"})
+        self.assertEqual(len(samples), len(messages))
+        self.assertEqual([s["stamp_ns"] for s in samples], [m["log_time_ns"] for m in messages])
+        self.assertTrue(all(5 * SECOND <= m["log_time_ns"] < 7 * SECOND for m in messages))
+        self.assertAlmostEqual(len([s for s in samples if s["kind"] == "odometry"]), 100, delta=1)
+        words = self.run_here("play", "lap.mcap", "--speed", 0, "--to", 3).out
+        for kind in ("odometry", "tags", "imu", "wheels", "commands", "truth"):
+            self.assertIn(kind, words)
+
+    def test_what_makes_no_sense(self):
+        outcome = self.run_here("play", "lap.mcap", "--topics", "/odm")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("Did you mean '/odom'?", outcome.err)
+        self.assertEqual(self.run_here("play", "lap.mcap", "--from", 5, "--to", 4).code, 2)
+        self.assertEqual(self.run_here("play", "lap.mcap", "--speed", -1).code, 2)
+        self.assertEqual(self.run_here("play", "none.mcap").code, 1)
+
+    def test_ctrl_c_ends_it(self):
+        process = subprocess.Popen([PROGRAM, "play", "lap.mcap", "--speed", "0.01"], cwd=self.folder, text=True,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 130)
+
+
+class Recover(WithLap):
+    def test_a_cut_lap_gets_its_index_back_and_is_only_read(self):
+        data = (self.folder / "lap.mcap").read_bytes()
+        (self.folder / "cut.mcap").write_bytes(data[:len(data) * 2 // 3])
+        (cut,) = self.run_here("info", "--json", "cut.mcap").records
+        self.assertIn("waymark recover cut.mcap", [step["command"] for step in cut["next"]])
+        (outcome,) = self.run_here("recover", "cut.mcap", "--json").records
+        self.assertEqual((outcome["output"], outcome["was_whole"]), ("cut.recovered.mcap", False))
+        (whole,) = self.run_here("info", "--json", "cut.recovered.mcap").records
+        self.assertTrue(whole["complete"])
+        self.assertEqual((whole["messages"], whole["metadata"]), (cut["messages"], cut["metadata"]))
+        self.assertEqual((self.folder / "cut.mcap").read_bytes(), data[:len(data) * 2 // 3])
+        self.assertFalse(list(self.folder.glob("*.part")))
+        again = self.run_here("recover", "cut.mcap")
+        self.assertEqual(again.code, 1)
+        self.assertIn("never overwritten", again.err)
+
+    def test_a_whole_lap_stays_as_it_is(self):
+        outcome = self.run_here("recover", "lap.mcap", "-o", "same.mcap")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIn("was whole", outcome.out)
+        self.assertEqual((self.folder / "same.mcap").read_bytes(), (self.folder / "lap.mcap").read_bytes())
+
+    def test_what_is_no_recording(self):
+        self.assertEqual(self.run_here("recover", "photograph.png").code, 1)
+        self.assertEqual(self.run_here("recover", "none.mcap").code, 1)
+        self.assertFalse(list(self.folder.glob("*.part")) + list(self.folder.glob("*recovered*")))
+
+    def test_a_recorder_that_was_killed(self):
+        process = subprocess.Popen([PROGRAM, "teach", "--world", "circuit24", "--seed", "1", "-o", "killed.mcap"],
+                                   cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        path = self.folder / "killed.mcap"
+        while process.poll() is None and not (path.exists() and path.stat().st_size > 30_000):
+            time.sleep(0.002)
+        process.kill()
+        process.wait()
+        (info,) = self.run_here("info", "--json", "killed.mcap").records
+        self.assertGreater(info["messages"], 100)
+        self.assertEqual(self.run_here("recover", "killed.mcap").code, 0)
+
+
+class Pictures(InFolder):
+    def setUp(self):
+        super().setUp()
+        image = (self.folder / "photograph.png").read_bytes()
+        recordings.write(self.folder / "film.mcap", [
+            ("/image/compressed", "sensor_msgs/msg/CompressedImage", t, recordings.compressed_image(t, image))
+            for t in (12 * SECOND + 345, 13 * SECOND)], close=False)
+
+    def test_detect_finds_the_tags_of_every_picture(self):
+        (still,) = self.run_here("detect", "--json", "photograph.png").records
+        outcome = self.run_here("detect", "--json", "--annotate", "seen", "film.mcap", "photograph.png")
+        self.assertEqual([r["image"] for r in outcome.records],
+                         ["film.mcap#12.000000345", "film.mcap#13.000000000", "photograph.png"])
+        for record in outcome.records:
+            self.assertEqual(record["detections"], still["detections"])
+        self.assertEqual({p.name for p in (self.folder / "seen").iterdir()},
+                         {"film_12.000000345.png", "film_13.000000000.png", "photograph.png"})
+        self.assertIn("3 pictures", outcome.err)
+
+    def test_a_recording_without_pictures_says_so(self):
+        recordings.write(self.folder / "none.mcap", [("/joy", "sensor_msgs/msg/Joy", 1, recordings.Cdr().bytes())])
+        outcome = self.run_here("detect", "none.mcap")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("holds no pictures", outcome.err)
+
+    def test_map_says_what_a_film_lacks(self):
+        outcome = self.run_here("map", "film.mcap", "-o", "map")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("/camera_info", outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

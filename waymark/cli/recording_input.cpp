@@ -1,0 +1,103 @@
+#include "waymark/cli/recording_input.hpp"
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+
+namespace waymark::cli {
+namespace {
+
+using namespace std::string_view_literals;
+constexpr std::array kBeginnings = {"\x89MCAP"sv, "#ROSBAG"sv,  "SQLite format 3"sv, "\xED\xA1\xDA\x01"sv,
+                                    "BZh"sv,      "\x1F\x8B"sv, "\x28\xB5\x2F\xFD"sv};
+
+/// "lap.mcap#12.345000000".
+std::string name_of(const std::string& path, SensorTime stamp) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t ns = stamp.time_since_epoch().count();
+  return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
+}
+
+LogSelection pictures_of(const MessageLog& log) {
+  LogSelection selection;
+  for (const LogChannel& channel : log.channels()) {
+    if (channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType)
+      selection.topics.insert(channel.topic);
+  }
+  return selection;
+}
+
+void fail_with(Error error, const std::string& path, Console& console, DetectSummary& summary) {
+  if (error.place.source.empty()) error.place.source = path;
+  console.say(error);
+  ++summary.failed;
+}
+
+PictureReport report_on(const std::string& path, const CameraFrame& frame, const TagFinder& finder) {
+  PictureReport report{.image = name_of(path, frame.stamp),
+                       .width_px = frame.image.width(),
+                       .height_px = frame.image.height()};
+  auto found = find_tags(frame.image, finder);
+  if (!found) {
+    report.error = found.error();
+    report.error->place.source = report.image;
+    return report;
+  }
+  report.detected = true;
+  report.detections = std::move(found->detections);
+  report.refinements = std::move(found->refinements);
+  return report;
+}
+
+}  // namespace
+
+bool looks_like_recording(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  std::array<char, 16> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  const std::string_view begin(head.data(), static_cast<std::size_t>(file.gcount()));
+  return std::ranges::any_of(kBeginnings, [&](std::string_view magic) { return begin.starts_with(magic); });
+}
+
+void detect_recording(std::size_t index, const std::string& path, const TagFinder& finder, Console& console,
+                      const EachPicture& each, DetectSummary& summary) {
+  const Result<std::unique_ptr<MessageLog>> log = open_log(path);
+  if (!log) return fail_with(log.error(), path, console, summary);
+  const LogSelection pictures = pictures_of(**log);
+  if (pictures.topics.empty()) {
+    return fail_with({ErrorCode::NotFound,
+                      "this recording holds no pictures",
+                      {.source = path},
+                      "`waymark info` shows what it holds."},
+                     path, console, summary);
+  }
+  bool ended = false;
+  const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
+    const auto* frame = std::get_if<CameraFrame>(&sample);
+    if (frame == nullptr) return {};
+    PictureReport report = report_on(path, *frame, finder);
+    each(index, report, frame->image);
+    summary.tags += report.detections.size();
+    ++(report.error ? summary.failed : summary.pictures);
+    if (report.error) console.say(*report.error);
+    console.live(fmt::format("{}, {} tags", report.image, report.detections.size()));
+    summary.stopped = interrupted();
+    ended = summary.stopped || console.output_ended();
+    return ended ? fail(ErrorCode::LimitExceeded, "stopped") : Status{};
+  });
+  if (summary.stopped) console.say(fmt::format("stopped within {}", path));
+  if (!status && !ended) fail_with(status.error(), path, console, summary);
+  for (const LogProblem& problem : (*log)->problems())
+    if (problem.kind == LogProblem::Kind::Damage) fail_with(problem.error, path, console, summary);
+}
+
+}  // namespace waymark::cli
