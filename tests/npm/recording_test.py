@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Our recordings opened by `@mcap/core` and `@foxglove/rosmsg2-serialization`, message by message.
 
-usage: recording_test.py PROGRAM NPM_FOLDER     exit code 77 (skipped) when tools/install_validators.sh has not been run
+usage: recording_test.py PROGRAM ALL_TYPES NPM_FOLDER     ALL_TYPES writes a file with every type; exit code 77 (skipped) when tools/install_validators.sh has not been run
 """
 import json
 import os
@@ -16,9 +16,14 @@ TYPES = {"apriltag_msgs/msg/AprilTagDetectionArray", "waymark_msgs/msg/TagCorner
          "geometry_msgs/msg/PoseStamped", "tf2_msgs/msg/TFMessage"}
 REPLAY_TYPES = TYPES | {"geometry_msgs/msg/PoseWithCovarianceStamped"}
 
+ALL_TYPES = REPLAY_TYPES | {
+    "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/Joy",
+    "nav_msgs/msg/Path", "geometry_msgs/msg/Twist", "visualization_msgs/msg/MarkerArray", "diagnostic_msgs/msg/DiagnosticArray",
+    "waymark_msgs/msg/RangeBearing", "waymark_msgs/msg/TagPoseArray"}
+
 
 def main():
-    program, npm = sys.argv[1], pathlib.Path(sys.argv[2])
+    program, all_types, npm = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
     modules = npm / "node_modules"
     if not (modules / ".bin/node").exists() or not (modules / "@mcap/core").exists():
         print(f"no validators in {modules}: tools/install_validators.sh installs them")
@@ -31,7 +36,8 @@ def main():
 
     with tempfile.TemporaryDirectory(prefix="waymark-npm-") as folder:
         subprocess.run([program, "demo", "-o", folder, "--seed", "1"], check=False, capture_output=True)
-        for name, types in (("lap.mcap", TYPES), ("replay.mcap", REPLAY_TYPES)):
+        subprocess.run([all_types, f"{folder}/all.mcap"], check=True)
+        for name, types in (("lap.mcap", TYPES), ("replay.mcap", REPLAY_TYPES), ("all.mcap", ALL_TYPES)):
             path = f"{folder}/{name}"
             done = validate(path)
             assert done.returncode == 0, done.stderr

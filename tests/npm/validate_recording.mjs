@@ -37,6 +37,19 @@ const meaning = {
   "nav_msgs/msg/Odometry": (m) => check(m.header.frame_id === "odom" && m.child_frame_id === "base_link", "frames of odometry"),
   "sensor_msgs/msg/JointState": (m) => check(m.name.length === 2 && m.position.length === 2, "two wheels"),
   "tf2_msgs/msg/TFMessage": (m) => check(m.transforms[0].child_frame_id === "camera_optical", "the camera's place"),
+  "sensor_msgs/msg/Image": (m) => check(m.encoding === "mono8" && m.data.length === m.step * m.height, "a grey picture"),
+  "sensor_msgs/msg/CompressedImage": (m) => check(m.format === "png" && m.data[1] === 0x50, "a PNG"),
+  "sensor_msgs/msg/LaserScan": (m) => {
+    const last = m.angle_min + (m.ranges.length - 1) * m.angle_increment;
+    check(m.ranges.length > 0 && Math.abs(last - m.angle_max) < 1e-5, "a ray for each direction");
+  },
+  "sensor_msgs/msg/Joy": (m) => check(m.axes.length === 2 && m.buttons[1] === 1, "sticks and buttons"),
+  "nav_msgs/msg/Path": (m) => check(m.poses.length === 2 && m.poses[1].header.frame_id === "map", "two poses"),
+  "visualization_msgs/msg/MarkerArray": (m) => check(m.markers.length === 2 && m.markers[1].text === "tag36h11:3" &&
+    m.markers[1].mesh_file.filename === "none.stl" && m.markers[1].uv_coordinates[0].v === 0.25, "two markers"),
+  "diagnostic_msgs/msg/DiagnosticArray": (m) => check(m.status[0].values[0].value === "9", "a diagnosis"),
+  "waymark_msgs/msg/RangeBearing": (m) => check(m.landmark === 17n && m.range_m === 3.25, "a landmark"),
+  "waymark_msgs/msg/TagPoseArray": (m) => check(m.tags[0].id === 11 && m.tags[0].pose.position.z === 1, "a tag's pose"),
   "waymark_msgs/msg/TagCornerCovariances": (m) => check(m.covariance_px2.length === 64 * m.id.length, "8 x 8 a tag"),
 };
 

@@ -172,7 +172,7 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
 Result<RecordedLap> read_lap_file(const std::string& path, Console* console) {
   const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
-  TagFinder finder{.refinement = RefinementOptions{}};
+  TagFinder finder{.detector = nullptr, .refinement = RefinementOptions{}};
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
     if (interrupted())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = path});

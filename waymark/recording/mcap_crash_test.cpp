@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -88,8 +89,7 @@ std::uint64_t record_until_killed(const fs::path& path, const WriterOptions& opt
     _exit(1);
   }
   int status = 0;
-  while (shared.taken->load() < enough && waitpid(child, &status, WNOHANG) == 0) {
-  }
+  while (shared.taken->load() < enough && waitpid(child, &status, WNOHANG) == 0) sched_yield();
   kill(child, SIGKILL);
   EXPECT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFSIGNALED(status)) << "the recorder stopped by itself";

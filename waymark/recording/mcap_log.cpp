@@ -62,17 +62,6 @@ class McapLog final : public RosLog {
       list.push_back({entry.name, entry.media_type, entry.data_size});
     return list;
   }
-  Result<std::string> attachment(const std::string& name) const override {
-    for (const mcap::AttachmentIndex& entry : index_.attachments) {
-      if (entry.name != name) continue;
-      Bytes room;
-      const Result<mcap::Attachment> found = mcap::read_attachment(*source_, entry, room, options_);
-      if (!found) return tl::unexpected(found.error());
-      return std::string(as_text(found->data.bytes));
-    }
-    return MessageLog::attachment(name);
-  }
-
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
     for (const mcap::AttachmentIndex& entry : index_.attachments) {
       Bytes bytes;

@@ -72,10 +72,6 @@ std::string_view to_string(LogFormat format) {
   return kNames.at(static_cast<std::size_t>(format));
 }
 
-Result<std::string> MessageLog::attachment(const std::string& name) const {
-  return fail(ErrorCode::NotFound, "the recording holds no file of that name", {.key = name});
-}
-
 Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {
   Result<Bytes> head = head_of(*source);
   if (!head) return tl::unexpected(head.error());

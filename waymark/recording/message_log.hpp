@@ -124,9 +124,8 @@ class MessageLog {
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;
   /// The camera, its place on the robot, and the metadata, as far as the recording knows them.
   virtual Result<RecordingSetup> setup() = 0;
-  /// The files inside the recording, and the bytes of one (fails when there is no such, or it is damaged).
+  /// The files inside the recording, by name.
   [[nodiscard]] virtual std::vector<LogAttachment> attachments() const { return {}; }
-  [[nodiscard]] virtual Result<std::string> attachment(const std::string& name) const;
 
   /// Files that travel inside the recording (calibration, map): name, kind, time and bytes.
   struct Attachment {

@@ -43,14 +43,11 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find) {
   if (!setup) return tl::unexpected(setup.error());
   RecordedLap lap{.setup = std::move(*setup)};
   std::vector<Error> damaged;
-  for (const LogAttachment& entry : log.attachments()) {
-    Result<std::string> text = log.attachment(entry.name);
-    if (text) {
-      lap.attachments[entry.name] = std::move(*text);
-    } else {
-      damaged.push_back(text.error());
-    }
-  }
+  const Status read = log.visit_attachments([&](const MessageLog::Attachment& attachment) {
+    lap.attachments[attachment.name] = std::string(as_text(attachment.data));
+    return Status{};
+  });
+  if (!read) damaged.push_back(read.error());
   const LogSelection others = topics_of(log, false);
   Status status;
   if (!others.topics.empty()) {

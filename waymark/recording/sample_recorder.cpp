@@ -64,6 +64,7 @@ template Status SampleRecorder::add_message(const std::string&, SensorTime,
                                             const ros2::PoseWithCovarianceStamped&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::DiagnosticArray&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::Path&);
+template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::Twist&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::MarkerArray&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime, const ros2::CompressedImage&);
 template Status SampleRecorder::add_message(const std::string&, SensorTime,
