@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Our recordings opened by `@mcap/core` and `@foxglove/rosmsg2-serialization`, message by message.
 
-usage: recording_test.py PROGRAM ALL_TYPES NPM_FOLDER     ALL_TYPES writes a file with every type; exit code 77 (skipped) when tools/install_validators.sh has not been run
+usage: recording_test.py PROGRAM ALL_TYPES NPM_FOLDER     ALL_TYPES writes a file with every type of message
+Exit code 77 (skipped) when tools/install_validators.sh has not been run.
 """
 import json
 import os

@@ -1,6 +1,8 @@
 #include "waymark/cli/recording_input.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string_view>

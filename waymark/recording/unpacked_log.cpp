@@ -34,6 +34,7 @@ class UnpackedLog final : public MessageLog {
     if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
     return setup;
   }
+  std::vector<LogAttachment> attachments() const override { return log_->attachments(); }
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
     return log_->visit_attachments(visit);
   }
