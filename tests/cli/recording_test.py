@@ -154,7 +154,10 @@ class Pictures(InFolder):
         self.assertIn("holds no pictures", outcome.err)
 
     def test_map_says_what_a_film_lacks(self):
-        outcome = self.run_here("map", "film.mcap", "-o", "map")
+        image = (self.folder / "photograph.png").read_bytes()
+        recordings.write(self.folder / "whole.mcap", [
+            ("/image", "sensor_msgs/msg/CompressedImage", SECOND, recordings.compressed_image(SECOND, image))])
+        outcome = self.run_here("map", "whole.mcap", "-o", "map")
         self.assertEqual(outcome.code, 1)
         self.assertIn("/camera_info", outcome.err)
 

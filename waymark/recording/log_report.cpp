@@ -50,7 +50,9 @@ struct Counting {
     last = std::max(last, message.log_time);
     ++report.messages;
     const auto stamp = report.has_header ? header_stamp_ns(channel, message.data) : std::nullopt;
-    report.stamps.add(stamp.value_or(message.log_time));
+    // A robot whose clock begins at zero means it; elsewhere zero says that nobody set the stamp.
+    const bool beginning = message.log_time == 0 && stamp.value_or(0) == 0;
+    if (!beginning) report.stamps.add(stamp.value_or(message.log_time));
     if (!stamp || *stamp == 0) return;
     const auto offset = static_cast<std::int64_t>(*stamp - message.log_time);
     if (last_offset && std::abs(offset - *last_offset) > kJump_ns) {
