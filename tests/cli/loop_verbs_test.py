@@ -112,7 +112,7 @@ class Map(WithLap):
         (self.folder / "file").touch()
         for words, code, part in (
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
-                (["photograph.png", "-o", "m"], 1, "not an MCAP file"),
+                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
                 (["lap.mcap"], 2, "--output is required"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
