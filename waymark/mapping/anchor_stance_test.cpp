@@ -13,7 +13,7 @@ constexpr TagId kTag{FamilyId::Tag36h11, 3};
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// A camera that looks ahead and down a little.
-SE3 base_T_cam() {
+SE3 looking_down() {
   const SO3 ahead = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
   return {SO3::from_rpy(0, 10 * kDegree, 0) * ahead, {0.1, 0, 0.4}};
 }
@@ -24,7 +24,7 @@ std::vector<ObservedFrame> seen(const SE3& map_T_tag) {
   for (int i = 0; i < 10; ++i) {
     const SE3 map_T_base = lift(SE2(0.1 * i, 0.03 * i, 0.02 * i - 0.1));
     ObservedFrame frame;
-    frame.tags.push_back({.tag = kTag, .cam_T_tag = (map_T_base * base_T_cam()).inverse() * map_T_tag});
+    frame.tags.push_back({.tag = kTag, .cam_T_tag = (map_T_base * looking_down()).inverse() * map_T_tag});
     frame.tags.back().covariance = PoseCovariance::Identity() * 1e-6;
     frames.push_back(frame);
   }
@@ -36,8 +36,8 @@ SO3 facing_the_robot() {
 }
 
 TEST(AnchorStance, AnUprightTagIsTheDefault) {
-  const auto stance =
-      anchor_stance(seen({SO3::from_rpy(0, 0, 0.4) * facing_the_robot(), {3, 0.2, 0.5}}), kTag, base_T_cam());
+  const auto stance = anchor_stance(seen({SO3::from_rpy(0, 0, 0.4) * facing_the_robot(), {3, 0.2, 0.5}}),
+                                    kTag, looking_down());
   ASSERT_TRUE(stance);
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Upright);
   EXPECT_LT((stance->map_T_anchor.inverse() * SE3(facing_the_robot(), Eigen::Vector3d::Zero())).log().norm(),
@@ -48,7 +48,7 @@ TEST(AnchorStance, AnUprightTagIsTheDefault) {
 TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
   // Leaning back by 20 degrees: about the map's y axis, before it is turned by 0.4 rad.
   const SO3 leaning = SO3::from_rpy(0, 0, 0.4) * SO3::from_rpy(0, -20 * kDegree, 0) * facing_the_robot();
-  const auto stance = anchor_stance(seen({leaning, {3, 0.2, 0.5}}), kTag, base_T_cam());
+  const auto stance = anchor_stance(seen({leaning, {3, 0.2, 0.5}}), kTag, looking_down());
   ASSERT_TRUE(stance);
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Leaning);
   EXPECT_NEAR(stance->tilt_rad / kDegree, 20, 0.5);
@@ -61,13 +61,13 @@ TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
 TEST(AnchorStance, ATagOnTheFloorIsRecognised) {
   // Face up: z, which points into the tag, points down.
   const SO3 lying = SO3::from_rpy(std::numbers::pi, 0, 0.7);
-  const auto stance = anchor_stance(seen({lying, {2.2, 0.1, 0.0}}), kTag, base_T_cam());
+  const auto stance = anchor_stance(seen({lying, {2.2, 0.1, 0.0}}), kTag, looking_down());
   ASSERT_TRUE(stance);
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Lying);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ()).z(), -1, 1e-3);
   EXPECT_NEAR((stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitX()).x(), 1, 1e-3);
   EXPECT_NE(in_words(*stance, kTag).find("lies"), std::string::npos);
-  EXPECT_FALSE(anchor_stance({}, kTag, base_T_cam()));
+  EXPECT_FALSE(anchor_stance({}, kTag, looking_down()));
 }
 
 }  // namespace
