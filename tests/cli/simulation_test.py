@@ -73,6 +73,14 @@ class Simulation(InFolder):
         self.assertIn("f.yaml:2 (faults[0].fault): there is no fault 'tag_removd'. Did you mean 'tag_removed'?", outcome.err)
         self.assertFalse((self.folder / "wrong.mcap").exists())
 
+    def test_a_replay_meets_faults(self):
+        self.assertEqual(self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap").code, 0)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+        (self.folder / "f.yaml").write_text("faults:\n  - {fault: camera_blackout, at_s: 5}\n")
+        outcome = self.run_here("replay", "map", "--world", "circuit24", "--faults", "f.yaml", "--json")
+        self.assertEqual(outcome.code, 1, "a robot that sees nothing any more does not get round")
+        self.assertFalse(outcome.records[0]["finished"])
+
     def test_weak_links_are_said(self):
         # Two tags before the robot and two that come into view when these have left it.
         (self.folder / "line.yaml").write_text(LINE.replace(

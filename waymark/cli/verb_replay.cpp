@@ -11,6 +11,7 @@
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
@@ -19,11 +20,13 @@ namespace {
 struct ReplayArgs {
   explicit ReplayArgs(CLI::App& app)
       : stage(app, "robot.yaml of the map's folder, or limo"),
+        pictures(app),
         anchor(app, "Method anchor"),
         pursuit(app, "Controller pursuit"),
         safety(app, "Limits") {}
 
   StageFlags stage;
+  PictureFlags pictures;
   ReplayJob job{};
   std::string folder;
   bool json = false;
@@ -70,10 +73,10 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   }
   const std::filesystem::path beside = job->folder / "robot.yaml";
   std::error_code ignored;
-  const Result<Stage> stage =
-      args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
-  if (!stage) {
-    console.say(stage.error());
+  Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
+  const Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (!seen) {
+    console.say(seen.error());
     return ExitCode::Usage;
   }
   const Result<ReplayReport> report = replay_route(*stage, *job, console);
@@ -129,6 +132,7 @@ Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was 
 Examples:
   waymark replay map --robot sim --world circuit24 --seed 11
   waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
+  waymark replay map --world circuit24 --faults faults.yaml
 )",
       .prepare = prepare_replay,
       .verbs = {}};
