@@ -49,9 +49,13 @@ TEST(SO3, LogNearPiKeepsItsDigits) {
   for (int i = 0; i < 50; ++i) {
     const Vector3d axis = random_axis(random);
     for (const double gap : {1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
-      EXPECT_THAT(SO3::exp((kHalfTurn - gap) * axis).log(), MatrixNear(((kHalfTurn - gap) * axis).eval(), 2e-15)) << gap;
+      EXPECT_THAT(SO3::exp((kHalfTurn - gap) * axis).log(),
+                  MatrixNear(((kHalfTurn - gap) * axis).eval(), 2e-15))
+          << gap;
       // Beyond pi the short way round is the other one.
-      EXPECT_THAT(SO3::exp((kHalfTurn + gap) * axis).log(), MatrixNear((-(kHalfTurn - gap) * axis).eval(), 4e-15)) << gap;
+      EXPECT_THAT(SO3::exp((kHalfTurn + gap) * axis).log(),
+                  MatrixNear((-(kHalfTurn - gap) * axis).eval(), 4e-15))
+          << gap;
       EXPECT_THAT(SO3::from_matrix(SO3::exp((kHalfTurn - gap) * axis).matrix()).log().cwiseAbs().eval(),
                   MatrixNear(((kHalfTurn - gap) * axis).cwiseAbs().eval(), 4e-15));
     }
@@ -181,7 +185,8 @@ TEST(SO3, RollPitchYawAreAboutFixedAxes) {
               SO3Near(SO3::exp({0, 0, 0.3}) * SO3::exp({0, 0.2, 0}) * SO3::exp({0.1, 0, 0}), 1e-15));
   Random random(37);
   for (int i = 0; i < 100; ++i) {
-    const Vector3d rpy(random.uniform(-kHalfTurn, kHalfTurn), random.uniform(-1.55, 1.55), random.uniform(-kHalfTurn, kHalfTurn));
+    const Vector3d rpy(random.uniform(-kHalfTurn, kHalfTurn), random.uniform(-1.55, 1.55),
+                       random.uniform(-kHalfTurn, kHalfTurn));
     EXPECT_THAT(SO3::from_rpy(rpy[0], rpy[1], rpy[2]).rpy(), MatrixNear(rpy, 1e-13));
   }
 }
@@ -190,8 +195,8 @@ TEST(SO3, RollPitchYawGiveTheRotationBackAtGimbalLockToo) {
   Random random(38);
   for (const double gap : {1e-3, 1e-6, 1e-8, 1e-12, 1e-15, 0.0}) {
     for (const double sign : {1.0, -1.0}) {
-      const SO3 X =
-          SO3::from_rpy(random.uniform(-kHalfTurn, kHalfTurn), sign * (kHalfTurn / 2 - gap), random.uniform(-kHalfTurn, kHalfTurn));
+      const SO3 X = SO3::from_rpy(random.uniform(-kHalfTurn, kHalfTurn), sign * (kHalfTurn / 2 - gap),
+                                  random.uniform(-kHalfTurn, kHalfTurn));
       const Vector3d rpy = X.rpy();
       EXPECT_TRUE(rpy.allFinite());
       EXPECT_THAT(SO3::from_rpy(rpy[0], rpy[1], rpy[2]), SO3Near(X, 1e-14)) << gap;
