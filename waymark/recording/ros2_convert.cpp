@@ -1,4 +1,5 @@
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2_sound.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,7 @@ Quaternion quaternion(const SO3& a_R_b) {
   return {q.x(), q.y(), q.z(), q.w()};
 }
 SO3 rotation(const Quaternion& q) {
+  if (!sound(q)) return {};  // whoever reads files asks sound() first
   return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
 }
 

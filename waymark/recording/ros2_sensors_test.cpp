@@ -3,6 +3,7 @@
 
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
+#include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/sample_reader.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -141,6 +142,26 @@ TEST(Ros2Convert, CompressedPicturesAreDecoded) {
   const auto jpeg = encode_jpeg(Image(16, 16, 90), 95);
   EXPECT_NEAR(ros2::from_ros(ros2::CompressedImage{.format = "jpeg", .data = *jpeg})->image.row(5)[5], 90, 1);
   EXPECT_FALSE(ros2::from_ros(ros2::CompressedImage{.format = "jpeg", .data = {1, 2, 3}}));
+}
+
+TEST(SampleDecoder, NumbersThatAreNoneAreErrors) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  SampleDecoder decoder([](const Sample&) { return Status{}; });
+  const auto add = [&](const std::string& topic, const auto& message) {
+    return decoder.add(topic, std::remove_cvref_t<decltype(message)>::kType, 0, cdr::encode(message));
+  };
+  ros2::PoseStamped truth;
+  EXPECT_TRUE(add("/truth/pose", truth));
+  truth.pose.orientation.x = nan;
+  EXPECT_EQ(add("/truth/pose", truth).error().code, ErrorCode::Unreadable);
+  ros2::Odometry odometry;
+  EXPECT_TRUE(add("/odom", odometry));
+  odometry.pose.pose.orientation = {0, 0, 0, 0};
+  EXPECT_FALSE(add("/odom", odometry));
+  ros2::Imu imu;
+  imu.angular_velocity.y = nan;
+  EXPECT_FALSE(add("/imu", imu));
+  EXPECT_FALSE(add("/range_bearing", ros2::RangeBearing{.range_m = nan}));
 }
 
 TEST(Ros2Convert, FramesOfCamerasComeBack) {

@@ -4,6 +4,7 @@
 
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2_sound.hpp"
 #include "waymark/recording/ros2_tagslam_messages.hpp"
 
 namespace waymark {
@@ -21,6 +22,19 @@ struct Ros2Message {
 Error named(Error error, const Ros2Message& raw) {
   if (error.place.key.empty()) error.place.key = std::string(raw.topic);
   return error;
+}
+
+/// Decodes a message; numbers that are none, and rotations that are none, are an error.
+template <class Message>
+Result<Message> read(const Ros2Message& raw) {
+  Result<Message> message = cdr::decode<Message>(raw.cdr);
+  if (!message) return tl::unexpected(named(message.error(), raw));
+  if constexpr (requires { ros2::sound(*message); }) {
+    if (!ros2::sound(*message))
+      return tl::unexpected(named(
+          {ErrorCode::Unreadable, "a message with numbers that are none, or a rotation of no length"}, raw));
+  }
+  return message;
 }
 
 }  // namespace
@@ -45,8 +59,8 @@ class SampleDecoder::Impl {
 
 template <class Message>
 Status SampleDecoder::Impl::give(const Ros2Message& raw) {
-  const Result<Message> message = cdr::decode<Message>(raw.cdr);
-  if (!message) return tl::unexpected(named(message.error(), raw));
+  const Result<Message> message = read<Message>(raw);
+  if (!message) return tl::unexpected(message.error());
   auto sample = ros2::from_ros(*message);
   if constexpr (requires { sample.error(); }) {
     if (!sample) return tl::unexpected(named(sample.error(), raw));
@@ -84,8 +98,8 @@ Status SampleDecoder::Impl::finish() {
 }
 
 Status SampleDecoder::Impl::on_tags(const Ros2Message& raw) {
-  const auto message = cdr::decode<ros2::AprilTagDetectionArray>(raw.cdr);
-  if (!message) return tl::unexpected(named(message.error(), raw));
+  const auto message = read<ros2::AprilTagDetectionArray>(raw);
+  if (!message) return tl::unexpected(message.error());
   Result<TagFrame> frame = ros2::from_ros(*message);
   if (!frame) return tl::unexpected(named(frame.error(), raw));
   frame_ = std::move(*frame);
@@ -101,14 +115,14 @@ Status SampleDecoder::Impl::on_covariances(const Ros2Message& raw) {
 
 Status SampleDecoder::Impl::on_truth(const Ros2Message& raw) {
   if (raw.type != ros2::PoseStamped::kType) return {};
-  const auto message = cdr::decode<ros2::PoseStamped>(raw.cdr);
-  if (!message) return tl::unexpected(named(message.error(), raw));
+  const auto message = read<ros2::PoseStamped>(raw);
+  if (!message) return tl::unexpected(message.error());
   return visit_(TruthPose{ros2::from_ros(message->header.stamp), ros2::from_ros(message->pose)});
 }
 
 Status SampleDecoder::Impl::on_twist(const Ros2Message& raw) {
-  const auto message = cdr::decode<ros2::Twist>(raw.cdr);
-  if (!message) return tl::unexpected(named(message.error(), raw));
+  const auto message = read<ros2::Twist>(raw);
+  if (!message) return tl::unexpected(message.error());
   return visit_(StampedCommand{SensorTime(Duration(static_cast<std::int64_t>(raw.log_time))),
                                {message->linear.x, message->angular.z}});
 }

@@ -2,6 +2,7 @@
 
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/recording/ros2_sound.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
@@ -26,7 +27,8 @@ Status add_to_setup(RecordingSetup& setup, std::string_view type, ByteSpan cdr) 
     const auto transforms = cdr::decode<ros2::TFMessage>(cdr);
     if (!transforms) return tl::unexpected(transforms.error());
     for (const auto& transform : transforms->transforms) {
-      if (transform.child_frame_id == ros2::kCameraFrame) setup.base_T_cam = ros2::from_ros(transform);
+      if (transform.child_frame_id == ros2::kCameraFrame && ros2::sound(transform))
+        setup.base_T_cam = ros2::from_ros(transform);
     }
   }
   return {};
