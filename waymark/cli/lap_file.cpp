@@ -136,9 +136,10 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
 
 Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
   if (!lap.setup.camera) {
-    if (!lap.setup.problems.empty()) return tl::unexpected(lap.setup.problems.front());  // cut too early
-    return fail(ErrorCode::NotFound, "the recording holds no calibration of its camera (/camera_info)", {},
-                "`waymark info` shows what it holds.");
+    std::string message = "the recording holds no calibration of its camera (/camera_info)";
+    if (!lap.setup.problems.empty())  // cut too early, perhaps
+      message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
+    return fail(ErrorCode::NotFound, std::move(message), {}, "`waymark info` shows what it holds.");
   }
   if (!lap.setup.base_T_cam)
     return fail(ErrorCode::NotFound,

@@ -74,6 +74,12 @@ Result<ExportOptions> export_options(const ConvertArgs& args, const MessageLog& 
     if (!to) return tl::unexpected(to.error());
     options.selection.to = *to;
   }
+  const LogSelection& chosen = options.selection;
+  const auto end = log.summary().end;
+  if (chosen.to <= chosen.from || (end && chosen.from > *end))
+    return fail(ErrorCode::InvalidArgument,
+                "no time is left between --from and --to, or the recording ended before",
+                {.source = args.input, .key = "--from"}, "`waymark info` shows when it begins and ends.");
   return options;
 }
 

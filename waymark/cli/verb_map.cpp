@@ -92,20 +92,21 @@ std::string to_text(const MapReport& report, const std::string& folder) {
         "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
         e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
   }
+  if (report.trajectory_errors)
+    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
+                        report.trajectory_errors->max_m);
   if (lap.bundle) {
     const BundleFigures& b = *lap.bundle;
     text += fmt::format(
         "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
         b.rms_px, b.moved_m);
     if (b.odometry_scales_sigma.distance > 0)
-      text +=
-          fmt::format("wheels: distances x {:.4f} +- {:.4f}, turns x {:.3f} +- {:.3f} agree with the tags\n",
-                      b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
-                      b.odometry_scales_sigma.yaw);
+      text += fmt::format(
+          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
+          "(turns)\n",
+          b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
+          b.odometry_scales_sigma.yaw);
   }
-  if (report.trajectory_errors)
-    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
-                        report.trajectory_errors->max_m);
   return text;
 }
 

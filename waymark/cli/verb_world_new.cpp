@@ -133,6 +133,13 @@ Result<World> drawn_line(const std::string& path) {
   const bool table = path.ends_with(".csv") || path.ends_with(".txt");
   const auto points = table ? points_of_table(path) : points_of_recording(path);
   if (!points) return tl::unexpected(points.error());
+  constexpr double kLargest_m = 500;
+  const bool too_large = std::ranges::any_of(*points, [&](const Eigen::Vector2d& point) {
+    return !((point - points->front()).cwiseAbs().maxCoeff() < kLargest_m);
+  });
+  if (too_large)
+    return fail(ErrorCode::LimitExceeded, "the line goes farther than 500 m from its start", {.source = path},
+                "Coordinates are in metres: are these millimetres?");
   World world = line_of(name, *points);
   if (world.path_m.size() < 3)
     return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",

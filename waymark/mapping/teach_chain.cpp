@@ -142,6 +142,12 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
   }
   const std::vector<ObservedFrame> near = near_tags(frames, options.max_distance_m);
   const TagShapes shapes = internal::tag_shapes(near, base_T_cam, options.floor);
+  if (!shapes.contains(anchor) && seen.contains(anchor)) {
+    return fail(ErrorCode::NotFound,
+                fmt::format("the anchor {} is seen in this lap, but never within {} m", to_string(anchor),
+                            options.max_distance_m),
+                {}, "Is the size of the tags right? Otherwise raise --max-distance-m.");
+  }
   if (!shapes.contains(anchor)) {
     return fail(ErrorCode::NotFound,
                 fmt::format("the anchor {} is never seen in this lap", to_string(anchor)), {},
