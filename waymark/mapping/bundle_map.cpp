@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "waymark/mapping/tag_votes.hpp"
+
 namespace waymark {
 namespace {
 
@@ -46,9 +48,58 @@ bool judge(Bundle& bundle, double gate) {
   return changed;
 }
 
+/// A tag most of whose sightings contradict its place was started in the wrong one, on the other of its two
+/// poses for example: it is placed anew by what its sightings say from where the base was. Whether any was.
+bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
+  const std::vector<double> chi2 = corner_chi2(lap.bundle);
+  bool any = false;
+  for (const auto& [id, pose] : lap.tags) {
+    std::vector<internal::Vote<SE3>> votes;
+    int good = 0;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      const CornerTerm& term = lap.bundle.corners[i];
+      if (term.tag != pose) continue;
+      good += chi2[i] < options.outlier_chi2 ? 1 : 0;
+      const auto [frame, detection] = lap.sightings[i];
+      votes.push_back(internal::vote_for_place(input.frames[frame].detections[detection], input,
+                                               lap.bundle.poses[term.rig].value));
+    }
+    if (lap.bundle.poses[pose].fixed || 2 * good >= static_cast<int>(votes.size())) continue;
+    const auto agreed = internal::agree(votes, kGate);
+    if (!agreed || agreed->votes <= good) continue;
+    lap.bundle.poses[pose].value = agreed->value.mean;
+    any = true;
+  }
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || any;
+  return any;
+}
+
+/// Tags the chain could not place (too far away for it, say), placed by what their sightings say from where
+/// the base was. Those that were are taken from the list of the unconnected.
+bool place_unconnected(const LapInput& input, const BundleMapOptions& options, LapBundle& lap,
+                       std::vector<TagId>& unconnected) {
+  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
+  constexpr int kEnough = 4;
+  const auto placed = std::erase_if(unconnected, [&](const TagId& tag) {
+    std::vector<internal::Vote<SE3>> votes;
+    for (std::size_t i = 0; i < input.frames.size(); ++i) {
+      for (const TagDetection& detection : input.frames[i].detections) {
+        if (detection.tag != tag || !lap.bases[i]) continue;
+        votes.push_back(internal::vote_for_place(detection, input, lap.bundle.poses[*lap.bases[i]].value));
+      }
+    }
+    const auto agreed = internal::agree(votes, kGate);
+    if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
+    add_tag(input, tag, agreed->value.mean, options.model, lap);
+    return true;
+  });
+  return placed > 0;
+}
+
 /// Optimises until the set of sightings in use and the noise agree with each other.
-void optimise(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
-              BundleMap& result) {
+void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+              const MapProgress& progress, BundleMap& result) {
   const auto stage = [&](const char* name) {
     return [&, name](int iteration, double cost) {
       if (progress && !progress(name, iteration, cost)) result.interrupted = true;
@@ -57,6 +108,10 @@ void optimise(LapBundle& lap, const BundleMapOptions& options, const MapProgress
   };
   BundleOptions search{.max_iterations = options.max_iterations, .robust_chi2 = options.robust_chi2};
   result.summary = solve(lap.bundle, search, stage("looking for outliers"));
+  if (result.interrupted || !result.summary.usable()) return;
+  const bool anew = place_lost_tags_anew(input, options, lap);
+  if (place_unconnected(input, options, lap, result.unconnected) || anew)
+    result.summary = solve(lap.bundle, search, stage("looking for outliers"));
   search.robust_chi2 = 0;
   for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
@@ -70,7 +125,8 @@ void optimise(LapBundle& lap, const BundleMapOptions& options, const MapProgress
   }
 }
 
-void read_tags(const LapBundle& lap, const BundleCovariance& P, const ChainResult& start, BundleMap& result) {
+void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovariance& P,
+               const ChainResult& start, BundleMap& result) {
   std::vector<int> sightings(lap.bundle.poses.size(), 0);
   for (const CornerTerm& term : lap.bundle.corners) sightings[term.tag] += term.used ? 1 : 0;
   for (const auto& [id, pose] : lap.tags) {
@@ -78,12 +134,12 @@ void read_tags(const LapBundle& lap, const BundleCovariance& P, const ChainResul
       result.unconnected.push_back(id);
       continue;
     }
-    const MappedTag& before = start.map.tags.at(id);
-    MappedTag tag = before;
-    tag.map_T_tag = lap.bundle.poses[pose].value;
+    const MappedTag* before = start.map.find(id);
+    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value, .size_m = *input.sizes.size_m(id)};
     if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
-    const double moved = (tag.map_T_tag.translation() - before.map_T_tag.translation()).norm();
-    result.moved_m = std::max(result.moved_m, moved);
+    if (before != nullptr)
+      result.moved_m =
+          std::max(result.moved_m, (tag.map_T_tag.translation() - before->map_T_tag.translation()).norm());
     result.map.tags[id] = tag;
     result.sightings[id] = sightings[pose];
   }
@@ -125,11 +181,11 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
 
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{.unconnected = start->unconnected};
-  optimise(lap, options, progress, result);
+  optimise(input, lap, options, progress, result);
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
 
   const BundleCovariance P = covariance(lap.bundle);
-  read_tags(lap, P, *start, result);
+  read_tags(input, lap, P, *start, result);
   read_sightings(input, lap, result);
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {

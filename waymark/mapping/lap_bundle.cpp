@@ -58,13 +58,15 @@ PosePriorFactor floor_prior(const SE3& map_T_floor) {
   return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
 }
 
-void add_corners(const LapInput& lap, const LapModelOptions& options, LapBundle& result) {
+/// Terms for the sightings of all tags, or of one.
+void add_corners(const LapInput& lap, const LapModelOptions& options, LapBundle& result,
+                 const TagId* only = nullptr) {
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     if (!result.bases[i]) continue;
     for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d) {
       const TagDetection& detection = lap.frames[i].detections[d];
       const auto tag = result.tags.find(detection.tag);
-      if (tag == result.tags.end()) continue;
+      if (tag == result.tags.end() || (only != nullptr && detection.tag != *only)) continue;
       const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
       if (!factor) continue;
       result.bundle.corners.push_back({*result.bases[i], result.cam, result.map, tag->second, 0, *factor});
@@ -104,6 +106,12 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   bundle.odometry_scales[0].fixed = bundle.odometry.empty();
   add_corners(lap, options, result);
   return result;
+}
+
+void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag, const LapModelOptions& options,
+             LapBundle& result) {
+  result.tags[tag] = result.bundle.add(map_T_tag);
+  add_corners(lap, options, result, &tag);
 }
 
 }  // namespace waymark

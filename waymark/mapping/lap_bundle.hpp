@@ -73,4 +73,9 @@ struct LapBundle {
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 
+/// A tag that the start does not know, once the base poses are known: its pose becomes an unknown, its
+/// sightings terms.
+void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag, const LapModelOptions& options,
+             LapBundle& result);
+
 }  // namespace waymark

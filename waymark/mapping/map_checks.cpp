@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/tag_votes.hpp"
 #include "waymark/pose/agreement.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark {
 namespace {
 
-using internal::Alternative;
 using internal::Vote;
 
 constexpr int kFewSightings = 3;
@@ -32,23 +32,6 @@ struct Split {
   std::vector<Vote<SE3>> votes;  ///< of those that do not: where the tag would have to be
 };
 
-Vote<SE3> vote_of(const TagDetection& detection, const LapInput& lap, const SE3& map_T_base) {
-  Vote<SE3> vote;
-  const auto pose = estimate_tag_pose(detection, lap.sizes, lap.camera);
-  if (!pose) return vote;
-  const SE3 map_T_cam = map_T_base * lap.base_T_cam;
-  const auto add = [&](const TagPoseSolution& solution) {
-    const SE3::Jacobian Ad = map_T_cam.adjoint();
-    // The pose of the base is not known to the micrometre either.
-    const PoseCovariance covariance =
-        Ad * solution.covariance * Ad.transpose() + 1e-4 * PoseCovariance::Identity();
-    vote.push_back({map_T_cam * solution.cam_T_tag, covariance.inverse(), solution.chi2 - pose->best.chi2});
-  };
-  add(pose->best);
-  if (pose->other) add(*pose->other);
-  return vote;
-}
-
 Split split_of(const TagId& tag, const std::set<SensorTime>& rejected, const LapInput& lap,
                const BundleMap& map) {
   Split split;
@@ -61,7 +44,7 @@ Split split_of(const TagId& tag, const std::set<SensorTime>& rejected, const Lap
       }
       const SE3* map_T_base = base_at(map, frame.stamp);
       if (map_T_base == nullptr) continue;
-      Vote<SE3> vote = vote_of(detection, lap, *map_T_base);
+      Vote<SE3> vote = internal::vote_for_place(detection, lap, *map_T_base);
       if (vote.empty()) continue;
       split.there.push_back(frame.stamp);
       split.votes.push_back(std::move(vote));

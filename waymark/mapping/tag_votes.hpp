@@ -1,0 +1,13 @@
+#pragma once
+
+#include "waymark/mapping/lap_bundle.hpp"
+#include "waymark/pose/agreement.hpp"
+
+namespace waymark::internal {
+
+/// Where a tag would have to be for one sighting from a known base pose, once for each of its poses that is
+/// possible; empty when the sighting gives no pose.
+[[nodiscard]] Vote<SE3> vote_for_place(const TagDetection& detection, const LapInput& lap,
+                                       const SE3& map_T_base);
+
+}  // namespace waymark::internal
