@@ -51,7 +51,7 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
   const Eigen::Matrix3d cam_R_body = cam_R_map * poses.map_T_body.rotation().matrix();
   const std::array<Eigen::Vector3d, 4> tag_p = tag_corners(factor.size_m);
   Eigen::Matrix<double, 8, 1> r;
-  for (int i = 0; i < 4; ++i) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Eigen::Vector3d body_p = poses.body_T_tag * tag_p[at];
     const Eigen::Vector3d map_p = poses.map_T_body * body_p;
