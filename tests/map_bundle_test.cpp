@@ -16,6 +16,7 @@
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/map_checks.hpp"
+#include "waymark/samples/corners.hpp"
 
 namespace waymark {
 namespace {
@@ -227,6 +228,30 @@ TEST(BundleMap, WorksWithoutOdometryAndThroughBlindness) {
   EXPECT_EQ(map.frames_without_pose, 0) << "wheels carry the robot through";
   EXPECT_LT(worst_of_others(map, {}), 0.04);
   EXPECT_LT(trajectory_errors(map.trajectory, lap.truth).max_m, 0.06);
+}
+
+TEST(BundleMap, PlacesATagThatTheChainIsTooFarFrom) {
+  Lap lap = drive(9);
+  const TagId far{FamilyId::Tag36h11, 12};
+  constexpr double kFarPx = 442 * 0.16 / 2.6;  // side of a tag 2.6 m away
+  for (TagFrame& frame : lap.input.frames) {
+    std::erase_if(frame.detections, [&](const TagDetection& detection) {
+      return detection.tag == far && mean_side_px(detection.corners_px) > kFarPx;
+    });
+  }
+  int sightings = 0;
+  for (const TagFrame& frame : lap.input.frames)
+    sightings += static_cast<int>(std::ranges::count(frame.detections, far, &TagDetection::tag));
+  ASSERT_GE(sightings, 10);
+  const ChainOptions chain{.max_distance_m = 2.5};
+  const auto mapped = map_by_bundle(lap.input, chain);
+  ASSERT_TRUE(mapped) << to_string(mapped.error());
+  const BundleMap& map = *mapped;
+  ASSERT_NE(map.map.find(far), nullptr) << "placed by its sightings once the base poses are known";
+  EXPECT_TRUE(map.unconnected.empty());
+  const double off =
+      (map.map.find(far)->map_T_tag.translation() - circuit().tags.find(far)->map_T_tag.translation()).norm();
+  EXPECT_LT(off, 0.15);
 }
 
 TEST(BundleMap, SurvivesWhatIsNoMeasurement) {
