@@ -38,7 +38,7 @@ Node grow(const Verb& verb, CLI::App& app) {
     CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
     node.children.push_back(grow(child, *sub));
   }
-  if (!node.children.empty()) app.require_subcommand(1);
+  if (!node.children.empty()) app.require_subcommand(node.run ? 0 : 1, 1);
   return node;
 }
 
@@ -58,7 +58,7 @@ Chosen choose(const Node& root, const std::vector<std::string>& words) {
     const auto found =
         std::find_if(children.begin(), children.end(), [&](const Node& n) { return n.verb->name == word; });
     if (found == children.end()) {
-      chosen.unknown_verb = word;
+      if (!chosen.node->run) chosen.unknown_verb = word;
       break;
     }
     chosen.node = &*found;

@@ -15,8 +15,8 @@ namespace waymark::cli {
 /// What runs once the command line is parsed.
 using Run = std::function<ExitCode(Console&)>;
 
-/// A word of the command line and what it does. Either it runs (`prepare`) or it leads to further words
-/// (`verbs`).
+/// A word of the command line and what it does: it runs (`prepare`), or leads to further words (`verbs`), or
+/// both, when what follows it is none of those words.
 struct Verb {
   std::string name;
   std::string sentence;  ///< in the list of verbs
@@ -28,6 +28,7 @@ struct Verb {
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb evaluate_verb();
+[[nodiscard]] Verb evaluate_detections_verb();
 [[nodiscard]] Verb demo_verb();
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();

@@ -1,4 +1,3 @@
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -6,42 +5,11 @@
 #include <fmt/ranges.h>
 
 #include "waymark/geometry/planar.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/export_progress.hpp"
-#include "waymark/recording/log_problems.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/logged_poses.hpp"
 
 namespace waymark {
 namespace {
-
-struct Posed {
-  ros2::Time stamp{};
-  ros2::Pose pose{};
-};
-
-bool has_poses(std::string_view type) {
-  return type == ros2::Odometry::kType || type == ros2::PoseStamped::kType ||
-         type == ros2::PoseWithCovarianceStamped::kType;
-}
-
-template <class Message>
-std::optional<Message> decoded(ByteSpan cdr) {
-  auto message = cdr::decode<Message>(cdr);
-  return message ? std::optional(std::move(*message)) : std::nullopt;
-}
-
-std::optional<Posed> pose_of(std::string_view type, ByteSpan cdr) {
-  if (type == ros2::PoseStamped::kType) {
-    if (const auto m = decoded<ros2::PoseStamped>(cdr)) return Posed{m->header.stamp, m->pose};
-  } else if (type == ros2::Odometry::kType) {
-    if (const auto m = decoded<ros2::Odometry>(cdr)) return Posed{m->header.stamp, m->pose.pose};
-  } else if (const auto m = decoded<ros2::PoseWithCovarianceStamped>(cdr)) {
-    return Posed{m->header.stamp, m->pose.pose};
-  }
-  return std::nullopt;
-}
 
 Result<std::string> only_topic(const std::vector<std::string>& topics) {
   if (topics.size() == 1) return topics.front();
@@ -63,8 +31,7 @@ class TumExport {
     const bool samples = log_.format() == LogFormat::Lcm || log_.format() == LogFormat::Csv;
     const Status status = samples ? from_samples() : from_messages();
     if (!status) return tl::unexpected(status.error());
-    report_.problems = log_.problems();
-    noted_.append_to(report_.problems);
+    if (samples) report_.problems = log_.problems();
     if (report_.messages == 0) return fail(ErrorCode::NotFound, "no poses in what was chosen");
     if (Status written = sink_->write(as_bytes(text_)); !written) return tl::unexpected(written.error());
     return report_;
@@ -73,24 +40,14 @@ class TumExport {
  private:
   Status from_messages() {
     std::vector<std::string> topics;
-    for (const LogChannel& channel : log_.channels()) {
-      if (has_poses(channel.type) && options_.selection.takes(channel.topic)) topics.push_back(channel.topic);
-    }
+    for (const std::string& topic : pose_topics(log_))
+      if (options_.selection.takes(topic)) topics.push_back(topic);
     const Result<std::string> topic = only_topic(topics);
     if (!topic) return tl::unexpected(topic.error());
-    LogSelection selection = options_.selection;
-    selection.topics = {*topic};
-    CdrChannels cdr([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
-      noted_.add(kind, key, [&] { return error; });
-    });
-    return log_.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-      if (Status told = progress_.at(message.log_time); !told) return told;
-      const auto converted = cdr.convert(channel, message);
-      if (!converted || !converted->channel->known_layout) return {};
-      const auto posed = pose_of(converted->channel->channel.type, converted->data);
-      return posed ? line(channel.topic, ros2::from_ros(posed->stamp), ros2::from_ros(posed->pose))
-                   : Status{};
-    });
+    return visit_poses(
+        log_, *topic, options_.selection,
+        [&](const EstimatedPose& pose) { return line(*topic, pose.stamp, pose.map_T_base); },
+        report_.problems, [&](std::uint64_t log_time) { return progress_.at(log_time); });
   }
 
   Status from_samples() {
@@ -127,7 +84,6 @@ class TumExport {
   ExportProgress progress_;
   std::string text_;
   ExportReport report_;
-  LogProblems noted_;
 };
 
 }  // namespace

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/evaluation/path_scores.hpp"
+#include "waymark/samples/estimated_pose.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+/// Trajectories and paths from whatever file has them.
+namespace waymark::cli {
+
+/// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
+/// TUM file, in order of time. Fails on a file that is neither, a topic that is not there, and no poses.
+[[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic);
+
+/// What an estimate is held against.
+struct Reference {
+  Trajectory timed{};  ///< empty when only the path is known
+  FloorPath path{};
+};
+
+/// A reference from a recording (`topic`, else /truth/pose, else its only topic of poses), a TUM file, a
+/// route.yaml, or a CSV of corners with the columns x_m and y_m (a path without times; `closed`: back to its
+/// first corner).
+[[nodiscard]] Result<Reference> read_reference(const std::string& path, const std::string& topic,
+                                               bool closed);
+
+struct Motion {
+  std::vector<Odometry> odometry{};
+  std::vector<ImuSample> imu{};
+};
+
+/// The odometry and the gyro of a recording. Fails when it has no odometry.
+[[nodiscard]] Result<Motion> read_motion(const std::string& path);
+
+}  // namespace waymark::cli

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/base/time.hpp"
+#include "waymark/geometry/se3.hpp"
+
+namespace waymark {
+
+/// Where somebody believed the base was, and how far to trust it.
+struct EstimatedPose {
+  SensorTime stamp{};
+  SE3 map_T_base{};
+  /// Of x [m], y [m] and yaw [rad] in ordinary map coordinates; nothing when it does not say.
+  std::optional<Eigen::Matrix3d> covariance{};
+};
+
+/// In order of time.
+using EstimatedTrajectory = std::vector<EstimatedPose>;
+
+}  // namespace waymark
