@@ -10,17 +10,13 @@
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 #include "waymark/config/yaml_write.hpp"
+#include "waymark/samples/camera_body.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
 constexpr double kDegree = std::numbers::pi / 180;
-
-/// Optical axes (x right, y down, z forward) in those of a camera's body (x forward, y left, z up).
-SO3 body_R_optical() {
-  return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
-}
 
 /// One part of the file: the keys it must have, and what reads them.
 template <class Read>
@@ -57,11 +53,12 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
   if (!status) return status;
   return part(root, "camera_mounting", {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"},
               [&](auto& value) {
-                const Eigen::Vector3d base_t_cam(value("x_m"), value("y_m"), value("z_m"));
-                const double roll = value("roll_deg") * kDegree;
-                const double pitch = value("pitch_deg") * kDegree;
-                const double yaw = value("yaw_deg") * kDegree;
-                model.base_T_cam = SE3(SO3::from_rpy(roll, pitch, yaw) * body_R_optical(), base_t_cam);
+                model.base_T_cam = base_T_camera({.x_m = value("x_m"),
+                                                  .y_m = value("y_m"),
+                                                  .z_m = value("z_m"),
+                                                  .roll_rad = value("roll_deg") * kDegree,
+                                                  .pitch_rad = value("pitch_deg") * kDegree,
+                                                  .yaw_rad = value("yaw_deg") * kDegree});
               });
 }
 
@@ -115,8 +112,7 @@ Result<RobotDescription> read_robot(const std::filesystem::path& path) {
 std::string to_yaml(const RobotDescription& robot) {
   const auto& [name, hull, limits, wheel_radius_m, track_m, base_T_cam] = robot.model;
   const auto n = yaml_number;
-  const Eigen::Vector3d& t = base_T_cam.translation();
-  const Eigen::Vector3d rpy = (base_T_cam.rotation() * body_R_optical().inverse()).rpy() / kDegree;
+  const CameraMounting mounting = camera_mounting(base_T_cam);
   return fmt::format("name: {}\n", yaml_text(name)) +
          fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
                      n(hull.rear_m), n(hull.width_m), n(hull.height_m)) +
@@ -129,7 +125,8 @@ std::string to_yaml(const RobotDescription& robot) {
          fmt::format(
              "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: "
              "{}}}\n",
-             n(t.x()), n(t.y()), n(t.z()), n(rpy.x()), n(rpy.y()), n(rpy.z())) +
+             n(mounting.x_m), n(mounting.y_m), n(mounting.z_m), n(mounting.roll_rad / kDegree),
+             n(mounting.pitch_rad / kDegree), n(mounting.yaw_rad / kDegree)) +
          "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) +
          "simulation:\n" + write_fields(robot.simulation, 2);
 }
