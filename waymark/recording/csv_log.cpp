@@ -81,11 +81,7 @@ class CsvLog final : public MessageLog {
     return setup;
   }
 
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = opened_.list();
-    visited_.append_to(all);
-    return all;
-  }
+  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  private:
   static std::uint64_t clamped(std::int64_t time) {

@@ -85,11 +85,7 @@ class LcmLog final : public MessageLog {
     return setup;
   }
 
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = opened_.list();
-    visited_.append_to(all);
-    return all;
-  }
+  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  private:
   template <class Visit>

@@ -44,4 +44,11 @@ class LogProblems {
   std::vector<LogProblem> list_;
 };
 
+/// What was found when a log was opened, then what the last visit found.
+[[nodiscard]] inline std::vector<LogProblem> joined(const LogProblems& opened, const LogProblems& visited) {
+  std::vector<LogProblem> all = opened.list();
+  visited.append_to(all);
+  return all;
+}
+
 }  // namespace waymark

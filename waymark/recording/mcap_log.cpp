@@ -74,11 +74,7 @@ class McapLog final : public RosLog {
     return {};
   }
 
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = opened_.list();
-    visited_.append_to(all);
-    return all;
-  }
+  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  protected:
   Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
@@ -89,9 +85,6 @@ class McapLog final : public RosLog {
       blocks[block->name] = std::move(block->metadata);
     }
     return blocks;
-  }
-  void note(LogProblem::Kind kind, const std::string& key, const Error& error) override {
-    visited_.add(kind, key, [&] { return error; });
   }
 
  private:
@@ -115,7 +108,6 @@ class McapLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::uint16_t, std::size_t> position_;
   LogProblems opened_;
-  LogProblems visited_;
 };
 
 }  // namespace

@@ -94,16 +94,7 @@ class Ros1BagLog final : public RosLog {
     return {};
   }
 
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = opened_.list();
-    visited_.append_to(all);
-    return all;
-  }
-
- protected:
-  void note(LogProblem::Kind kind, const std::string& key, const Error& error) override {
-    visited_.add(kind, key, [&] { return error; });
-  }
+  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  private:
   /// Connections of several publishers on one topic are one channel.
@@ -182,7 +173,6 @@ class Ros1BagLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::uint32_t, std::size_t> channel_of_;
   LogProblems opened_;
-  LogProblems visited_;
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {
@@ -15,7 +16,11 @@ class RosLog : public MessageLog {
   /// The blocks of metadata a file carries, by name.
   virtual Result<std::map<std::string, std::map<std::string, std::string>>> metadata() { return {}; }
   /// Of a message that does not decode: noted, and passed over.
-  virtual void note(LogProblem::Kind kind, const std::string& key, const Error& error) = 0;
+  void note(LogProblem::Kind kind, const std::string& key, const Error& error) {
+    visited_.add(kind, key, [&] { return error; });
+  }
+
+  LogProblems visited_;  ///< by the last visit
 
  private:
   Status visit_cdr(const LogSelection& selection, const Visitor& visit);

@@ -101,16 +101,7 @@ class Rosbag2Log final : public RosLog {
     }
   }
 
-  std::vector<LogProblem> problems() const override {
-    std::vector<LogProblem> all = opened_.list();
-    visited_.append_to(all);
-    return all;
-  }
-
- protected:
-  void note(LogProblem::Kind kind, const std::string& key, const Error& error) override {
-    visited_.add(kind, key, [&] { return error; });
-  }
+  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
 
  private:
   Status load_schema_version() {
@@ -220,7 +211,6 @@ class Rosbag2Log final : public RosLog {
   std::optional<std::uint64_t> end_;
   Bytes unpacked_;
   LogProblems opened_;
-  LogProblems visited_;
 };
 
 }  // namespace

@@ -44,7 +44,7 @@ class SplitLog final : public RosLog {
   }
 
   Status visit(const LogSelection& selection, const Visitor& visit) override {
-    noted_.clear();
+    visited_.clear();
     // Between two neighbouring times the same parts have messages.
     std::vector<std::uint64_t> times;
     for (const auto& part : parts_) {
@@ -68,14 +68,11 @@ class SplitLog final : public RosLog {
   std::vector<LogProblem> problems() const override {
     std::vector<LogProblem> all = opened_.list();
     for (const auto& [where, problem] : of_parts_) all.push_back(problem);
-    noted_.append_to(all);
+    visited_.append_to(all);
     return all;
   }
 
  protected:
-  void note(LogProblem::Kind kind, const std::string& key, const Error& error) override {
-    noted_.add(kind, key, [&] { return error; });
-  }
   Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
     std::map<std::string, std::map<std::string, std::string>> all;
     for (const auto& part : parts_) {
@@ -167,7 +164,6 @@ class SplitLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::pair<std::size_t, std::string>, LogProblem> of_parts_;
   LogProblems opened_;
-  LogProblems noted_;
 };
 
 }  // namespace
