@@ -201,7 +201,14 @@ class Replay(WithLap):
             outcome = self.replay(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn(part, outcome.err)
-        self.assertIn("nowhere/map.yaml: there is no such file", self.run_here("replay", "nowhere", "--world", "circuit24").err)
+        (self.folder / "empty").mkdir()
+        for where, part in (("nowhere", "nowhere: there is no such folder. Record a lap"),
+                            ("lap.mcap", "Map it first: waymark map lap.mcap -o map"),
+                            ("empty", "Map a recorded lap into it first: waymark map lap.mcap -o empty"),
+                            (".", "Did you mean ./map?")):
+            outcome = self.run_here("replay", where, "--world", "circuit24")
+            self.assertEqual(outcome.code, 1)
+            self.assertIn(part, outcome.err)
 
 
 class Demo(InFolder):

@@ -3,6 +3,9 @@
 
 usage: recording_test.py PROGRAM [unittest options]
 """
+import bz2
+import os
+import pathlib
 import signal
 import subprocess
 import time
@@ -53,6 +56,49 @@ class Info(WithLap):
         words = self.run_here("info", "gaps.mcap").out
         self.assertIn("about 21 messages missing in 2 gaps, the longest 1.05 s", words)
         self.assertIn("a calibration of its camera", words)
+
+
+    def test_a_clock_that_jumped_back_is_named_by_teach_info_and_map(self):
+        (self.folder / "faults.yaml").write_text("faults:\n  - {fault: clock_jump, at_s: 20, jump_s: -3}\n")
+        taught = self.run_here("teach", "--world", "circuit24", "--faults", "faults.yaml", "-o", "jump.mcap")
+        self.assertEqual(taught.code, 1)
+        self.assertIn("The lap cannot be mapped.", taught.out)
+        self.assertIn("the sensors' clock went back by", taught.err)
+        (info,) = self.run_here("info", "--json", "jump.mcap").records
+        self.assertIn("mcap.time_back", [trap["key"] for trap in info["traps"]])
+        for topic in info["topics"]:
+            if topic["messages"] > 1:
+                self.assertEqual((topic["clock_jumps"], topic["backward_stamps"]), (1, 1), topic)
+                self.assertAlmostEqual(topic["largest_clock_jump_s"], -3, delta=0.1)
+        self.assertIn("the times of recording go back", self.run_here("map", "jump.mcap", "-o", "map").err)
+
+
+class OtherFormats(InFolder):
+    def test_info_and_convert_name_the_same_traps_of_an_lcm_log(self):
+        log = pathlib.Path(os.environ.get("WAYMARK_DATA", "")) / "lcm/lcmlog-2024-04-15.00"
+        if not os.environ.get("WAYMARK_DATA"):
+            self.skipTest("needs WAYMARK_DATA")
+        (info,) = self.run_here("info", "--json", log).records
+        (converted,) = self.run_here("convert", "--json", log, "log.mcap").records
+        said = {trap["key"]: trap["count"] for trap in info["traps"]}
+        self.assertEqual(said, {p["key"]: p["count"] for p in converted["problems"] if p["kind"] == "trap"})
+        self.assertEqual(len(said), 10)
+        for step in info["next"]:
+            self.assertNotIn(f"{log}.", step["command"], "nothing is written beside the recording")
+
+    def test_a_packed_file_cut_in_its_first_block_promises_nothing(self):
+        lap = self.folder / "lap.mcap"
+        self.run_here("teach", "--world", "circuit24", "-o", lap)
+        packed = bz2.compress(lap.read_bytes()[:300_000])
+        (self.folder / "cut.mcap.bz2").write_bytes(packed[:len(packed) // 2])
+        outcome = self.run_here("info", "cut.mcap.bz2")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("Nothing of it could be unpacked", outcome.err)
+        blocks = b"".join(bz2.compress(lap.read_bytes()[at:at + 200_000]) for at in range(0, 600_000, 200_000))
+        (self.folder / "blocks.mcap.bz2").write_bytes(blocks[:-1000])
+        outcome = self.run_here("info", "blocks.mcap.bz2")
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("What precedes the cut is read", outcome.err)
 
 
 class Play(WithLap):
@@ -110,6 +156,15 @@ class Recover(WithLap):
         self.assertIn("was whole", outcome.out)
         self.assertEqual((self.folder / "same.mcap").read_bytes(), (self.folder / "lap.mcap").read_bytes())
 
+    def test_nothing_is_left_of_a_beginning_without_a_message(self):
+        data = (self.folder / "lap.mcap").read_bytes()
+        for size in (8, 60, 3000):
+            (self.folder / "begun.mcap").write_bytes(data[:size])
+            outcome = self.run_here("recover", "begun.mcap")
+            self.assertEqual((outcome.code, outcome.out), (1, ""))
+            self.assertIn("there is nothing to recover", outcome.err)
+            self.assertFalse(list(self.folder.glob("begun.*m*.*")), "nothing that could mislead")
+
     def test_what_is_no_recording(self):
         self.assertEqual(self.run_here("recover", "photograph.png").code, 1)
         self.assertEqual(self.run_here("recover", "none.mcap").code, 1)
@@ -126,6 +181,37 @@ class Recover(WithLap):
         (info,) = self.run_here("info", "--json", "killed.mcap").records
         self.assertGreater(info["messages"], 100)
         self.assertEqual(self.run_here("recover", "killed.mcap").code, 0)
+
+
+# A file system of 300 KiB that only these commands see. Linux lets anybody make one, unless it was told not to.
+FULL_DISK = """
+mount -t tmpfs -o size=300k tmpfs disk || exit 77
+{program} teach --world circuit24 -o disk/lap.mcap; echo teach $?
+{program} info --json disk/lap.mcap; echo info $?
+{program} convert disk/lap.mcap disk/odometry.csv --kind odometry; echo convert $?
+{program} recover disk/lap.mcap -o disk/whole.mcap; echo recover $?
+{program} recover disk/lap.mcap -o whole.mcap; echo recover elsewhere $?
+ls disk
+"""
+
+
+class FullDisk(InFolder):
+    def test_what_was_recorded_is_kept_and_nothing_half_written_is_left(self):
+        (self.folder / "disk").mkdir()
+        done = subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "sh", "-c",
+                               FULL_DISK.format(program=PROGRAM)], cwd=self.folder, capture_output=True, text=True, check=False)
+        if done.returncode == 77 or "unshare:" in done.stderr:
+            self.skipTest(f"no small file system can be made here: {done.stderr.strip()}")
+        for what, code in (("teach", 1), ("info", 0), ("convert", 1), ("recover", 1), ("recover elsewhere", 0)):
+            self.assertIn(f"\n{what} {code}\n", "\n" + done.stdout, done.stderr)
+        self.assertIn("disk/lap.mcap: cannot write: No space left on device. Free some space; what was recorded so far is kept.",
+                      done.stderr)
+        self.assertIn("disk/odometry.csv: cannot write: No space left on device. Free some space; nothing was written.", done.stderr)
+        self.assertIn("disk/whole.mcap: cannot write: No space left on device. Free some space; nothing was written.", done.stderr)
+        self.assertEqual(done.stdout.splitlines()[-1], "lap.mcap")
+        (whole,) = self.run_here("info", "--json", "whole.mcap").records
+        self.assertTrue(whole["complete"])
+        self.assertGreater(whole["duration_s"], 5)
 
 
 class Pictures(InFolder):
@@ -152,6 +238,39 @@ class Pictures(InFolder):
         outcome = self.run_here("detect", "none.mcap")
         self.assertEqual(outcome.code, 1)
         self.assertIn("holds no pictures", outcome.err)
+
+    def test_a_lap_of_pictures_alone_is_mapped_and_the_detector_listens(self):
+        (self.folder / "line.yaml").write_text(recordings.LINE)
+        taught = self.run_here("teach", "--world", "line.yaml", "--images", "--record-images", "jpeg", "-o", "all.mcap")
+        self.assertEqual(taught.code, 0, taught.err)
+        topics = "/image_raw/compressed,/camera_info,/tf_static,/odom"
+        self.assertEqual(self.run_here("convert", "all.mcap", "images.mcap", "--topics", topics).code, 0)
+        (info,) = self.run_here("info", "--json", "images.mcap").records
+        self.assertEqual(set(info["contents"]), {"pictures", "odometry"})
+        self.assertIn("waymark map images.mcap -o map", [step["command"] for step in info["next"]])
+        maps = {}
+        for name, words in (("as recorded", ("all.mcap",)), ("pictures", ("images.mcap",)),
+                            ("again", ("all.mcap", "--quad-decimate", 1)), ("coarse", ("images.mcap", "--quad-decimate", 3))):
+            outcome = self.run_here("map", *words, "-o", name, "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            (maps[name],) = outcome.records
+            self.assertEqual(maps[name]["tags"], 3)
+        # The pictures were packed as JPEG after the detector had looked at them.
+        self.assertAlmostEqual(maps["pictures"]["reprojection_rms_px"], maps["as recorded"]["reprojection_rms_px"], delta=0.1)
+        self.assertNotEqual(maps["coarse"]["reprojection_rms_px"], maps["pictures"]["reprojection_rms_px"])
+        outcome = self.run_here("map", "images.mcap", "--family", "tag16h5", "-o", "none")
+        self.assertEqual(outcome.code, 1)
+        self.assertFalse((self.folder / "none").exists())
+        self.assertEqual(self.run_here("map", "images.mcap", "--family", "tag99", "-o", "none").code, 2)
+        seen = self.run_here("detect", "images.mcap", "--json")
+        frames = next(t["messages"] for t in info["topics"] if t["topic"] == "/image_raw/compressed")
+        self.assertEqual((seen.code, len(seen.records)), (0, frames))
+
+    def test_settings_of_a_detector_without_pictures_are_not_passed_over(self):
+        self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap")
+        outcome = self.run_here("map", "lap.mcap", "--quad-decimate", 2, "-o", "map")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("lap.mcap: the recording holds no pictures", outcome.err)
 
     def test_map_says_what_a_film_lacks(self):
         image = (self.folder / "photograph.png").read_bytes()

@@ -1,6 +1,18 @@
 """MCAP recordings as another program might write them: no chunks, no index, messages as plain CDR."""
 import struct
 
+LINE = """name: line
+tag_family: tag36h11
+tag_size_m: 0.16
+anchor_id: 0
+tags:
+  - {id: 0, x_m: 2.6, y_m: 0.3, z_m: 0.3, facing_deg: 180}
+  - {id: 1, x_m: 2.6, y_m: -0.3, z_m: 0.3, facing_deg: 180}
+  - {id: 2, x_m: 2.6, y_m: 0, z_m: 0.5, facing_deg: 180}
+path_closed: false
+path_m: [[0, 0], [0.3, 0], [0.6, 0]]
+"""
+
 MAGIC = b"\x89MCAP0\r\n"
 
 

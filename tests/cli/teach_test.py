@@ -54,12 +54,15 @@ class Teach(InFolder):
                 (["teach", "--world", "circuit24", "--robot", "smi", "-o", "x"], 2, "Did you mean 'sim'?"),
                 (["teach", "--world", "circuit24", "--robot-file", "lima", "-o", "x"], 2, "Did you mean 'limo'?"),
                 (["teach", "--world", "circuit24", "--driver", "scriptd", "-o", "x"], 2, "Did you mean 'scripted'?"),
+                ([*TEACH, "-o", "x.bag"], 2, "x.bag: recordings are written as MCAP"),
+                ([*TEACH, "-o", "x", "--speed-m-s", "3"], 2, "limo drives at most 1 m/s"),
+                ([*TEACH, "-o", "x", "--exposure-ms", "20"], 2, "Add --images"),
                 (["teach", "--world", "circuit24"], 2, "--output is required"),
                 (["teach", "-o", "x"], 2, "--world is required")):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn(part, outcome.err)
-            self.assertFalse((self.folder / "x").exists())
+            self.assertFalse(list(self.folder.glob("x*")))
         self.assertEqual((self.folder / "lap.mcap").read_bytes(), before)
 
     def test_a_world_of_ones_own(self):

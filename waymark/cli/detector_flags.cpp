@@ -10,28 +10,34 @@
 namespace waymark::cli {
 namespace {
 
+constexpr const char* kDetector = "Detector";
+constexpr const char* kRefinement = "Corner refinement";
 constexpr std::size_t kLargestConfig = std::size_t{1} << 20U;
 
 }  // namespace
 
-DetectorFlags::DetectorFlags(CLI::App& app)
-    : detector_(app, "Detector"), refinement_(app, "Corner refinement") {
+DetectorFlags::DetectorFlags(CLI::App& app) : detector_(app, kDetector), refinement_(app, kRefinement) {
   std::string known;
   for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
   app.add_option("--family", families_,
                  "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known)
       ->type_name("NAME")
       ->allow_extra_args(false)
-      ->group("Detector");
+      ->group(kDetector);
   app.add_option("--config", config_path_,
                  "YAML file with these settings, below the keys 'detector' and 'refinement', dashes written "
                  "as underscores; "
                  "flags override it")
       ->type_name("FILE")
-      ->group("Detector");
+      ->group(kDetector);
   app.add_flag("--no-refine", no_refine_,
                "Keep the corners as the detector found them; they have no covariance then")
-      ->group("Corner refinement");
+      ->group(kRefinement);
+}
+
+bool DetectorFlags::given() const {
+  return detector_.given() || refinement_.given() || !families_.empty() || !config_path_.empty() ||
+         no_refine_;
 }
 
 Result<TagFinder> DetectorFlags::make() const {

@@ -33,6 +33,8 @@ class DetectorFlags {
   /// Defaults, then the configuration file, then flags. Fails on an unknown family or key, or a value out of
   /// range.
   [[nodiscard]] Result<TagFinder> make() const;
+  /// Whether any of them was given.
+  [[nodiscard]] bool given() const;
 
  private:
   std::vector<std::string> families_;

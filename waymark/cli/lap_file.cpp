@@ -1,11 +1,12 @@
 #include "waymark/cli/lap_file.hpp"
 
 #include <charconv>
+#include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/tag_finder.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
@@ -99,7 +100,8 @@ TeachSetup teach_setup(const SimulatedStage& stage) {
   TeachSetup setup{.camera = stage.camera,
                    .base_T_cam = stage.model.base_T_cam,
                    .anchor = world.anchor,
-                   .map_T_anchor = world.tags.find(world.anchor)->map_T_tag};
+                   .map_T_anchor = world.tags.find(world.anchor)->map_T_tag,
+                   .closed_route = world.path_closed};
   for (const auto& [tag, mapped] : world.tags.tags) setup.sizes.size_by_tag_m[tag] = mapped.size_m;
   setup.sizes.default_size_m = world.tags.find(world.anchor)->size_m;
   return setup;
@@ -170,25 +172,25 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
   return text == lap.attachments.end() ? std::nullopt : std::optional(text->second);
 }
 
-Result<RecordedLap> read_lap_file(const std::string& path, Console* console) {
+Result<RecordedLap> read_lap_file(const std::string& path, Console* console, const TagFinder* finder) {
   const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
-  TagFinder finder{.detector = nullptr, .refinement = RefinementOptions{}};
+  std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
     if (interrupted())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = path});
-    if (!finder.detector) {
+    if (finder == nullptr && !usual) {
       auto detector = make_apriltag_detector({});
       if (!detector) return tl::unexpected(detector.error());
-      finder.detector = std::move(*detector);
+      usual = TagFinder{.detector = std::move(*detector), .refinement = RefinementOptions{}};
     }
-    Result<FoundTags> found = find_tags(picture.image, finder, camera);
+    Result<FoundTags> found = find_tags(picture.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());
     if (console != nullptr)
       console->live(fmt::format("finding tags: {:.1f} s", to_seconds(picture.stamp.time_since_epoch())));
     return TagFrame{picture.stamp, picture.camera, std::move(found->detections)};
   };
-  return read_lap(**log, find);
+  return read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded);
 }
 
 }  // namespace waymark::cli

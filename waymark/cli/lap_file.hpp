@@ -7,6 +7,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/tag_finder.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -49,7 +50,10 @@ struct SetupOverrides {
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
 /// Opens and reads a recording of any kind. Where it holds pictures only, their tags are looked for
-/// (tag36h11, the usual settings), and `console` hears how far that is. Ctrl-C ends it with an error.
-[[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, Console* console = nullptr);
+/// (tag36h11, the usual settings), and `console` hears how far that is. With a `finder` it is the pictures
+/// that count, also where the recording holds tags, and it fails when there are none. Ctrl-C ends it with an
+/// error.
+[[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, Console* console = nullptr,
+                                                const TagFinder* finder = nullptr);
 
 }  // namespace waymark::cli

@@ -139,12 +139,12 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
     return !interrupted();
   };
   const Stopwatch watch;
-  const Result<RecordedLap> recorded = read_lap_file(job.lap, &console);
-  if (!recorded) return tl::unexpected(recorded.error());
+  const Result<RecordedLap> recorded = read_lap_file(job.lap, &console, job.finder);
   const auto in_recording = [&](Error error) {
     if (error.place.source.empty()) error.place.source = job.lap;
     return tl::unexpected(std::move(error));
   };
+  if (!recorded) return in_recording(recorded.error());
   const Result<TeachSetup> setup = setup_of(*recorded, job.overrides);
   if (!setup) return in_recording(setup.error());
   Result<MappedLap> lap = map_lap({recorded->frames, recorded->odometry}, *setup, job.options, progress);

@@ -7,6 +7,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/recording_input.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
@@ -118,10 +119,33 @@ struct Loaded {
   Trajectory taught;
 };
 
+/// What was meant, where it is no folder with a map.
+Status check_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / "map.yaml", ignored)) return {};
+  const Place place{.source = folder.string()};
+  if (looks_like_recording(folder.string()))
+    return fail(
+        ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
+        fmt::format("Map it first: waymark map {} -o map, then waymark replay map.", folder.string()));
+  if (fs::exists(folder / "map" / "map.yaml", ignored))
+    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+                fmt::format("Did you mean {}?", (folder / "map").string()));
+  if (fs::is_regular_file(folder, ignored))
+    return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
+                "Give the folder that `waymark map` wrote.");
+  if (!fs::is_directory(folder, ignored))
+    return fail(ErrorCode::NotFound, "there is no such folder", place,
+                "Record a lap (`waymark teach`) and map it (`waymark map`) first.");
+  return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+              "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
+}
+
 Result<Loaded> load(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
   if (status) status = check_name(job.controller, replay_controllers(), "controller", "--controller");
   if (!status) return tl::unexpected(status.error());
+  if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
   Result<Route> route = read_route(job.folder / "route.yaml");

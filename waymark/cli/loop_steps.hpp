@@ -31,12 +31,15 @@ class Stopwatch {
 /// The most memory this process ever held.
 [[nodiscard]] double peak_rss_mib();
 
+/// How fast people teach; a robot that cannot is driven as fast as it goes.
+inline constexpr double kUsualSpeed_m_s = 0.3;
+
 struct TeachJob {
   std::string output;  ///< recording to write
   std::string driver = "scripted";
-  double speed_m_s = 0.3;  ///< that the driver means to drive
-  bool durable = false;    ///< also a power cut loses at most a second
-  std::string images{};    ///< how pictures are recorded: raw, jpeg; empty: not at all
+  double speed_m_s = kUsualSpeed_m_s;  ///< that the driver means to drive
+  bool durable = false;                ///< also a power cut loses at most a second
+  std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
 };
 
 /// The names that --driver takes.
@@ -60,7 +63,9 @@ struct MapJob {
   std::filesystem::path folder;  ///< of what is written
   SetupOverrides overrides{};
   MapLapOptions options{};
-  std::optional<World> truth{};   ///< when given; otherwise what the recording holds
+  std::optional<World> truth{};  ///< when given; otherwise what the recording holds
+  const TagFinder* finder =
+      nullptr;                    ///< for the pictures of the recording, when its tags are not to be taken
   std::optional<TagMap> prior{};  ///< an older map of the place, to say what changed since
 };
 

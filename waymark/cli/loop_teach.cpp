@@ -190,6 +190,8 @@ nlohmann::ordered_json to_json(const TeachReport& report, const std::string& fil
           {"low_observability_frames", s.low_observability_frames},
           {"two_tags_fraction", s.two_tags_fraction()},
           {"longest_blind_s", s.longest_blind_s},
+          {"longest_silence_s", s.longest_silence_s},
+          {"clock_back_s", s.clock_back_s},
           {"distance_m", s.distance_m},
           {"worst_blur_px", report.worst_blur_px},
           {"blurred_frames", report.blurred_frames},

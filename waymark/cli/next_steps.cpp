@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -39,16 +41,27 @@ NextStep map_step(const RecordingInfo& info) {
                       fmt::join(needs.flags, " "))};
 }
 
+/// A new file in the folder one stands in: beside the recording it may not be allowed.
+std::string here(const RecordingInfo& info, const char* suffix) {
+  return std::filesystem::path(info.file).filename().string() + suffix;
+}
+
+std::string recover_command(const RecordingInfo& info) {
+  const std::filesystem::path path(info.file);
+  if (!path.has_parent_path()) return "waymark recover " + info.file;
+  return fmt::format("waymark recover {} -o {}.recovered.mcap", info.file, path.stem().string());
+}
+
 }  // namespace
 
 std::vector<NextStep> next_steps(const RecordingInfo& info) {
   std::vector<NextStep> steps;
   const auto has = [&](const char* kind) { return info.contents.contains(kind); };
   if (info.format == LogFormat::Mcap && !info.summary.complete)
-    steps.push_back({"Give it the index it lost.", "waymark recover " + info.file});
+    steps.push_back({"Give it the index it lost.", recover_command(info)});
   if (info.format != LogFormat::Mcap && !info.contents.empty())
     steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
-                     fmt::format("waymark convert {} {}.mcap", info.file, info.file)});
+                     fmt::format("waymark convert {} {}", info.file, here(info, ".mcap"))});
   if (has("pictures")) steps.push_back({"Find the tags in its pictures.", "waymark detect " + info.file});
   if (has("tags") || has("pictures")) steps.push_back(map_step(info));
   const bool estimates = has("odometry") || has("wheels") || has("imu");

@@ -60,6 +60,11 @@ class OptionFlags {
   OptionFlags(const OptionFlags&) = delete;
   OptionFlags& operator=(const OptionFlags&) = delete;
 
+  /// Whether any of them was given.
+  [[nodiscard]] bool given() const {
+    return std::ranges::any_of(flags_,
+                               [](const CLI::Option* flag) { return flag != nullptr && flag->count() > 0; });
+  }
   /// Writes the flags that were given over `options`; fails when one is outside its range.
   [[nodiscard]] Status apply(Options& options) const {
     if (Status status = check_ranges(given_); !status) {

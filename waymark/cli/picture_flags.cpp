@@ -29,6 +29,9 @@ Status PictureFlags::apply(SimulatedStage& stage) const {
     if (Status status = scene_.apply(eye.scene); !status) return status;
     stage.pictures = eye;
   }
+  if (!images_ && (camera_.given() || scene_.given()))
+    return fail(ErrorCode::InvalidArgument, "without pictures there is no camera to set", {.key = "--images"},
+                "Add --images, or leave out the flags of camera and scene.");
   if (faults_.empty()) return {};
   auto faults = read_faults(faults_, stage.world);
   if (!faults) return tl::unexpected(faults.error());

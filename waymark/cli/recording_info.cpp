@@ -104,8 +104,9 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick,
                      .summary = log.summary(),
                      .quick = quick,
                      .attachments = log.attachments()};
-  Result<LogContents> contents = contents_of(log);
+  Result<LogContents> contents = contents_of(log, !quick);
   if (!contents) return tl::unexpected(contents.error());
+  info.problems = log.problems();  // what its messages mean; a visit forgets what the one before noticed
   info.contents = std::move(*contents);
   // What the recording says of its robot helps; a camera that makes no sense is a problem, not the end.
   Result<RecordingSetup> setup = log.setup();
@@ -117,7 +118,9 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick,
     if (!report) return tl::unexpected(report.error());
     info.report = std::move(*report);
   }
-  info.problems = log.problems();
+  for (LogProblem& problem : log.problems())
+    if (std::ranges::find(info.problems, problem.key, &LogProblem::key) == info.problems.end())
+      info.problems.push_back(std::move(problem));
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
   return info;
 }

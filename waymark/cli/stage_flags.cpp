@@ -1,5 +1,7 @@
 #include "waymark/cli/stage_flags.hpp"
 
+#include <filesystem>
+
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
@@ -49,6 +51,12 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
                              .robot = with_seed(robot->simulation, seed)},
                .world_yaml = world_file->text,
                .robot_yaml = robot_text->text};
+}
+
+std::string check_recording_name(const std::string& path) {
+  const std::string suffix = std::filesystem::path(path).extension().string();
+  if (suffix.empty() || suffix == ".mcap") return {};
+  return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
 }
 
 StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world)

@@ -117,7 +117,10 @@ std::map<std::string, std::string> provenance(const ConvertArgs& args, const Mes
 Result<ExportReport> write_out(const std::string& format, MessageLog& log, const Output& out,
                                ExportOptions& options) {
   Result<std::unique_ptr<ByteSink>> sink = create_file(out.beside);
-  if (!sink) return tl::unexpected(sink.error());
+  if (!sink) {
+    sink.error().place.source = out.path.string();
+    return tl::unexpected(sink.error());
+  }
   Result<ExportReport> report = format == "mcap"  ? export_mcap(log, std::move(*sink), options)
                                 : format == "tum" ? export_tum(log, std::move(*sink), options)
                                                   : export_csv(log, std::move(*sink), options);
@@ -126,6 +129,11 @@ Result<ExportReport> write_out(const std::string& format, MessageLog& log, const
   if (report && !error) return report;
   std::error_code ignored;
   fs::remove(out.beside, ignored);
+  // Nobody asked for the file beside it.
+  if (!report && report.error().place.source == out.beside.string()) {
+    report.error().place.source = out.path.string();
+    if (!report.error().hint.empty()) report.error().hint = "Free some space; nothing was written.";
+  }
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
   return report;
 }
@@ -212,6 +220,7 @@ Run prepare_convert(CLI::App& app) {
       ->type_name("T");
   app.add_option("--to", args->to, "Only before here [s]")->type_name("T");
   app.add_option("--kind", args->kind, "What a .csv holds: detections, odometry, imu, range-bearing")
+      ->check(CLI::IsMember({"detections", "odometry", "imu", "range-bearing"}))
       ->type_name("NAME");
   app.add_option("--tag-latency-s", args->tag_latency_s,
                  "How long before its stamp an MBot's picture was taken [s] (LCM logs)")

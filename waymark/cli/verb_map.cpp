@@ -11,6 +11,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -27,7 +28,8 @@ struct MapArgs {
   explicit MapArgs(CLI::App& app)
       : bundle(app, "Method bundle"),
         chain(app, "Where the search starts, and method chain"),
-        route(app, "Route") {}
+        route(app, "Route"),
+        detector(app) {}
 
   std::string lap;
   std::string folder;
@@ -41,6 +43,7 @@ struct MapArgs {
   OptionFlags<BundleMapOptions> bundle;
   OptionFlags<ChainOptions> chain;
   OptionFlags<RouteOptions> route;
+  DetectorFlags detector;
 };
 
 Result<MapJob> job_of(const MapArgs& args) {
@@ -111,10 +114,20 @@ std::string to_text(const MapReport& report, const std::string& folder) {
 }
 
 ExitCode map(const MapArgs& args, Console& console) {
-  const Result<MapJob> job = job_of(args);
+  Result<MapJob> job = job_of(args);
   if (!job) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
+  }
+  std::optional<TagFinder> finder;
+  if (args.detector.given()) {
+    Result<TagFinder> made = args.detector.make();
+    if (!made) {
+      console.say(naming_flag(made.error()));
+      return ExitCode::Usage;
+    }
+    finder = std::move(*made);
+    job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, console);
   if (!report) {
@@ -172,6 +185,8 @@ Verb map_verb() {
           R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
 summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
 the recording holds them; trajectory_covariance.csv with method bundle. An older map in the folder is kept as map.1.yaml. Formats: docs/formats/map.md. A recording that was cut is used as far as it goes.
+A recording may hold pictures instead of tags: then their tags are found first. The detector's flags say how,
+and that the pictures count also where the recording holds tags.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
 Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made or written, 2 wrong usage.

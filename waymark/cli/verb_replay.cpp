@@ -104,7 +104,9 @@ Run prepare_replay(CLI::App& app) {
   app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")
       ->capture_default_str()
       ->type_name("NUMBER");
-  app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")->type_name("FILE");
+  app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")
+      ->check(check_recording_name)
+      ->type_name("FILE");
   app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_option("--taught", args->job.taught,
                  "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")

@@ -22,21 +22,36 @@ struct TeachArgs {
   StageFlags stage;
   PictureFlags pictures;
   TeachJob job;
+  const CLI::Option* speed = nullptr;
   bool json = false;
 };
 
-std::string to_text(const TeachReport& report, const std::string& file) {
+std::string to_text(const TeachReport& report, const std::string& file, bool loop) {
   const TeachSummary& s = report.summary;
   std::string text = fmt::format(
       "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
       "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
       file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
       100 * s.two_tags_fraction(), s.low_observability_frames);
-  text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
-                        : "The loop is not closed.\n";
+  if (s.closed_loop || loop)
+    text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
+                          : "The loop is not closed.\n";
+  if (s.seen.size() > 0) {
+    const auto fewest = std::ranges::min_element(s.seen, {}, [](const auto& seen) { return seen.second; });
+    text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
+                        to_string(fewest->first));
+  }
   text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
                      : "The lap cannot be mapped.\n";
   return text;
+}
+
+/// Nobody asked for a speed: the usual one, or what the robot can.
+TeachJob job_of(const TeachArgs& args, const Stage& stage) {
+  TeachJob job = args.job;
+  if (args.speed->count() == 0)
+    job.speed_m_s = std::min(job.speed_m_s, stage.simulated.model.limits.speed_m_s);
+  return job;
 }
 
 Status check_job(const TeachArgs& args, const Stage& stage) {
@@ -44,6 +59,12 @@ Status check_job(const TeachArgs& args, const Stage& stage) {
   if (std::ranges::find(drivers, args.job.driver) == drivers.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", args.job.driver),
                 {.key = "--driver"}, suggestion(args.job.driver, drivers));
+  const double most = stage.simulated.model.limits.speed_m_s;
+  if (args.speed->count() > 0 && args.job.speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                {.key = "--speed-m-s"},
+                "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
   if (!args.job.images.empty() && !stage.simulated.pictures)
     return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
                 "Add --images.");
@@ -58,12 +79,13 @@ ExitCode teach(const TeachArgs& args, Console& console) {
     console.say(status.error());
     return ExitCode::Usage;
   }
-  const Result<TeachReport> report = teach_lap(*stage, args.job, console);
+  const Result<TeachReport> report = teach_lap(*stage, job_of(args, *stage), console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
   }
-  console.print(args.json ? json_line(to_json(*report, args.job.output)) : to_text(*report, args.job.output));
+  console.print(args.json ? json_line(to_json(*report, args.job.output))
+                          : to_text(*report, args.job.output, stage->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
     console.say("stopped: the robot stands, and the recording is whole up to here");
@@ -77,15 +99,18 @@ Run prepare_teach(CLI::App& app) {
   const auto args = std::make_shared<TeachArgs>(app);
   app.add_option("-o,--output", args->job.output, "Recording to write (.mcap); never written over another")
       ->required()
+      ->check(check_recording_name)
       ->type_name("FILE");
   app.add_option("--driver", args->job.driver,
                  "Who drives: scripted (like a person who knows the way), keyboard, gamepad")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--speed-m-s", args->job.speed_m_s, "How fast the driver means to drive")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 5.0))
-      ->type_name("FLOAT");
+  args->speed =
+      app.add_option("--speed-m-s", args->job.speed_m_s,
+                     "How fast the driver means to drive; unless given, no faster than the robot can")
+          ->capture_default_str()
+          ->check(CLI::Range(0.01, 5.0))
+          ->type_name("FLOAT");
   app.add_option("--record-images", args->job.images,
                  "Also record the pictures (with --images): jpeg, or raw, ten times as large")
       ->check(CLI::IsMember({"jpeg", "raw"}))

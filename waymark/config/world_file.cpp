@@ -77,9 +77,9 @@ Result<World> parse_world(std::string_view text, const std::string& source) {
   const Result<YamlNode> tree = parse_yaml(text, source, kWorldLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (Status status =
-          root.check_keys({"name", "tag_family", "tag_size_m", "tag_margin_cells", "anchor_id", "tags",
-                           "panels", "walls", "occluders", "keep_outs", "floor", "path_closed", "path_m"});
+  if (Status status = root.check_keys({"name", "tag_family", "tag_size_m", "tag_margin_cells",
+                                       "two_sided_board_m", "anchor_id", "tags", "panels", "walls",
+                                       "occluders", "keep_outs", "floor", "path_closed", "path_m"});
       !status) {
     return tl::unexpected(status.error());
   }
@@ -101,8 +101,10 @@ std::string to_yaml(const World& world) {
   const MappedTag* anchor = world.tags.find(world.anchor);
   const double size_m = anchor == nullptr ? 0.16 : anchor->size_m;
   std::string text =
-      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\nanchor_id: {}\ntags:\n", yaml_text(world.name),
-                  family(world.anchor.family).name, size_m, world.anchor.number);
+      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}anchor_id: {}\ntags:\n", yaml_text(world.name),
+                  family(world.anchor.family).name, size_m,
+                  world.tag_board_m > 0 ? fmt::format("two_sided_board_m: {}\n", world.tag_board_m) : "",
+                  world.anchor.number);
   for (const auto& [id, tag] : world.tags.tags) {
     const Eigen::Vector3d& place = tag.map_T_tag.translation();
     const Eigen::Vector3d to_reader = tag.map_T_tag.rotation() * -Eigen::Vector3d::UnitZ();

@@ -153,6 +153,7 @@ Result<TagId> place_tag(const YamlCursor& entry, FamilyId family_id, const SE3& 
 Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, World& world) {
   Numbers value(root);
   world.tag_margin_cells = value.optional_within("tag_margin_cells", world.tag_margin_cells, 0, 20);
+  world.tag_board_m = value.optional_within("two_sided_board_m", world.tag_board_m, 0, 1);
   Status status = value.status();
   if (status)
     status = each(root, "panels",

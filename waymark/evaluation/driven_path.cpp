@@ -44,17 +44,19 @@ std::vector<PathPose> driven_path(const Trajectory& trajectory, double step_m) {
 }
 
 std::optional<double> lap_length_m(const std::vector<PathPose>& path) {
-  constexpr double kBack = 1.0;     // [m] this near to the start is back
-  constexpr double kAway = 2.0;     // [m] … once it was this far from it
   constexpr double kSameWay = 0.8;  // [rad]
+  double farthest = 0;
+  for (const PathPose& at : path) farthest = std::max(farthest, (at.map_p - path[0].map_p).norm());
+  const double back_m = std::min(1.0, farthest / 4);  // [m] this near to the start is back
+  const double away_m = std::min(2.0, farthest / 2);  // [m] … once it was this far from it
   bool was_away = false;
   std::optional<PathFoot> closing;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) {
     const double distance = (path[i].map_p - path[0].map_p).norm();
-    was_away = was_away || distance > kAway;
+    was_away = was_away || distance > away_m;
     if (!was_away) continue;
-    if (closing && distance > kBack) break;  // past the first return
-    if (distance > kBack || std::abs(angle_between(path[0].yaw_rad, path[i].yaw_rad)) > kSameWay) continue;
+    if (closing && distance > back_m) break;  // past the first return
+    if (distance > back_m || std::abs(angle_between(path[0].yaw_rad, path[i].yaw_rad)) > kSameWay) continue;
     keep_nearer(closing, foot_on(path, i, path[0].map_p));
   }
   return closing ? std::optional(closing->arc_length_m) : std::nullopt;

@@ -53,6 +53,13 @@ TEST(ReplayJudgement, LapsAreCountedByTheWayAlongTheTaughtPath) {
   EXPECT_NEAR(judge_replay(circle(2, 0.3, 2.5), taught, {}, kHull)->laps, 2.5, 0.01);
 }
 
+TEST(ReplayJudgement, ALapMayBeSmall) {
+  const auto judged = judge_replay(circle(0.6, 0.1, 1), circle(0.6, 0, 1.2), {}, kHull);
+  ASSERT_TRUE(judged->lap_m);
+  EXPECT_NEAR(*judged->lap_m, 1.2 * kPi, 0.02);
+  EXPECT_EQ(judged->laps_completed, 1);
+}
+
 TEST(ReplayJudgement, EitherPassOfTheOverlapIsRight) {
   Trajectory taught = circle(2, 0, 1);
   for (StampedPose pose : circle(2.04, 0, 0.1)) {

@@ -1,11 +1,15 @@
 // What a teach lap is told while it is driven and at its end.
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "waymark/pipeline/tag_links.hpp"
 #include "waymark/pipeline/teach_monitor.hpp"
+#include "waymark/pipeline/teacher.hpp"
 
 namespace waymark {
 namespace {
@@ -17,6 +21,8 @@ void see(TagLinks& links, std::vector<int> numbers, int frames) {
   for (const int number : numbers) tags.push_back(tag(number));
   for (int i = 0; i < frames; ++i) links.add(tags);
 }
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
 TEST(TagLinks, FindsWhatHangsOnFewFrames) {
   TagLinks links;
@@ -46,7 +52,54 @@ TEST(TagLinks, SaysWhichTagsAreNotJoinedToTheAnchor) {
   EXPECT_TRUE(links.unreachable(tag(0)).empty());
 }
 
-SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+TeachSetup setup_with(bool closed) {
+  return {.camera =
+              CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value(),
+          .sizes = {.default_size_m = 0.16},
+          .anchor = tag(0),
+          .closed_route = closed};
+}
+
+/// Two tags ahead all the time, at `speed_m_s` for `seconds`; from `jump_at_s` on the clock is off by
+/// `jump_s`.
+TeachSummary driven(bool closed, double seconds, double jump_at_s = 1e9, double jump_s = 0) {
+  const std::array<Eigen::Vector2d, 4> corners{Eigen::Vector2d(300, 200), {340, 200}, {340, 240}, {300, 240}};
+  Teacher teacher(setup_with(closed));
+  for (int i = 0; i <= 10 * seconds; ++i) {
+    const double t = 0.1 * i + (0.1 * i >= jump_at_s ? jump_s : 0);
+    teacher.add(Odometry{.stamp = at(t), .odom_T_base = SE2(0.03 * i, 0, 0)});
+    teacher.watch(
+        {.stamp = at(t + 0.01),
+         .detections = {{.tag = tag(0), .corners_px = corners}, {.tag = tag(1), .corners_px = corners}}});
+  }
+  return teacher.summary();
+}
+
+bool warns(const TeachSummary& summary, std::string_view words) {
+  return std::ranges::any_of(summary.warnings,
+                             [&](const std::string& w) { return w.find(words) != std::string::npos; });
+}
+
+TEST(Teacher, AFewSecondsAreNoLap) {
+  const TeachSummary begun = driven(true, 3);
+  EXPECT_FALSE(begun.mappable);
+  EXPECT_TRUE(warns(begun, "did not come back"));
+  EXPECT_TRUE(driven(true, 12).mappable);
+  EXPECT_TRUE(driven(false, 3).mappable) << "a way that was not meant to be a loop";
+  EXPECT_FALSE(driven(false, 1).mappable);
+}
+
+TEST(Teacher, AClockThatJumpsIsNamed) {
+  const TeachSummary back = driven(true, 12, 6, -2);
+  EXPECT_FALSE(back.mappable);
+  EXPECT_NEAR(back.clock_back_s, 1.91, 1e-6);
+  EXPECT_TRUE(warns(back, "went back by 1.91 s"));
+  const TeachSummary ahead = driven(true, 12, 6, 2);
+  EXPECT_EQ(ahead.clock_back_s, 0);
+  EXPECT_NEAR(ahead.longest_silence_s, 2.09, 1e-6);
+  EXPECT_TRUE(warns(ahead, "jumped ahead"));
+  EXPECT_FALSE(warns(driven(true, 12), "clock"));
+}
 
 TEST(TeachMonitor, MotionBlurIsRateTimesExposureTimesFocalLength) {
   TeachMonitor monitor({.exposure_ms = 10, .focal_length_px = 442, .blur_px = 2});

@@ -11,7 +11,9 @@ constexpr double kAnchorWindowSeconds =
     10;                                   // the anchor should be seen this near to the start and to the end
 constexpr double kSamePlaceMetres = 1.0;  // … from places this near to each other
 constexpr double kFewSightings = 5;
-constexpr int kFewFrames = 5;  // that join two parts of a map
+constexpr int kFewFrames = 5;            // that join two parts of a map
+constexpr double kJumpSeconds = 0.5;     // by which no good clock goes
+constexpr double kShortestMetres = 0.5;  // of a route that is no loop
 
 }  // namespace
 
@@ -48,6 +50,7 @@ void Teacher::watch(const TagFrame& frame) {
 }
 
 void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam) {
+  hear(stamp);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
   ++counters_.frames;
@@ -63,7 +66,16 @@ void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std:
   }
 }
 
+/// Samples of all kinds come in order, but for a little.
+void Teacher::hear(SensorTime stamp) {
+  const double since_s = heard_ ? to_seconds(stamp - *heard_) : 0;
+  if (since_s < -kJumpSeconds) counters_.clock_back_s = std::max(counters_.clock_back_s, -since_s);
+  counters_.longest_silence_s = std::max(counters_.longest_silence_s, since_s);
+  heard_ = stamp;
+}
+
 void Teacher::add(const Odometry& odometry) {
+  hear(odometry.stamp);
   if (odometry_) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }
@@ -83,11 +95,27 @@ void Teacher::judge_links(TeachSummary& summary) const {
   if (summary.unreachable.empty() || !first_anchored_cam_) return;
   std::string names;
   for (const TagId& tag : summary.unreachable) names += (names.empty() ? "" : ", ") + to_string(tag);
-  summary.warnings.push_back(
-      fmt::format("never in view with a tag that leads to the anchor, and so without a place in the map: {}: "
-                  "add a tag in between, "
-                  "or look at both from one place",
-                  names));
+  summary.warnings.push_back(fmt::format(
+      "never in view with a tag that leads to the anchor, and so placed by odometry alone: {}: add a "
+      "tag in between, or look at both from one place",
+      names));
+}
+
+void Teacher::judge_stamps(TeachSummary& summary) const {
+  if (summary.clock_back_s > 0)
+    summary.warnings.push_back(fmt::format(
+        "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
+        "order, drive the lap again",
+        summary.clock_back_s));
+  if (summary.longest_silence_s > kJumpSeconds)
+    summary.warnings.push_back(fmt::format(
+        "nothing was heard of camera and odometry for {:.2f} s: they failed, or their clock jumped "
+        "ahead",
+        summary.longest_silence_s));
+}
+
+bool Teacher::long_enough(const TeachSummary& summary) const {
+  return setup_.closed_route ? summary.closed_loop : summary.distance_m >= kShortestMetres;
 }
 
 TeachSummary Teacher::summary() const {
@@ -106,7 +134,8 @@ TeachSummary Teacher::summary() const {
         first_anchored_cam_->map_T_base.translation() - last_anchored_cam_->map_T_base.translation();
     summary.closed_loop = apart.norm() < kSamePlaceMetres && summary.distance_m > 2 * kSamePlaceMetres;
   }
-  summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2;
+  summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
+                     summary.clock_back_s == 0 && long_enough(summary);
 
   const auto warn = [&](bool condition, std::string words) {
     if (condition) summary.warnings.push_back(std::move(words));
@@ -115,8 +144,16 @@ TeachSummary Teacher::summary() const {
        fmt::format("the anchor {} was never seen: no map can be placed", to_string(setup_.anchor)));
   warn(first_anchored_cam_ && !summary.anchor_at_start,
        "the anchor was not seen at the start: begin the lap in front of it");
-  warn(first_anchored_cam_ && !summary.anchor_at_end,
+  warn(first_anchored_cam_ && !summary.anchor_at_end && setup_.closed_route,
        "the anchor was not seen at the end: drive on until it is in view again");
+  warn(setup_.closed_route && summary.anchor_at_start && summary.anchor_at_end && !summary.closed_loop,
+       fmt::format(
+           "the lap did not come back to where it began ({:.2f} m driven): drive all of it, and a metre "
+           "more",
+           summary.distance_m));
+  warn(!setup_.closed_route && summary.distance_m < kShortestMetres,
+       fmt::format("only {:.2f} m were driven: that is no route", summary.distance_m));
+  warn(summary.seen.size() < 2, "fewer than two tags were seen: that is no map");
   warn(summary.two_tags_fraction() < 0.9,
        fmt::format("two tags were in view only {:.0f} % of the time: add tags or drive farther from them",
                    100 * summary.two_tags_fraction()));
@@ -125,6 +162,7 @@ TeachSummary Teacher::summary() const {
          fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
   }
   judge_links(summary);
+  judge_stamps(summary);
   return summary;
 }
 

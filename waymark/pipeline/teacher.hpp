@@ -20,6 +20,7 @@ struct TeachSetup {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
+  bool closed_route = true;       ///< the lap is meant to end where it began
   bool anchor_pose_given = true;  ///< false: mapping places the map by how the anchor stands on the floor
 };
 
@@ -42,6 +43,10 @@ struct TeachSummary {
   bool anchor_at_start = false;  ///< in the first seconds
   bool anchor_at_end = false;    ///< in the last seconds
   bool closed_loop = false;      ///< seen at both ends, from nearly the same place
+  double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
+  double longest_silence_s = 0;  ///< without any sample at all
+  /// A map can be made: the anchor and another tag were seen, the clock held, and the loop is closed where it
+  /// was meant to be, or half a metre was driven where it was not.
   bool mappable = false;
   std::vector<TagLink> weak_links{};  ///< without which the map falls apart, of few frames; weakest first
   std::vector<TagId> unreachable{};   ///< joined to the anchor by no chain of frames
@@ -67,13 +72,17 @@ class Teacher {
 
  private:
   void count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
+  void hear(SensorTime stamp);
   void judge_links(TeachSummary& summary) const;
+  void judge_stamps(TeachSummary& summary) const;
+  [[nodiscard]] bool long_enough(const TeachSummary& summary) const;
 
   TeachSetup setup_;
   TeachSummary counters_{};
   TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
+  std::optional<SensorTime> heard_{};  ///< the last sample of any kind
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
   std::optional<StampedPose> last_anchored_cam_{};

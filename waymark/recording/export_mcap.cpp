@@ -33,6 +33,14 @@ class McapExport {
       if (!converted) return {};  // noted
       as = &converted->channel->channel;
       data = converted->data;
+      if (converted->channel->transcoder->drops_sequence_numbers()) {
+        noted_.trap("ros1.header_seq", [&] {
+          return Error{ErrorCode::Unsupported,
+                       "headers lose the sequence number (seq) that ROS 1 counts in them: ROS 2 has none",
+                       {.key = channel.topic},
+                       {}};
+        });
+      }
     }
     const Result<std::uint16_t> id = channel_id(channel, *as);
     if (!id) return tl::unexpected(id.error());

@@ -43,9 +43,18 @@ Key key_of(const LogChannel& channel) { return {channel.topic, channel.type}; }
 struct Counting {
   TopicReport report{};
   std::uint64_t first = 0, last = 0;          ///< log times
+  std::uint64_t newest = 0;                   ///< log time of the message before
   std::optional<std::int64_t> last_offset{};  ///< stamp less log time
 
+  void jumped(std::int64_t by_ns) {
+    ++report.clock_jumps;
+    const double jump_s = static_cast<double>(by_ns) * 1e-9;
+    if (std::abs(jump_s) > std::abs(report.largest_jump_s)) report.largest_jump_s = jump_s;
+  }
   void add(const LogChannel& channel, const LogMessage& message) {
+    const auto since = static_cast<std::int64_t>(message.log_time - std::exchange(newest, message.log_time));
+    const bool went_back = report.messages > 0 && since < -kJump_ns;
+    if (went_back) jumped(since);
     first = report.messages == 0 ? message.log_time : std::min(first, message.log_time);
     last = std::max(last, message.log_time);
     ++report.messages;
@@ -55,11 +64,8 @@ struct Counting {
     if (!beginning) report.stamps.add(stamp.value_or(message.log_time));
     if (!stamp || *stamp == 0) return;
     const auto offset = static_cast<std::int64_t>(*stamp - message.log_time);
-    if (last_offset && std::abs(offset - *last_offset) > kJump_ns) {
-      ++report.clock_jumps;
-      const double jump_s = static_cast<double>(offset - *last_offset) * 1e-9;
-      if (std::abs(jump_s) > std::abs(report.largest_jump_s)) report.largest_jump_s = jump_s;
-    }
+    if (!went_back && last_offset && std::abs(offset - *last_offset) > kJump_ns)
+      jumped(offset - *last_offset);
     last_offset = offset;
   }
 };
@@ -150,11 +156,12 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
   std::map<Key, Counting> counting;
   for (const LogChannel& channel : log.channels()) counting[key_of(channel)].report = described(channel);
   bool stopped = false;
-  const Status status = log.visit({}, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    counting.at(key_of(channel)).add(channel, message);
-    stopped = progress && !progress(message.log_time);
-    return stopped ? fail(ErrorCode::LimitExceeded, "stopped") : Status{};
-  });
+  const Status status =
+      log.visit_as_written([&](const LogChannel& channel, const LogMessage& message) -> Status {
+        counting.at(key_of(channel)).add(channel, message);
+        stopped = progress && !progress(message.log_time);
+        return stopped ? fail(ErrorCode::LimitExceeded, "stopped") : Status{};
+      });
   if (!status && !stopped) return tl::unexpected(status.error());
   LogReport report;
   std::uint64_t first = std::numeric_limits<std::uint64_t>::max();
@@ -177,7 +184,7 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
   return report;
 }
 
-Result<LogContents> contents_of(MessageLog& log) {
+Result<LogContents> contents_of(MessageLog& log, bool whole) {
   LogContents contents;
   LogSelection others;
   for (const LogChannel& channel : log.channels()) {
@@ -186,7 +193,7 @@ Result<LogContents> contents_of(MessageLog& log) {
     if (!picture) others.topics.insert(channel.topic);
   }
   if (others.topics.empty()) return contents;
-  others.to = log.summary().start.value_or(0) + kContents_ns;
+  if (!whole) others.to = log.summary().start.value_or(0) + kContents_ns;
   const Status status = log.visit_samples(others, [&](const Sample& sample) {
     constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels",   "imu",
                                                     "commands",      "truth",    "pictures", "tag_poses",

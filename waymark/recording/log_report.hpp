@@ -50,8 +50,9 @@ struct TopicReport {
   double rate_hz = 0;       ///< over the duration of the topic
   bool has_header = false;  ///< the stamps below are those in the messages, else the times of recording
   StampStatistics stamps{};
-  std::uint64_t clock_jumps =
-      0;  ///< stamps that moved against the times of recording by more than half a second
+  /// Stamps that moved against the times of recording by more than half a second, and times of recording that
+  /// went back by as much from one message of the file to the next.
+  std::uint64_t clock_jumps = 0;
   double largest_jump_s = 0;
 };
 
@@ -71,9 +72,10 @@ struct LogReport {
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 
 /// What kinds of samples the first ten seconds of a recording make: "tags", "pictures", "odometry", "wheels",
-/// "imu", "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad". Pictures are not decoded.
+/// "imu", "commands", "truth", "tag_poses", "range_bearing", "scans", "gamepad"; with `whole`, all of it, so
+/// that problems() knows all there is to say. Pictures are not decoded.
 using LogContents = std::set<std::string>;
-[[nodiscard]] Result<LogContents> contents_of(MessageLog& log);
+[[nodiscard]] Result<LogContents> contents_of(MessageLog& log, bool whole = false);
 
 /// The same from the index alone, where the file has one: counts and rates, no stamps. O(index).
 [[nodiscard]] LogReport quick_report_on(const MessageLog& log);

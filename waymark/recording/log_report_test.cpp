@@ -87,6 +87,32 @@ TEST(LogReport, AClockThatJumpsIsNoticed) {
   }
 }
 
+TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  for (int i = 0; i < 400; ++i) {
+    const int ms = 10'000 + 20 * i - (i < 200 ? 0 : 3000);
+    EXPECT_TRUE(recorder->add(Odometry{.stamp = SensorTime(std::chrono::milliseconds(ms))}));
+  }
+  EXPECT_TRUE(recorder->close());
+  const auto log = open_log(memory_source(file));
+  const auto report = report_on(**log);
+  ASSERT_TRUE(report);
+  EXPECT_EQ(report->topics.at(0).clock_jumps, 1U);
+  EXPECT_NEAR(report->topics.at(0).largest_jump_s, -2.98, 1e-9);
+  EXPECT_EQ(report->topics.at(0).stamps.backward(), 1U);
+  EXPECT_EQ((*log)->problems().at(0).key, "mcap.time_back");
+  std::uint64_t last = 0;  // the visit by time is still by time, and has all of it
+  std::uint64_t messages = 0;
+  EXPECT_TRUE((*log)->visit({}, [&](const LogChannel&, const LogMessage& message) {
+    EXPECT_GE(message.log_time, last);
+    last = message.log_time;
+    ++messages;
+    return Status();
+  }));
+  EXPECT_EQ(messages, 400U);
+}
+
 TEST(LogReport, StopsWhenItIsToldTo) {
   const Bytes file = with_jump(0);
   const auto log = open_log(memory_source(file));

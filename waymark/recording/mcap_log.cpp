@@ -19,6 +19,7 @@ class McapLog final : public RosLog {
       channels_.push_back(described(channel));
     }
     opened_.damages("mcap.damage", index_.problems);
+    note_times();
   }
 
   LogFormat format() const override { return LogFormat::Mcap; }
@@ -44,16 +45,12 @@ class McapLog final : public RosLog {
   }
 
   Status visit(const LogSelection& selection, const Visitor& visit) override {
-    visited_.clear();
-    mcap::ReaderOptions options = options_;
-    options.on_damage = [this](const Error& error) { visited_.damage("mcap.chunk", [&] { return error; }); };
-    return mcap::visit_messages(
-        *source_, index_, {.topics = selection.topics, .from = selection.from, .to = selection.to},
-        [&](const mcap::Channel& channel, const mcap::Message& message) {
-          return visit(channels_[position_.at(channel.id)],
-                       {message.log_time, message.publish_time, message.data.bytes});
-        },
-        options);
+    return mcap::visit_messages(*source_, index_,
+                                {.topics = selection.topics, .from = selection.from, .to = selection.to},
+                                each(visit), noting_damage());
+  }
+  Status visit_as_written(const Visitor& visit) override {
+    return mcap::visit_as_written(*source_, index_, each(visit), noting_damage());
   }
 
   std::vector<LogAttachment> attachments() const override {
@@ -88,6 +85,40 @@ class McapLog final : public RosLog {
   }
 
  private:
+  [[nodiscard]] std::function<Status(const mcap::Channel&, const mcap::Message&)> each(
+      const Visitor& visit) const {
+    return [this, &visit](const mcap::Channel& channel, const mcap::Message& message) {
+      return visit(channels_[position_.at(channel.id)],
+                   {message.log_time, message.publish_time, message.data.bytes});
+    };
+  }
+  /// For a new visit.
+  mcap::ReaderOptions noting_damage() {
+    visited_.clear();
+    mcap::ReaderOptions options = options_;
+    options.on_damage = [this](const Error& error) { visited_.damage("mcap.chunk", [&] { return error; }); };
+    return options;
+  }
+  /// A clock that was set back shows where a chunk begins before the one in front of it ended.
+  void note_times() {
+    constexpr std::uint64_t kJump_ns = 500'000'000;
+    for (std::size_t i = 1; i < index_.chunks.size(); ++i) {
+      const std::uint64_t before = index_.chunks[i - 1].message_end_time;
+      const std::uint64_t start = index_.chunks[i].message_start_time;
+      const bool empty = index_.chunks[i].message_end_time == 0 || before == 0;
+      if (empty || start + kJump_ns >= before) continue;
+      opened_.trap("mcap.time_back", [&] {
+        return Error{
+            ErrorCode::Unreadable,
+            fmt::format("the times of recording go back by {:.2f} s: its clock was set back, or several "
+                        "recorders wrote it; messages are taken in the order of their times",
+                        static_cast<double>(before - start) * 1e-9),
+            {.source = source_->name(),
+             .byte = static_cast<std::int64_t>(index_.chunks[i].chunk_start_offset)},
+            {}};
+      });
+    }
+  }
   [[nodiscard]] LogChannel described(const mcap::Channel& channel) const {
     LogChannel out{
         .topic = channel.topic, .encoding = channel.message_encoding, .metadata = channel.metadata};

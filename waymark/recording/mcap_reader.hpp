@@ -34,6 +34,12 @@ struct Selection {
     const std::function<Status(const Channel& channel, const Message& message)>& visit,
     const ReaderOptions& options = {});
 
+/// All messages in the order in which they stand in the file; one chunk in memory at a time. Damage as above.
+[[nodiscard]] Status visit_as_written(
+    const ByteSource& source, const Index& index,
+    const std::function<Status(const Channel& channel, const Message& message)>& visit,
+    const ReaderOptions& options = {});
+
 /// An attachment, with its checksum checked; the bytes are appended to `data`, which the record's span points
 /// into.
 [[nodiscard]] Result<Attachment> read_attachment(const ByteSource& source, const AttachmentIndex& entry,

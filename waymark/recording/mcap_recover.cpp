@@ -120,14 +120,25 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
                 "A file is never overwritten: choose another name.");
   }
   const std::filesystem::path part = out.string() + ".part";
+  const auto named = [&](Error error) {  // nobody asked for the part
+    if (error.place.source == part.string()) {
+      error.place.source = out.string();
+      if (!error.hint.empty()) error.hint = "Free some space; nothing was written.";
+    }
+    return tl::unexpected(std::move(error));
+  };
   auto sink = create_file(part);
-  if (!sink) return tl::unexpected(sink.error());
+  if (!sink) return named(sink.error());
   Result<Recovery> recovery = recover(**source, std::move(*sink), options);
+  if (recovery && recovery->messages == 0 && !recovery->was_whole)
+    recovery = fail(ErrorCode::NotFound, "no whole message stands in it: there is nothing to recover",
+                    {.source = in.string()}, "A recorder writes a chunk each second, or each 1 MiB.");
   if (recovery) {
     if (Status status = rename_to_new(part, out); !status) recovery = tl::unexpected(status.error());
   }
-  if (!recovery) std::filesystem::remove(part, ignored);
-  return recovery;
+  if (recovery) return recovery;
+  std::filesystem::remove(part, ignored);
+  return named(recovery.error());
 }
 
 }  // namespace waymark::mcap

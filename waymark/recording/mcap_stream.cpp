@@ -34,6 +34,9 @@ struct Frame {
 
 Result<Frame> read_frame(const ByteSource& source, std::uint64_t offset, std::uint64_t size,
                          const ReaderOptions& options) {
+  if (size == offset)
+    return fail(ErrorCode::Unreadable, "the file ends here, without the summary of a finished one",
+                at(source, offset));
   if (size - offset < kRecordPrefixSize)
     return fail(ErrorCode::Unreadable, "the file is cut inside a record", at(source, offset));
   std::uint8_t prefix[kRecordPrefixSize] = {};

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 #include <memory>
 
 #include <fmt/format.h>
@@ -65,10 +66,36 @@ Status load_chunk(const ByteSource& source, const ChunkIndex& entry, const Wante
   if (!chunk) return tl::unexpected(chunk.error());
   const Result<ByteSpan> records = unpack_chunk(*chunk, options, run.room);
   if (!records) return tl::unexpected(records.error());
-  Status walked = collect(*records, wanted, run.messages);
-  if (!std::ranges::is_sorted(run.messages, {}, &Message::log_time))
-    std::ranges::stable_sort(run.messages, {}, &Message::log_time);
-  return walked;
+  return collect(*records, wanted, run.messages);
+}
+
+Status load_loose(const ByteSource& source, const LooseMessage& entry, const Wanted& wanted,
+                  const ReaderOptions& options, Run& run) {
+  const Result<ByteSpan> content =
+      read_content(source, entry.offset, entry.length, Opcode::Message, options, run.content);
+  if (!content) return tl::unexpected(content.error());
+  const Result<Message> message = decode<Message>(*content);
+  if (!message) return tl::unexpected(message.error());
+  if (wanted(*message)) run.messages.push_back(*message);
+  return {};
+}
+
+/// Damage is told and passed over, or ends the visit.
+Status pass_over(const ByteSource& source, Error error, std::uint64_t offset, const ReaderOptions& options) {
+  if (!error.place.byte || error.place.source.empty()) error.place = at(source, offset);
+  if (!options.on_damage) return tl::unexpected(error);
+  options.on_damage(error);
+  return {};
+}
+
+Wanted wanted_of(const Index& index, const Selection& selection) {
+  Wanted wanted{.from = selection.from, .to = selection.to};
+  for (const auto& [id, channel] : index.channels) {
+    if (!selection.topics.empty() && !selection.topics.contains(channel.topic)) continue;
+    if (wanted.channels.size() <= id) wanted.channels.resize(std::size_t{id} + 1);
+    wanted.channels[id] = &channel;
+  }
+  return wanted;
 }
 
 /// Chunks that may hold what is wanted, in order of their first message; the place in the file breaks ties.
@@ -139,28 +166,20 @@ class Merge {
       const ChunkIndex& entry = index_.chunks[number];
       std::unique_ptr<Run> run = fresh(number);
       Status status = load_chunk(source_, entry, wanted_, options_, *run);
-      if (!status) status = pass_over(status.error(), entry.chunk_start_offset);
+      if (!std::ranges::is_sorted(run->messages, {}, &Message::log_time))
+        std::ranges::stable_sort(run->messages, {}, &Message::log_time);
+      if (!status) status = pass_over(source_, status.error(), entry.chunk_start_offset, options_);
       if (!status) return status;
       if (status = push(std::move(run)); !status) return status;
     }
     while (next_loose_ < loose_.size() && may_be_next(loose_[next_loose_].log_time)) {
       const LooseMessage& entry = loose_[next_loose_];
       std::unique_ptr<Run> run = fresh(index_.chunks.size() + next_loose_++);
-      Status status = load_loose(entry, *run);
-      if (!status) status = pass_over(status.error(), entry.offset);
+      Status status = load_loose(source_, entry, wanted_, options_, *run);
+      if (!status) status = pass_over(source_, status.error(), entry.offset, options_);
       if (!status) return status;
       if (status = push(std::move(run)); !status) return status;
     }
-    return {};
-  }
-
-  Status load_loose(const LooseMessage& entry, Run& run) {
-    const Result<ByteSpan> content =
-        read_content(source_, entry.offset, entry.length, Opcode::Message, options_, run.content);
-    if (!content) return tl::unexpected(content.error());
-    const Result<Message> message = decode<Message>(*content);
-    if (!message) return tl::unexpected(message.error());
-    if (wanted_(*message)) run.messages.push_back(*message);
     return {};
   }
 
@@ -194,13 +213,6 @@ class Merge {
                 {.source = source_.name()}, "Read it as a stream.");
   }
 
-  Status pass_over(Error error, std::uint64_t offset) {
-    if (!error.place.byte || error.place.source.empty()) error.place = at(source_, offset);
-    if (!options_.on_damage) return tl::unexpected(error);
-    options_.on_damage(error);
-    return {};
-  }
-
   const ByteSource& source_;
   const Index& index_;
   Wanted wanted_;
@@ -219,13 +231,34 @@ class Merge {
 Status visit_messages(const ByteSource& source, const Index& index, const Selection& selection,
                       const std::function<Status(const Channel&, const Message&)>& visit,
                       const ReaderOptions& options) {
-  Wanted wanted{.from = selection.from, .to = selection.to};
-  for (const auto& [id, channel] : index.channels) {
-    if (!selection.topics.empty() && !selection.topics.contains(channel.topic)) continue;
-    if (wanted.channels.size() <= id) wanted.channels.resize(std::size_t{id} + 1);
-    wanted.channels[id] = &channel;
+  return Merge(source, index, wanted_of(index, selection), options).run(visit);
+}
+
+Status visit_as_written(const ByteSource& source, const Index& index,
+                        const std::function<Status(const Channel&, const Message&)>& visit,
+                        const ReaderOptions& options) {
+  const Wanted wanted = wanted_of(index, {});
+  Run run;
+  std::size_t loose = 0;
+  const auto give = [&](Status status, std::uint64_t offset) {
+    if (!status) status = pass_over(source, status.error(), offset, options);
+    for (std::size_t i = 0; status && i < run.messages.size(); ++i)
+      status = visit(*wanted.channels[run.messages[i].channel_id], run.messages[i]);
+    run.messages.clear();
+    return status;
+  };
+  const auto give_loose_before = [&](std::uint64_t end) {
+    Status status;
+    for (; status && loose < index.loose.size() && index.loose[loose].offset < end; ++loose)
+      status = give(load_loose(source, index.loose[loose], wanted, options, run), index.loose[loose].offset);
+    return status;
+  };
+  for (const ChunkIndex& entry : index.chunks) {
+    Status status = give_loose_before(entry.chunk_start_offset);
+    if (status) status = give(load_chunk(source, entry, wanted, options, run), entry.chunk_start_offset);
+    if (!status) return status;
   }
-  return Merge(source, index, std::move(wanted), options).run(visit);
+  return give_loose_before(std::numeric_limits<std::uint64_t>::max());
 }
 
 }  // namespace waymark::mcap

@@ -82,7 +82,10 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
   if (!unpacked) return tl::unexpected(unpacked.error());
   head = head_of(*unpacked->source);
   if (!head) return tl::unexpected(head.error());
-  if (head->empty() && unpacked->damage) return tl::unexpected(*unpacked->damage);
+  if (head->empty() && unpacked->damage) {
+    unpacked->damage->hint = "Nothing of it could be unpacked: not one block of the packing is whole.";
+    return tl::unexpected(*unpacked->damage);
+  }
   Result<std::unique_ptr<MessageLog>> log = open_plain(std::move(unpacked->source), *head, options);
   if (!log) return log;
   return with_packing(std::move(*log), packing, unpacked->damage, source->size().value_or(0));

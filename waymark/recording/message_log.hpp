@@ -119,6 +119,9 @@ class MessageLog {
   /// Calls visit for the selected messages in order of log time. Memory does not grow with the recording.
   /// Damage is passed over and noted among the problems; fails when the visitor does.
   virtual Status visit(const LogSelection& selection, const Visitor& visit) = 0;
+  /// All messages in the order in which they were written, where the file keeps that: a clock that jumped
+  /// back shows only there. Elsewhere as visit().
+  virtual Status visit_as_written(const Visitor& visit) { return this->visit({}, visit); }
   /// The same as samples, with the conventions of the house (docs/conventions.md); messages that are not
   /// samples are passed over.
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;

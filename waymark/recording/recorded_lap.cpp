@@ -38,7 +38,7 @@ Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
 
 }  // namespace
 
-Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find) {
+Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source) {
   Result<RecordingSetup> setup = log.setup();
   if (!setup) return tl::unexpected(setup.error());
   RecordedLap lap{.setup = std::move(*setup)};
@@ -55,6 +55,12 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find) {
       keep(sample, lap);
       return Status{};
     });
+  }
+  if (source == TagSource::Pictures) {
+    if (topics_of(log, true).topics.empty())
+      return fail(ErrorCode::NotFound, "the recording holds no pictures to look for tags in", {},
+                  "Leave out the detector's settings to take the tags it holds.");
+    lap.frames.clear();
   }
   if (status && lap.frames.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());

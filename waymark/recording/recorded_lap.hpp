@@ -23,8 +23,15 @@ struct RecordedLap {
 /// Finds the tags of a picture, where a recording holds pictures only.
 using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
 
-/// Reads all of it, whatever its format. Pictures are looked at only when there are no tags and `find` is
-/// given. What is damaged is passed over, and `setup.problems` says so. Fails when `find` does.
-[[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {});
+enum class TagSource : std::uint8_t {
+  AsRecorded,  ///< the tags it holds; its pictures only where it holds none
+  Pictures,    ///< its pictures, whatever tags it holds
+};
+
+/// Reads all of it, whatever its format. Pictures are looked at only when `find` is given. What is damaged is
+/// passed over, and `setup.problems` says so. Fails when `find` does, or when there are no pictures to look
+/// at though they were asked for.
+[[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {},
+                                           TagSource source = TagSource::AsRecorded);
 
 }  // namespace waymark

@@ -1,5 +1,6 @@
 #include "waymark/recording/ros1_transcoder.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include <fmt/format.h>
@@ -105,6 +106,10 @@ Result<Ros1Transcoder> Ros1Transcoder::make(std::string_view type, std::string_v
   }
   transcoder.schema_ = !known.empty() && transcoder.same_ ? known : ros2_text(transcoder.definition_);
   return transcoder;
+}
+
+bool Ros1Transcoder::drops_sequence_numbers() const {
+  return std::ranges::any_of(definition_.structs, &Struct::has_sequence_number);
 }
 
 Status Ros1Transcoder::transcode(ByteSpan message, Bytes& out) const {

@@ -26,6 +26,9 @@ class Ros1Transcoder {
   /// Whether the bytes lie as in ROS 2's type of that name (true for a name we have no text of).
   [[nodiscard]] bool same_as_ros2() const { return same_; }
 
+  /// Whether a message loses its Header.seq.
+  [[nodiscard]] bool drops_sequence_numbers() const;
+
   /// Appends the message to `out`. Fails when it does not end where its definition does. O(message).
   Status transcode(ByteSpan message, Bytes& out) const;
 

@@ -26,6 +26,7 @@ class UnpackedLog final : public MessageLog {
   Status visit(const LogSelection& selection, const Visitor& visit) override {
     return log_->visit(selection, visit);
   }
+  Status visit_as_written(const Visitor& visit) override { return log_->visit_as_written(visit); }
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
     return log_->visit_samples(selection, visit);
   }

@@ -165,12 +165,11 @@ Scene scene_of(const World& world, const SceneOptions& options) {
   for (const Wall& wall : world.walls) add_occluder(as_box(wall), scene);
   for (const Occluder& box : world.occluders) add_occluder(box, scene);
   for (const Panel& panel : world.panels) add_panel(panel, scene);
-  const auto add_tag = [&](const TagId& id, const MappedTag& tag) {
-    scene.surfaces.push_back(tag_surface(id, tag.map_T_tag, tag.size_m, world.tag_margin_cells));
+  for (const TagCopy& tag : readable_tags(world)) {
+    scene.surfaces.push_back(
+        tag_surface(tag.tag, tag.placed.map_T_tag, tag.placed.size_m, world.tag_margin_cells));
     scene.surfaces.back().finish.gloss = options.ink_gloss;
-  };
-  for (const auto& [id, tag] : world.tags.tags) add_tag(id, tag);
-  for (const TagCopy& copy : world.copies) add_tag(copy.tag, copy.placed);
+  }
   return scene;
 }
 

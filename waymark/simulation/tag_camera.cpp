@@ -39,10 +39,8 @@ TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_
                   const TagCameraOptions& options, Random& random) {
   TagFrame frame{.stamp = stamp};
   const SE3 cam_T_map = map_T_cam.inverse();
-  for (const auto& [id, tag] : world.tags.tags)
-    see(world, camera, cam_T_map, id, tag, options, random, frame);
-  for (const TagCopy& copy : world.copies)
-    see(world, camera, cam_T_map, copy.tag, copy.placed, options, random, frame);
+  for (const TagCopy& tag : readable_tags(world))
+    see(world, camera, cam_T_map, tag.tag, tag.placed, options, random, frame);
   return frame;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace waymark {
 namespace {
@@ -26,6 +27,22 @@ SE3 upright_tag(const Eigen::Vector3d& map_t_tag, double facing_rad) {
 SE3 leaning_tag(const Eigen::Vector3d& map_t_tag, double facing_rad, double tilt_rad) {
   return upright_tag(map_t_tag, facing_rad) *
          SE3(SO3::exp(Eigen::Vector3d(-tilt_rad, 0, 0)), Eigen::Vector3d::Zero());
+}
+
+MappedTag back_of(const MappedTag& tag, double board_m) {
+  MappedTag back = tag;
+  back.map_T_tag = tag.map_T_tag * SE3(SO3::exp({0, std::numbers::pi, 0}), {0, 0, board_m});
+  return back;
+}
+
+std::vector<TagCopy> readable_tags(const World& world) {
+  std::vector<TagCopy> all;
+  for (const auto& [id, tag] : world.tags.tags) all.push_back({id, tag});
+  all.insert(all.end(), world.copies.begin(), world.copies.end());
+  if (world.tag_board_m <= 0) return all;
+  for (std::size_t i = 0, fronts = all.size(); i < fronts; ++i)
+    all.push_back({all[i].tag, back_of(all[i].placed, world.tag_board_m)});
+  return all;
 }
 
 Occluder as_box(const Wall& wall) {

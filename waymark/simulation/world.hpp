@@ -68,6 +68,7 @@ struct World {
   bool path_closed = true;
   std::vector<TagCopy> copies{};
   double tag_margin_cells = 1;  ///< white paper around every tag, in cells of the tag
+  double tag_board_m = 0;  ///< above 0: every tag is on a board so thick, and printed on its back as well
   std::vector<Panel> panels{};
   std::vector<Wall> walls{};
   std::vector<Occluder> occluders{};
@@ -81,6 +82,13 @@ struct World {
 
 /// The same, leaning back by `tilt_rad`: at pi / 2 it lies on its back and faces up.
 [[nodiscard]] SE3 leaning_tag(const Eigen::Vector3d& map_t_tag, double facing_rad, double tilt_rad);
+
+/// The tag on the back of a board of that thickness, upright as the one on its front.
+[[nodiscard]] MappedTag back_of(const MappedTag& tag, double board_m);
+
+/// Every tag that can be read, with both sides of those on boards, and copies: what a camera may see.
+/// O(tags).
+[[nodiscard]] std::vector<TagCopy> readable_tags(const World& world);
 
 /// The box of a wall.
 [[nodiscard]] Occluder as_box(const Wall& wall);

@@ -11,12 +11,13 @@ namespace {
 
 constexpr double kStepMetres = 0.02;
 
-std::size_t tags_in_view(const World& world, const CameraModel& camera, const SE3& map_T_cam,
-                         double max_range_m) {
-  const auto seen = visible_tags(world.tags, camera, map_T_cam);
-  return static_cast<std::size_t>(std::ranges::count_if(seen, [&](const TagId& tag) {
-    const Eigen::Vector3d& place = world.tags.find(tag)->map_T_tag.translation();
+std::size_t tags_in_view(const World& world, const std::vector<TagCopy>& tags, const CameraModel& camera,
+                         const SE3& map_T_cam, double max_range_m) {
+  const SE3 cam_T_map = map_T_cam.inverse();
+  return static_cast<std::size_t>(std::ranges::count_if(tags, [&](const TagCopy& tag) {
+    const Eigen::Vector3d& place = tag.placed.map_T_tag.translation();
     return (place - map_T_cam.translation()).norm() <= max_range_m &&
+           visible_corners(camera, cam_T_map * tag.placed.map_T_tag, tag.placed.size_m) &&
            line_of_sight(world, map_T_cam.translation(), place);
   }));
 }
@@ -32,11 +33,13 @@ Result<WorldCheck> check_world(const World& world, const RobotModel& robot, cons
   WorldCheck check{.lap_m = path.back().arc_length_m + (world.path_closed ? path[1].arc_length_m : 0),
                    .min_clearance_m = std::numeric_limits<double>::infinity(),
                    .fewest_tags = world.tags.tags.size()};
+  const std::vector<TagCopy> tags = readable_tags(world);
   std::size_t with_two = 0;
   std::size_t with_one = 0;
   for (const PathPoint& point : path) {
     const SE3 map_T_base = lift(point.map_T_path);
-    const std::size_t seen = tags_in_view(world, camera, map_T_base * robot.base_T_cam, options.max_range_m);
+    const std::size_t seen =
+        tags_in_view(world, tags, camera, map_T_base * robot.base_T_cam, options.max_range_m);
     with_two += seen >= 2 ? 1 : 0;
     with_one += seen >= 1 ? 1 : 0;
     check.fewest_tags = std::min(check.fewest_tags, seen);

@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/simulation/tag_camera.hpp"
+
 namespace waymark {
 namespace {
 
@@ -40,6 +42,41 @@ TEST(World, AWallHidesWhatIsBehindAndShowsWhatHangsOnIt) {
   EXPECT_TRUE(line_of_sight(world, eye, {1.95, 0, 0.5})) << "on its face";
   EXPECT_TRUE(line_of_sight(world, eye, {3, 0, 5})) << "over it";
   EXPECT_TRUE(line_of_sight(world, eye, {3, -2, 0.5})) << "beside it";
+}
+
+TEST(World, ABoardShowsItsTagOnBothSides) {
+  World world;
+  const TagId id{FamilyId::Tag36h11, 3};
+  const MappedTag front{.map_T_tag = upright_tag({2, 0, 0.5}, kPi), .size_m = 0.24};
+  world.tags.tags[id] = front;
+  EXPECT_EQ(readable_tags(world).size(), 1U);
+  world.tag_board_m = 0.02;
+  const auto tags = readable_tags(world);
+  ASSERT_EQ(tags.size(), 2U);
+  EXPECT_EQ(tags[1].tag, id);
+  const SE3& back = tags[1].placed.map_T_tag;
+  EXPECT_TRUE(back.translation().isApprox(Eigen::Vector3d(2.02, 0, 0.5), 1e-12));
+  EXPECT_TRUE(back.rotation().matrix().isApprox(upright_tag({0, 0, 0}, 0).rotation().matrix(), 1e-12))
+      << "upright, towards a reader on the other side";
+}
+
+TEST(World, ACameraReadsTheBackOfABoardOnlyWhereThereIsOne) {
+  World world;
+  world.tags.tags[{FamilyId::Tag36h11, 3}] = {.map_T_tag = upright_tag({0, 0, 0.5}, 0), .size_m = 0.24};
+  const auto camera = CameraModel::make(PinholeRadtan{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, 640, 480);
+  ASSERT_TRUE(camera);
+  const SE3 map_T_cam(SO3::from_rpy(-kPi / 2, 0, -kPi / 2), {-2, 0, 0.5});  // behind it, looking along map x
+  for (const double board_m : {0.0, 0.02}) {
+    world.tag_board_m = board_m;
+    Random random(1);
+    const TagFrame frame = see_tags(world, *camera, map_T_cam, SensorTime{}, {.miss_probability = 0}, random);
+    EXPECT_EQ(frame.detections.size(), board_m > 0 ? 1U : 0U);
+    if (frame.detections.empty()) continue;
+    // Its left side is left, as a reader on that side sees it.
+    EXPECT_LT(frame.detections[0].corners_px[0].x(), frame.detections[0].corners_px[1].x());
+    EXPECT_NEAR(frame.detections[0].corners_px[1].x() - frame.detections[0].corners_px[0].x(),
+                500 * 0.24 / 1.98, 3);
+  }
 }
 
 }  // namespace
