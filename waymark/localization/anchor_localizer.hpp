@@ -74,6 +74,7 @@ class AnchorLocalizer final : public LocalizationMethod {
  public:
   AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {});
 
+  using LocalizationMethod::add;
   void add(const TagFrame& frame) override;
   void add(const Odometry& odometry) override;
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -16,9 +17,20 @@ struct LocalizationEstimate {
   SE2 map_T_base{};
   /// Of (x, y, yaw) in ordinary map coordinates [m, rad].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// False: a guess. What is seen contradicts it, or does not suffice; nothing should drive by it.
+  bool certain = true;
 
   /// The larger standard deviation of the position in the plane [m].
   [[nodiscard]] double position_sigma_m() const;
+};
+
+/// One sighting beside what was expected of it.
+struct NisRecord {
+  SensorTime stamp{};
+  TagId tag{};
+  double nis = 0;         ///< normalised innovation squared
+  int rows = 0;           ///< its degrees of freedom
+  bool believed = false;  ///< and used
 };
 
 /// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.
@@ -30,8 +42,18 @@ class LocalizationMethod {
 
   virtual void add(const TagFrame& frame) = 0;
   virtual void add(const Odometry& odometry) = 0;
+  virtual void add(const ImuSample& /*imu*/) {}
+  virtual void add(const TagPoseFrame& /*frame*/) {}
+  virtual void add(const RangeBearing& /*seen*/) {}
   /// The newest estimate; nothing before the first fix.
   [[nodiscard]] virtual std::optional<LocalizationEstimate> estimate() const = 0;
+  /// What was compared with the estimate since clear_news(), and what a user must know, in words.
+  [[nodiscard]] virtual const std::vector<NisRecord>& news() const {
+    static const std::vector<NisRecord> kNone;
+    return kNone;
+  }
+  virtual void clear_news() {}
+  [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }
 
  protected:
   LocalizationMethod() = default;

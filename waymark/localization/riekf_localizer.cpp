@@ -1,0 +1,204 @@
+#include "waymark/localization/riekf_localizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace waymark {
+namespace {
+
+constexpr Duration kWindow = std::chrono::seconds(1);
+constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
+/// Longer than this nobody waits for odometry before a look is used.
+constexpr Duration kPatience = std::chrono::milliseconds(250);
+
+}  // namespace
+
+RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error)
+    : input_(options),
+      timeline_(1024, 128),
+      tracker_(std::move(landmarks), std::move(eye), options, error),
+      snapshots_(kSnapshots, tracker_.state()),
+      latency_(std::llround(options.camera_latency_s * 1e9)) {}
+
+void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) {
+  tracker_.start_from(map_T_base, sigma_m, sigma_rad);
+}
+
+void RiekfLocalizer::snapshot() {
+  const SensorTime now = tracker_.state().stamp;
+  if (snapshot_count_ > 0 && now - snapshots_[snapshot_count_ - 1].stamp < kBetweenSnapshots) return;
+  if (snapshot_count_ == kSnapshots) {
+    std::rotate(snapshots_.begin(), snapshots_.begin() + 1, snapshots_.end());
+    --snapshot_count_;
+  }
+  tracker_.save(snapshots_[snapshot_count_++]);
+}
+
+/// Back to a moment before; false when that is too long ago.
+bool RiekfLocalizer::rewind(SensorTime before) {
+  while (snapshot_count_ > 0 && snapshots_[snapshot_count_ - 1].stamp >= before) --snapshot_count_;
+  if (snapshot_count_ == 0) return false;
+  tracker_.restore(snapshots_[snapshot_count_ - 1]);
+  ++rewinds_;
+  return true;
+}
+
+/// Where a look of this time belongs; nullptr when it comes too late.
+Look* RiekfLocalizer::place(SensorTime stamp) {
+  const TrackState& now = tracker_.state();
+  if (!now.started) {
+    if (timeline_.empty() && moved_) return nullptr;  // before the first motion is known
+    tracker_.start_at(stamp);
+  }
+  if (stamp < now.stamp) {
+    const bool reachable = snapshot_count_ > 0 && snapshots_[0].stamp < stamp;
+    if (!reachable) {
+      ++too_late_;
+      return nullptr;
+    }
+    rewind(stamp);
+  }
+  return &timeline_.add_look(stamp);
+}
+
+void RiekfLocalizer::advance_to(SensorTime stamp) {
+  for (std::size_t i = 0; i < timeline_.segments(); ++i) {
+    const MotionSegment& segment = timeline_.segment(i);
+    const SensorTime begin = std::max(segment.from, tracker_.state().stamp);
+    const SensorTime end = std::min(segment.to, stamp);
+    if (end <= begin) continue;
+    tracker_.advance(segment.part(begin, end), end);
+  }
+}
+
+/// Up to where motion is known, looks in their order.
+void RiekfLocalizer::run() {
+  const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
+  for (std::size_t i = 0; i < timeline_.looks(); ++i) {
+    Look& look = timeline_.look(i);
+    const TrackState& now = tracker_.state();
+    const bool done = look.stamp < now.look_stamp ||
+                      (look.stamp == now.look_stamp && look.number <= now.look_number) ||
+                      look.stamp < now.stamp;
+    if (done || look.stamp > covered || !look.sealed) continue;
+    advance_to(look.stamp);
+    tracker_.look(look);
+    snapshot();
+  }
+  advance_to(open_ == nullptr ? covered : std::min(covered, open_->stamp));
+  snapshot();
+  timeline_.forget_before(tracker_.state().stamp - kWindow - kBetweenSnapshots * 3);
+}
+
+/// A look that waited in vain for odometry gets a guess.
+void RiekfLocalizer::cover(SensorTime stamp) {
+  const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
+  if (stamp <= covered || (moved_ && stamp - covered < kPatience)) return;
+  timeline_.add(input_.guess(covered, stamp));
+}
+
+void RiekfLocalizer::add(const TagFrame& frame) {
+  ++frames_;
+  const SensorTime stamp = frame.stamp - latency_;
+  Look* look = place(stamp);
+  if (look == nullptr) return;
+  for (const TagDetection& detection : frame.detections) {
+    ++sightings_;
+    const auto sighting = sighting_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+    const bool known = tracker_.landmarks().find(detection.tag) >= 0;
+    mapped_ += known ? 1 : 0;
+    other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
+    if (!sighting) continue;
+    if (look->count < Look::kMost)
+      look->seen[look->count++] = *sighting;
+    else
+      ++crowded_;
+  }
+  cover(stamp);
+  run();
+}
+
+void RiekfLocalizer::add(const TagPoseFrame& frame) {
+  ++frames_;
+  const SensorTime stamp = frame.stamp - latency_;
+  Look* look = place(stamp);
+  if (look == nullptr) return;
+  for (const SeenTagPose& seen : frame.tags) {
+    ++sightings_;
+    const auto sighting = sighting_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+    mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
+    if (sighting && look->count < Look::kMost) look->seen[look->count++] = *sighting;
+  }
+  cover(stamp);
+  run();
+}
+
+void RiekfLocalizer::add(const RangeBearing& seen) {
+  ++sightings_;
+  const SensorTime stamp = seen.stamp - latency_;
+  const auto sighting = sighting_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+  mapped_ += tracker_.landmarks().find(seen.landmark) >= 0 ? 1 : 0;
+  if (open_ == nullptr || open_->stamp != stamp) {
+    if (open_ != nullptr) {
+      open_->sealed = true;
+      open_ = nullptr;
+      run();
+    }
+    ++frames_;
+    open_ = place(stamp);
+    if (open_ == nullptr) return;
+    open_->sealed = false;
+  }
+  if (sighting && open_->count < Look::kMost) open_->seen[open_->count++] = *sighting;
+}
+
+void RiekfLocalizer::add(const Odometry& odometry) {
+  moved_ = true;
+  std::optional<MotionSegment> segment = input_.add(odometry);
+  if (!segment) return;
+  const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
+  if (!tracker_.state().started) {
+    tracker_.start_at(segment->from);
+  } else if (segment->from < covered && covered < segment->to) {  // part of it was guessed
+    segment->step = segment->part(covered, segment->to);
+    segment->from = covered;
+  } else if (segment->to <= covered) {
+    return;
+  } else if (segment->from > covered) {
+    timeline_.add(input_.guess(covered, segment->from));
+  }
+  timeline_.add(*segment);
+  if (open_ != nullptr && open_->stamp < segment->to) {
+    open_->sealed = true;
+    open_ = nullptr;
+    cover(odometry.stamp);
+  }
+  run();
+}
+
+std::vector<std::string> RiekfLocalizer::problems() const {
+  std::vector<std::string> all = tracker_.watch().findings();
+  const auto say = [&](int count, const char* words) {
+    if (count > 0) all.push_back(fmt::format(fmt::runtime(words), count));
+  };
+  if (frames_ > 0 && sightings_ == 0) all.emplace_back("no tag was seen in any picture");
+  if (sightings_ > 0 && mapped_ == 0)
+    all.push_back(other_family_ > 0
+                      ? "the tags that were seen are of another family than those of the map"
+                      : "none of the tags that were seen is in the map: is it the map of this place?");
+  if (tracker_.state().starts == 0 && mapped_ > 0)
+    all.emplace_back(
+        "no two tags of the map ever agreed about where the robot is: do their sizes, the camera and its "
+        "mounting match the recording, and is it the map of this place?");
+  if (!moved_ && frames_ > 0) all.emplace_back("there is no odometry: motion between pictures is guessed");
+  say(input_.not_forwards(), "{} motion samples had stamps that do not go forwards: left out");
+  say(input_.not_finite(), "{} motion samples were not numbers: left out");
+  say(too_late_, "{} pictures came more than a second late: left out");
+  say(crowded_, "{} tags beyond the sixteenth of a picture: left out");
+  say(tracker_.broken(), "the filter broke {} times and began anew");
+  return all;
+}
+
+}  // namespace waymark

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include "waymark/localization/tracker.hpp"
+
+namespace waymark {
+
+/// The right-invariant filter fed sample by sample: motion of wheels and gyro, tags by corners, poses or
+/// points, ranges and bearings. Samples may be late by up to a second: they are put where they belong and
+/// what came after is done again, with the same result as in order. Equations: docs/concepts/localization.md.
+/// All memory is taken at construction.
+class RiekfLocalizer final : public LocalizationMethod {
+ public:
+  RiekfLocalizer(Landmarks landmarks, Eye eye, const RiekfOptions& options = {},
+                 ErrorState error = ErrorState::RightInvariant);
+
+  void add(const TagFrame& frame) override;
+  void add(const Odometry& odometry) override;
+  void add(const ImuSample& imu) override { input_.add(imu); }
+  void add(const TagPoseFrame& frame) override;
+  void add(const RangeBearing& seen) override;
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return tracker_.estimate(); }
+  [[nodiscard]] const std::vector<NisRecord>& news() const override { return tracker_.news(); }
+  void clear_news() override { tracker_.news().clear(); }
+  [[nodiscard]] std::vector<std::string> problems() const override;
+
+  /// For a robot whose place is known when it is switched on.
+  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
+
+  [[nodiscard]] Tracker& tracker() { return tracker_; }
+  [[nodiscard]] const Tracker& tracker() const { return tracker_; }
+  [[nodiscard]] int too_late() const { return too_late_; }
+  [[nodiscard]] int rewinds() const { return rewinds_; }
+
+ private:
+  static constexpr std::size_t kSnapshots = 13;
+  Look* place(SensorTime stamp);
+  void run();
+  void advance_to(SensorTime stamp);
+  void snapshot();
+  bool rewind(SensorTime before);
+  void cover(SensorTime stamp);
+
+  MotionInput input_;
+  Timeline timeline_;
+  Tracker tracker_;
+  std::vector<TrackState> snapshots_;  ///< oldest first
+  std::size_t snapshot_count_ = 0;
+  Duration latency_;
+  bool moved_ = false;  ///< there was odometry
+  Look* open_ = nullptr;
+  int too_late_ = 0;
+  int rewinds_ = 0;
+  int frames_ = 0;
+  int sightings_ = 0;
+  int mapped_ = 0;
+  int other_family_ = 0;
+  int crowded_ = 0;
+};
+
+}  // namespace waymark

@@ -1,0 +1,268 @@
+// The laws of the filter: derivatives, invariance, order, agreement with a textbook filter.
+#include "waymark/localization/riekf.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+#include <Eigen/LU>
+
+#include "tests/support/numeric_jacobian.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/localization/sighting.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+SE3 optical(double x, double y) {
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  return {SO3::from_matrix(R), {x, y, 0.2}};
+}
+
+Eye eye() {
+  const PinholeRadtan lens{.fx = 440, .fy = 445, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
+  return {CameraModel::make(lens, 640, 480).value(), optical(0.1, -0.02)};
+}
+
+/// Tags in front of a robot near the origin that looks along x.
+TagMap three_tags() {
+  TagMap map;
+  const Eigen::Matrix3d ahead = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  for (int i = 0; i < 3; ++i) {
+    const SE3 place = lift(SE2(2.0 + 0.3 * i, 0.6 * (i - 1), 0.3 * (i - 1)));
+    map.tags[{.number = i}] = {.map_T_tag = place * SE3(SO3::from_matrix(ahead), {0, 0, 0.3}),
+                               .size_m = 0.16};
+  }
+  return map;
+}
+
+TagDetection seen_from(const SE2& map_T_base, int number) {
+  const MappedTag& tag = *three_tags().find({.number = number});
+  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_eye).inverse();
+  TagDetection detection{.tag = {.number = number}};
+  const auto corners = tag_corners(tag.size_m);
+  for (std::size_t i = 0; i < 4; ++i)
+    detection.corners_px[i] = *eye().camera->project(cam_T_map * tag.map_T_tag * corners[i]);
+  return detection;
+}
+
+/// A sighting of every kind from a pose.
+std::vector<Sighting> sightings(const SE2& map_T_base, const Landmarks& map) {
+  const RiekfOptions options;
+  std::vector<Sighting> all;
+  all.push_back(*sighting_of(seen_from(map_T_base, 0), map, eye(), options));
+  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_eye).inverse();
+  all.push_back(*sighting_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map, eye(), options));
+  const Eigen::Vector2d p = (map_T_base * project_to_plane(eye().base_T_eye)).inverse() *
+                            Eigen::Vector2d(map[2].map_T_tag.translation().head<2>());
+  all.push_back(*sighting_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map, eye(), options));
+  return all;
+}
+
+std::vector<Matrix6> zero(int count) {
+  return std::vector<Matrix6>(static_cast<std::size_t>(count), Matrix6::Zero());
+}
+
+RiekfOptions exact_map() {
+  RiekfOptions options;
+  options.tag_sigma_m = options.tag_sigma_rad = options.mounting_sigma_m = options.mounting_sigma_rad = 0;
+  return options;
+}
+
+TEST(Sighting, ResidualIsZeroWhereItWasTaken) {
+  const Landmarks map(three_tags());
+  const SE2 X(0.1, -0.2, 0.15);
+  for (const Sighting& s : sightings(X, map)) EXPECT_LT(linearise(s, map, eye(), X)->residual.norm(), 1e-9);
+}
+
+TEST(Sighting, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
+  const TagMap tags = three_tags();
+  const Landmarks map(tags);
+  const SE2 X(0.1, -0.2, 0.15);
+  const SE2 near = SE2::exp({0.02, -0.03, 0.04}) * X;
+  for (const Sighting& s : sightings(X, map)) {
+    const Linearised z = *linearise(s, map, eye(), near);
+    const auto pose = testing::numeric_jacobian<8, 3>(
+        [&](const Eigen::Vector3d& xi) { return linearise(s, map, eye(), plus(xi, near))->residual; },
+        Eigen::Vector3d::Zero().eval(), 1e-4);
+    EXPECT_LT((pose - z.H_pose).norm(), 1e-5 * (1 + z.H_pose.norm())) << static_cast<int>(s.kind);
+    const auto tag = testing::numeric_jacobian<8, 6>(
+        [&](const SE3::Tangent& e) {
+          TagMap moved = tags;
+          for (auto& [id, m] : moved.tags)
+            m.map_T_tag =
+                SE3(SO3::exp(e.tail<3>()) * m.map_T_tag.rotation(), m.map_T_tag.translation() + e.head<3>());
+          return linearise(s, Landmarks(moved), eye(), near)->residual;
+        },
+        SE3::Tangent::Zero().eval(), 1e-4);
+    Eigen::Matrix<double, 8, 6> planar = tag;
+    if (s.kind != SightingKind::Corners) planar.middleCols<3>(2).setZero();  // what a floor does not show
+    EXPECT_LT((planar - z.H_tag).norm(), 1e-5 * (1 + z.H_tag.norm())) << static_cast<int>(s.kind);
+    if (s.kind == SightingKind::PlanarPose) continue;  // there the mounting acts on the measured side
+    const auto mount = testing::numeric_jacobian<8, 6>(
+        [&](const SE3::Tangent& e) {
+          Eye moved = eye();
+          moved.base_T_eye = plus(e, moved.base_T_eye);
+          return linearise(s, map, moved, near)->residual;
+        },
+        SE3::Tangent::Zero().eval(), 1e-4);
+    Eigen::Matrix<double, 8, 6> shown = mount;
+    if (s.kind != SightingKind::Corners) shown.middleCols<3>(2).setZero();
+    EXPECT_LT((shown - z.H_mount).norm(), 1e-5 * (1 + z.H_mount.norm())) << static_cast<int>(s.kind);
+  }
+}
+
+TEST(Riekf, GoesStraightThroughAYawRateOfExactlyZero) {
+  Riekf straight(exact_map(), ErrorState::RightInvariant, zero(0));
+  Riekf almost(exact_map(), ErrorState::RightInvariant, zero(0));
+  straight.start({}, Eigen::Matrix3d::Identity() * 1e-4, false);
+  almost.start({}, Eigen::Matrix3d::Identity() * 1e-4, false);
+  for (int i = 0; i < 100; ++i) {
+    straight.propagate({.twist = {0.01, 0, 0}, .dt_s = 0.02});
+    almost.propagate({.twist = {0.01, 0, 1e-14}, .dt_s = 0.02});
+  }
+  EXPECT_NEAR(straight.state().map_T_base.x(), 1.0, 1e-12);
+  EXPECT_NEAR(straight.state().map_T_base.y(), 0, 1e-15);
+  EXPECT_LT(minus(straight.state().map_T_base, almost.state().map_T_base).norm(), 1e-11);
+}
+
+TEST(Riekf, WithoutNoiseTheErrorStaysWhatItIs) {
+  RiekfOptions options = exact_map();
+  options.motion = {.along_m_sqrt_m = 0,
+                    .across_m_sqrt_m = 0,
+                    .yaw_rad_sqrt_m = 0,
+                    .yaw_rad_sqrt_rad = 0,
+                    .yaw_rad_sqrt_s = 0,
+                    .drift_m_sqrt_s = 0,
+                    .distance_scale_sigma = 0,
+                    .yaw_scale_sigma = 0,
+                    .yaw_bias_sigma_rad_s = 0,
+                    .slip_sigma_s = 0};
+  Riekf filter(options, ErrorState::RightInvariant, zero(0));
+  const Eigen::Matrix3d P = (Eigen::Matrix3d() << 4, 1, 0.3, 1, 5, -0.2, 0.3, -0.2, 0.5).finished();
+  const SE2 start(1, 2, 0.5);
+  const SE2 truth = SE2::exp({0.4, -0.3, 0.7}) * start;
+  filter.start(start, P, false);
+  SE2 true_now = truth;
+  for (int i = 0; i < 500; ++i) {
+    const Eigen::Vector3d u(0.05, 0.001, 0.02 * std::sin(0.1 * i));
+    filter.propagate({.twist = u, .dt_s = 0.1});
+    true_now = true_now * SE2::exp(u);
+  }
+  EXPECT_LT((filter.covariance() - P).norm(), 1e-12);
+  const Eigen::Vector3d xi = minus(true_now, filter.state().map_T_base);
+  EXPECT_LT((xi - Eigen::Vector3d(0.4, -0.3, 0.7)).norm(), 1e-10);
+}
+
+TEST(Riekf, NoiseIsPerTimeAndDistanceNotPerStep) {
+  Riekf coarse(exact_map(), ErrorState::RightInvariant, zero(0));
+  Riekf fine(exact_map(), ErrorState::RightInvariant, zero(0));
+  coarse.start({}, Eigen::Matrix3d::Zero(), false);
+  fine.start({}, Eigen::Matrix3d::Zero(), false);
+  for (int i = 0; i < 100; ++i) coarse.propagate({.twist = {0.02, 0, 0.01}, .dt_s = 0.1});
+  for (int i = 0; i < 1000; ++i) fine.propagate({.twist = {0.002, 0, 0.001}, .dt_s = 0.01});
+  EXPECT_LT((coarse.covariance() - fine.covariance()).norm(), 0.01 * fine.covariance().norm());
+}
+
+Riekf::Batch batch_of(const std::vector<Sighting>& all, const Landmarks& map, const SE2& at) {
+  Riekf::Batch batch{};
+  for (std::size_t i = 0; i < all.size(); ++i) batch[i] = *linearise(all[i], map, eye(), at);
+  return batch;
+}
+
+/// The same scene elsewhere: everything moved by one motion of the plane.
+TEST(Riekf, GainsDoNotDependOnWhereTheMapHasItsOrigin) {
+  const SE2 moved(30, -20, 2);
+  const SE2 X(0.1, -0.2, 0.15);
+  const SE2 guess = SE2::exp({0.05, 0.02, -0.03}) * X;
+  TagMap elsewhere = three_tags();
+  for (auto& [id, tag] : elsewhere.tags) tag.map_T_tag = lift(moved) * tag.map_T_tag;
+  const Landmarks here(three_tags());
+  const Landmarks there(elsewhere);
+  Eigen::Matrix3d P = Eigen::Vector3d(0.01, 0.02, 0.005).asDiagonal();
+  const auto run = [&](const Landmarks& map, const SE2& at, const Eigen::Matrix3d& covariance) {
+    Riekf filter(exact_map(), ErrorState::RightInvariant, zero(3));
+    filter.start(at, covariance, false);
+    const Riekf::Batch batch = batch_of(sightings(X, here), map, at);
+    filter.correct(batch, 3, filter.gain(batch, 3, Eigen::Vector3d::Zero()));
+    return filter.state().map_T_base;
+  };
+  const Eigen::Matrix3d Ad = moved.adjoint();
+  const SE2 corrected_here = run(here, guess, P);
+  const SE2 corrected_there = run(there, moved * guess, Ad * P * Ad.transpose());
+  EXPECT_LT(minus(moved * corrected_here, corrected_there).norm(), 1e-8);
+  EXPECT_LT(minus(corrected_here, X).norm(), 0.2 * minus(guess, X).norm());
+}
+
+TEST(Riekf, TheOrderOfTagsInAFrameDoesNotMatter) {
+  const Landmarks map(three_tags());
+  const SE2 X(0.1, -0.2, 0.15);
+  const SE2 guess = SE2::exp({0.05, 0.02, -0.03}) * X;
+  std::vector<Sighting> all = sightings(X, map);
+  std::vector<Matrix6> doubt(3, Matrix6::Identity() * 1e-4);
+  RiekfOptions options;
+  const auto run = [&](const std::vector<Sighting>& seen) {
+    Riekf filter(options, ErrorState::RightInvariant, doubt);
+    filter.start(guess, Eigen::Matrix3d::Identity() * 0.01, false);
+    const Riekf::Batch batch = batch_of(seen, map, guess);
+    filter.correct(batch, 3, filter.gain(batch, 3, Eigen::Vector3d::Zero()));
+    return filter.state();
+  };
+  const RiekfState forwards = run(all);
+  std::swap(all[0], all[2]);
+  const RiekfState backwards = run(all);
+  EXPECT_LT(minus(forwards.map_T_base, backwards.map_T_base).norm(), 1e-12);
+  EXPECT_LT((forwards.P - backwards.P).norm(), 1e-12);
+}
+
+/// Considered errors: the same tag a thousand times is not a thousand tags.
+TEST(Riekf, AnErrorThatStaysIsNotAveragedAway) {
+  const Landmarks map(three_tags());
+  const SE2 X(0.1, -0.2, 0.15);
+  RiekfOptions options = exact_map();
+  options.tag_time_s = 1e9;
+  const double sigma = 0.01;
+  Riekf filter(options, ErrorState::RightInvariant,
+               std::vector<Matrix6>(3, Matrix6::Identity() * sigma * sigma));
+  filter.start(X, Eigen::Matrix3d::Identity() * 0.01, false);
+  const Riekf::Batch batch = batch_of({sightings(X, map)[0]}, map, X);
+  for (int i = 0; i < 1000; ++i) filter.correct(batch, 1, filter.gain(batch, 1, Eigen::Vector3d::Zero()));
+  const double deviation = std::sqrt(filter.covariance().topLeftCorner<2, 2>().trace());
+  EXPECT_GT(deviation, 0.9 * sigma);
+  EXPECT_LT(deviation, 5 * sigma);
+}
+
+TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
+  const Landmarks map(three_tags());
+  const SE2 X(5, -3, 0.15);
+  TagMap tags = three_tags();
+  for (auto& [id, tag] : tags.tags) tag.map_T_tag = lift(SE2(4.9, -2.8, 0)) * tag.map_T_tag;
+  const Landmarks moved(tags);
+  const Sighting seen = sightings(SE2(0.1, -0.2, 0.15), map)[0];
+  std::vector<Riekf> filters;
+  for (const ErrorState error : {ErrorState::RightInvariant, ErrorState::Coordinates}) {
+    Riekf filter(exact_map(), error, zero(3));
+    const Uncertain<SE2> start =
+        from_coordinate_covariance(X, Eigen::Matrix3d(Eigen::Matrix3d::Identity() * 1e-6));
+    filter.start(SE2(X.x() + 1e-3, X.y() - 1e-3, X.yaw() + 1e-3), start.covariance, false);
+    for (int i = 0; i < 10; ++i) {
+      filter.propagate({.twist = {1e-3, 0, 1e-3}, .dt_s = 0.01});
+      Riekf::Batch batch{};
+      batch[0] = *linearise(seen, moved, eye(), filter.state().map_T_base);
+      filter.correct(batch, 1, filter.gain(batch, 1, Eigen::Vector3d::Zero()));
+    }
+    filters.push_back(filter);
+  }
+  EXPECT_LT(minus(filters[0].state().map_T_base, filters[1].state().map_T_base).norm(), 2e-5);
+  EXPECT_LT((filters[0].covariance() - filters[1].covariance()).norm(),
+            0.02 * filters[0].covariance().norm());
+}
+
+}  // namespace
+}  // namespace waymark

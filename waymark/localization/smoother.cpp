@@ -1,0 +1,63 @@
+#include "waymark/localization/smoother.hpp"
+
+#include <algorithm>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+
+namespace waymark {
+namespace {
+
+struct Smoothed {
+  SE2 map_T_base{};
+  Vector4 slow = Vector4::Zero();
+  Matrix7 P = Matrix7::Zero();
+};
+
+/// From step k + 1 to step k.
+Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
+  // What is known exactly (a slow state that is switched off) must not make the inverse blow up.
+  const Matrix7 P = next.predicted_P + Matrix7::Identity() * 1e-15;
+  const Matrix7 G = P.ldlt().solve(next.transition * k.filtered_P).transpose();
+  Vector7 apart;
+  apart << minus(after.map_T_base, next.predicted), after.slow - next.predicted_slow;
+  const Vector7 correction = G * apart;
+  Smoothed now;
+  now.map_T_base = SE2::exp(correction.head<3>()) * k.filtered;
+  now.slow = k.filtered_slow + correction.tail<4>();
+  now.P = internal::symmetrized<7>(k.filtered_P + G * (after.P - next.predicted_P) * G.transpose());
+  return now;
+}
+
+LocalizationEstimate estimate_of(const TraceStep& step, const Smoothed& smoothed) {
+  const Uncertain<SE2> map_X_base{smoothed.map_T_base, smoothed.P.topLeftCorner<3, 3>()};
+  return {step.stamp, map_X_base.mean, coordinate_covariance(map_X_base), step.certain};
+}
+
+}  // namespace
+
+std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace) {
+  std::vector<LocalizationEstimate> all(trace.size());
+  Smoothed after;
+  for (std::size_t k = trace.size(); k-- > 0;) {
+    const TraceStep& step = trace[k];
+    const bool last = k + 1 == trace.size() || trace[k + 1].chain != step.chain;
+    if (last)
+      after = {step.filtered, step.filtered_slow, step.filtered_P};
+    else
+      after = backwards(step, trace[k + 1], after);
+    all[k] = estimate_of(step, after);
+  }
+  return all;
+}
+
+std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace, Duration lag) {
+  if (trace.empty() || trace.back().stamp - trace.front().stamp < lag) return std::nullopt;
+  const SensorTime from = trace.back().stamp - lag;
+  const auto first = std::ranges::lower_bound(trace, from, {}, &TraceStep::stamp);
+  return smooth(trace.subspan(static_cast<std::size_t>(first - trace.begin()))).front();
+}
+
+}  // namespace waymark

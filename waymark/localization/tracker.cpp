@@ -1,0 +1,266 @@
+#include "waymark/localization/tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/localization/chi_square.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kNewsKept = 4096;
+
+std::vector<Eigen::Matrix<double, 6, 6>> covariances(const Landmarks& landmarks,
+                                                     const RiekfOptions& options) {
+  std::vector<Eigen::Matrix<double, 6, 6>> all;
+  const double m2 = options.tag_sigma_m * options.tag_sigma_m;
+  const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
+  for (const Landmark& landmark : landmarks.all()) {
+    Eigen::Matrix<double, 6, 6> P = landmark.covariance;
+    P.diagonal() += (Eigen::Matrix<double, 6, 1>() << m2, m2, m2, rad2, rad2, rad2).finished();
+    all.push_back(P);
+  }
+  return all;
+}
+
+}  // namespace
+
+Tracker::Tracker(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error)
+    : landmarks_(std::move(landmarks)),
+      eye_(std::move(eye)),
+      options_(options),
+      filter_(options, error, covariances(landmarks_, options)),
+      state_{.whereabouts = Whereabouts(options)},
+      watch_(landmarks_) {
+  for (std::size_t n = 1; n < gates_.size(); ++n)
+    gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
+  state_.filter = filter_.state();
+  news_.reserve(kNewsKept);
+}
+
+void Tracker::save(TrackState& to) const {
+  to = state_;
+  to.filter = filter_.state();
+}
+
+void Tracker::restore(const TrackState& from) {
+  state_ = from;
+  filter_.set_state(from.filter);
+  while (!trace_.empty() && trace_.back().stamp > from.stamp) trace_.pop_back();
+}
+
+void Tracker::start_at(SensorTime stamp) {
+  state_.stamp = stamp;
+  state_.started = true;
+}
+
+void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) {
+  const Eigen::Matrix3d P =
+      Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
+  filter_.start(map_T_base, from_coordinate_covariance(map_T_base, P).covariance, true);
+  state_.mode = TrackMode::Certain;
+  ++state_.starts;
+}
+
+void Tracker::advance(const MotionStep& step, SensorTime to) {
+  state_.stamp = to;
+  // A candidate drifts by 5 % of the way and by 0.05 rad a metre, of a turn by as much; coarse on purpose.
+  const double drift = 2.5e-3 * step.twist.norm() * std::max(step.twist.norm(), 0.02) + 1e-6 * step.dt_s;
+  state_.whereabouts.propagate(step.twist,
+                               {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
+  if (state_.mode == TrackMode::Lost) return;
+  if (step.standing && step.twist.z() != 0)
+    filter_.observe_standing(step.twist.z() / step.dt_s,
+                             std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
+  filter_.propagate(step);
+  if (!tracing_) return;
+  TraceStep kept{.stamp = to, .chain = state_.starts, .transition = filter_.last_transition()};
+  kept.predicted = filter_.state().map_T_base;
+  kept.predicted_slow = filter_.state().slow;
+  kept.predicted_P = filter_.state().P;
+  trace_.push_back(kept);
+  keep_filtered();
+}
+
+void Tracker::keep_filtered() {
+  if (!tracing_ || trace_.empty() || trace_.back().stamp != state_.stamp) return;
+  TraceStep& kept = trace_.back();
+  kept.certain = state_.mode == TrackMode::Certain;
+  kept.filtered = filter_.state().map_T_base;
+  kept.filtered_slow = filter_.state().slow;
+  kept.filtered_P = filter_.state().P;
+}
+
+void Tracker::report(const Look& look, const Sighting& sighting, const Linearised& z, double nis,
+                     bool believed) {
+  if (look.reported) return;
+  const Landmark& landmark = landmarks_[sighting.landmark];
+  if (news_.size() < kNewsKept)
+    news_.push_back({look.stamp, landmark.tag, nis, z.rows, believed && watch_.usable(sighting.landmark)});
+  WatchedSighting seen{.landmark = sighting.landmark, .nis_per_row = nis / z.rows, .believed = believed};
+  if (!believed) {
+    const auto base_p = base_p_landmark(sighting, landmarks_, eye_);
+    if (!base_p) return;
+    const SE2& X = filter_.state().map_T_base;
+    const SE2 map_T_eye = X * project_to_plane(eye_.base_T_eye);
+    seen.map_p_implied = X * *base_p;
+    const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
+    const Eigen::Vector2d expected = landmark.map_T_tag.translation().head<2>() - map_T_eye.translation();
+    seen.range_ratio = measured.norm() / std::max(1e-6, expected.norm());
+    seen.off_direction_rad =
+        std::atan2(expected.x() * measured.y() - expected.y() * measured.x(), expected.dot(measured));
+  }
+  watch_.add(seen);
+}
+
+Tracker::Verdict Tracker::judge(Look& look) {
+  Verdict verdict;
+  for (std::size_t i = 0; i < look.count; ++i) {
+    const Sighting& sighting = look.seen[i];
+    const auto z = linearise(sighting, landmarks_, eye_, filter_.state().map_T_base);
+    const bool usable = watch_.usable(sighting.landmark);
+    if (!z) {  // from where we believe to be it cannot be seen at all
+      if (usable) ++verdict.rejected_count;
+      continue;
+    }
+    const double nis = filter_.nis(*z);
+    const bool believed = nis <= gates_[static_cast<std::size_t>(z->rows)];
+    report(look, sighting, *z, nis, believed);
+    if (!usable) continue;
+    if (believed)
+      verdict.believed[verdict.believed_count++] = &sighting;
+    else
+      ++verdict.rejected_count;
+  }
+  return verdict;
+}
+
+/// Iterated where the correction is large enough to bend the measurement (Bell and Cathey, "The Iterated
+/// Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
+void Tracker::update(const Verdict& verdict) {
+  constexpr int kIterations = 4;
+  for (std::size_t first = 0; first < verdict.believed_count; first += Riekf::kMost) {
+    const std::size_t last = std::min(verdict.believed_count, first + Riekf::kMost);
+    SE2 at = filter_.state().map_T_base;
+    const SE2 prior = at;
+    Vector7 correction = Vector7::Zero();
+    int count = 0;
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      Riekf::Batch& batch = batch_;
+      count = 0;
+      for (std::size_t i = first; i < last; ++i) {
+        const auto z = linearise(*verdict.believed[i], landmarks_, eye_, at);
+        if (z) batch[static_cast<std::size_t>(count++)] = *z;
+      }
+      if (count == 0) return;
+      const Eigen::Vector3d offset = minus(at, prior);
+      correction = filter_.gain(batch, count, offset);
+      const SE2 next = filter_.corrected(correction);
+      const Eigen::Vector3d moved = minus(next, at);
+      at = next;
+      constexpr double kBends = 0.002;  // [m, rad]
+      const double size = std::max((next.translation() - prior.translation()).norm(), std::abs(moved.z()));
+      if (size < kBends || (iteration > 0 && moved.norm() < 1e-6)) break;
+    }
+    filter_.correct(batch_, count, correction);
+  }
+}
+
+void Tracker::search(const Look& look) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < look.count; ++i) {
+    if (watch_.usable(look.seen[i].landmark)) usable_[count++] = look.seen[i];
+  }
+  state_.whereabouts.look(std::span(usable_.data(), count), landmarks_, eye_);
+  const Candidate* found = state_.whereabouts.believable(state_.mode != TrackMode::Lost);
+  if (found == nullptr) return;
+  filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
+  state_.mode = TrackMode::Certain;
+  state_.contradicted = false;
+  ++state_.starts;
+  state_.whereabouts.clear();
+  watch_.forget_pending();
+}
+
+void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
+  if (verdict.believed_count == 0 && verdict.rejected_count == 0) return;
+  const bool agrees = verdict.believed_count > 0 && verdict.believed_count >= verdict.rejected_count;
+  if (!agrees) {
+    if (!state_.contradicted) {
+      state_.contradicted = true;
+      state_.contradicted_since = look.stamp;
+      state_.whereabouts.clear();
+    }
+    state_.agreeing_looks = 0;
+    state_.agreeing_distinct = 0;
+    if (to_seconds(look.stamp - state_.contradicted_since) >= options_.uncertain_after_s)
+      state_.mode = TrackMode::Uncertain;
+    search(look);
+    return;
+  }
+  if (state_.mode == TrackMode::Certain) {
+    state_.contradicted = false;
+    watch_.confirm();
+    return;
+  }
+  ++state_.agreeing_looks;
+  for (std::size_t i = 0; i < verdict.believed_count; ++i) {
+    const int landmark = verdict.believed[i]->landmark;
+    if (state_.agreeing_distinct == 0 || (state_.agreeing_distinct == 1 && state_.agreeing[0] != landmark))
+      state_.agreeing[static_cast<std::size_t>(state_.agreeing_distinct++)] = landmark;
+  }
+  constexpr int kLooks = 3;
+  if (state_.agreeing_looks < kLooks || state_.agreeing_distinct < 2) return;
+  state_.mode = TrackMode::Certain;
+  state_.contradicted = false;
+  watch_.confirm();
+}
+
+void Tracker::look(Look& look) {
+  state_.look_stamp = look.stamp;
+  state_.look_number = look.number;
+  if (state_.mode == TrackMode::Lost) {
+    search(look);
+  } else {
+    const Verdict verdict = judge(look);
+    // What little is believed of a picture that contradicts is not to be believed either.
+    if (verdict.believed_count >= verdict.rejected_count) update(verdict);
+    check_sound();
+    judge_mode(verdict, look);
+  }
+  look.reported = true;
+  keep_filtered();
+}
+
+/// No NaN comes out, whatever went in.
+void Tracker::check_sound() {
+  const RiekfState& s = filter_.state();
+  const bool sound = s.map_T_base.matrix().allFinite() && s.P.allFinite() && s.slow.allFinite() &&
+                     s.P.diagonal().minCoeff() >= 0;
+  if (sound) return;
+  ++broken_;
+  filter_.start({}, Eigen::Matrix3d::Identity(), false);
+  state_.mode = TrackMode::Lost;
+  state_.whereabouts.clear();
+}
+
+std::optional<LocalizationEstimate> Tracker::estimate() const {
+  if (state_.mode == TrackMode::Lost) {
+    const Candidate* guess = state_.whereabouts.best();
+    if (guess == nullptr) return std::nullopt;
+    return LocalizationEstimate{state_.stamp, guess->map_T_base,
+                                coordinate_covariance(Uncertain<SE2>{guess->map_T_base, guess->covariance}),
+                                false};
+  }
+  const Uncertain<SE2> map_X_base{filter_.state().map_T_base, filter_.covariance()};
+  LocalizationEstimate estimate{state_.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
+  estimate.certain =
+      state_.mode == TrackMode::Certain && estimate.position_sigma_m() < options_.certain_sigma_m;
+  return estimate;
+}
+
+}  // namespace waymark

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "waymark/localization/method.hpp"
+#include "waymark/localization/tag_watch.hpp"
+#include "waymark/localization/timeline.hpp"
+#include "waymark/localization/whereabouts.hpp"
+
+namespace waymark {
+
+enum class TrackMode : std::uint8_t {
+  Lost,       ///< no estimate: no two landmarks agreed yet
+  Uncertain,  ///< an estimate that is contradicted
+  Certain,
+};
+
+/// Everything that going back in time must bring back.
+struct TrackState {
+  RiekfState filter{};
+  TrackMode mode = TrackMode::Lost;
+  SensorTime stamp{};
+  bool started = false;  ///< the stamp means something
+  SensorTime look_stamp = SensorTime::min();
+  std::uint64_t look_number = 0;
+  bool contradicted = false;
+  SensorTime contradicted_since{};
+  int agreeing_looks = 0;         ///< since it became uncertain
+  std::array<int, 2> agreeing{};  ///< landmarks that agreed since
+  int agreeing_distinct = 0;
+  int starts = 0;
+  Whereabouts whereabouts;
+};
+
+/// One step of a run, for a smoother: what was predicted from the step before, and what looks made of it.
+struct TraceStep {
+  SensorTime stamp{};
+  int chain = 0;  ///< a new start begins a new chain
+  bool certain = false;
+  Matrix7 transition = Matrix7::Identity();
+  SE2 predicted{};
+  Vector4 predicted_slow = Vector4::Zero();
+  Matrix7 predicted_P = Matrix7::Zero();
+  SE2 filtered{};
+  Vector4 filtered_slow = Vector4::Zero();
+  Matrix7 filtered_P = Matrix7::Zero();
+};
+
+/// The filter with what makes it survive: gates, contradiction, cold start, watching the tags. Time goes
+/// forwards only; see RiekfLocalizer for samples that come late.
+class Tracker {
+ public:
+  Tracker(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error);
+
+  void advance(const MotionStep& step, SensorTime to);
+  /// A look at the time the track is at.
+  void look(Look& look);
+  void start_at(SensorTime stamp);
+  /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad].
+  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
+
+  [[nodiscard]] const TrackState& state() const { return state_; }
+  void save(TrackState& to) const;
+  void restore(const TrackState& from);
+
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const;
+  [[nodiscard]] const Landmarks& landmarks() const { return landmarks_; }
+  [[nodiscard]] const Eye& eye() const { return eye_; }
+  [[nodiscard]] const RiekfOptions& options() const { return options_; }
+  [[nodiscard]] const TagWatch& watch() const { return watch_; }
+  [[nodiscard]] const RiekfState& filter_state() const { return filter_.state(); }
+  [[nodiscard]] std::vector<NisRecord>& news() { return news_; }
+  [[nodiscard]] const std::vector<NisRecord>& news() const { return news_; }
+  [[nodiscard]] int broken() const { return broken_; }
+  /// Keeps every step from now on.
+  void keep_trace() { tracing_ = true; }
+  [[nodiscard]] const std::vector<TraceStep>& trace() const { return trace_; }
+
+ private:
+  struct Verdict {
+    std::array<const Sighting*, Look::kMost> believed{};
+    std::size_t believed_count = 0;
+    std::size_t rejected_count = 0;
+  };
+  [[nodiscard]] Verdict judge(Look& look);
+  void update(const Verdict& verdict);
+  void judge_mode(const Verdict& verdict, const Look& look);
+  void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed);
+  void search(const Look& look);
+  void keep_filtered();
+  void check_sound();
+
+  Landmarks landmarks_;
+  Eye eye_;
+  RiekfOptions options_;
+  std::array<double, 9> gates_{};  ///< by degrees of freedom
+  Riekf filter_;
+  TrackState state_;
+  TagWatch watch_;
+  Riekf::Batch batch_{};
+  std::array<Sighting, Look::kMost> usable_{};
+  std::vector<NisRecord> news_;
+  bool tracing_ = false;
+  std::vector<TraceStep> trace_;
+  int broken_ = 0;
+};
+
+}  // namespace waymark

@@ -1,0 +1,77 @@
+#include "waymark/pipeline/localizer.hpp"
+
+#include <algorithm>
+#include <type_traits>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/localization/smoother.hpp"
+
+namespace waymark {
+namespace {
+
+Status check(const LocalizerSetup& setup) {
+  const std::vector<std::string> known = localization_methods();
+  if (std::ranges::find(known, setup.method) == known.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", setup.method),
+                {.key = "--method"}, suggestion(setup.method, known));
+  if (setup.landmarks.size() == 0)
+    return fail(ErrorCode::InvalidArgument, "the map holds no tag", {},
+                "Without a map nobody knows where he is.");
+  if (const auto clash = setup.landmarks.overlapping(); !clash.empty()) {
+    const auto& [a, b] = clash.front();
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the map contradicts itself: {} and {} hang in the same place",
+                            to_string(setup.landmarks[a].tag), to_string(setup.landmarks[b].tag)),
+                {}, "Remove or move one of them.");
+  }
+  if (setup.method == "anchor" && (setup.tags.tags.empty() || !setup.eye.camera))
+    return fail(ErrorCode::InvalidArgument, "the method anchor needs tags with poses and a camera", {},
+                "Use --method riekf.");
+  return check_ranges(setup.filter);
+}
+
+}  // namespace
+
+std::vector<std::string> localization_methods() { return {"riekf", "ekf", "anchor", "smoother"}; }
+
+Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const LocalizerSetup& setup) {
+  if (Status status = check(setup); !status) return tl::unexpected(status.error());
+  if (setup.method == "anchor")
+    return std::unique_ptr<LocalizationMethod>(
+        new AnchorLocalizer(setup.tags, *setup.eye.camera, setup.eye.base_T_eye, setup.anchor));
+  const ErrorState error = setup.method == "ekf" ? ErrorState::Coordinates : ErrorState::RightInvariant;
+  auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
+  if (setup.method == "smoother") filter->tracker().keep_trace();
+  return std::unique_ptr<LocalizationMethod>(std::move(filter));
+}
+
+Localizer::Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths) : method_(std::move(method)) {
+  if (smooths) smooths_ = dynamic_cast<const RiekfLocalizer*>(method_.get());
+}
+
+Result<Localizer> Localizer::make(const LocalizerSetup& setup) {
+  auto method = make_localization_method(setup);
+  if (!method) return tl::unexpected(method.error());
+  return Localizer(std::move(*method), setup.method == "smoother");
+}
+
+void Localizer::add(const Sample& sample) {
+  const auto hear = [this](const auto& value) {
+    using T = std::decay_t<decltype(value)>;
+    constexpr bool kHeard = std::is_same_v<T, TagFrame> || std::is_same_v<T, Odometry> ||
+                            std::is_same_v<T, ImuSample> || std::is_same_v<T, TagPoseFrame> ||
+                            std::is_same_v<T, RangeBearing>;
+    if constexpr (kHeard) method_->add(value);
+  };
+  std::visit(hear, sample);
+}
+
+std::vector<LocalizationEstimate> Localizer::smoothed() const {
+  if (smooths_ == nullptr) return {};
+  return smooth(smooths_->tracker().trace());
+}
+
+}  // namespace waymark

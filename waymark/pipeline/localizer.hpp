@@ -1,0 +1,52 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/localization/anchor_localizer.hpp"
+#include "waymark/localization/riekf_localizer.hpp"
+
+namespace waymark {
+
+struct LocalizerSetup {
+  Landmarks landmarks{};
+  TagMap tags{};  ///< the same as tags with poses; empty when the map has none (then no method anchor)
+  Eye eye{};
+  std::string method = "riekf";
+  RiekfOptions filter{};
+  AnchorOptions anchor{};
+};
+
+/// The names of the methods, as `--method` takes them: riekf, ekf, anchor, smoother.
+[[nodiscard]] std::vector<std::string> localization_methods();
+
+/// Fails on an unknown method, on an empty map, on tags that hang in one another, and when the method needs
+/// what the map or the sensor does not have.
+[[nodiscard]] Result<std::unique_ptr<LocalizationMethod>> make_localization_method(
+    const LocalizerSetup& setup);
+
+/// The localise phase: samples in, as they come, from a robot or a log; where the robot is comes out at any
+/// time.
+class Localizer {
+ public:
+  static Result<Localizer> make(const LocalizerSetup& setup);
+
+  /// Commands, scans, pictures and the truth are passed over.
+  void add(const Sample& sample);
+  /// The newest estimate; nothing before the first guess. `certain` says whether to rely on it.
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const { return method_->estimate(); }
+  /// The run in hindsight, when the method is smoother; else empty.
+  [[nodiscard]] std::vector<LocalizationEstimate> smoothed() const;
+
+  [[nodiscard]] LocalizationMethod& method() { return *method_; }
+  [[nodiscard]] const LocalizationMethod& method() const { return *method_; }
+
+ private:
+  explicit Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths);
+  std::unique_ptr<LocalizationMethod> method_;
+  const RiekfLocalizer* smooths_ = nullptr;
+};
+
+}  // namespace waymark
