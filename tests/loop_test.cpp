@@ -233,6 +233,7 @@ Route straight_route() {
 /// A method that says what it is told.
 class Told final : public LocalizationMethod {
  public:
+  using LocalizationMethod::add;
   explicit Told(const SE2& map_T_base) : map_T_base_(map_T_base) {}
   void add(const TagFrame&) override {}
   void add(const Odometry&) override {}
