@@ -28,6 +28,8 @@ struct Verb {
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb evaluate_verb();
+[[nodiscard]] Verb calibrate_verb();
+[[nodiscard]] Verb calibrate_camera_verb();
 [[nodiscard]] Verb evaluate_detections_verb();
 [[nodiscard]] Verb demo_verb();
 [[nodiscard]] Verb teach_verb();

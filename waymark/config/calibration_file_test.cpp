@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/config/camera_file.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {
@@ -33,6 +34,9 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   EXPECT_EQ(read->known("mounting_y_m"), -0.027);
   EXPECT_FALSE(read->known("odometry_scale"));
   EXPECT_FALSE(read->known("yaw_gain"));
+  const auto camera = parse_camera(to_yaml(written), "calibration.yaml");
+  ASSERT_TRUE(camera) << to_string(camera.error());
+  EXPECT_EQ(camera->camera, written.camera);
 }
 
 TEST(CalibrationFile, SaysWhereItIsWrong) {

@@ -24,6 +24,12 @@ Result<std::vector<std::string>> recognise(const YamlCursor& root) {
       "Give a ROS camera_info YAML (image_width, camera_matrix, …) or a kalibr camchain (cam0: …).");
 }
 
+/// A robot's file and a calibration hold their camera below this key.
+YamlCursor camera_part(const YamlCursor& root) {
+  const auto inside = root.find("camera_info");
+  return inside ? *inside : root;
+}
+
 Result<NamedCamera> choose(const YamlCursor& root, const std::vector<std::string>& names,
                            std::string_view name) {
   if (name.empty() && names.size() > 1) {
@@ -51,7 +57,7 @@ Result<NamedCamera> only(Result<NamedCamera> camera, const YamlCursor& root, std
 Result<std::vector<NamedCamera>> parse_cameras(std::string_view text, const std::string& source) {
   const auto tree = parse_yaml(text, source, kCameraLimits);
   if (!tree) return tl::unexpected<Error>(tree.error());
-  const YamlCursor root(*tree, source);
+  const YamlCursor root = camera_part(YamlCursor(*tree, source));
   const auto names = recognise(root);
   if (!names) return tl::unexpected<Error>(names.error());
   if (names->empty())
@@ -70,7 +76,7 @@ Result<std::vector<NamedCamera>> parse_cameras(std::string_view text, const std:
 Result<NamedCamera> parse_camera(std::string_view text, const std::string& source, std::string_view name) {
   const auto tree = parse_yaml(text, source, kCameraLimits);
   if (!tree) return tl::unexpected<Error>(tree.error());
-  const YamlCursor root(*tree, source);
+  const YamlCursor root = camera_part(YamlCursor(*tree, source));
   const auto names = recognise(root);
   if (!names) return tl::unexpected<Error>(names.error());
   if (names->empty()) return only(internal::read_camera_info(root), root, name);

@@ -34,7 +34,8 @@ struct NamedCamera {
 /// equidistant |
 ///   fisheye; rectification and projection are checked and left aside: we work on the images as they come);
 /// - kalibr camchain (cam0: camera_model pinhole, distortion_model radtan | equidistant | none), also as
-/// TagSLAM writes it.
+/// TagSLAM writes it;
+/// - a robot.yaml or calibration.yaml of ours (its camera_info).
 ///
 /// Errors have file, line and key: not such a file, an unknown key or model (with the nearest word), a
 /// missing value, numbers that contradict each other, what CameraModel::make() refuses.

@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+"""`waymark calibrate` as a user meets it, on corners projected here by a camera of our own.
+
+usage: calibrate_test.py PROGRAM [unittest options]
+"""
+import json
+import math
+import pathlib
+import random
+import shutil
+import tempfile
+import unittest
+
+from harness import waymark
+
+FX, FY, CX, CY, K1 = 505.0, 502.0, 322.0, 238.5, -0.12
+SIZE, SPACING, COLS, ROWS = 0.03, 0.3, 6, 5
+NOISE_PX = 0.05
+
+
+def rotate(vector, axis_angle):
+    """Rodrigues."""
+    angle = math.sqrt(sum(a * a for a in axis_angle)) or 1e-12
+    k = [a / angle for a in axis_angle]
+    cross = (k[1] * vector[2] - k[2] * vector[1], k[2] * vector[0] - k[0] * vector[2], k[0] * vector[1] - k[1] * vector[0])
+    dot = sum(a * b for a, b in zip(k, vector))
+    return [v * math.cos(angle) + c * math.sin(angle) + a * dot * (1 - math.cos(angle)) for v, c, a in zip(vector, cross, k)]
+
+
+def picture(name, rng, turn, place):
+    pitch, half = SIZE * (1 + SPACING), SIZE / 2
+    detections = []
+    for number in range(COLS * ROWS):
+        x0 = pitch * (number % COLS - (COLS - 1) / 2)
+        y0 = -pitch * (number // COLS - (ROWS - 1) / 2)  # numbers go up, y down
+        corners = []
+        for dx, dy in ((-half, -half), (half, -half), (half, half), (-half, half)):
+            x, y, z = (a + b for a, b in zip(rotate((x0 + dx, y0 + dy, 0), turn), place))
+            u, v = x / z, y / z
+            bend = 1 + K1 * (u * u + v * v)
+            corners.append([FX * u * bend + CX + rng.gauss(0, NOISE_PX), FY * v * bend + CY + rng.gauss(0, NOISE_PX)])
+        if all(0 < px < 640 and 0 < py < 480 for px, py in corners):
+            detections.append({"tag": f"tag36h11:{number}", "corners_px": corners, "hamming": 0, "decision_margin": 50})
+    return {"image": name, "width_px": 640, "height_px": 480, "detections": detections}
+
+
+def board(count=14):
+    rng = random.Random(2)
+    lines = []
+    for i in range(count):
+        about = 2 * math.pi * i / count
+        turn = (0.5 * math.cos(about), 0.5 * math.sin(about), rng.uniform(-0.3, 0.3))
+        place = (0.06 * math.sin(about), 0.04 * math.cos(about), rng.uniform(0.22, 0.4))
+        lines.append(json.dumps(picture(f"{i}.png", rng, turn, place)))
+    return "\n".join(lines) + "\n"
+
+
+class Calibrate(unittest.TestCase):
+    BOARD = ["--cols", COLS, "--rows", ROWS, "--tag-size-m", SIZE, "--spacing", SPACING]
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-calibrate-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+        (self.folder / "tags.jsonl").write_text(board())
+
+    def run_here(self, *words):
+        outcome = waymark("calibrate", "camera", *words, cwd=self.folder)
+        self.assertGreaterEqual(outcome.code, 0, outcome.err)
+        return outcome
+
+    def test_finds_the_camera_and_writes_it(self):
+        words = ["--detections", "tags.jsonl", *self.BOARD, "--corner-sigma-px", NOISE_PX, "--lens", "radtan4"]
+        outcome = self.run_here(*words, "-o", "calibration.yaml", "--camera-info", "camera.yaml", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        found = outcome.records[0]
+        for name, truth in (("fx_px", FX), ("fy_px", FY), ("cx_px", CX), ("cy_px", CY), ("k1", K1)):
+            value = found["parameters"][name]
+            self.assertLess(abs(value["value"] - truth), 4 * value["sigma"], name)
+        self.assertAlmostEqual(found["noise_scale"], 1, delta=0.1)
+        self.assertAlmostEqual(found["held_out_rms_px"], NOISE_PX * math.sqrt(2), delta=0.01)
+        self.assertEqual(len(found["pictures"]), 14)
+        self.assertIn("verdict: known", (self.folder / "calibration.yaml").read_text())
+        self.assertIn("camera_matrix", (self.folder / "camera.yaml").read_text())
+        table = self.run_here(*words)
+        for part in ("fx_px", "held", "picture", "by part of the image"):
+            self.assertTrue(part in table.out or part == "held", table.out)
+
+    def test_what_is_missing_is_said(self):
+        (self.folder / "few.jsonl").write_text(board(4))
+        outcome = self.run_here("--detections", "few.jsonl", *self.BOARD, "--lens", "none")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIn("4 pictures are few", outcome.out)
+
+    def test_bad_input(self):
+        (self.folder / "two.jsonl").write_text(board(2))
+        (self.folder / "mixed.jsonl").write_text(board(5) + board(5).replace('"width_px": 640', '"width_px": 320'))
+        (self.folder / "text.jsonl").write_text("no\n")
+        for words, code, part in (
+                (["--detections", "two.jsonl", *self.BOARD], 1, "2 pictures show two tags"),
+                (["--detections", "mixed.jsonl", *self.BOARD], 1, "one camera in one resolution"),
+                (["--detections", "text.jsonl", *self.BOARD], 1, "text.jsonl:1"),
+                (["--detections", "none.jsonl", *self.BOARD], 1, "none.jsonl: cannot open"),
+                (["--detections", "tags.jsonl"], 2, "give either the board"),
+                (["--detections", "tags.jsonl", "--cols", "6"], 2, "--rows"),
+                ([*self.BOARD], 2, "give either pictures"),
+                (["--detections", "tags.jsonl", *self.BOARD, "--lens", "wide"], 2, "--lens"),
+                (["--detections", "tags.jsonl", "--map", "none.yaml"], 1, "none.yaml")):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), f"{words}: {outcome.err}")
+            self.assertIn(part, outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+
+namespace waymark {
+
+/// What a calibration may find: how light is bent.
+enum class LensModel : std::uint8_t { None, Radtan4, Radtan5, Rational8, Equidistant };
+
+/// "none", "radtan4", "radtan5", "rational8", "equidistant".
+[[nodiscard]] std::string_view to_string(LensModel lens);
+[[nodiscard]] std::optional<LensModel> lens_model(std::string_view word);
+[[nodiscard]] const std::vector<LensModel>& lens_models();
+
+/// The names of a lens's numbers: fx_px, fy_px, cx_px, cy_px, then its coefficients ("k1", "k2", "p1", …).
+[[nodiscard]] std::vector<std::string> parameter_names(LensModel lens);
+
+/// The camera of these numbers, in the order of parameter_names. Fails on what CameraModel::make() refuses.
+[[nodiscard]] Result<CameraModel> camera_of(LensModel lens, const Eigen::VectorXd& parameters, int width_px,
+                                            int height_px);
+
+}  // namespace waymark
