@@ -56,6 +56,17 @@ def compressed_image(stamp_ns, data):
     return Cdr().header(stamp_ns, "camera_optical").text("png").blob(data).bytes()
 
 
+def no_tags(stamp_ns, camera):
+    return Cdr().header(stamp_ns, f"{camera}_optical").number("I", 0).bytes()
+
+
+def odometry(stamp_ns, speed_m_s=0.3):
+    cdr = Cdr().header(stamp_ns, "odom").text("base_link")
+    for value in (0, 0, 0, 0, 0, 0, 1, *[0] * 36, speed_m_s, 0, 0, 0, 0, 0, *[0] * 36):
+        cdr.number("d", value)
+    return cdr.bytes()
+
+
 def write(path, messages, close=True):
     """messages = [(topic, type, log_time_ns, cdr bytes)]"""
     out = bytearray(MAGIC + record(1, text("ros2") + text("a test")))

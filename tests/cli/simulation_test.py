@@ -5,11 +5,13 @@ usage: simulation_test.py PROGRAM [unittest options]
 """
 import math
 import os
+import pathlib
 import pty
 import subprocess
 import time
 import unittest
 
+import recordings
 from harness import PROGRAM, InFolder
 from recordings import LINE
 
@@ -69,6 +71,47 @@ class Simulation(InFolder):
         outcome = self.run_here("replay", "map", "--world", "circuit24", "--faults", "f.yaml", "--json")
         self.assertEqual(outcome.code, 1, "a robot that sees nothing any more does not get round")
         self.assertFalse(outcome.records[0]["finished"])
+
+    def test_a_simulation_like_the_real_mbot_sounds_like_it(self):
+        log = pathlib.Path(os.environ.get("WAYMARK_DATA", "")) / "lcm/lcmlog-2024-04-15.00"
+        if not os.environ.get("WAYMARK_DATA"):
+            self.skipTest("needs WAYMARK_DATA")
+        (like,) = self.run_here("simulate", "--like", log, "--world", "mbot-square", "--robot-file", "mbot", "-o", "like.mcap",
+                                "--json").records
+        real, made = ({key: value[side] for key, value in like["quantities"].items()} for side in ("recording", "simulation"))
+        # Of the log itself, by other means: rates and stamps of its channels.
+        for key, value, within in (("camera_rate_hz", 36.81, 0.02), ("odometry_rate_hz", 24.64, 0.02), ("imu_rate_hz", 24.64, 0.02),
+                                   ("commands_rate_hz", 19.78, 0.02), ("duration_s", 183.98, 0.1),
+                                   ("image_latency_s", 0.06545, 5e-5)):
+            self.assertAlmostEqual(real[key], value, delta=within, msg=key)
+        for key, share in (("camera_rate_hz", 0.002), ("odometry_rate_hz", 0.002), ("imu_rate_hz", 0.002), ("duration_s", 0.01),
+                           ("image_latency_s", 0.001), ("gyro_noise_rad_s", 0.1), ("acceleration_noise_m_s2", 0.1),
+                           ("miss_probability", 0.2), ("mean_speed_m_s", 0.05), ("p95_speed_m_s", 0.02),
+                           ("standing_share", 0.05)):
+            self.assertAlmostEqual(made[key] / real[key], 1, delta=share, msg=f"{key} {real[key]} {made[key]}")
+        self.assertAlmostEqual(made["gyro_bias_rad_s"], real["gyro_bias_rad_s"], delta=0.001)
+        self.assertAlmostEqual(made["command_delay_s"], real["command_delay_s"], delta=0.05)
+        self.assertGreater(real["turning_share"], 0.1)  # a line has no turn on the spot, and the table says so
+        self.assertEqual(made["turning_share"], 0)
+
+    def test_gaps_are_taken_over_and_cameras_are_told_apart(self):
+        (self.folder / "faults.yaml").write_text("faults:\n  - {fault: camera_lost, at_s: 5, for_s: 2}\n"
+                                                 "  - {fault: odometry_lost, at_s: 20, for_s: 1.5}\n")
+        self.run_here("teach", "--world", "circuit24", "--faults", "faults.yaml", "-o", "gaps.mcap")
+        (like,) = self.run_here("simulate", "--like", "gaps.mcap", "-o", "like.mcap", "--json").records
+        for key, longest in (("camera_longest_gap_s", 2), ("odometry_longest_gap_s", 1.5)):
+            self.assertAlmostEqual(like["quantities"][key]["recording"], longest, delta=0.1)
+            self.assertAlmostEqual(like["quantities"][key]["simulation"], longest, delta=0.1)
+        self.assertNotIn("image_latency_s", like["quantities"], "log times are the stamps")
+        seen = [(f"/{side}/detections", "apriltag_msgs/msg/AprilTagDetectionArray", t, recordings.no_tags(t, side))
+                for side, ms in (("left", 100), ("right", 50)) for t in range(10**9, 21 * 10**9, ms * 10**6)]
+        wheels = [("/odom", "nav_msgs/msg/Odometry", t, recordings.odometry(t)) for t in range(10**9, 21 * 10**9, 20 * 10**6)]
+        recordings.write(self.folder / "two.mcap", seen + wheels)
+        (like,) = self.run_here("simulate", "--like", "two.mcap", "-o", "one.mcap", "--json").records
+        rates = {key: value["recording"] for key, value in like["quantities"].items() if key.endswith("rate_hz")}
+        self.assertAlmostEqual(rates["camera_left_rate_hz"], 10, places=3)
+        self.assertAlmostEqual(rates["camera_right_rate_hz"], 20, places=3)
+        self.assertAlmostEqual(rates["camera_rate_hz"], 20, places=3)
 
     def test_weak_links_are_said(self):
         # Two tags before the robot and two that come into view when these have left it.

@@ -1,6 +1,7 @@
 #include "waymark/cli/lap_file.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 
@@ -114,6 +115,7 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
       std::move(*file), {.library = "waymark " WAYMARK_VERSION, .durable = making.durable});
   if (!recorder) return recorder;
   const SimulatedStage& simulated = stage.simulated;
+  recorder->set_camera_latency(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
   const TeachSetup setup = teach_setup(simulated);
   Status status =
       recorder->add_metadata(kMetadata, {{"verb", making.verb},

@@ -12,6 +12,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/profile_table.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
@@ -30,22 +31,6 @@ struct SimulateArgs {
   std::string output;
   bool json = false;
 };
-
-Result<RecordingProfile> profile_of(const std::string& path) {
-  const auto log = open_log(path);
-  if (!log) return tl::unexpected(log.error());
-  RecordingProfiler profiler;
-  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
-    profiler.add(sample);
-    return {};
-  });
-  if (!status) return tl::unexpected(status.error());
-  RecordingProfile profile = profiler.profile();
-  if (profile.streams["odometry"].samples < 2)
-    return fail(ErrorCode::NotFound, "the recording holds no odometry: its speeds are not known",
-                {.source = path}, "`waymark info` shows what it holds.");
-  return profile;
-}
 
 double rate_of(const RecordingProfile& profile, const std::string& kind, double usual, double low) {
   const auto stream = profile.streams.find(kind);
@@ -71,13 +56,21 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
     options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
     options.tag_camera.small_tag_sigma_px = 0;  // what was measured is the sum
   }
-  // Speeds follow commands after the delay and the lag of the motors; the lag stays as it is.
-  if (profile.command_delay_s)
-    options.dynamics.command_delay_s = std::max(0.0, *profile.command_delay_s - options.dynamics.speed_lag_s);
-  for (const Gap& gap : profile.camera_gaps)
-    options.faults.push_back({.kind = FaultKind::CameraLost, .at_s = gap.at_s, .for_s = gap.for_s});
-  for (const Gap& gap : profile.odometry_gaps)
-    options.faults.push_back({.kind = FaultKind::OdometryLost, .at_s = gap.at_s, .for_s = gap.for_s});
+  take(profile.image_latency_s, options.camera_latency_s);
+  options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
+  // Speeds follow commands after the delay and the lag of the motors, of which no more than half is lag.
+  if (profile.command_delay_s) {
+    options.dynamics.speed_lag_s = std::min(options.dynamics.speed_lag_s, *profile.command_delay_s / 2);
+    options.dynamics.command_delay_s = *profile.command_delay_s - options.dynamics.speed_lag_s;
+  }
+  // From half a period behind the last sample to half a period before the next one.
+  const auto lose = [&](FaultKind kind, const std::vector<Gap>& gaps, double rate_hz) {
+    for (const Gap& gap : gaps)
+      options.faults.push_back(
+          {.kind = kind, .at_s = gap.at_s + 0.5 / rate_hz, .for_s = std::max(1e-3, gap.for_s - 1 / rate_hz)});
+  };
+  lose(FaultKind::CameraLost, profile.camera_gaps, options.camera_rate_hz);
+  lose(FaultKind::OdometryLost, profile.odometry_gaps, options.odometry_rate_hz);
   return options;
 }
 
@@ -119,73 +112,9 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
   console.end_progress();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
-  return profiler.profile();
-}
-
-/// One line of the table: what the recording has, and what the simulation has.
-struct Row {
-  std::string key;
-  std::string words;
-  std::optional<double> recording;
-  std::optional<double> simulation;
-};
-
-std::vector<Row> table(const RecordingProfile& like, const RecordingProfile& made) {
-  std::vector<Row> rows;
-  const auto add = [&](std::string key, std::string words, const auto& value) {
-    rows.push_back({std::move(key), std::move(words), value(like), value(made)});
-  };
-  const auto rate = [](const char* kind, auto member) {
-    return [=](const RecordingProfile& p) -> std::optional<double> {
-      const auto stream = p.streams.find(kind);
-      if (stream == p.streams.end() || stream->second.samples < 2) return std::nullopt;
-      return stream->second.*member;
-    };
-  };
-  const auto of = [](auto member) {
-    return [=](const RecordingProfile& p) -> std::optional<double> { return p.*member; };
-  };
-  add("duration_s", "duration [s]", of(&RecordingProfile::duration_s));
-  for (const char* kind : {"camera", "odometry", "imu", "lidar", "commands"}) {
-    add(fmt::format("{}_rate_hz", kind), fmt::format("{} [Hz]", kind), rate(kind, &StreamProfile::rate_hz));
-    add(fmt::format("{}_longest_gap_s", kind), fmt::format("  longest gap [s]"),
-        rate(kind, &StreamProfile::longest_gap_s));
-  }
-  add("corner_sigma_px", "corner noise [px]", of(&RecordingProfile::corner_sigma_px));
-  add("miss_probability", "tags missed between two frames", of(&RecordingProfile::miss_probability));
-  add("tags_per_frame", "tags a frame", of(&RecordingProfile::tags_per_frame));
-  add("gyro_noise_rad_s", "gyro noise [rad/s]", of(&RecordingProfile::gyro_noise_rad_s));
-  add("gyro_bias_rad_s", "gyro bias, standing [rad/s]", of(&RecordingProfile::gyro_bias_rad_s));
-  add("acceleration_noise_m_s2", "acceleration noise [m/s2]", of(&RecordingProfile::acceleration_noise_m_s2));
-  add("command_delay_s", "speeds follow commands after [s]", of(&RecordingProfile::command_delay_s));
-  add("mean_speed_m_s", "mean speed [m/s]", of(&RecordingProfile::mean_speed_m_s));
-  add("p95_speed_m_s", "speed, 95 % below [m/s]", of(&RecordingProfile::p95_speed_m_s));
-  add("p95_yaw_rate_rad_s", "yaw rate, 95 % below [rad/s]", of(&RecordingProfile::p95_yaw_rate_rad_s));
-  add("standing_share", "share of the time it stands", of(&RecordingProfile::standing_share));
-  std::erase_if(rows, [](const Row& row) { return !row.recording && !row.simulation; });
-  return rows;
-}
-
-std::string to_text(const std::vector<Row>& rows) {
-  const auto cell = [](const std::optional<double>& value) {
-    return value ? fmt::format("{:.4g}", *value) : "-";
-  };
-  std::string text = fmt::format("{:<34}{:>12}{:>12}\n", "", "recording", "simulation");
-  for (const Row& row : rows)
-    text += fmt::format("{:<34}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
-  return text;
-}
-
-nlohmann::ordered_json to_json(const std::vector<Row>& rows, const std::string& file) {
-  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
-    if (!value) return nullptr;
-    return *value;
-  };
-  nlohmann::ordered_json json{{"file", file}, {"quantities", nlohmann::ordered_json::object()}};
-  for (const Row& row : rows)
-    json["quantities"][row.key] = {{"recording", number(row.recording)},
-                                   {"simulation", number(row.simulation)}};
-  return json;
+  RecordingProfile made = profiler.profile();
+  made.image_latency_s = image_latency_of(args.output);
+  return made;
 }
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
@@ -206,7 +135,7 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
     console.say(made.error());
     return ExitCode::SomeFailed;
   }
-  const std::vector<Row> rows = table(*like, *made);
+  const std::vector<ProfileRow> rows = profile_table(*like, *made);
   console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
 }
@@ -232,10 +161,11 @@ Verb simulate_verb() {
       .sentence = "A simulated recording with the rates, gaps, noises and speeds of a real one",
       .help =
           R"(Measures a recording: how often each sensor speaks and where it falls silent, the noise of corners, gyro and
-accelerometer, how many tags are missed, how late speeds follow commands, and how fast the robot drove. Then
-lets the simulated robot drive a world's line with all of that, for as long, and prints both side by side,
-measured in the same way. What a recording does not hold stays as the robot's file says. Keys of --json:
-docs/reference/cli.md.
+accelerometer, how many tags are missed, how late pictures arrive, how late speeds follow commands, and how
+fast the robot drove. Then lets the simulated robot drive a world's line with all of that, for as long, and
+prints both side by side, measured in the same way. What a recording does not hold stays as the robot's file
+says. The simulated robot has one camera: of several it takes after the one that says most. It follows a
+line, and so does not turn on the spot. Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 a recording was written, 1 one could not be read or written, 2 wrong usage.
 

@@ -23,11 +23,31 @@ namespace {
 constexpr double kClearanceMetres = 0.35;
 constexpr double kTwoTags = 0.98;
 
+constexpr const char* kWorlds =
+    "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
+/// Tags that people print are between these; anything else is a slip of units.
+constexpr double kSmallestTagMetres = 0.01;
+constexpr double kLargestTagMetres = 2;
+
 struct CheckArgs {
   std::string world;
   std::string robot_file = "limo";
   bool json = false;
 };
+
+/// What may be meant, but hardly is.
+std::vector<std::string> doubts_about(const World& world) {
+  std::vector<std::string> doubts;
+  for (const auto& [id, tag] : world.tags.tags) {
+    const double size = tag.size_m;
+    if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
+    doubts.push_back(fmt::format("{} is {:g} m large: {}", to_string(id), size,
+                                 size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
+                                                          : "no camera reads that; sizes are in metres"));
+    break;  // once is enough
+  }
+  return doubts;
+}
 
 ExitCode check(const CheckArgs& args, Console& console) {
   const Result<Stage> stage = load_stage(args.world, args.robot_file, 1);
@@ -42,7 +62,10 @@ ExitCode check(const CheckArgs& args, Console& console) {
     return ExitCode::SomeFailed;
   }
   const std::string nearest = c->nearest_tag ? to_string(*c->nearest_tag) : "no tag";
-  const bool good = c->min_clearance_m >= kClearanceMetres && c->two_tags_fraction >= kTwoTags;
+  const std::vector<std::string> doubts = doubts_about(s.world);
+  for (const std::string& doubt : doubts) console.say("warning: " + doubt);
+  const bool good =
+      doubts.empty() && c->min_clearance_m >= kClearanceMetres && c->two_tags_fraction >= kTwoTags;
   if (args.json) {
     console.print(json_line({{"world", s.world.name},
                              {"robot", s.model.name},
@@ -54,6 +77,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
                              {"fewest_tags", c->fewest_tags},
                              {"sharpest_left_1_m", c->sharpest_left_1_m},
                              {"sharpest_right_1_m", c->sharpest_right_1_m},
+                             {"warnings", doubts},
                              {"good", good}}));
   } else {
     console.print(fmt::format(
@@ -72,8 +96,11 @@ ExitCode check(const CheckArgs& args, Console& console) {
 
 Run prepare_check(CLI::App& app) {
   const auto args = std::make_shared<CheckArgs>();
-  app.add_option("WORLD", args->world, "circuit24, or the path of a .yaml file")->required()->type_name("");
-  app.add_option("--robot-file", args->robot_file, "Body and camera of the robot: limo, or a .yaml file")
+  app.add_option("WORLD", args->world, kWorlds)->required()->type_name("");
+  app.add_option("--robot-file", args->robot_file,
+                 "Body and camera of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
+                 "turtlebot3-waffle, or the "
+                 "path of a .yaml file")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object instead of words");
@@ -176,7 +203,7 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
 
 Run prepare_orbit(CLI::App& app) {
   const auto args = std::make_shared<OrbitArgs>(app);
-  app.add_option("WORLD", args->world, "circuit24, or the path of a .yaml file")->required()->type_name("");
+  app.add_option("WORLD", args->world, kWorlds)->required()->type_name("");
   app.add_option("-o,--output", args->output, "Also draw it (.svg, .png or .pdf)")->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return go_round(*args, console); };

@@ -107,6 +107,10 @@ Result<std::vector<Fault>> parse_faults(std::string_view text, const std::string
   const Result<YamlNode> tree = parse_yaml(text, source, kFaultLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
+  if (text.find_first_not_of(" \t\r\n") == std::string_view::npos)
+    return fail(ErrorCode::InvalidArgument, "the file is empty", {.source = source},
+                "Write faults: and below it what goes wrong, for example - {fault: camera_lost, at_s: 16, "
+                "for_s: 1}.");
   if (Status status = root.check_keys({"faults"}); !status) return tl::unexpected(status.error());
   const Result<YamlCursor> list = root.at("faults");
   if (!list) return tl::unexpected(list.error());

@@ -8,7 +8,8 @@
 namespace waymark {
 namespace {
 
-constexpr double kStanding = 0.01;   // m/s, and ten times as many rad/s
+constexpr double kStanding = 0.01;   // m/s, rad/s
+constexpr double kSettling_s = 0.3;  // what rocks when it stops is no bias
 constexpr double kNormal = 1.4826;   // median absolute deviation to standard deviation
 constexpr std::size_t kFewest = 20;  // numbers for a figure
 
@@ -33,22 +34,33 @@ std::vector<double> steps_of(const std::vector<double>& stamps) {
   return steps;
 }
 
+/// A longer step is a gap.
+double longest_regular(const std::vector<double>& steps) { return std::max(0.3, 5 * quantile(steps, 0.5)); }
+
 StreamProfile stream_of(const std::vector<double>& stamps) {
   StreamProfile stream{.samples = static_cast<int>(stamps.size())};
   const std::vector<double> steps = steps_of(stamps);
   if (steps.empty()) return stream;
-  stream.rate_hz = 1 / quantile(steps, 0.5);
+  const double most = longest_regular(steps);
+  double sum = 0;
+  double regular = 0;
+  for (const double step : steps) {
+    if (step > most) continue;
+    sum += step;
+    regular += 1;
+  }
+  stream.rate_hz = regular / sum;
   stream.jitter_s = spread(steps);
   stream.longest_gap_s = std::ranges::max(steps);
   return stream;
 }
 
 std::vector<Gap> gaps_of(const std::vector<double>& stamps) {
-  const double usual = quantile(steps_of(stamps), 0.5);
+  const double most = longest_regular(steps_of(stamps));
   std::vector<Gap> gaps;
   for (std::size_t i = 1; i < stamps.size(); ++i) {
     const double step = stamps[i] - stamps[i - 1];
-    if (step > std::max(0.3, 5 * usual)) gaps.push_back({stamps[i - 1], step});
+    if (step > most) gaps.push_back({stamps[i - 1], step});
   }
   return gaps;
 }
@@ -73,13 +85,25 @@ void RecordingProfiler::add(const ImuSample& imu, double at_s) {
   acceleration_.push_back(imu.linear_acceleration_m_s2.z());
 }
 
+void RecordingProfiler::add(const TagPoseFrame& frame, double at_s) {
+  TagFrame seen{.stamp = frame.stamp, .camera = frame.camera};
+  for (const SeenTagPose& tag : frame.tags) {
+    seen.detections.push_back({.tag = tag.tag});
+    seen.detections.back().corners_px.fill(Eigen::Vector2d::Constant(std::nan("")));
+  }
+  cameras_[frame.camera].stamps.push_back(at_s);
+  cameras_[frame.camera].frames.push_back(std::move(seen));
+}
+
 void RecordingProfiler::add(const Sample& sample) {
   const double at_s = seconds(stamp_of(sample));
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-    stamps_["camera"].push_back(at_s);
-    frames_.push_back(*frame);
-  } else if (std::holds_alternative<TagPoseFrame>(sample)) {
-    stamps_["camera"].push_back(at_s);
+    cameras_[frame->camera].stamps.push_back(at_s);
+    cameras_[frame->camera].frames.push_back(*frame);
+  } else if (const auto* poses = std::get_if<TagPoseFrame>(&sample)) {
+    add(*poses, at_s);
+  } else if (const auto* picture = std::get_if<CameraFrame>(&sample)) {
+    cameras_[picture->camera].pictures.push_back(at_s);
   } else if (const auto* odometry = std::get_if<Odometry>(&sample)) {
     stamps_["odometry"].push_back(at_s);
     odometry_.push_back({at_s, odometry->speed_m_s, odometry->yaw_rate_rad_s});
@@ -106,18 +130,35 @@ void RecordingProfiler::measure_imu(RecordingProfile& profile) const {
   profile.gyro_noise_rad_s = white(gyro_, [](const Speed& s) { return s.rad_s; });
   profile.acceleration_noise_m_s2 = white(acceleration_, [](double a) { return a; });
   std::vector<double> standing;
+  double moved_s = -kSettling_s;
   std::size_t at = 0;
   for (const Speed& rate : gyro_) {
     if (odometry_.empty()) break;
     const Speed& speed = held(odometry_, rate.at_s, at);
-    if (std::abs(speed.m_s) < kStanding && std::abs(speed.rad_s) < 10 * kStanding)
-      standing.push_back(rate.rad_s);
+    if (std::abs(speed.m_s) >= kStanding || std::abs(speed.rad_s) >= kStanding) moved_s = rate.at_s;
+    if (rate.at_s - moved_s >= kSettling_s) standing.push_back(rate.rad_s);
   }
   if (standing.size() >= kFewest) profile.gyro_bias_rad_s = quantile(std::move(standing), 0.5);
 }
 
-void RecordingProfiler::measure_tags(RecordingProfile& profile) const {
-  if (frames_.size() < kFewest) return;
+void RecordingProfiler::measure_cameras(RecordingProfile& profile) const {
+  const Camera* busiest = nullptr;
+  for (const auto& [name, camera] : cameras_) {
+    const std::vector<double>& times = camera.times();
+    if (cameras_.size() > 1) profile.streams["camera " + name] = stream_of(times);
+    if (busiest != nullptr && times.size() <= busiest->times().size()) continue;
+    busiest = &camera;
+    profile.camera = name;
+  }
+  if (busiest == nullptr) return;
+  profile.streams["camera"] = stream_of(busiest->times());
+  profile.duration_s = std::max(profile.duration_s, std::ranges::max(busiest->times()));
+  profile.camera_gaps = gaps_of(busiest->times());
+  measure_tags(busiest->frames, profile);
+}
+
+void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, RecordingProfile& profile) {
+  if (frames.size() < kFewest) return;
   const auto find = [](const TagFrame& frame, const TagId& tag) {
     const auto it = std::ranges::find(frame.detections, tag, &TagDetection::tag);
     return it == frame.detections.end() ? nullptr : &*it;
@@ -126,15 +167,15 @@ void RecordingProfiler::measure_tags(RecordingProfile& profile) const {
   double seen = 0;
   double missed = 0;
   double tags = 0;
-  for (std::size_t i = 0; i < frames_.size(); ++i) {
-    tags += static_cast<double>(frames_[i].detections.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    tags += static_cast<double>(frames[i].detections.size());
     if (i < 2) continue;
-    for (const TagDetection& last : frames_[i].detections) {
-      const TagDetection* first = find(frames_[i - 2], last.tag);
-      const TagDetection* middle = find(frames_[i - 1], last.tag);
+    for (const TagDetection& last : frames[i].detections) {
+      const TagDetection* first = find(frames[i - 2], last.tag);
+      const TagDetection* middle = find(frames[i - 1], last.tag);
       if (first == nullptr) continue;
       (middle == nullptr ? missed : seen) += 1;
-      if (middle == nullptr) continue;
+      if (middle == nullptr || !last.corners_px[0].allFinite()) continue;
       for (std::size_t k = 0; k < 4; ++k) {
         const Eigen::Vector2d d =
             (last.corners_px[k] - 2 * middle->corners_px[k] + first->corners_px[k]) / std::sqrt(6.0);
@@ -143,7 +184,7 @@ void RecordingProfiler::measure_tags(RecordingProfile& profile) const {
       }
     }
   }
-  profile.tags_per_frame = tags / static_cast<double>(frames_.size());
+  profile.tags_per_frame = tags / static_cast<double>(frames.size());
   if (seen + missed > 0) profile.miss_probability = missed / (seen + missed);
   if (differences.size() >= kFewest) profile.corner_sigma_px = kNormal * spread(std::move(differences));
 }
@@ -154,17 +195,20 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
   std::vector<double> rates;
   std::size_t at = 0;
   int standing = 0;
+  int turning = 0;
   const double end_s = odometry_.back().at_s;
   for (double t = 0; t <= end_s; t += 0.1) {
     const Speed& now = held(odometry_, t, at);
     profile.speeds.push_back({t, now.m_s});
-    const bool stands = std::abs(now.m_s) < kStanding && std::abs(now.rad_s) < 10 * kStanding;
+    const bool stands = std::abs(now.m_s) < kStanding;
     standing += stands ? 1 : 0;
+    turning += stands && std::abs(now.rad_s) > 10 * kStanding ? 1 : 0;
     if (stands) continue;
     speeds.push_back(std::abs(now.m_s));
     rates.push_back(std::abs(now.rad_s));
   }
   profile.standing_share = static_cast<double>(standing) / static_cast<double>(profile.speeds.size());
+  profile.turning_share = static_cast<double>(turning) / static_cast<double>(profile.speeds.size());
   for (const double speed : speeds) profile.mean_speed_m_s += speed / static_cast<double>(speeds.size());
   profile.p95_speed_m_s = quantile(speeds, 0.95);
   profile.p95_yaw_rate_rad_s = quantile(rates, 0.95);
@@ -192,12 +236,10 @@ RecordingProfile RecordingProfiler::profile() const {
     profile.streams[kind] = stream_of(stamps);
     if (!stamps.empty()) profile.duration_s = std::max(profile.duration_s, std::ranges::max(stamps));
   }
-  if (const auto camera = stamps_.find("camera"); camera != stamps_.end())
-    profile.camera_gaps = gaps_of(camera->second);
   if (const auto odometry = stamps_.find("odometry"); odometry != stamps_.end())
     profile.odometry_gaps = gaps_of(odometry->second);
+  measure_cameras(profile);
   measure_imu(profile);
-  measure_tags(profile);
   measure_motion(profile);
   return profile;
 }

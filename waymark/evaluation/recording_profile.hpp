@@ -14,7 +14,7 @@ namespace waymark {
 /// A stream of samples of one kind.
 struct StreamProfile {
   int samples = 0;
-  double rate_hz = 0;        ///< one over the median step; 0 for fewer than two samples
+  double rate_hz = 0;        ///< one over the mean step, gaps left out; 0 for fewer than two samples
   double jitter_s = 0;       ///< median distance of the steps from their median
   double longest_gap_s = 0;  ///< the longest step
 };
@@ -33,8 +33,10 @@ struct SpeedPoint {
 
 struct RecordingProfile {
   double duration_s = 0;
-  std::map<std::string, StreamProfile> streams{};  ///< "camera", "odometry", "imu", "lidar", "commands"
-  std::vector<Gap> camera_gaps{};                  ///< steps of more than five median ones and 0.3 s
+  /// "camera", "odometry", "imu", "lidar", "commands"; of several cameras each again as "camera NAME".
+  std::map<std::string, StreamProfile> streams{};
+  std::string camera{};            ///< which of several "camera" and all about tags is of: the busiest
+  std::vector<Gap> camera_gaps{};  ///< steps of more than five median ones and 0.3 s
   std::vector<Gap> odometry_gaps{};
   std::optional<double> gyro_noise_rad_s{};  ///< white part, of steps from sample to sample
   std::optional<double> gyro_bias_rad_s{};   ///< mean while the robot stands; nothing when it never does
@@ -42,11 +44,13 @@ struct RecordingProfile {
   std::optional<double> corner_sigma_px{};   ///< each coordinate, of second differences in time
   std::optional<double> miss_probability{};  ///< of a tag that is seen in the frames before and after
   std::optional<double> tags_per_frame{};
+  std::optional<double> image_latency_s{};  ///< from stamp to recording, median; not known to samples
   std::optional<double> command_delay_s{};  ///< at which speeds follow commands best
   double mean_speed_m_s = 0;                ///< while it drives
   double p95_speed_m_s = 0;
-  double p95_yaw_rate_rad_s = 0;
-  double standing_share = 0;         ///< of the time
+  double p95_yaw_rate_rad_s = 0;     ///< while it drives
+  double standing_share = 0;         ///< of the time: it does not drive
+  double turning_share = 0;          ///< of the time: it turns on the spot
   std::vector<SpeedPoint> speeds{};  ///< by odometry, ten times a second
 };
 
@@ -64,9 +68,19 @@ class RecordingProfiler {
     double rad_s = 0;
   };
   [[nodiscard]] double seconds(SensorTime stamp);
+  /// What one camera saw.
+  struct Camera {
+    std::vector<double> stamps{};
+    std::vector<double> pictures{};  ///< stamps of pictures: count where nobody looked for tags in them
+    std::vector<TagFrame> frames{};  ///< corners that are not known are not finite
+
+    [[nodiscard]] const std::vector<double>& times() const { return stamps.empty() ? pictures : stamps; }
+  };
   void add(const ImuSample& imu, double at_s);
+  void add(const TagPoseFrame& frame, double at_s);
+  void measure_cameras(RecordingProfile& profile) const;
   void measure_imu(RecordingProfile& profile) const;
-  void measure_tags(RecordingProfile& profile) const;
+  static void measure_tags(const std::vector<TagFrame>& frames, RecordingProfile& profile);
   void measure_motion(RecordingProfile& profile) const;
 
   std::optional<SensorTime> first_{};
@@ -75,7 +89,7 @@ class RecordingProfiler {
   std::vector<Speed> commands_{};
   std::vector<Speed> gyro_{};  ///< rad_s
   std::vector<double> acceleration_{};
-  std::vector<TagFrame> frames_{};
+  std::map<std::string, Camera> cameras_{};
 };
 
 }  // namespace waymark

@@ -51,7 +51,7 @@ Status SampleRecorder::write(const std::string& topic, std::string_view type, Se
     if (!channel) return tl::unexpected(channel.error());
     channels_[topic] = *channel;
   }
-  return writer_.write(channels_.at(topic), nanoseconds(stamp), nanoseconds(stamp), data);
+  return writer_.write(channels_.at(topic), nanoseconds(stamp + delay_), nanoseconds(stamp), data);
 }
 
 template <class Message>
@@ -82,7 +82,10 @@ Status SampleRecorder::add_tags(const TagFrame& frame) {
 }
 
 Status SampleRecorder::add(const Sample& sample) {
-  return std::visit(
+  const bool seen = std::holds_alternative<TagFrame>(sample) || std::holds_alternative<CameraFrame>(sample) ||
+                    std::holds_alternative<TagPoseFrame>(sample);
+  delay_ = seen ? camera_latency_ : Duration{};
+  const Status status = std::visit(
       [this](const auto& value) -> Status {
         using Kind = std::remove_cvref_t<decltype(value)>;
         if constexpr (std::is_same_v<Kind, TagFrame>) {
@@ -94,6 +97,8 @@ Status SampleRecorder::add(const Sample& sample) {
         }
       },
       sample);
+  delay_ = {};
+  return status;
 }
 
 Status SampleRecorder::add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,

@@ -32,7 +32,8 @@ inline constexpr const char* kDiagnostics = "/diagnostics";
 inline constexpr const char* kEstimate = "/waymark/pose";
 }  // namespace topics
 
-/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp.
+/// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp; of a camera's,
+/// the time it arrives.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
@@ -48,6 +49,9 @@ class SampleRecorder {
   Status add_attachment(const std::string& name, const std::string& media_type, SensorTime stamp,
                         std::string_view text);
 
+  /// Pictures, tags and poses of tags arrive so long after their stamp; at once unless said.
+  void set_camera_latency(Duration latency) { camera_latency_ = latency; }
+
   Status flush() { return writer_.flush(); }
   /// Ends the file with its summary. A recorder that is destroyed without it leaves a file that can be
   /// recovered.
@@ -60,6 +64,8 @@ class SampleRecorder {
 
   mcap::Writer writer_;
   std::map<std::string, std::uint16_t> channels_;
+  Duration camera_latency_{};
+  Duration delay_{};  ///< of what is being added
 };
 
 }  // namespace waymark

@@ -16,6 +16,7 @@ namespace waymark {
 struct SimulatedRobotOptions {
   std::uint64_t seed = 1;
   double camera_rate_hz = 15;
+  double camera_latency_s = 0;
   double odometry_rate_hz = 50;
   double imu_rate_hz = 100;
   double truth_rate_hz = 50;
@@ -29,6 +30,8 @@ struct SimulatedRobotOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.camera_rate_hz, Field{"camera_rate_hz", "Frames a second.", 0.1, 200});
+    visit(self.camera_latency_s,
+          Field{"camera_latency_s", "From the middle of the exposure until the frame is there.", 0, 10});
     visit(self.odometry_rate_hz, Field{"odometry_rate_hz", "Odometry and wheels, times a second.", 1, 200});
     visit(self.imu_rate_hz, Field{"imu_rate_hz", "IMU, times a second.", 1, 200});
     visit(self.truth_rate_hz, Field{"truth_rate_hz", "True pose, times a second.", 1, 200});

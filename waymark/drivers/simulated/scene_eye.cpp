@@ -39,6 +39,13 @@ Result<std::unique_ptr<SceneEye>> SceneEye::make(std::shared_ptr<const World> wo
       new SceneEye(std::move(*scene_camera), std::move(*detector), base_T_cam, options, std::move(world)));
 }
 
+Result<std::unique_ptr<SceneEye>> SceneEye::another() const {
+  auto detector = make_detector(*world_, camera_.model(), options_);
+  if (!detector) return tl::unexpected(detector.error());
+  return std::unique_ptr<SceneEye>(
+      new SceneEye(camera_, std::move(*detector), base_T_cam_, options_, world_));
+}
+
 Status SceneEye::face(const std::shared_ptr<const World>& world) {
   if (world == world_) return {};
   world_ = world;

@@ -34,6 +34,9 @@ class SceneEye {
                                                               const SE3& base_T_cam,
                                                               const SceneEyeOptions& options);
 
+  /// Another one with a detector of its own; what the camera knows of its lens and of the scene is shared.
+  [[nodiscard]] Result<std::unique_ptr<SceneEye>> another() const;
+
   /// Takes the picture and looks for tags. The same shot gives the same bytes, whatever was seen before.
   [[nodiscard]] Result<SeenPicture> look(const CameraShot& shot);
 

@@ -76,6 +76,12 @@ void SimulatedRobot::say(Sample sample) {
   ready_.push_back(std::move(sample));
 }
 
+void SimulatedRobot::say_later(Sample sample) {
+  if (options_.camera_latency_s <= 0) return say(std::move(sample));
+  std::visit([&](auto& value) { value.stamp += clock_offset_; }, sample);
+  late_.push_back({uptime() + Duration(std::llround(options_.camera_latency_s * 1e9)), std::move(sample)});
+}
+
 void SimulatedRobot::look() {
   ++pictures_;
   const bool frozen = wrong(FaultKind::CameraFrozen);
@@ -87,7 +93,7 @@ void SimulatedRobot::look() {
     }
     last_frame_.stamp = stamp;
     if (wrong(FaultKind::CameraBlackout)) last_frame_.detections.clear();
-    if (!wrong(FaultKind::CameraLost)) say(last_frame_);
+    if (!wrong(FaultKind::CameraLost)) say_later(last_frame_);
     return;
   }
   if (!frozen)
@@ -99,7 +105,7 @@ void SimulatedRobot::look() {
   last_shot_.dark = wrong(FaultKind::CameraBlackout);
   if (wrong(FaultKind::CameraLost)) return;
   shots_.push_back(last_shot_);
-  say(CameraFrame{.stamp = stamp});
+  say_later(CameraFrame{.stamp = stamp});
 }
 
 void SimulatedRobot::speak() {
@@ -117,6 +123,8 @@ void SimulatedRobot::speak() {
   if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
     say(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
   if (camera_timer_.due(now)) look();
+  for (; !late_.empty() && late_.front().due <= uptime(); late_.pop_front())
+    ready_.push_back(std::move(late_.front().sample));
 }
 
 Result<std::optional<Sample>> SimulatedRobot::next() {

@@ -60,6 +60,8 @@ class SimulatedRobot final : public Source, public Robot {
   void look();
   void let_things_go_wrong();
   void say(Sample sample);
+  /// Says it when the camera's latency is over.
+  void say_later(Sample sample);
   [[nodiscard]] bool wrong(FaultKind kind) const;
 
   World true_world_;
@@ -87,6 +89,11 @@ class SimulatedRobot final : public Source, public Robot {
   std::deque<CameraShot> shots_;
   std::uint64_t pictures_ = 0;
   std::deque<Sample> ready_;
+  struct Late {
+    Duration due{};  ///< by uptime
+    Sample sample;
+  };
+  std::deque<Late> late_;
   VelocityCommand command_{};
   Duration command_uptime_{};
 };

@@ -1,0 +1,141 @@
+#include "waymark/cli/profile_table.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark::cli {
+namespace {
+
+bool of_a_camera(const Sample& sample) {
+  return std::holds_alternative<TagFrame>(sample) || std::holds_alternative<TagPoseFrame>(sample) ||
+         std::holds_alternative<CameraFrame>(sample);
+}
+
+/// How late each camera sample of a topic was recorded; empty when samples and messages are not one to one.
+std::vector<double> delays_of(MessageLog& log, const std::string& topic) {
+  LogSelection selection;
+  selection.topics.insert(topic);
+  std::vector<double> stamps;
+  std::vector<double> times;
+  const Status samples = log.visit_samples(selection, [&](const Sample& sample) {
+    if (of_a_camera(sample)) stamps.push_back(to_seconds(stamp_of(sample).time_since_epoch()));
+    return Status{};
+  });
+  const Status messages = log.visit(selection, [&](const LogChannel&, const LogMessage& message) {
+    times.push_back(static_cast<double>(message.log_time) * 1e-9);
+    return Status{};
+  });
+  if (!samples || !messages || times.size() != stamps.size()) return {};
+  for (std::size_t i = 0; i < times.size(); ++i) times[i] -= stamps[i];
+  return times;
+}
+
+std::optional<double> image_latency(MessageLog& log) {
+  constexpr std::size_t kFewest = 20;
+  constexpr double kNone = 1e-6;  // [s] the stamp itself
+  std::vector<double> most;
+  for (const LogChannel& channel : log.channels()) {
+    std::vector<double> delays = delays_of(log, channel.topic);
+    if (delays.size() > most.size()) most = std::move(delays);
+  }
+  if (most.size() < kFewest) return std::nullopt;
+  const auto middle = most.begin() + static_cast<std::ptrdiff_t>(most.size() / 2);
+  std::ranges::nth_element(most, middle);
+  return *middle < kNone ? std::nullopt : std::optional(*middle);
+}
+
+}  // namespace
+
+std::optional<double> image_latency_of(const std::string& path) {
+  const auto log = open_log(path);
+  return log ? image_latency(**log) : std::nullopt;
+}
+
+Result<RecordingProfile> profile_of(const std::string& path) {
+  const auto log = open_log(path);
+  if (!log) return tl::unexpected(log.error());
+  RecordingProfiler profiler;
+  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    profiler.add(sample);
+    return {};
+  });
+  if (!status) return tl::unexpected(status.error());
+  RecordingProfile profile = profiler.profile();
+  if (profile.streams["odometry"].samples < 2)
+    return fail(ErrorCode::NotFound, "the recording holds no odometry: its speeds are not known",
+                {.source = path}, "`waymark info` shows what it holds.");
+  profile.image_latency_s = image_latency(**log);
+  return profile;
+}
+
+std::vector<ProfileRow> profile_table(const RecordingProfile& like, const RecordingProfile& made) {
+  std::vector<ProfileRow> rows;
+  const auto add = [&](std::string key, std::string words, const auto& value) {
+    rows.push_back({std::move(key), std::move(words), value(like), value(made)});
+  };
+  const auto rate = [](const std::string& kind, auto member) {
+    return [=](const RecordingProfile& p) -> std::optional<double> {
+      const auto stream = p.streams.find(kind);
+      if (stream == p.streams.end() || stream->second.samples < 2) return std::nullopt;
+      return stream->second.*member;
+    };
+  };
+  const auto of = [](auto member) {
+    return [=](const RecordingProfile& p) -> std::optional<double> { return p.*member; };
+  };
+  add("duration_s", "duration [s]", of(&RecordingProfile::duration_s));
+  std::vector<std::string> kinds = {"camera", "odometry", "imu", "lidar", "commands"};
+  for (const auto& [kind, stream] : like.streams)  // one of several cameras: "camera left"
+    if (std::ranges::find(kinds, kind) == kinds.end()) kinds.push_back(kind);
+  for (const std::string& kind : kinds) {
+    std::string key = kind;
+    std::ranges::replace(key, ' ', '_');
+    add(key + "_rate_hz", kind + " [Hz]", rate(kind, &StreamProfile::rate_hz));
+    add(key + "_longest_gap_s", "  longest gap [s]", rate(kind, &StreamProfile::longest_gap_s));
+  }
+  add("image_latency_s", "pictures arrive after [s]", of(&RecordingProfile::image_latency_s));
+  add("corner_sigma_px", "corner noise [px]", of(&RecordingProfile::corner_sigma_px));
+  add("miss_probability", "tags missed between two frames", of(&RecordingProfile::miss_probability));
+  add("tags_per_frame", "tags a frame", of(&RecordingProfile::tags_per_frame));
+  add("gyro_noise_rad_s", "gyro noise [rad/s]", of(&RecordingProfile::gyro_noise_rad_s));
+  add("gyro_bias_rad_s", "gyro bias, standing [rad/s]", of(&RecordingProfile::gyro_bias_rad_s));
+  add("acceleration_noise_m_s2", "acceleration noise [m/s2]", of(&RecordingProfile::acceleration_noise_m_s2));
+  add("command_delay_s", "speeds follow commands after [s]", of(&RecordingProfile::command_delay_s));
+  add("mean_speed_m_s", "mean speed while it drives [m/s]", of(&RecordingProfile::mean_speed_m_s));
+  add("p95_speed_m_s", "speed, 95 % below [m/s]", of(&RecordingProfile::p95_speed_m_s));
+  add("p95_yaw_rate_rad_s", "yaw rate, 95 % below [rad/s]", of(&RecordingProfile::p95_yaw_rate_rad_s));
+  add("standing_share", "share of the time it stands", of(&RecordingProfile::standing_share));
+  add("turning_share", "share of the time it turns on the spot", of(&RecordingProfile::turning_share));
+  std::erase_if(rows, [](const ProfileRow& row) { return !row.recording && !row.simulation; });
+  return rows;
+}
+
+std::string to_text(const std::vector<ProfileRow>& rows) {
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.4g}", *value) : "-";
+  };
+  std::string text = fmt::format("{:<40}{:>12}{:>12}\n", "", "recording", "simulation");
+  for (const ProfileRow& row : rows)
+    text += fmt::format("{:<40}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
+  return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<ProfileRow>& rows, const std::string& file) {
+  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
+    if (!value) return nullptr;
+    return *value;
+  };
+  nlohmann::ordered_json json{{"file", file}, {"quantities", nlohmann::ordered_json::object()}};
+  for (const ProfileRow& row : rows)
+    json["quantities"][row.key] = {{"recording", number(row.recording)},
+                                   {"simulation", number(row.simulation)}};
+  return json;
+}
+
+}  // namespace waymark::cli
