@@ -1,13 +1,19 @@
 // Writing and reading recordings beside a plain loop that copies the same bytes and takes their CRC-32.
 //
 // Both sides move messages between memory and memory, so that no disk decides. The loop does for each message
-// one memcpy and one libdeflate CRC-32: about what nobody who checks his data can do without.
+// one memcpy and one libdeflate CRC-32: about what nobody who checks his data can do without. "into a file"
+// is the same through the system, where the loop hands over each message by one write(): what a recorder
+// without chunks would do so that a kill loses nothing. The file lies in memory where there is such a file
+// system.
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
+
+#include <unistd.h>
 
 #include <benchmark/benchmark.h>
 #include <libdeflate.h>
@@ -101,6 +107,42 @@ void write_plain(benchmark::State& state) {
                           static_cast<std::int64_t>(load.all.size()));
 }
 
+std::filesystem::path scratch_file() {
+  std::error_code ignored;
+  const std::filesystem::path memory = "/dev/shm";
+  const auto folder =
+      std::filesystem::is_directory(memory, ignored) ? memory : std::filesystem::temp_directory_path();
+  return folder / ("waymark_benchmark_" + std::to_string(::getpid()));
+}
+
+void write_ours_to_file(benchmark::State& state) {
+  Load& load = load_of(state.range(0));
+  const std::filesystem::path path = scratch_file();
+  for (auto _ : state) {
+    auto writer = Writer::open(std::move(*create_file(path)), {.compression = Compression::None});
+    const auto channel = writer->add_channel("/x", 0, "");
+    for (std::size_t i = 0; i < load.count; ++i)
+      if (!writer->write(*channel, i * kPeriod_ns, i * kPeriod_ns, load.message(i))) std::abort();
+    if (!writer->close()) std::abort();
+    std::filesystem::remove(path);
+  }
+}
+
+void write_plain_to_file(benchmark::State& state) {
+  Load& load = load_of(state.range(0));
+  const std::filesystem::path path = scratch_file();
+  for (auto _ : state) {
+    const auto sink = create_file(path);
+    std::uint32_t crc = 0;
+    for (std::size_t i = 0; i < load.count; ++i) {
+      if (!(*sink)->write(load.message(i))) std::abort();
+      crc = libdeflate_crc32(crc, load.message(i).data(), load.size);
+    }
+    benchmark::DoNotOptimize(crc);
+    std::filesystem::remove(path);
+  }
+}
+
 /// A recording of the load, made once.
 const Bytes& file_of(Load& load) {
   static std::map<const Load*, Bytes> files;
@@ -150,6 +192,10 @@ const bool kRegistered = [] {
     const std::string name = std::to_string(size) + " bytes a message";
     benchmark::RegisterBenchmark(("record/ours/" + name).c_str(), write_ours)->Arg(size);
     benchmark::RegisterBenchmark(("record/peer:copy and CRC-32/" + name).c_str(), write_plain)->Arg(size);
+    benchmark::RegisterBenchmark(("record into a file/ours/" + name).c_str(), write_ours_to_file)->Arg(size);
+    benchmark::RegisterBenchmark(("record into a file/peer:write and CRC-32/" + name).c_str(),
+                                 write_plain_to_file)
+        ->Arg(size);
     benchmark::RegisterBenchmark(("read by index/ours/" + name).c_str(), read_ours)->Arg(size);
     benchmark::RegisterBenchmark(("read by index/peer:copy and CRC-32/" + name).c_str(), read_plain)
         ->Arg(size);
