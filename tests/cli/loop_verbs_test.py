@@ -147,6 +147,7 @@ class Replay(WithLap):
         self.assertGreater(summary["min_clearance_m"], 0.15)
         (info,) = self.run_here("info", "--json", "replay.mcap").records
         self.assertIn("/waymark/pose", [t["topic"] for t in info["topics"]])
+        self.assertLessEqual({"map.yaml", "route.yaml", "robot.yaml"}, {a["name"] for a in info["attachments"]})
         again = self.replay("--seed", 12, "--json", "--taught", "lap.mcap").records[0]
         for key in REPLAY_KEYS - {"wall_s"}:  # the truth in the folder has gone through text: its last bits may differ
             if isinstance(summary[key], float):

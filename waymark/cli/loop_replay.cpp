@@ -10,6 +10,7 @@
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
+#include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -18,6 +19,8 @@ namespace waymark::cli {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::size_t kMostMapBytes = std::size_t{1} << 26U;
 
 Status check_name(const std::string& name, const std::vector<std::string>& known, const char* what,
                   const char* flag) {
@@ -167,6 +170,12 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
        .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
+  for (const char* name : {"map.yaml", "route.yaml"}) {  // what it was driven by
+    const auto text = read_text_file(job.folder / name, kMostMapBytes);
+    if (!text) return tl::unexpected(text.error());
+    Status status = recorder->add_attachment(name, "application/yaml", {}, *text);
+    if (!status) return tl::unexpected(status.error());
+  }
   return std::optional<SampleRecorder>(std::move(*recorder));
 }
 
