@@ -14,6 +14,7 @@
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/map_scene.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
@@ -38,6 +39,9 @@ struct MapArgs {
   std::optional<double> tag_size_m;
   std::string world;
   std::string prior;
+  std::string tagslam;
+  std::string model = "waymark";
+  std::string against;
   bool json = false;
   std::vector<double> anchor_pose;
   OptionFlags<BundleMapOptions> bundle;
@@ -113,7 +117,42 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   return text;
 }
 
+Result<MapSceneJob> scene_job_of(const MapArgs& args) {
+  BundleMapOptions bundle;
+  if (Status status = args.bundle.apply(bundle); !status) return tl::unexpected(status.error());
+  const std::vector<std::string> models = {"waymark", "tagslam"};
+  if (std::ranges::find(models, args.model) == models.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", args.model),
+                {.key = "--model"}, suggestion(args.model, models));
+  return MapSceneJob{.recording = args.lap,
+                     .tagslam = args.tagslam,
+                     .folder = args.folder,
+                     .against = args.against,
+                     .options = {.model = args.model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark,
+                                 .outlier_chi2 = bundle.outlier_chi2,
+                                 .robust_chi2 = bundle.robust_chi2,
+                                 .max_iterations = bundle.max_iterations}};
+}
+
+/// With TagSLAM's files: no floor, any number of cameras and bodies.
+ExitCode map_tagslam(const MapArgs& args, Console& console) {
+  const Result<MapSceneJob> job = scene_job_of(args);
+  if (!job) {
+    console.say(naming_flag(job.error()));
+    return ExitCode::Usage;
+  }
+  const Result<MapSceneReport> report = map_scene_recording(*job, console);
+  if (!report) {
+    console.say(report.error());
+    return interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
+  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  return ExitCode::Ok;
+}
+
 ExitCode map(const MapArgs& args, Console& console) {
+  if (!args.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = job_of(args);
   if (!job) {
     console.say(naming_flag(job.error()));
@@ -171,6 +210,22 @@ Run prepare_map(CLI::App& app) {
          "--prior", args->prior,
          "An older map of the place (map.yaml): which tags were swapped, moved, resized since is said")
       ->type_name("FILE");
+  app.add_option("--tagslam", args->tagslam,
+                 "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
+                 "config.json): cameras and "
+                 "bodies are as they say, no floor is needed")
+      ->type_name("FOLDER");
+  app.add_option("--model", args->model,
+                 "With --tagslam, what is minimised: waymark; tagslam, every sighting with TagSLAM's noise "
+                 "and cameras "
+                 "that wiggle")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--against", args->against,
+                 "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
+                 "frames and "
+                 "tags, and its cost is printed")
+      ->type_name("FOLDER");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return map(*args, console); };
 }

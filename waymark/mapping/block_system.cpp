@@ -86,6 +86,40 @@ void BlockSystem::add(std::span<const Part> parts, const Eigen::Ref<const Eigen:
   }
 }
 
+void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
+                              const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
+                              const Eigen::Matrix<double, 8, 1>& r, double weight) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  for (std::size_t c = 0; c < 4; ++c) {
+    const int column = unknowns[c];
+    if (column < 0) continue;
+    const Eigen::Matrix<double, 6, 8> Jt = weight * J[c]->transpose();
+    gradient_.segment<6>(offset(column)).noalias() += Jt * r;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const int row = unknowns[k];
+      if (row < column) continue;
+      const int stride = H_.outerIndexPtr()[offset(column) + 1] - H_.outerIndexPtr()[offset(column)];
+      Eigen::Map<Matrix6, 0, Eigen::OuterStride<>>(
+          H_.valuePtr() + H_.outerIndexPtr()[offset(column)] + place(row, column),
+          Eigen::OuterStride<>(stride)) += (Jt * *J[k]).transpose();
+    }
+  }
+}
+
+BlockSystem::Block BlockSystem::at_place(int row, int column, int start) const {
+  const int first = H_.outerIndexPtr()[offset(column)];
+  return {H_.valuePtr() + first + start, dimension(row), dimension(column),
+          Eigen::OuterStride<>(H_.outerIndexPtr()[offset(column) + 1] - first)};
+}
+
+std::optional<BlockSystem::Block> BlockSystem::block(int row, int column) const {
+  const auto begin = rows_.begin() + first_[static_cast<std::size_t>(column)];
+  const auto end = rows_.begin() + first_[static_cast<std::size_t>(column) + 1];
+  const auto found = std::ranges::lower_bound(begin, end, row, {}, &std::pair<int, int>::first);
+  if (found == end || found->first != row) return std::nullopt;
+  return at_place(row, column, found->second);
+}
+
 std::optional<Eigen::VectorXd> BlockSystem::step(double damping) {
   Sparse damped = H_;
   for (int i = 0; i < damped.rows(); ++i) {

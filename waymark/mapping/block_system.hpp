@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -31,17 +32,36 @@ class BlockSystem {
   /// Adds weight J^T J to H and weight J^T r to g.
   void add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r, double weight = 1);
 
+  /// The same of a tag's corners, whose blocks are all 8x6; J is nullptr where the unknown is -1.
+  void add_corners(const std::array<int, 4>& unknowns,
+                   const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
+                   const Eigen::Matrix<double, 8, 1>& r, double weight);
+
   /// -(H + damping diag(H))^-1 g; nothing when that is not positive definite.
   [[nodiscard]] std::optional<Eigen::VectorXd> step(double damping);
 
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
   [[nodiscard]] const Sparse& lower() const { return H_; }
+  using Block = Eigen::Map<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+  /// A block of the lower triangle, row >= column; nothing when the two share no residual.
+  [[nodiscard]] std::optional<Block> block(int row, int column) const;
+  /// Calls visit(row, block) for every block of a block column.
+  template <class Visit>
+  void for_column(int column, const Visit& visit) const {
+    for (int at = first_[static_cast<std::size_t>(column)]; at < first_[static_cast<std::size_t>(column) + 1];
+         ++at) {
+      const auto& [row, start] = rows_[static_cast<std::size_t>(at)];
+      visit(row, at_place(row, column, start));
+    }
+  }
+
   [[nodiscard]] int offset(int unknown) const { return offsets_[static_cast<std::size_t>(unknown)]; }
   [[nodiscard]] int dimension(int unknown) const { return dimensions_[static_cast<std::size_t>(unknown)]; }
 
  private:
   /// Where in a column of block column `column` the rows of block `row` start.
   [[nodiscard]] int place(int row, int column) const;
+  [[nodiscard]] Block at_place(int row, int column, int start) const;
 
   std::vector<int> dimensions_;
   std::vector<int> offsets_;               ///< first scalar of each unknown

@@ -9,6 +9,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/factors/corner_factor.hpp"
 #include "waymark/factors/odometry_factor.hpp"
+#include "waymark/factors/point_factors.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/se3.hpp"
 
@@ -60,6 +61,23 @@ struct CoordinateTerm {
   CoordinateFactor factor{};
 };
 
+/// A point of a tag: its body, its place there, and the point in the tag's frame.
+struct BundlePoint {
+  PoseIndex body = 0, tag = 0;
+  Eigen::Vector3d tag_p = Eigen::Vector3d::Zero();
+};
+/// The distance between two points of tags that share no pose.
+struct PointDistanceTerm {
+  BundlePoint a{}, b{};
+  double measured_m = 0, sigma_m = 0.01;
+};
+/// Where a point of a tag lies along a direction (unit length) of the map.
+struct PointCoordinateTerm {
+  BundlePoint point{};
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  double measured_m = 0, sigma_m = 0.01;
+};
+
 struct BundleScales {
   OdometryScales value{};
   OdometryScales sigma{0.1, 0.3};  ///< how far from 1 they may be, beforehand
@@ -77,6 +95,8 @@ struct Bundle {
   std::vector<OnFloorTerm> on_floor{};
   std::vector<DistanceTerm> distances{};
   std::vector<CoordinateTerm> coordinates{};
+  std::vector<PointDistanceTerm> point_distances{};
+  std::vector<PointCoordinateTerm> point_coordinates{};
 
   PoseIndex add(const SE3& value, bool fixed = false) {
     poses.push_back({value, fixed});

@@ -4,6 +4,7 @@
 
 #include "waymark/mapping/bundle.hpp"
 #include "waymark/mapping/bundle_terms.hpp"
+#include "waymark/mapping/schur_system.hpp"
 
 namespace waymark {
 namespace {
@@ -41,6 +42,16 @@ struct Values {
   }
 };
 
+/// As BlockSystem::step(), by elimination.
+std::optional<Eigen::VectorXd> step_of(internal::SchurSystem& schur, const BlockSystem& system,
+                                       double damping) {
+  constexpr double kStays = 1e-12;  // what nothing determines stays where it is
+  if (!schur.factorize(damping, kStays)) return std::nullopt;
+  Eigen::VectorXd step = schur.solve(-system.gradient());
+  if (!step.allFinite()) return std::nullopt;
+  return step;
+}
+
 }  // namespace
 
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress) {
@@ -52,13 +63,15 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
     summary.why = "nothing is unknown, or nothing was measured";
     return summary;
   }
+  const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
+  internal::SchurSystem schur(system, plan);
   double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
   summary.initial_cost = cost;
   double damping = 1e-6;
   while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {
     ++summary.iterations;
-    const auto step = system.step(damping);
+    const auto step = plan.worth_it() ? step_of(schur, system, damping) : system.step(damping);
     const Values before = Values::of(bundle);
     if (step) internal::apply(unknowns, system, *step, bundle);
     const double next = step ? internal::accumulate(bundle, unknowns, options.robust_chi2, nullptr)

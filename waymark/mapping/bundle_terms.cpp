@@ -31,9 +31,8 @@ class Accumulator {
     const bool robust = robust_chi2_ > 0;
     cost_ += (robust ? robust_chi2_ * std::log1p(chi2 / robust_chi2_) : chi2) / 2;
     if (system_ == nullptr) return;
-    const std::array<Part, 4> parts{
-        {{at(term.rig), J.rig}, {at(term.cam), J.cam}, {at(term.body), J.body}, {at(term.tag), J.tag}}};
-    system_->add(parts, *r, robust ? 1 / (1 + chi2 / robust_chi2_) : 1);
+    system_->add_corners({at(term.rig), at(term.cam), at(term.body), at(term.tag)},
+                         {&J.rig, &J.cam, &J.body, &J.tag}, *r, robust ? 1 / (1 + chi2 / robust_chi2_) : 1);
   }
 
   void operator()(const PriorTerm& term) {
@@ -79,6 +78,33 @@ class Accumulator {
     add(r, std::array<Part, 1>{{{at(term.pose), columns(J)}}});
   }
 
+  void operator()(const PointDistanceTerm& term) {
+    const TagPoint a = point(term.a);
+    const TagPoint b = point(term.b);
+    Eigen::RowVector3d J;
+    const Eigen::Matrix<double, 1, 1> r(
+        point_distance_residual(term.measured_m, term.sigma_m, a.map_p, b.map_p, &J));
+    // A pose that both points share gets the sum of both parts.
+    const double same_body = term.a.body == term.b.body ? 1 : 0;
+    const Row J_body_a = J * (a.J_p_body - same_body * b.J_p_body);
+    const Row J_body_b = -J * b.J_p_body;
+    const Row J_tag_a = J * a.J_p_tag;
+    const Row J_tag_b = -J * b.J_p_tag;
+    add(r, std::array<Part, 4>{{{at(term.a.body), columns(J_body_a)},
+                                {same_body > 0 ? -1 : at(term.b.body), columns(J_body_b)},
+                                {at(term.a.tag), columns(J_tag_a)},
+                                {at(term.b.tag), columns(J_tag_b)}}});
+  }
+
+  void operator()(const PointCoordinateTerm& term) {
+    const TagPoint p = point(term.point);
+    const Row J_body = term.direction.transpose() * p.J_p_body / term.sigma_m;
+    const Row J_tag = term.direction.transpose() * p.J_p_tag / term.sigma_m;
+    const Eigen::Matrix<double, 1, 1> r((term.direction.dot(p.map_p) - term.measured_m) / term.sigma_m);
+    add(r,
+        std::array<Part, 2>{{{at(term.point.body), columns(J_body)}, {at(term.point.tag), columns(J_tag)}}});
+  }
+
   void prior_of_scales(std::size_t i) {
     const BundleScales& scales = bundle_.odometry_scales[i];
     const Eigen::Vector2d inverse_sigma(1 / scales.sigma.distance, 1 / scales.sigma.yaw);
@@ -91,6 +117,11 @@ class Accumulator {
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
+  using Row = Eigen::Matrix<double, 1, 6>;
+
+  [[nodiscard]] TagPoint point(const BundlePoint& p) const {
+    return tag_point(pose(p.body), pose(p.tag), p.tag_p);
+  }
   [[nodiscard]] const SE3& pose(PoseIndex i) const { return bundle_.poses[i].value; }
   [[nodiscard]] int at(PoseIndex i) const { return unknowns_.of_pose[i]; }
   /// A row vector as a matrix with columns one after the other in memory, which Part wants.
@@ -123,6 +154,9 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const OnFloorTerm& t : bundle.on_floor) visit(std::array{t.floor, t.base});
   for (const DistanceTerm& t : bundle.distances) visit(std::array{t.a, t.b});
   for (const CoordinateTerm& t : bundle.coordinates) visit(std::array{t.pose});
+  for (const PointDistanceTerm& t : bundle.point_distances)
+    visit(std::array{t.a.body, t.a.tag, t.b.body, t.b.tag});
+  for (const PointCoordinateTerm& t : bundle.point_coordinates) visit(std::array{t.point.body, t.point.tag});
 }
 
 }  // namespace
@@ -171,6 +205,8 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
   for (const OnFloorTerm& term : bundle.on_floor) sum(term);
   for (const DistanceTerm& term : bundle.distances) sum(term);
   for (const CoordinateTerm& term : bundle.coordinates) sum(term);
+  for (const PointDistanceTerm& term : bundle.point_distances) sum(term);
+  for (const PointCoordinateTerm& term : bundle.point_coordinates) sum(term);
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
   return sum.cost();
 }

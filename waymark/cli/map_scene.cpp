@@ -1,0 +1,234 @@
+#include "waymark/cli/map_scene.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/scene_recording.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/tagslam_folder.hpp"
+#include "waymark/config/tagslam_write.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+std::string words_of(const std::vector<TagId>& tags) {
+  std::vector<std::string> names;
+  constexpr std::size_t kMost = 12;
+  for (const TagId& tag : tags) names.push_back(std::to_string(tag.number));
+  const std::size_t all = names.size();
+  if (all > kMost) names.resize(kMost);
+  return fmt::format("{}{}", fmt::join(names, ", "),
+                     all > kMost ? fmt::format(" and {} more", all - kMost) : "");
+}
+
+MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
+  MapFile file{.provenance = {{"method", "bundle"},
+                              {"recording", std::filesystem::path(job.recording).filename().string()}}};
+  int most = -1;
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    const SceneBody& body = map.scene.bodies[b];
+    for (std::size_t t = 0; t < body.tags.size(); ++t) {
+      const auto pose = map.map_T_tag(b, t);
+      const PoseIndex of_tag = map.problem.tags[b][t];
+      const auto sightings =
+          static_cast<int>(std::ranges::count_if(map.problem.bundle.corners, [&](const CornerTerm& term) {
+            return term.used && term.tag == of_tag;
+          }));
+      if (!pose || sightings == 0) continue;
+      const PoseIndex of_body = map.problem.bodies[b].front();
+      const Matrix6 Ad = map.problem.bundle.poses[of_body].value.adjoint();
+      file.tags.tags[body.tags[t].id] = {
+          *pose, body.tags[t].size_m,
+          map.covariance.poses[of_body] + Ad * map.covariance.poses[of_tag] * Ad.transpose()};
+      file.observations[body.tags[t].id] = sightings;
+      const bool known = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
+      const int merit = sightings + (known ? 1'000'000'000 : 0);
+      if (merit > most) file.anchor = body.tags[t].id;
+      most = std::max(most, merit);
+    }
+  }
+  return file;
+}
+
+Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, std::size_t body) {
+  std::vector<char> tied(map.problem.bundle.poses.size(), 0);
+  for (const CornerTerm& term : map.problem.bundle.corners) {
+    if (term.used) tied[term.rig] = tied[term.body] = 1;
+  }
+  for (const RelativeTerm& term : map.problem.bundle.relatives) tied[term.a] = tied[term.b] = 1;
+  Trajectory trajectory;
+  for (std::size_t f = 0; f < recording.frames.size(); ++f) {
+    const PoseIndex pose = map.problem.bodies[body][f];
+    if (map.placed[pose] != 0 && tied[pose] != 0)
+      trajectory.push_back({recording.frames[f].stamp, map.problem.bundle.poses[pose].value});
+  }
+  return trajectory;
+}
+
+Status write_scene(const MapSceneJob& job, const SceneRecording& recording, MapSceneReport& report) {
+  std::error_code error;
+  std::filesystem::create_directories(job.folder, error);
+  if (error)
+    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
+                {.source = job.folder.string()});
+  const auto write = [&](const std::string& name, const std::string& text) -> Status {
+    const std::filesystem::path path = job.folder / name;
+    Status status = write_text_file(path, text);
+    if (status) report.files.push_back(path.string());
+    return status;
+  };
+  Status status;
+  const MapFile file = map_file(job, report.map);
+  if (!file.tags.tags.empty()) {
+    status = write_map(job.folder / "map.yaml", file);
+    if (status) report.files.push_back((job.folder / "map.yaml").string());
+  }
+  if (status) status = write("poses.yaml", to_tagslam_poses(report.map));
+  if (status) status = write("camera_poses.yaml", to_tagslam_camera_poses(report.map));
+  std::vector<char> somewhere(recording.frames.size(), 0);
+  for (std::size_t b = 0; status && b < report.map.scene.bodies.size(); ++b) {
+    if (report.map.scene.bodies[b].is_static) continue;
+    const Trajectory trajectory = trajectory_of(recording, report.map, b);
+    report.frames_without_pose =
+        std::max(report.frames_without_pose, static_cast<int>(recording.frames.size() - trajectory.size()));
+    std::string name = report.map.scene.bodies[b].name;
+    std::ranges::replace(name, '/', '_');
+    status = write("trajectory_" + name + ".txt", to_tum(trajectory));
+  }
+  return status;
+}
+
+void warn(MapSceneReport& report) {
+  const SceneMap& map = report.map;
+  for (const std::vector<TagId>& group : map.unconnected) {
+    report.warnings.push_back(
+        fmt::format("tag{} {} {} never seen together with one that leads to the map: left out",
+                    group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
+  }
+  if (!map.unbelieved.empty())
+    report.warnings.push_back(
+        fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
+                    words_of(map.unbelieved)));
+  std::vector<TagId> foreign;
+  for (const auto& [id, count] : map.sightings.foreign) foreign.push_back(id);
+  if (!foreign.empty())
+    report.warnings.push_back(
+        fmt::format("{} ids belong to no body and were passed over: {}", foreign.size(), words_of(foreign)));
+  if (!map.rejected.empty())
+    report.warnings.push_back(fmt::format("{} of {} sightings contradict the others and were left out",
+                                          map.rejected.size(), map.sightings.seen.size()));
+  for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
+    if (map.placed[map.problem.cameras[c]] == 0)
+      report.warnings.push_back(map.scene.cameras[c].name + " never saw anything that says where it is");
+  }
+}
+
+}  // namespace
+
+Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& console) {
+  const Stopwatch watch;
+  Result<TagScene> scene = read_tagslam_folder(job.tagslam);
+  if (!scene) return tl::unexpected(scene.error());
+  MapSceneReport report;
+  Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, report.warnings);
+  if (!recording) return tl::unexpected(recording.error());
+  recording->nearest_odometry = job.options.model == SceneModel::Tagslam;
+  std::optional<SceneValues> values;
+  if (!job.against.empty()) {
+    Result<SceneValues> read = read_scene_values(job.against, *scene);
+    if (!read) return tl::unexpected(read.error());
+    values = std::move(*read);
+    restrict_to(*values, *recording);
+  }
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    console.live(fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost));
+    return !interrupted();
+  };
+  Result<SceneMap> map = map_scene(*scene, *recording, job.options, progress);
+  console.end_progress();
+  if (!map) return tl::unexpected(map.error());
+  if (interrupted())
+    return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
+                {.source = job.folder.string()});
+  report.map = std::move(*map);
+  report.frames = static_cast<int>(recording->frames.size());
+  warn(report);
+  if (Status status = write_scene(job, *recording, report); !status) return tl::unexpected(status.error());
+  report.wall_s = watch.seconds();
+  report.peak_rss_mib = peak_rss_mib();
+  if (values) {
+    Result<CostAtValues> cost = cost_at(*values, *scene, *recording, job.options);
+    if (!cost) return tl::unexpected(cost.error());
+    report.against = *cost;
+  }
+  report.files.push_back((job.folder / "summary.json").string());
+  if (Status status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n"); !status)
+    return tl::unexpected(status.error());
+  return report;
+}
+
+nlohmann::ordered_json to_json(const MapSceneReport& report) {
+  const SceneMap& map = report.map;
+  std::set<TagId> seen;
+  std::size_t tags = 0;
+  for (const SceneSighting& sighting : map.sightings.seen) {
+    const SceneTag& tag = map.scene.bodies[sighting.body].tags[sighting.tag];
+    if (seen.insert(tag.id).second && map.placed[map.problem.tags[sighting.body][sighting.tag]] != 0) ++tags;
+  }
+  const auto numbers = [](const auto& ids, auto number) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const auto& id : ids) list.push_back(number(id));
+    return list;
+  };
+  nlohmann::ordered_json unconnected = nlohmann::ordered_json::array();
+  for (const auto& group : map.unconnected)
+    unconnected.push_back(numbers(group, [](const TagId& t) { return t.number; }));
+  nlohmann::ordered_json json = {
+      {"frames", report.frames},
+      {"frames_without_pose", report.frames_without_pose},
+      {"sightings", map.sightings.seen.size()},
+      {"tags", tags},
+      {"rejected_sightings", map.rejected.size()},
+      {"foreign_ids", numbers(map.sightings.foreign, [](const auto& entry) { return entry.first.number; })},
+      {"unbelieved_ids", numbers(map.unbelieved, [](const TagId& t) { return t.number; })},
+      {"unconnected_ids", unconnected},
+      {"noise_px", map.noise_px},
+      {"reprojection_mean_px", map.reprojection_mean_px},
+      {"reprojection_median_px", map.reprojection_median_px},
+      {"cost", map.cost},
+      {"iterations", map.summary.iterations},
+      {"files", report.files},
+      {"wall_s", report.wall_s},
+      {"peak_rss_mib", report.peak_rss_mib},
+      {"warnings", report.warnings}};
+  if (report.against)
+    json["against"] = {{"cost", report.against->cost},
+                       {"free_poses", report.against->free_poses},
+                       {"reprojection_mean_px", report.against->reprojection_mean_px},
+                       {"reprojection_median_px", report.against->reprojection_median_px}};
+  return json;
+}
+
+std::string to_text(const MapSceneReport& report, const std::string& folder) {
+  const nlohmann::ordered_json json = to_json(report);
+  std::string text =
+      fmt::format("{}: {} tags from {} sightings in {} frames\n", folder, json["tags"].get<std::size_t>(),
+                  report.map.sightings.seen.size(), report.frames);
+  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
+                      report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
+                      report.map.cost);
+  if (report.against)
+    text += fmt::format("the other solution costs {:.2f}: ours is {:+.2f} % of that\n", report.against->cost,
+                        100 * (report.map.cost / report.against->cost - 1));
+  return text;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/mapping/scene_values.hpp"
+
+/// `waymark map --tagslam`: scenes of cameras and bodies that TagSLAM's files describe.
+namespace waymark::cli {
+
+struct MapSceneJob {
+  std::string recording{};
+  std::filesystem::path tagslam{};  ///< folder of TagSLAM's files
+  std::filesystem::path folder{};   ///< of what is written
+  std::filesystem::path against{};  ///< folder of another solution; empty: none
+  SceneMapOptions options{};
+};
+
+struct MapSceneReport {
+  SceneMap map{};
+  std::optional<CostAtValues> against{};
+  std::vector<std::string> warnings{};
+  std::vector<std::string> files{};
+  int frames = 0;
+  int frames_without_pose = 0;
+  double wall_s = 0;
+  double peak_rss_mib = 0;
+};
+
+/// Maps and writes map.yaml (tags of bodies that stand still), poses.yaml and camera_poses.yaml (as
+/// TagSLAM's), trajectory_BODY.txt of each body that moves, and summary.json. Nothing is written when no map
+/// can be made.
+[[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& console);
+[[nodiscard]] nlohmann::ordered_json to_json(const MapSceneReport& report);
+[[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
+
+}  // namespace waymark::cli

@@ -1,0 +1,207 @@
+#include "waymark/mapping/scene_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "waymark/mapping/scene_report.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
+constexpr int kRounds = 5;
+
+/// Near enough to start from: the two poses of a square differ by more.
+bool tells_much(const ScenePrior& prior) {
+  constexpr double kSigmaM = 1.0;
+  constexpr double kSigmaRad = 0.3;
+  const Matrix6 P =
+      (prior.sqrt_information.transpose() * prior.sqrt_information + 1e-9 * Matrix6::Identity()).inverse();
+  return P.diagonal().head<3>().maxCoeff() < kSigmaM * kSigmaM &&
+         P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
+}
+
+std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& problem) {
+  std::vector<KnownPose> known(problem.bundle.poses.size());
+  for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
+  const auto from = [&](PoseIndex pose, const std::optional<ScenePrior>& prior) {
+    if (prior && tells_much(*prior)) known[pose] = {true, prior->covariance(), false};
+  };
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c)
+    from(problem.cameras[c], scene.cameras[c].body_T_cam);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].is_static) from(problem.bodies[b].front(), scene.bodies[b].map_T_body);
+    for (std::size_t t = 0; t < scene.bodies[b].tags.size(); ++t)
+      from(problem.tags[b][t], scene.bodies[b].tags[t].body_T_tag);
+  }
+  return known;
+}
+
+class Search {
+ public:
+  Search(const SceneMapOptions& options, const MapProgress& progress, SceneMap& map)
+      : options_(options), progress_(progress), map_(map) {}
+
+  /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
+  void rough() {
+    Bundle& bundle = map_.problem.bundle;
+    known_ = what_is_known(map_.scene, map_.problem);
+    map_.placed = place_poses(bundle, known_);
+    own_noise(kStartPx);
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      replace_contradicted(bundle, map_.placed, known_, kFar);
+      // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
+      for (double chi2 : {100 * kFar, kFar, options_.robust_chi2})
+        find(chi2, round == 0 ? 15 : 8, "looking for outliers");
+      own_noise(noise_px_ * noise_ratio());
+      if (replace_contradicted(bundle, map_.placed, known_, options_.outlier_chi2) == 0) break;
+    }
+  }
+
+  /// The model's own cost over every sighting.
+  void exactly_as_tagslam() {
+    own_noise(map_.scene.pixel_sigma_px);
+    for (CornerTerm& term : map_.problem.bundle.corners) term.used = can_count(term);
+    add_wiggle(map_.scene, map_.sightings, map_.problem);
+    map_.placed.resize(map_.problem.bundle.poses.size(), 1);
+    find(0, options_.max_iterations, "adjusting");
+  }
+
+  /// Until the set of sightings in use and the noise agree with each other.
+  void with_own_noise() {
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      own_noise(noise_px_ * noise_ratio());
+      const bool changed = judge();
+      if (!changed && round > 0) break;
+      find(0, options_.max_iterations, "adjusting");
+    }
+  }
+
+  [[nodiscard]] double noise_px() const { return noise_px_; }
+
+ private:
+  static constexpr double kStartPx = 0.5;
+  static constexpr double kFar = 200;
+
+  [[nodiscard]] bool goes_on() const { return !map_.interrupted && map_.summary.usable(); }
+
+  void find(double robust_chi2, int steps, const char* stage) {
+    if (!goes_on()) return;
+    const BundleOptions search{
+        .max_iterations = steps, .relative_gain = robust_chi2 > 0 ? 1e-4 : 1e-8, .robust_chi2 = robust_chi2};
+    map_.summary = solve(map_.problem.bundle, search, [&](int iteration, double cost) {
+      if (progress_ && !progress_(stage, iteration, cost)) map_.interrupted = true;
+      return !map_.interrupted;
+    });
+  }
+
+  [[nodiscard]] bool can_count(const CornerTerm& term) const {
+    return map_.placed[term.rig] != 0 && map_.placed[term.cam] != 0 && map_.placed[term.body] != 0 &&
+           map_.placed[term.tag] != 0;
+  }
+
+  /// The corner noise is what all sightings share: only its size is not known.
+  void own_noise(double sigma_px) {
+    noise_px_ = sigma_px;
+    for (CornerTerm& term : map_.problem.bundle.corners)
+      term.factor.whitening = CornerCovariance::Identity() / sigma_px;
+  }
+
+  /// Found over assumed, by the median, which outliers hardly move.
+  [[nodiscard]] double noise_ratio() const {
+    std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    double numbers = 0;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      if (!can_count(map_.problem.bundle.corners[i]) || !std::isfinite(chi2[i])) continue;
+      numbers += map_.problem.bundle.corners[i].used ? 8 : 0;
+      chi2[kept++] = chi2[i];
+    }
+    chi2.resize(kept);
+    double unknowns = 0;
+    for (std::size_t i = 0; i < map_.problem.bundle.poses.size(); ++i)
+      unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
+    numbers +=
+        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + map_.problem.bundle.relatives.size());
+    constexpr std::size_t kEnough = 50;
+    const double share = 1 - unknowns / std::max(numbers, 1.0);
+    if (chi2.size() < kEnough || share < 0.05) return 1;
+    const auto middle = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 2);
+    std::ranges::nth_element(chi2, middle);
+    return std::max(std::sqrt(*middle / (kMedianChi2 * share)), 1e-3);
+  }
+
+  bool judge() {
+    Bundle& bundle = map_.problem.bundle;
+    const std::vector<double> chi2 = corner_chi2(bundle);
+    bool changed = false;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      const bool used = can_count(bundle.corners[i]) && chi2[i] < options_.outlier_chi2;
+      changed = changed || used != bundle.corners[i].used;
+      bundle.corners[i].used = used;
+    }
+    return changed;
+  }
+
+  const SceneMapOptions& options_;
+  const MapProgress& progress_;
+  SceneMap& map_;
+  std::vector<KnownPose> known_{};
+  double noise_px_ = kStartPx;
+};
+
+/// Tags on no list that were hardly seen do not count: a wrong id appears once.
+void believe(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
+  std::map<std::pair<std::size_t, std::size_t>, int> count;
+  for (const SceneSighting& seen : map.sightings.seen) ++count[{seen.body, seen.tag}];
+  const auto doubtful = [&](const SceneSighting& seen) {
+    const bool on_a_list = seen.tag < listed.bodies[seen.body].tags.size();
+    return !on_a_list && count[{seen.body, seen.tag}] < options.min_sightings;
+  };
+  std::set<TagId> ids;
+  for (const SceneSighting& seen : map.sightings.seen) {
+    if (doubtful(seen)) ids.insert(map.scene.bodies[seen.body].tags[seen.tag].id);
+  }
+  std::erase_if(map.sightings.seen, doubtful);
+  map.unbelieved.assign(ids.begin(), ids.end());
+}
+
+}  // namespace
+
+std::optional<SE3> SceneMap::map_T_tag(std::size_t body, std::size_t tag) const {
+  const PoseIndex of_tag = problem.tags[body][tag];
+  if (!scene.bodies[body].is_static || placed[of_tag] == 0 || placed[problem.bodies[body].front()] == 0)
+    return std::nullopt;
+  return problem.bundle.poses[problem.bodies[body].front()].value * problem.bundle.poses[of_tag].value;
+}
+
+Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording, const SceneMapOptions& options,
+                           const MapProgress& progress) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  SceneMap map{.scene = scene};
+  map.sightings = sightings_of(recording, map.scene);
+  if (options.model == SceneModel::Waymark) believe(scene, options, map);
+  if (map.sightings.seen.empty())
+    return fail(ErrorCode::NotFound, "no tag of this scene was seen", {},
+                "Do the topics of the cameras and the ids of the tags fit the recording?");
+  Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.sightings);
+  if (!problem) return tl::unexpected(problem.error());
+  map.problem = std::move(*problem);
+  Search search(options, progress, map);
+  search.rough();
+  if (std::ranges::none_of(map.problem.bundle.corners, &CornerTerm::used))
+    return fail(ErrorCode::NotFound, "no tag that was seen leads to the map", {},
+                "Say where one of the tags, or the body it is on, is.");
+  if (options.model == SceneModel::Tagslam)
+    search.exactly_as_tagslam();
+  else
+    search.with_own_noise();
+  if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + map.summary.why);
+  map.noise_px = search.noise_px();
+  map.cost = cost(map.problem.bundle);
+  report_scene(recording, map);
+  return map;
+}
+
+}  // namespace waymark

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/mapping/bundle_map.hpp"
+#include "waymark/mapping/place_poses.hpp"
+#include "waymark/mapping/scene_bundle.hpp"
+
+namespace waymark {
+
+/// What the errors are taken to be.
+enum class SceneModel : std::uint8_t {
+  Waymark,  ///< extrinsics that stay, corner noise estimated, sightings that contradict the others left out
+  Tagslam,  ///< what TagSLAM minimises: every sighting, its pixel noise, cameras that wiggle where its files
+            ///< say so
+};
+
+struct SceneMapOptions {
+  SceneModel model = SceneModel::Waymark;
+  double outlier_chi2 = 26.1;
+  double robust_chi2 = 12;
+  int min_sightings = 2;
+  int max_iterations = 100;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.outlier_chi2, Field{"outlier_chi2",
+                                   "A sighting whose squared error over its variance (8 numbers) exceeds "
+                                   "this is left out (0.999 quantile).",
+                                   8, 1e9});
+    visit(
+        self.robust_chi2,
+        Field{"robust_chi2",
+              "From this squared error on a sighting's say shrinks while outliers are looked for.", 1, 1e9});
+    visit(
+        self.min_sightings,
+        Field{"min_sightings", "A tag on no list must be seen in so many pictures to be believed.", 1, 1000});
+    visit(self.max_iterations,
+          Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
+  }
+};
+
+struct SceneMap {
+  TagScene scene{};  ///< with the tags that were found
+  SceneSightings sightings{};
+  SceneBundle problem{};
+  std::vector<char> placed{};  ///< of each pose of the problem
+  BundleCovariance covariance{};
+  BundleSummary summary{};
+  double cost = 0;                  ///< half the sum of squares of everything in use, by the model's noise
+  double noise_px = 0;              ///< of a corner coordinate: estimated, or the model's
+  double reprojection_mean_px = 0;  ///< distance of corners in use from where they project
+  double reprojection_median_px = 0;
+  std::vector<RejectedSighting> rejected{};
+  std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
+  std::vector<TagId> unbelieved{};  ///< on no list and hardly seen, or contradicted: not in the map
+  bool interrupted = false;
+
+  /// Where a tag of a static body is; nothing when it is not in the map.
+  [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
+};
+
+/// Tags, extrinsics and motions that explain all sightings best, from no start but what the scene knows.
+/// Fails when nothing leads to the map.
+[[nodiscard]] Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording,
+                                         const SceneMapOptions& options = {},
+                                         const MapProgress& progress = {});
+
+}  // namespace waymark

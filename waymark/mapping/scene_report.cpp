@@ -1,0 +1,106 @@
+#include "waymark/mapping/scene_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace waymark {
+namespace {
+
+void list_rejected(const SceneRecording& recording, SceneMap& map) {
+  const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
+  for (std::size_t i = 0; i < map.sightings.seen.size(); ++i) {
+    const SceneSighting& seen = map.sightings.seen[i];
+    const CornerTerm& term = map.problem.bundle.corners[i];
+    const bool placed = map.placed[term.rig] != 0 && map.placed[term.cam] != 0 &&
+                        map.placed[term.body] != 0 && map.placed[term.tag] != 0;
+    if (!term.used && placed)
+      map.rejected.push_back(
+          {recording.frames[seen.frame].stamp, map.scene.bodies[seen.body].tags[seen.tag].id, chi2[i]});
+  }
+}
+
+/// Tags none of whose sightings is in use are not in the map.
+void take_out_the_contradicted(SceneMap& map) {
+  std::vector<char> seen(map.problem.bundle.poses.size(), 0);
+  std::vector<char> used(map.problem.bundle.poses.size(), 0);
+  for (const CornerTerm& term : map.problem.bundle.corners) {
+    seen[term.tag] = 1;
+    if (term.used) used[term.tag] = 1;
+  }
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
+      const PoseIndex pose = map.problem.tags[b][t];
+      if (seen[pose] == 0 || used[pose] != 0 || map.placed[pose] == 0 || map.problem.bundle.poses[pose].fixed)
+        continue;
+      if (map.scene.bodies[b].tags[t].body_T_tag) continue;  // what was known beforehand still is
+      map.placed[pose] = 0;
+      map.unbelieved.push_back(map.scene.bodies[b].tags[t].id);
+    }
+  }
+}
+
+/// Unplaced tags that were seen in one frame hang together.
+void list_unconnected(SceneMap& map) {
+  std::map<TagId, std::set<std::size_t>> frames;
+  for (std::size_t i = 0; i < map.sightings.seen.size(); ++i) {
+    const SceneSighting& seen = map.sightings.seen[i];
+    const TagId id = map.scene.bodies[seen.body].tags[seen.tag].id;
+    const bool unbelieved = std::ranges::find(map.unbelieved, id) != map.unbelieved.end();
+    if (map.placed[map.problem.tags[seen.body][seen.tag]] == 0 && !unbelieved) frames[id].insert(seen.frame);
+  }
+  while (!frames.empty()) {
+    std::vector<TagId> group = {frames.begin()->first};
+    std::set<std::size_t> reached = std::move(frames.begin()->second);
+    frames.erase(frames.begin());
+    for (bool grew = true; grew;) {
+      grew = false;
+      for (auto it = frames.begin(); it != frames.end();) {
+        const bool meets =
+            std::ranges::any_of(it->second, [&](std::size_t f) { return reached.contains(f); });
+        if (!meets) {
+          ++it;
+          continue;
+        }
+        group.push_back(it->first);
+        reached.insert(it->second.begin(), it->second.end());
+        it = frames.erase(it);
+        grew = true;
+      }
+    }
+    std::ranges::sort(group);
+    map.unconnected.push_back(std::move(group));
+  }
+}
+
+}  // namespace
+
+void measure_reprojection(SceneMap& map) {
+  std::vector<double> errors;
+  const Bundle& bundle = map.problem.bundle;
+  for (const CornerTerm& term : bundle.corners) {
+    if (!term.used) continue;
+    CornerFactor plain = term.factor;
+    plain.whitening.setIdentity();
+    const auto r = corner_residual(plain, bundle.cameras[term.camera],
+                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
+                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    for (Eigen::Index k = 0; r && k < 4; ++k) errors.push_back(r->segment<2>(2 * k).norm());
+  }
+  if (errors.empty()) return;
+  map.reprojection_mean_px =
+      std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::ranges::nth_element(errors, middle);
+  map.reprojection_median_px = *middle;
+}
+
+void report_scene(const SceneRecording& recording, SceneMap& map) {
+  map.covariance = covariance(map.problem.bundle);
+  measure_reprojection(map);
+  list_rejected(recording, map);
+  take_out_the_contradicted(map);
+  list_unconnected(map);
+}
+
+}  // namespace waymark

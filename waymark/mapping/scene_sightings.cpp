@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <set>
+
+#include "waymark/mapping/scene_bundle.hpp"
+
+namespace waymark {
+namespace {
+
+double area_px2(const TagDetection& detection) {
+  double twice = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d& a = detection.corners_px[i];
+    const Eigen::Vector2d& b = detection.corners_px[(i + 1) % 4];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return std::abs(twice) / 2;
+}
+
+/// Tags by id, with those found on the way.
+class Owners {
+ public:
+  explicit Owners(TagScene& scene) : scene_(scene) {
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      for (std::size_t t = 0; t < scene.bodies[b].tags.size(); ++t)
+        owner_.try_emplace(scene.bodies[b].tags[t].id.number, b, t);
+      ignored_.insert(scene.bodies[b].ignored.begin(), scene.bodies[b].ignored.end());
+    }
+  }
+
+  [[nodiscard]] bool ignored(int id) const { return ignored_.contains(id); }
+
+  std::optional<std::pair<std::size_t, std::size_t>> find(const TagId& id) {
+    const auto it = owner_.find(id.number);
+    if (it != owner_.end()) return it->second;
+    if (!scene_.default_body) return std::nullopt;
+    SceneBody& body = scene_.bodies[*scene_.default_body];
+    if (!(body.default_tag_size_m > 0)) return std::nullopt;
+    body.tags.push_back({.id = id, .size_m = body.default_tag_size_m});
+    return owner_[id.number] = {*scene_.default_body, body.tags.size() - 1};
+  }
+
+ private:
+  TagScene& scene_;
+  std::map<int, std::pair<std::size_t, std::size_t>> owner_;
+  std::set<int> ignored_;
+};
+
+bool squashed(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
+  return std::ranges::any_of(scene.squash, [&](const SceneSquash& squash) {
+    return (!squash.stamp || *squash.stamp == stamp) && (squash.camera.empty() || squash.camera == camera) &&
+           squash.ids.contains(id);
+  });
+}
+
+int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
+  for (const SceneRemap& remap : scene.remaps) {
+    if (remap.id == id && stamp >= remap.from && stamp <= remap.to &&
+        (remap.camera.empty() || remap.camera == camera))
+      return remap.becomes;
+  }
+  return id;
+}
+
+}  // namespace
+
+SceneSightings sightings_of(const SceneRecording& recording, TagScene& scene) {
+  SceneSightings result;
+  Owners owners(scene);
+  for (std::size_t f = 0; f < recording.frames.size(); ++f) {
+    const SceneFrame& frame = recording.frames[f];
+    for (const SceneView& view : frame.views) {
+      const std::string& camera = scene.cameras[view.camera].name;
+      std::set<int> there;
+      for (const TagDetection& detection : view.detections) {
+        if (detection.hamming > scene.max_hamming ||
+            squashed(scene, camera, frame.stamp, detection.tag.number) ||
+            area_px2(detection) < scene.min_tag_area_px2) {
+          ++result.squashed;
+          continue;
+        }
+        const TagId id{detection.tag.family, remapped(scene, camera, frame.stamp, detection.tag.number)};
+        if (owners.ignored(id.number)) {
+          ++result.squashed;
+          continue;
+        }
+        const auto owner = owners.find(id);
+        if (!owner) {
+          ++result.foreign[id];
+          continue;
+        }
+        const SceneBody& body = scene.bodies[owner->first];
+        if (body.max_hamming && detection.hamming > *body.max_hamming) {
+          ++result.squashed;
+          continue;
+        }
+        if (!there.insert(id.number).second) {
+          ++result.repeated;
+          continue;
+        }
+        TagDetection named = detection;
+        named.tag = id;
+        const auto factor = corner_factor(named, body.tags[owner->second].size_m, scene.pixel_sigma_px);
+        if (!factor) {
+          ++result.broken;
+          continue;
+        }
+        result.seen.push_back({f, view.camera, owner->first, owner->second, *factor});
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace waymark
