@@ -181,7 +181,7 @@ ExitCode map(const MapArgs& args, Console& console) {
 
 Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
-  app.add_option("LAP", args->lap, "Recording of a taught lap (.mcap)")->required()->type_name("");
+  app.add_option("LAP", args->lap, "Recording of a taught lap, or with --tagslam of tags and odometry")->required()->type_name("");
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
       ->required()
       ->type_name("FOLDER");
@@ -244,12 +244,18 @@ A recording may hold pictures instead of tags: then their tags are found first. 
 and that the pictures count also where the recording holds tags.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
+With --tagslam FOLDER the recording is of any cameras on any bodies that look at tags on any bodies, as TagSLAM's
+files in that folder say; no floor, wheels or route are needed. It writes map.yaml (tags of bodies that stand still),
+trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and summary.json
+(docs/formats/tagslam.md).
+
 Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made or written, 2 wrong usage.
 
 Examples:
   waymark map lap.mcap -o map
   waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
   waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
+  waymark map tags.bag --tagslam config -o scene
 )",
       .prepare = prepare_map,
       .verbs = {}};

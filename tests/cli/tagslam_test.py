@@ -1,0 +1,100 @@
+"""`waymark map --tagslam` on TagSLAM's own tests: its cost is reached, nothing fails, ids that belong to nothing are
+passed over. The four smallest bags; all thirteen with WAYMARK_FULL.
+
+usage: tagslam_test.py PROGRAM [unittest options]
+"""
+import gzip
+import os
+import pathlib
+import unittest
+
+from harness import InFolder
+
+SMALL = (1, 16, 22, 24)
+ALL = (1, 2, 3, 4, 6, 7, 10, 15, 16, 18, 21, 22, 24)
+TESTS = ALL if os.environ.get("WAYMARK_FULL") else SMALL
+TAGS = {1: 4, 2: 13, 3: 13, 4: 4, 6: 35, 7: 9, 15: 18, 16: 5, 18: 14, 21: 23, 22: 2}
+COSTS = {1: 404.69, 16: 27.91}  # published with the reference
+
+
+def data():
+    path = pathlib.Path(os.environ.get("WAYMARK_DATA", "/nonexistent")) / "tagslam"
+    if path.exists():
+        return path
+    if os.environ.get("WAYMARK_REQUIRE_DATA"):
+        raise AssertionError("WAYMARK_DATA does not hold tagslam")
+    raise unittest.SkipTest("WAYMARK_DATA does not hold tagslam")
+
+
+class Tagslam(InFolder):
+    def of(self, number):
+        bag = data() / f"test_{2 if number == 3 else number}" / "tag_detections.bag.bz2"
+        return bag, "--tagslam", data() / f"test_{number}"
+
+    def reference(self, number):
+        folder = self.folder / f"reference{number}"
+        folder.mkdir()
+        source = data() / f"test_{number}"
+        (folder / "ref_static.csv").write_bytes((source / "ref_static.csv").read_bytes())
+        (folder / "ref_trajectory.csv").write_bytes(gzip.open(source / "ref_trajectory.csv.gz").read())
+        return folder
+
+    def test_its_own_cost_is_reached(self):
+        for number in TESTS:
+            with self.subTest(number=number):
+                outcome = self.run_here("map", *self.of(number), "-o", f"same{number}", "--json", "--model", "tagslam",
+                                        "--against", self.reference(number))
+                self.assertEqual(outcome.code, 0, outcome.err)
+                (summary,) = outcome.records
+                self.assertLessEqual(summary["cost"], 1.01 * summary["against"]["cost"])
+                if number in COSTS:
+                    self.assertAlmostEqual(summary["against"]["cost"], COSTS[number], delta=0.01)
+
+    def test_ours_maps_every_tag_and_nothing_absurd(self):
+        for number in TESTS:
+            with self.subTest(number=number):
+                outcome = self.run_here("map", *self.of(number), "-o", f"ours{number}", "--json")
+                self.assertEqual(outcome.code, 0, outcome.err)
+                (summary,) = outcome.records
+                if number in TAGS:
+                    self.assertEqual(summary["tags"], TAGS[number])
+                self.assertEqual(summary["unconnected_ids"], [])
+                self.assertLess(summary["reprojection_median_px"], 1.0)
+                self.assertLess(summary["rejected_sightings"], 0.3 * summary["sightings"])
+
+    def test_ids_that_belong_to_nothing(self):
+        (summary,) = self.run_here("map", *self.of(4), "-o", "wand", "--json").records
+        self.assertEqual((summary["tags"], len(summary["foreign_ids"])), (4, 84))
+
+    def test_what_was_written_can_be_read_again(self):
+        self.run_here("map", *self.of(16), "-o", "first")
+        again = self.folder / "again"
+        again.mkdir()
+        for name in ("cameras.yaml", "tagslam.yaml"):
+            (again / name).write_bytes((data() / "test_16" / name).read_bytes())
+        (again / "camera_poses.yaml").write_bytes((self.folder / "first/camera_poses.yaml").read_bytes())
+        bag, _, _ = self.of(16)
+        outcome = self.run_here("map", bag, "--tagslam", again, "-o", "second")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        names = {path.name for path in (self.folder / "second").iterdir()}
+        self.assertEqual(names, {"map.yaml", "poses.yaml", "camera_poses.yaml", "trajectory_cam_rig.txt", "summary.json"})
+
+    def test_mistakes(self):
+        bag, _, folder = self.of(16)
+        broken = self.folder / "broken"
+        broken.mkdir()
+        (broken / "tagslam.yaml").write_text((folder / "tagslam.yaml").read_text())
+        (broken / "cameras.yaml").write_text((folder / "cameras.yaml").read_text().replace("/detector/tags", "/nothing"))
+        for words, code, part in (
+                (["map", bag, "--tagslam", "none", "-o", "x"], 1, "none"),
+                (["map", bag, "--tagslam", folder, "-o", "x", "--model", "tagslm"], 2, "Did you mean 'tagslam'?"),
+                (["map", "lap.mcap", "--tagslam", folder, "-o", "x"], 1, "lap.mcap"),
+                (["map", data() / "test_4/tag_detections.bag.bz2", "--tagslam", broken, "-o", "x"], 1, "/nothing")):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn(part, outcome.err)
+            self.assertFalse((self.folder / "x").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
