@@ -14,6 +14,7 @@ import gzip
 import json
 import math
 import pathlib
+import resource
 import subprocess
 import sys
 import tempfile
@@ -26,11 +27,13 @@ START, END = "<!-- tagslam table -->", "<!-- end of tagslam table -->"
 
 
 def waymark(program, arguments):
-    """The summary of one run."""
-    done = subprocess.run([program, "map", *map(str, arguments), "--json"], capture_output=True, text=True)
+    """The summary of one run, with its processor time, which others on the machine do not change (it has one thread)."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([program, "map", *map(str, arguments), "--json"], capture_output=True, text=True, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode != 0:
         return {"error": done.stderr.strip()}
-    return json.loads(done.stdout)
+    return {**json.loads(done.stdout), "cpu_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime}
 
 
 def unpacked_reference(test, folder):
@@ -108,12 +111,12 @@ def words_of(number, ours, same, hand):
     if "error" in ours or "error" in same:
         return f"| {number} | failed: {ours.get('error') or same.get('error')} |", False
     time_s, memory = TAGSLAM[number]
-    faster = (time_s - 2) / ours["wall_s"]
+    faster = (time_s - 2) / ours["cpu_s"]
     smaller = memory / (ours["peak_rss_mib"] * 1.048576)
     ratio = same["cost"] / same["against"]["cost"]
     fine = ratio <= 1.01 and (number not in TARGETS or (faster >= 10 and smaller >= 3))
     left = len(ours["foreign_ids"]) + len(ours["unbelieved_ids"])
-    text = (f"| {number} | {ours['wall_s']:.2f} | {faster:.1f} | {ours['peak_rss_mib'] * 1.048576:.0f} | {smaller:.1f} | "
+    text = (f"| {number} | {ours['cpu_s']:.2f} | {faster:.1f} | {ours['peak_rss_mib'] * 1.048576:.0f} | {smaller:.1f} | "
             f"{same['cost']:.2f} | {same['against']['cost']:.2f} | {ratio:.4f} | "
             f"{ours['reprojection_mean_px']:.3f} / {ours['reprojection_median_px']:.3f} | {ours['noise_px']:.3f} | "
             f"{ours['tags']} | {ours['rejected_sightings']} of {ours['sightings']} | {left} |")
@@ -129,7 +132,7 @@ def main():
     parser.add_argument("--tests", default=",".join(map(str, TAGSLAM)))
     parser.add_argument("--write", type=pathlib.Path)
     args = parser.parse_args()
-    lines = ["| test | s | TagSLAM less 2 s / ours | MB | TagSLAM / ours | cost, model tagslam | TagSLAM's own | ratio | "
+    lines = ["| test | CPU s | TagSLAM less 2 s / ours | MB | TagSLAM / ours | cost, model tagslam | TagSLAM's own | ratio | "
              "reprojection px, ours, mean / median | noise px | tags | sightings left out | ids left out |",
              "|" + "---|" * 13]
     print(lines[0], lines[1], sep="\n")
