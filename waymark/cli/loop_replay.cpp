@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/recording_input.hpp"
@@ -45,21 +46,6 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
   return read_trajectory(beside);
 }
 
-/// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
-ros2::PoseWithCovarianceStamped to_ros(const LocalizationEstimate& estimate) {
-  ros2::PoseWithCovarianceStamped message;
-  message.header = {.stamp = ros2::to_ros(estimate.stamp), .frame_id = std::string(ros2::kMapFrame)};
-  message.pose.pose = ros2::to_ros(lift(estimate.map_T_base));
-  constexpr std::size_t kRow[3] = {0, 1, 5};
-  for (std::size_t i = 0; i < 3; ++i) {
-    for (std::size_t j = 0; j < 3; ++j) {
-      message.pose.covariance[6 * kRow[i] + kRow[j]] =
-          estimate.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-    }
-  }
-  return message;
-}
-
 /// Hears a replay as it is driven: keeps the true path, writes the recording, shows the live line.
 class ReplayEar {
  public:
@@ -77,7 +63,7 @@ class ReplayEar {
                               to_seconds(now.time_since_epoch()), step.driven_m, goal_m_,
                               step.reason ? ", stands: " : "", step.reason.value_or("")));
     if (!recorder_ || !step.estimate) return {};
-    return recorder_->add_message(topics::kEstimate, now, to_ros(*step.estimate));
+    return recorder_->add_message(topics::kEstimate, now, estimate_message(*step.estimate));
   }
   Status close() {
     console_.end_progress();
@@ -110,7 +96,7 @@ void judge(const Stage& stage, ReplayReport& report) {
 
 }  // namespace
 
-std::vector<std::string> replay_methods() { return {"anchor"}; }
+std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
 std::vector<std::string> replay_controllers() { return {"pursuit"}; }
 
 namespace {
@@ -165,8 +151,10 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
       {.verb = "replay",
        .driver = job.controller,
        .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
-                  "anchor:\n" + write_fields(job.anchor, 2) + "pursuit:\n" +
-                  write_fields(job.replay.pursuit, 2) + "safety:\n" + write_fields(job.replay.safety, 2),
+                  (job.method == "anchor" ? "anchor:\n" + write_fields(job.anchor, 2)
+                                          : "filter:\n" + write_fields(job.filter, 2)) +
+                  "pursuit:\n" + write_fields(job.replay.pursuit, 2) + "safety:\n" +
+                  write_fields(job.replay.safety, 2),
        .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
@@ -189,9 +177,15 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   if (!recorder) return tl::unexpected(recorder.error());
   const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
-  Replayer replayer(
-      std::make_unique<AnchorLocalizer>(map.tags, simulated.camera, simulated.model.base_T_cam, job.anchor),
-      route, map.tags, simulated.model, job.replay);
+  Result<std::unique_ptr<LocalizationMethod>> method =
+      make_localization_method({.landmarks = Landmarks(map.tags),
+                                .tags = map.tags,
+                                .eye = {simulated.camera, simulated.model.base_T_cam},
+                                .method = job.method,
+                                .filter = job.filter,
+                                .anchor = job.anchor});
+  if (!method) return tl::unexpected(method.error());
+  Replayer replayer(std::move(*method), route, map.tags, simulated.model, job.replay);
   const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
   ReplayEar ear(std::move(*recorder), goal_m, console);
   LapListener listener;

@@ -11,7 +11,7 @@
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
-#include "waymark/localization/anchor_localizer.hpp"
+#include "waymark/pipeline/localizer.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
@@ -91,11 +91,12 @@ struct MapReport {
 
 struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
-  std::string method = "anchor";
+  std::string method = "riekf";
   std::string controller = "pursuit";
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< of the recording: also a power cut loses at most a second
   std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
+  RiekfOptions filter{};
   AnchorOptions anchor{};
   ReplayOptions replay{};  ///< laps, follower, limits
 };

@@ -35,6 +35,7 @@ struct Verb {
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb replay_verb();
+[[nodiscard]] Verb localize_verb();
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
 [[nodiscard]] Verb play_verb();

@@ -21,6 +21,8 @@ struct ReplayArgs {
   explicit ReplayArgs(CLI::App& app)
       : stage(app, "robot.yaml of the map's folder, or limo"),
         pictures(app),
+        filter(app, "Methods riekf and ekf"),
+        motion(app, "Methods riekf and ekf: motion"),
         anchor(app, "Method anchor"),
         pursuit(app, "Controller pursuit"),
         safety(app, "Limits") {}
@@ -30,6 +32,8 @@ struct ReplayArgs {
   ReplayJob job{};
   std::string folder;
   bool json = false;
+  OptionFlags<RiekfOptions> filter;
+  OptionFlags<MotionNoise> motion;
   OptionFlags<AnchorOptions> anchor;
   OptionFlags<PurePursuitOptions> pursuit;
   OptionFlags<SafetyOptions> safety;
@@ -42,6 +46,8 @@ Result<ReplayJob> job_of(const ReplayArgs& args) {
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
                 {.key = "--laps"});
   Status status = args.anchor.apply(job.anchor);
+  if (status) status = args.filter.apply(job.filter);
+  if (status) status = args.motion.apply(job.filter.motion);
   if (status) status = args.pursuit.apply(job.replay.pursuit);
   if (status) status = args.safety.apply(job.replay.safety);
   if (!status) return tl::unexpected(status.error());
@@ -95,7 +101,9 @@ Run prepare_replay(CLI::App& app) {
   const auto args = std::make_shared<ReplayArgs>(app);
   app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
   app.add_option("--method", args->job.method,
-                 "How the robot knows where it is: anchor, the nearest tag and odometry")
+                 "How the robot knows where it is: riekf, the right-invariant filter; ekf, the plain one; "
+                 "anchor, the "
+                 "nearest tag and odometry")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--controller", args->job.controller, "How it follows the route: pursuit, pure pursuit")

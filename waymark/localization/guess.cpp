@@ -34,7 +34,7 @@ Guess on_floor(const Landmark& landmark, const SE3& cam_T_tag, const PoseCovaria
   return {base.mean, base.covariance};
 }
 
-Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, const Eye& eye,
+Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
                            const RiekfOptions& options) {
   Guesses guesses;
   TagDetection detection{.tag = landmark.tag, .corners_px = sighting.corners.corners_px};
@@ -45,7 +45,7 @@ Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, c
   constexpr double kImpossible = 40;  // 2 of the corners and 3 of the floor
   const auto add = [&](const TagPoseSolution& solution) {
     double chi2 = solution.chi2;
-    Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, eye.base_T_eye, &chi2);
+    Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, eye.base_T_sensor, &chi2);
     if (chi2 > kImpossible || !guess.map_T_base.matrix().allFinite()) return;
     const Eigen::Matrix3d here = internal::coordinate_jacobian(guess.map_T_base, -1);
     guess.covariance += here * floor_of(landmark, sighting.distance_m, options) * here.transpose();
@@ -59,21 +59,21 @@ Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, c
 }  // namespace
 
 std::optional<Eigen::Vector2d> base_p_landmark(const Sighting& sighting, const Landmarks& landmarks,
-                                               const Eye& eye) {
+                                               const MountedSensor& eye) {
   if (sighting.kind == SightingKind::RangeBearing) {
     const double r = sighting.planar.x();
     const double b = sighting.planar.y();
-    return project_to_plane(eye.base_T_eye) * Eigen::Vector2d(r * std::cos(b), r * std::sin(b));
+    return project_to_plane(eye.base_T_sensor) * Eigen::Vector2d(r * std::cos(b), r * std::sin(b));
   }
   if (sighting.kind != SightingKind::Corners) return sighting.planar.head<2>();
   const Landmark& landmark = landmarks[sighting.landmark];
   const TagDetection detection{.tag = landmark.tag, .corners_px = sighting.corners.corners_px};
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, *eye.camera);
   if (!pose) return std::nullopt;
-  return (eye.base_T_eye * pose->best.cam_T_tag).translation().head<2>();
+  return (eye.base_T_sensor * pose->best.cam_T_tag).translation().head<2>();
 }
 
-Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const Eye& eye,
+Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const MountedSensor& eye,
                    const RiekfOptions& options) {
   const Landmark& landmark = landmarks[sighting.landmark];
   if (sighting.kind == SightingKind::Corners) return guesses_of_corners(sighting, landmark, eye, options);
@@ -92,7 +92,7 @@ Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const E
 }
 
 std::optional<Guess> guess_of_pair(const Sighting& a, const Sighting& b, const Landmarks& landmarks,
-                                   const Eye& eye, const RiekfOptions& options) {
+                                   const MountedSensor& eye, const RiekfOptions& options) {
   const auto base_a = base_p_landmark(a, landmarks, eye);
   const auto base_b = base_p_landmark(b, landmarks, eye);
   if (a.landmark == b.landmark || !base_a || !base_b) return std::nullopt;

@@ -26,10 +26,15 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
 }
 
 MotionInput::MotionInput(const RiekfOptions& options)
-    : use_gyro_(options.rotation != "odometry"), bias_sigma_rad_s_(options.motion.yaw_bias_sigma_rad_s) {}
+    : use_gyro_(options.rotation != "odometry"),
+      bias_sigma_rad_s_(options.motion.yaw_bias_sigma_rad_s),
+      odometry_scale_(options.odometry_scale),
+      yaw_gain_(options.yaw_gain),
+      gyro_gain_(options.gyro_gain),
+      gyro_bias_rad_s_(options.gyro_bias_rad_s) {}
 
 void MotionInput::add(const ImuSample& imu) {
-  const double rate = imu.angular_velocity_rad_s.z();
+  const double rate = gyro_gain_ * (imu.angular_velocity_rad_s.z() - gyro_bias_rad_s_);
   if (!std::isfinite(rate)) {
     ++not_finite_;
     return;
@@ -99,6 +104,8 @@ bool MotionInput::stands_still(const MotionStep& step, double wheel_turn_rad) co
 MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   MotionStep step{.dt_s = to_seconds(b.stamp - a.stamp)};
   step.twist = (a.odom_T_base.inverse() * b.odom_T_base).log();
+  step.twist.head<2>() *= odometry_scale_;
+  step.twist.z() *= yaw_gain_;
   const auto turned_a = gyro_angle(a.stamp);
   const auto turned_b = gyro_angle(b.stamp);
   const double wheel_turn = step.twist.z();

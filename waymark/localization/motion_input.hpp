@@ -48,6 +48,10 @@ class MotionInput {
   static constexpr std::size_t kKept = 256;
   bool use_gyro_;
   double bias_sigma_rad_s_;
+  double odometry_scale_;
+  double yaw_gain_;
+  double gyro_gain_;
+  double gyro_bias_rad_s_;
   std::optional<Odometry> last_{};
   std::array<Turned, kKept> turned_{};
   std::size_t turned_count_ = 0;  ///< ever

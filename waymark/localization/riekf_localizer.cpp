@@ -15,7 +15,8 @@ constexpr Duration kPatience = std::chrono::milliseconds(250);
 
 }  // namespace
 
-RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error)
+RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options,
+                               ErrorState error)
     : input_(options),
       timeline_(1024, 128),
       tracker_(std::move(landmarks), std::move(eye), options, error),
@@ -55,7 +56,7 @@ Look* RiekfLocalizer::place(SensorTime stamp) {
   if (stamp < now.stamp) {
     const bool reachable = snapshot_count_ > 0 && snapshots_[0].stamp < stamp;
     if (!reachable) {
-      ++too_late_;
+      if (now.stamp - stamp > kWindow) ++too_late_;  // else it is from before anything was known
       return nullptr;
     }
     rewind(stamp);

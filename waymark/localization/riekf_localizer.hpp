@@ -12,7 +12,7 @@ namespace waymark {
 /// All memory is taken at construction.
 class RiekfLocalizer final : public LocalizationMethod {
  public:
-  RiekfLocalizer(Landmarks landmarks, Eye eye, const RiekfOptions& options = {},
+  RiekfLocalizer(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options = {},
                  ErrorState error = ErrorState::RightInvariant);
 
   void add(const TagFrame& frame) override;

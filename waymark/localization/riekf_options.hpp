@@ -66,7 +66,7 @@ struct RiekfOptions {
   double tag_time_s = 30;
   double mounting_sigma_m = 0.002;
   double mounting_sigma_rad = 0.003;
-  double max_tag_distance_m = 0;
+  double farthest_m = 0;
   double gate = 0.9999;
   double uncertain_after_s = 0.3;
   double certain_sigma_m = 0.5;
@@ -76,6 +76,11 @@ struct RiekfOptions {
   double range_sigma_m = 0.03;
   double bearing_sigma_rad = 0.026;
   std::string rotation = "auto";
+  double odometry_scale = 1;
+  double yaw_gain = 1;
+  double gyro_gain = 1;
+  double gyro_bias_rad_s = 0;
+  double sight_scale = 1;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -95,8 +100,7 @@ struct RiekfOptions {
     visit(self.mounting_sigma_m,
           Field{"mounting_sigma_m", "How well it is known where the camera sits.", 0, 1});
     visit(self.mounting_sigma_rad, Field{"mounting_sigma_rad", "How well it is known where it looks.", 0, 1});
-    visit(self.max_tag_distance_m,
-          Field{"max_tag_distance_m", "Farther tags and landmarks are not used; 0: all are.", 0});
+    visit(self.farthest_m, Field{"farthest_m", "Farther tags and landmarks are not used; 0: all are.", 0});
     visit(self.gate,
           Field{"gate", "A sighting less likely than 1 minus this is not believed.", 0.5, 1 - 1e-9});
     visit(self.uncertain_after_s,
@@ -114,6 +118,15 @@ struct RiekfOptions {
     visit(self.rotation,
           Field{"rotation",
                 "What says how the robot turned: odometry, gyro, or auto: the gyro where there is one."});
+    visit(self.odometry_scale,
+          Field{"odometry_scale", "True distance over that of the wheels (calibration).", 0.1, 10});
+    visit(self.yaw_gain, Field{"yaw_gain", "True turn over that of the wheels (calibration).", 0.1, 10});
+    visit(self.gyro_gain, Field{"gyro_gain", "True turn over that of the gyro (calibration).", 0.1, 10});
+    visit(self.gyro_bias_rad_s,
+          Field{"gyro_bias_rad_s", "What the gyro says at rest (calibration).", -10, 10});
+    visit(self.sight_scale,
+          Field{"sight_scale",
+                "True distance over that of tags whose corners are not in the log (calibration).", 0.1, 10});
   }
 };
 

@@ -25,7 +25,7 @@ SE3 optical(double x, double y) {
   return {SO3::from_matrix(R), {x, y, 0.2}};
 }
 
-Eye eye() {
+MountedSensor eye() {
   const PinholeRadtan lens{.fx = 440, .fy = 445, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   return {CameraModel::make(lens, 640, 480).value(), optical(0.1, -0.02)};
 }
@@ -44,7 +44,7 @@ TagMap three_tags() {
 
 TagDetection seen_from(const SE2& map_T_base, int number) {
   const MappedTag& tag = *three_tags().find({.number = number});
-  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_eye).inverse();
+  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
   TagDetection detection{.tag = {.number = number}};
   const auto corners = tag_corners(tag.size_m);
   for (std::size_t i = 0; i < 4; ++i)
@@ -57,9 +57,9 @@ std::vector<Sighting> sightings(const SE2& map_T_base, const Landmarks& map) {
   const RiekfOptions options;
   std::vector<Sighting> all;
   all.push_back(*sighting_of(seen_from(map_T_base, 0), map, eye(), options));
-  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_eye).inverse();
+  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
   all.push_back(*sighting_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map, eye(), options));
-  const Eigen::Vector2d p = (map_T_base * project_to_plane(eye().base_T_eye)).inverse() *
+  const Eigen::Vector2d p = (map_T_base * project_to_plane(eye().base_T_sensor)).inverse() *
                             Eigen::Vector2d(map[2].map_T_tag.translation().head<2>());
   all.push_back(*sighting_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map, eye(), options));
   return all;
@@ -107,8 +107,8 @@ TEST(Sighting, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
     if (s.kind == SightingKind::PlanarPose) continue;  // there the mounting acts on the measured side
     const auto mount = testing::numeric_jacobian<8, 6>(
         [&](const SE3::Tangent& e) {
-          Eye moved = eye();
-          moved.base_T_eye = plus(e, moved.base_T_eye);
+          MountedSensor moved = eye();
+          moved.base_T_sensor = plus(e, moved.base_T_sensor);
           return linearise(s, map, moved, near)->residual;
         },
         SE3::Tangent::Zero().eval(), 1e-4);

@@ -25,14 +25,13 @@ std::optional<double> heading_of(const SE3& a_T_tag) {
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
 bool too_far(double distance_m, const RiekfOptions& options) {
-  return !std::isfinite(distance_m) ||
-         (options.max_tag_distance_m > 0 && distance_m > options.max_tag_distance_m);
+  return !std::isfinite(distance_m) || (options.farthest_m > 0 && distance_m > options.farthest_m);
 }
 
 /// d(a_p)/d(left tangent) in the plane: [I, J p].
 Matrix23d carried(const Eigen::Vector2d& p) { return (Matrix23d() << 1, 0, -p.y(), 0, 1, p.x()).finished(); }
 
-SE2 on_floor(const SE3& base_T_eye) { return project_to_plane(base_T_eye); }
+SE2 on_floor(const SE3& base_T_sensor) { return project_to_plane(base_T_sensor); }
 
 /// A landmark in the plane as a filter at map_T_base expects it: (x, y, heading) in base and its derivatives.
 struct Expected {
@@ -73,12 +72,12 @@ void linearise_planar(const Sighting& sighting, const Landmark& landmark, const 
   z.H_tag.topRows<3>() = sighting.whitening * H_tag;
 }
 
-bool linearise_range_bearing(const Sighting& sighting, const Landmark& landmark, const Eye& eye,
+bool linearise_range_bearing(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
                              const SE2& map_T_base, Linearised& z) {
   const Expected e = expect(landmark, map_T_base);
-  const SE2 base_T_eye = on_floor(eye.base_T_eye);
-  const Eigen::Matrix2d eye_R_base = base_T_eye.rotation().matrix().transpose();
-  const Eigen::Vector2d p = base_T_eye.inverse() * e.base_p;
+  const SE2 base_T_sensor = on_floor(eye.base_T_sensor);
+  const Eigen::Matrix2d eye_R_base = base_T_sensor.rotation().matrix().transpose();
+  const Eigen::Vector2d p = base_T_sensor.inverse() * e.base_p;
   const double range = p.norm();
   if (range < 1e-6) return false;
   const Eigen::Matrix2d J =
@@ -97,12 +96,12 @@ bool linearise_range_bearing(const Sighting& sighting, const Landmark& landmark,
   return true;
 }
 
-bool linearise_corners(const Sighting& sighting, const Landmark& landmark, const Eye& eye,
+bool linearise_corners(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
                        const SE2& map_T_base, Linearised& z) {
   CornerJacobians J;
   const auto r = corner_residual(
       sighting.corners, *eye.camera,
-      {.map_T_rig = lift(map_T_base), .rig_T_cam = eye.base_T_eye, .body_T_tag = landmark.map_T_tag}, &J);
+      {.map_T_rig = lift(map_T_base), .rig_T_cam = eye.base_T_sensor, .body_T_tag = landmark.map_T_tag}, &J);
   if (!r || !r->allFinite()) return false;
   z.residual = *r;
   z.H_pose.leftCols<2>() = J.rig.leftCols<2>();
@@ -131,8 +130,8 @@ int Sighting::rows() const {
   }
 }
 
-std::optional<Sighting> sighting_of(const TagDetection& detection, const Landmarks& landmarks, const Eye& eye,
-                                    const RiekfOptions& options) {
+std::optional<Sighting> sighting_of(const TagDetection& detection, const Landmarks& landmarks,
+                                    const MountedSensor& eye, const RiekfOptions& options) {
   const int index = landmarks.find(detection.tag);
   if (index < 0 || !eye.camera || !landmarks[index].oriented) return std::nullopt;
   const Landmark& landmark = landmarks[index];
@@ -155,13 +154,14 @@ std::optional<Sighting> sighting_of(const TagDetection& detection, const Landmar
   return sighting;
 }
 
-std::optional<Sighting> sighting_of(const SeenTagPose& seen, const Landmarks& landmarks, const Eye& eye,
-                                    const RiekfOptions& options) {
+std::optional<Sighting> sighting_of(const SeenTagPose& seen, const Landmarks& landmarks,
+                                    const MountedSensor& eye, const RiekfOptions& options) {
   const int index = landmarks.find(seen.tag);
   if (index < 0 || !seen.cam_T_tag.matrix().allFinite()) return std::nullopt;
-  const SE3 base_T_tag = eye.base_T_eye * seen.cam_T_tag;
+  const SE3 cam_T_tag(seen.cam_T_tag.rotation(), options.sight_scale * seen.cam_T_tag.translation());
+  const SE3 base_T_tag = eye.base_T_sensor * cam_T_tag;
   Sighting sighting{.kind = SightingKind::PlanarPoint, .landmark = index};
-  sighting.distance_m = seen.cam_T_tag.translation().norm();
+  sighting.distance_m = cam_T_tag.translation().norm();
   if (too_far(sighting.distance_m, options)) return std::nullopt;
   sighting.planar.head<2>() = base_T_tag.translation().head<2>();
   const double sigma_m = std::hypot(options.point_sigma_m, options.point_sigma_share * sighting.distance_m);
@@ -175,8 +175,8 @@ std::optional<Sighting> sighting_of(const SeenTagPose& seen, const Landmarks& la
   return sighting;
 }
 
-std::optional<Sighting> sighting_of(const RangeBearing& seen, const Landmarks& landmarks, const Eye& eye,
-                                    const RiekfOptions& options) {
+std::optional<Sighting> sighting_of(const RangeBearing& seen, const Landmarks& landmarks,
+                                    const MountedSensor& eye, const RiekfOptions& options) {
   static_cast<void>(eye);
   const int index = landmarks.find(seen.landmark);
   const bool sound = std::isfinite(seen.range_m) && std::isfinite(seen.bearing_rad) && seen.range_m > 0;
@@ -187,8 +187,8 @@ std::optional<Sighting> sighting_of(const RangeBearing& seen, const Landmarks& l
   return sighting;
 }
 
-std::optional<Linearised> linearise(const Sighting& sighting, const Landmarks& landmarks, const Eye& eye,
-                                    const SE2& map_T_base) {
+std::optional<Linearised> linearise(const Sighting& sighting, const Landmarks& landmarks,
+                                    const MountedSensor& eye, const SE2& map_T_base) {
   const Landmark& landmark = landmarks[sighting.landmark];
   Linearised z{.landmark = sighting.landmark, .rows = sighting.rows()};
   switch (sighting.kind) {

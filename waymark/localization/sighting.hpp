@@ -13,9 +13,9 @@
 namespace waymark {
 
 /// The sensor that sees the landmarks.
-struct Eye {
+struct MountedSensor {
   std::optional<CameraModel> camera{};  ///< needed for corners only
-  SE3 base_T_eye{};                     ///< optical frame of a camera; x ahead, y left of a laser
+  SE3 base_T_sensor{};                  ///< optical frame of a camera; x ahead, y left of a laser
 };
 
 /// How a landmark was seen.
@@ -40,20 +40,21 @@ struct Sighting {
 
 /// Nothing for what is not in the map, too far, or not usable (not finite, behind the camera, …).
 [[nodiscard]] std::optional<Sighting> sighting_of(const TagDetection& detection, const Landmarks& landmarks,
-                                                  const Eye& eye, const RiekfOptions& options);
+                                                  const MountedSensor& eye, const RiekfOptions& options);
 [[nodiscard]] std::optional<Sighting> sighting_of(const SeenTagPose& seen, const Landmarks& landmarks,
-                                                  const Eye& eye, const RiekfOptions& options);
+                                                  const MountedSensor& eye, const RiekfOptions& options);
 [[nodiscard]] std::optional<Sighting> sighting_of(const RangeBearing& seen, const Landmarks& landmarks,
-                                                  const Eye& eye, const RiekfOptions& options);
+                                                  const MountedSensor& eye, const RiekfOptions& options);
 
 /// Residual and derivatives at an estimate; nothing where the landmark could not be seen from there. No
 /// allocation.
 [[nodiscard]] std::optional<Linearised> linearise(const Sighting& sighting, const Landmarks& landmarks,
-                                                  const Eye& eye, const SE2& map_T_base);
+                                                  const MountedSensor& eye, const SE2& map_T_base);
 
 /// Where the landmark is on the floor, seen from base [m]; as measured, whatever is believed.
 [[nodiscard]] std::optional<Eigen::Vector2d> base_p_landmark(const Sighting& sighting,
-                                                             const Landmarks& landmarks, const Eye& eye);
+                                                             const Landmarks& landmarks,
+                                                             const MountedSensor& eye);
 
 /// Where base may be, from this sighting alone, with the covariance of its left tangent in map: none, one, or
 /// the two of a flat square (docs/concepts/pose.md). Only landmarks with a direction tell.
@@ -65,11 +66,11 @@ struct Guesses {
   std::array<Guess, 2> all{};
   int count = 0;
 };
-[[nodiscard]] Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const Eye& eye,
-                                 const RiekfOptions& options);
+[[nodiscard]] Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks,
+                                 const MountedSensor& eye, const RiekfOptions& options);
 /// The same from two points seen at once; nothing when they are not as far apart as in the map.
 [[nodiscard]] std::optional<Guess> guess_of_pair(const Sighting& a, const Sighting& b,
-                                                 const Landmarks& landmarks, const Eye& eye,
+                                                 const Landmarks& landmarks, const MountedSensor& eye,
                                                  const RiekfOptions& options);
 
 }  // namespace waymark

@@ -29,7 +29,7 @@ std::vector<Eigen::Matrix<double, 6, 6>> covariances(const Landmarks& landmarks,
 
 }  // namespace
 
-Tracker::Tracker(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error)
+Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options, ErrorState error)
     : landmarks_(std::move(landmarks)),
       eye_(std::move(eye)),
       options_(options),
@@ -106,7 +106,7 @@ void Tracker::report(const Look& look, const Sighting& sighting, const Linearise
     const auto base_p = base_p_landmark(sighting, landmarks_, eye_);
     if (!base_p) return;
     const SE2& X = filter_.state().map_T_base;
-    const SE2 map_T_eye = X * project_to_plane(eye_.base_T_eye);
+    const SE2 map_T_eye = X * project_to_plane(eye_.base_T_sensor);
     seen.map_p_implied = X * *base_p;
     const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
     const Eigen::Vector2d expected = landmark.map_T_tag.translation().head<2>() - map_T_eye.translation();

@@ -51,7 +51,7 @@ struct TraceStep {
 /// forwards only; see RiekfLocalizer for samples that come late.
 class Tracker {
  public:
-  Tracker(Landmarks landmarks, Eye eye, const RiekfOptions& options, ErrorState error);
+  Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options, ErrorState error);
 
   void advance(const MotionStep& step, SensorTime to);
   /// A look at the time the track is at.
@@ -66,7 +66,7 @@ class Tracker {
 
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const;
   [[nodiscard]] const Landmarks& landmarks() const { return landmarks_; }
-  [[nodiscard]] const Eye& eye() const { return eye_; }
+  [[nodiscard]] const MountedSensor& eye() const { return eye_; }
   [[nodiscard]] const RiekfOptions& options() const { return options_; }
   [[nodiscard]] const TagWatch& watch() const { return watch_; }
   [[nodiscard]] const RiekfState& filter_state() const { return filter_.state(); }
@@ -92,7 +92,7 @@ class Tracker {
   void check_sound();
 
   Landmarks landmarks_;
-  Eye eye_;
+  MountedSensor eye_;
   RiekfOptions options_;
   std::array<double, 9> gates_{};  ///< by degrees of freedom
   Riekf filter_;

@@ -44,7 +44,7 @@ void Whereabouts::propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d&
 }
 
 bool Whereabouts::support(Candidate& c, const Sighting& sighting, const Guesses& guesses,
-                          const Landmarks& landmarks, const Eye& eye) const {
+                          const Landmarks& landmarks, const MountedSensor& eye) const {
   if (guesses.count == 0) {  // a point
     const auto z = linearise(sighting, landmarks, eye, c.map_T_base);
     if (!z) return false;
@@ -95,7 +95,7 @@ void Whereabouts::propose(const Guess& guess, int landmark, int other) {
   all_[at] = c;
 }
 
-void Whereabouts::look(std::span<const Sighting> seen, const Landmarks& landmarks, const Eye& eye) {
+void Whereabouts::look(std::span<const Sighting> seen, const Landmarks& landmarks, const MountedSensor& eye) {
   ++clock_;
   for (const Sighting& sighting : seen) {
     const Guesses guesses = guesses_of(sighting, landmarks, eye, options_);

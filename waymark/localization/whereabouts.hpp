@@ -30,7 +30,7 @@ class Whereabouts {
   explicit Whereabouts(const RiekfOptions& options);
 
   void propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d& variances);
-  void look(std::span<const Sighting> seen, const Landmarks& landmarks, const Eye& eye);
+  void look(std::span<const Sighting> seen, const Landmarks& landmarks, const MountedSensor& eye);
   /// The candidate that can be believed: `tags` distinct landmarks agree, more is for it than against, and no
   /// other comes near. Points need one more when `contradicted`: an estimate that speaks against it.
   [[nodiscard]] const Candidate* believable(bool contradicted) const;
@@ -41,7 +41,7 @@ class Whereabouts {
  private:
   static constexpr std::size_t kMost = 24;
   [[nodiscard]] bool support(Candidate& candidate, const Sighting& sighting, const Guesses& guesses,
-                             const Landmarks& landmarks, const Eye& eye) const;
+                             const Landmarks& landmarks, const MountedSensor& eye) const;
   void propose(const Guess& guess, int landmark, int other);
 
   RiekfOptions options_;

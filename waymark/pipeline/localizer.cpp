@@ -41,7 +41,7 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
   if (Status status = check(setup); !status) return tl::unexpected(status.error());
   if (setup.method == "anchor")
     return std::unique_ptr<LocalizationMethod>(
-        new AnchorLocalizer(setup.tags, *setup.eye.camera, setup.eye.base_T_eye, setup.anchor));
+        new AnchorLocalizer(setup.tags, *setup.eye.camera, setup.eye.base_T_sensor, setup.anchor));
   const ErrorState error = setup.method == "ekf" ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
   if (setup.method == "smoother") filter->tracker().keep_trace();

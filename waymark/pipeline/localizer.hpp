@@ -13,7 +13,7 @@ namespace waymark {
 struct LocalizerSetup {
   Landmarks landmarks{};
   TagMap tags{};  ///< the same as tags with poses; empty when the map has none (then no method anchor)
-  Eye eye{};
+  MountedSensor eye{};
   std::string method = "riekf";
   RiekfOptions filter{};
   AnchorOptions anchor{};

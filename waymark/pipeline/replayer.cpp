@@ -43,6 +43,7 @@ bool Replayer::at_goal() const {
 
 ReplayStep Replayer::step(SensorTime now) {
   ReplayStep step{.state = state_, .estimate = method_->estimate(), .driven_m = driven_m_};
+  if (step.estimate && !step.estimate->certain) step.estimate.reset();  // a guess drives no wheels
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : 0.05;
   last_step_ = now;
   if (state_ == ReplayState::Finished || state_ == ReplayState::Refused) {

@@ -1,0 +1,109 @@
+#!/usr/bin/python3
+"""`waymark localize` as a user meets it: our recordings, tables, real logs, and files that cannot work.
+
+usage: localize_test.py PROGRAM [unittest options]
+"""
+import math
+import os
+import pathlib
+import unittest
+
+from harness import InFolder
+
+KEYS = {"method", "estimates", "certain", "first_fix_s", "sightings", "believed", "nis_mean", "duration_s", "wall_s", "last",
+        "problems"}
+
+
+class OurRecordings(InFolder):
+    def test_every_method_on_a_mapped_lap_beside_the_truth(self):
+        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+        self.run_here("map", "lap.mcap", "-o", "map")
+        for method in ("riekf", "ekf", "smoother", "anchor"):
+            outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", method, "-o", method + ".mcap", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            (report,) = outcome.records
+            self.assertLessEqual(KEYS, report.keys())
+            self.assertEqual((report["method"], report["problems"]), (method, []))
+            self.assertGreater(report["certain"], 0.97 * report["estimates"])
+            judged = self.run_here("evaluate", method + ".mcap", "lap.mcap", "--json")
+            self.assertEqual(judged.code, 0, judged.err)
+            (figures,) = judged.records
+            self.assertLess(figures["ate_rmse_m"], 0.1 if method == "anchor" else 0.03)
+        self.assertEqual(self.run_here("localize", "lap.mcap", "--map", "map/map.yaml", "-o", "riekf.mcap").code, 1)
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "kalman")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("there is no method", outcome.err)
+        (self.folder / "clash.yaml").write_text((self.folder / "map/map.yaml").read_text() + """
+  - tag: "tag36h11:99"
+    size_m: 0.16
+    position_m: [0, 0, 0]
+    quaternion_xyzw: [0, 0, 0, 1]
+  - tag: "tag36h11:98"
+    size_m: 0.16
+    position_m: [0, 0, 0.01]
+    quaternion_xyzw: [0, 0, 0, 1]
+""")
+        outcome = self.run_here("localize", "lap.mcap", "--map", "clash.yaml", "--robot", "limo")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("contradicts itself", outcome.err)
+        points = self.folder / "points.csv"
+        points.write_text("id,x,y\n1,2,3\n")
+        self.assertIn("poses of tags", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
+
+
+class Tables(InFolder):
+    def write(self, landmarks=((1, 3, 1), (2, 3, -1), (3, 5, 0.5))):
+        (self.folder / "landmarks.csv").write_text("id,x,y\n" + "".join(f"{n},{x},{y}\n" for n, x, y in landmarks))
+        seen, moved = ["t_s,landmark,range_m,bearing_rad"], ["t_s,v_m_s,omega_rad_s"]
+        for i in range(100):
+            t, x = 0.1 * i, 0.02 * i
+            moved.append(f"{t:.1f},0.2,0")
+            seen += [f"{t:.1f},{n},{math.hypot(a - x, b):.6f},{math.atan2(b, a - x):.6f}" for n, a, b in
+                     ((1, 3, 1), (2, 3, -1), (3, 5, 0.5))]
+        (self.folder / "seen.csv").write_text("\n".join(seen) + "\n")
+        (self.folder / "moved.csv").write_text("\n".join(moved) + "\n")
+
+    def test_ranges_and_speeds(self):
+        self.write()
+        outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (report,) = outcome.records
+        self.assertAlmostEqual(report["last"]["x_m"], 0.02 * 99, delta=0.02)
+        self.assertAlmostEqual(report["last"]["y_m"], 0, delta=0.02)
+
+    def test_what_cannot_work_is_said(self):
+        self.write()
+        empty = self.folder / "empty.csv"
+        empty.write_text("t_s,landmark,range_m,bearing_rad\n")
+        outcome = self.run_here("localize", "empty.csv", "--map", "landmarks.csv")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("nothing to localise with", outcome.err)
+        outcome = self.run_here("localize", "moved.csv", "--map", "landmarks.csv")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("no tags and no landmarks", outcome.err)
+        self.assertEqual(self.run_here("localize", "seen.csv", "--map", "nowhere.csv").code, 1)
+        self.write(landmarks=((7, 3, 1), (8, 3, -1)))
+        outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("none of the tags that were seen is in the map", outcome.err)
+        self.write(landmarks=((1, 3, 1), (2, 30, -1), (3, -50, 9)))
+        outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("agreed", outcome.err)
+
+
+@unittest.skipUnless(os.environ.get("WAYMARK_DATA"), "WAYMARK_DATA is not set")
+class RealLogs(InFolder):
+    def test_an_mbot_whose_map_has_two_tags_swapped(self):
+        data = pathlib.Path(os.environ["WAYMARK_DATA"]) / "lcm"
+        outcome = self.run_here("localize", data / "lcmlog-2024-04-15.00", "--map", data / "landmarks.csv", "--robot", "mbot",
+                                "-o", "mbot.mcap", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (report,) = outcome.records
+        self.assertEqual(len(report["problems"]), 1, report["problems"])
+        self.assertIn("tag 5 and tag 6 are swapped", report["problems"][0])
+        self.assertGreater(report["duration_s"], 180)
+
+
+if __name__ == "__main__":
+    unittest.main()

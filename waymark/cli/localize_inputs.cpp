@@ -1,0 +1,154 @@
+#include <algorithm>
+#include <filesystem>
+#include <numbers>
+#include <variant>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/localize_run.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/share.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_sighting(const Sample& sample) {
+  return std::holds_alternative<TagFrame>(sample) || std::holds_alternative<TagPoseFrame>(sample) ||
+         std::holds_alternative<RangeBearing>(sample);
+}
+
+bool is_wanted(const Sample& sample) {
+  return is_sighting(sample) || std::holds_alternative<Odometry>(sample) ||
+         std::holds_alternative<ImuSample>(sample) || std::holds_alternative<TruthPose>(sample);
+}
+
+/// Tags of pictures, where a recording holds nothing else that was seen.
+Status look_at_pictures(const std::string& path, LocalizeInputs& inputs, Console& console) {
+  Result<RecordedLap> lap = read_lap_file(path, &console);
+  console.end_progress();
+  if (!lap) return tl::unexpected(lap.error());
+  for (TagFrame& frame : lap->frames) inputs.samples.emplace_back(std::move(frame));
+  return {};
+}
+
+Status read_log(const std::string& path, LocalizeInputs& inputs, Console& console) {
+  const auto log = open_log(path);
+  if (!log) return tl::unexpected(log.error());
+  bool seen = false;
+  bool pictures = false;
+  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (interrupted()) return fail(ErrorCode::Unreadable, "stopped", {.source = path});
+    seen = seen || is_sighting(sample);
+    pictures = pictures || std::holds_alternative<CameraFrame>(sample);
+    if (is_wanted(sample)) inputs.samples.push_back(sample);
+    return {};
+  });
+  if (!status) return status;
+  for (const LogProblem& problem : (*log)->problems()) {
+    if (problem.kind == LogProblem::Kind::Damage) inputs.warnings.push_back(to_string(problem.error));
+  }
+  if (!seen && pictures) {
+    if (Status looked = look_at_pictures(path, inputs, console); !looked) return looked;
+  }
+  const Result<RecordingSetup> setup = (*log)->setup();
+  if (!setup) return {};
+  if (setup->camera) inputs.setup.eye.camera = setup->camera;
+  if (setup->base_T_cam) inputs.setup.eye.base_T_sensor = *setup->base_T_cam;
+  return {};
+}
+
+Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
+  std::string robot = job.robot;
+  std::error_code ignored;
+  const fs::path beside =
+      (fs::is_directory(job.map, ignored) ? fs::path(job.map) : fs::path(job.map).parent_path()) /
+      "robot.yaml";
+  if (robot.empty() && !inputs.setup.eye.camera && fs::exists(beside, ignored)) robot = beside.string();
+  if (robot.empty()) return {};
+  const auto path = find_shared("robots", robot);
+  if (!path) return tl::unexpected(path.error());
+  const Result<RobotDescription> description = read_robot(*path);
+  if (!description) return tl::unexpected(description.error());
+  inputs.setup.eye = {description->camera, description->model.base_T_cam};
+  return {};
+}
+
+Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
+  if (job.calibration.empty()) return {};
+  const Result<Calibration> calibration = read_calibration(job.calibration);
+  if (!calibration) return tl::unexpected(calibration.error());
+  if (calibration->camera) inputs.setup.eye.camera = calibration->camera;
+  inputs.setup.eye.base_T_sensor = calibrated_mounting(inputs.setup.eye.base_T_sensor, *calibration);
+  RiekfOptions& filter = inputs.setup.filter;
+  const auto take = [&](const char* name, double& value) {
+    if (const auto known = calibration->known(name)) value = *known;
+  };
+  take("odometry_scale", filter.odometry_scale);
+  take("yaw_gain", filter.yaw_gain);
+  take("gyro_gain", filter.gyro_gain);
+  take("gyro_bias_rad_s", filter.gyro_bias_rad_s);
+  take("camera_latency_s", filter.camera_latency_s);
+  take("corner_sigma_px", filter.corner_sigma_px);
+  return {};
+}
+
+/// What cannot work is said before anything runs.
+Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
+  const auto count = [&](auto is) { return std::ranges::count_if(inputs.samples, is); };
+  if (inputs.samples.empty())
+    return fail(ErrorCode::NotFound, "the recording holds nothing to localise with: no tags, no motion",
+                {.source = job.logs.front()}, "`waymark info` shows what it holds.");
+  inputs.sightings = static_cast<std::size_t>(count(is_sighting));
+  if (inputs.sightings == 0)
+    return fail(ErrorCode::NotFound, "the recording holds no tags and no landmarks that were seen",
+                {.source = job.logs.front()}, "`waymark info` shows what it holds.");
+  const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
+  if (corners && !inputs.setup.eye.camera)
+    return fail(ErrorCode::NotFound,
+                "nobody says what the camera is like: not the recording, not the map's folder",
+                {.source = job.logs.front()}, "Give --robot with a file that has a camera.");
+  if (corners && inputs.setup.tags.tags.empty())
+    return fail(ErrorCode::InvalidArgument,
+                "corners need a map with poses of tags, and this one has points only", {.source = job.map});
+  return {};
+}
+
+}  // namespace
+
+Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& console) {
+  LocalizeInputs inputs;
+  inputs.setup.filter = job.filter;
+  inputs.setup.anchor = job.anchor;
+  inputs.setup.method = job.method;
+  Result<LandmarksFile> map = read_landmarks(job.map, job.tag_size_m);
+  if (!map) return tl::unexpected(map.error());
+  inputs.setup.landmarks = std::move(map->landmarks);
+  inputs.setup.tags = std::move(map->tags);
+  for (const std::string& log : job.logs) {
+    if (Status status = read_log(log, inputs, console); !status) return tl::unexpected(status.error());
+  }
+  Status status = read_robot_of(job, inputs);
+  if (status) status = read_calibration_of(job, inputs);
+  if (status) status = check_inputs(job, inputs);
+  if (!status) return tl::unexpected(status.error());
+  if (job.sensor_pose.size() == 3) {
+    const double yaw = job.sensor_pose[2] * std::numbers::pi / 180;
+    inputs.setup.eye.base_T_sensor = SE3(SO3::exp({0, 0, yaw}), {job.sensor_pose[0], job.sensor_pose[1], 0});
+  } else if (!inputs.setup.eye.camera && job.robot.empty() &&
+             std::ranges::any_of(inputs.samples,
+                                 [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); })) {
+    // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
+    const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+    inputs.setup.eye.base_T_sensor = SE3(SO3::from_matrix(R), inputs.setup.eye.base_T_sensor.translation());
+    inputs.warnings.emplace_back(
+        "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");
+  }
+  std::ranges::stable_sort(inputs.samples, {}, stamp_of);
+  return inputs;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,162 @@
+#include "waymark/cli/localize_run.hpp"
+
+#include <filesystem>
+#include <numbers>
+#include <variant>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/estimate_message.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark::cli {
+namespace {
+
+constexpr const char* kUncertain = "/waymark/pose_uncertain";
+constexpr const char* kNis = "/waymark/nis";
+
+/// What was compared, as diagnostics: one status a sighting.
+ros2::DiagnosticArray to_ros(const NisRecord& record) {
+  ros2::DiagnosticArray message;
+  message.header = {.stamp = ros2::to_ros(record.stamp), .frame_id = std::string(ros2::kMapFrame)};
+  message.status.push_back({.level = static_cast<std::uint8_t>(record.believed ? 0 : 1),
+                            .name = to_string(record.tag),
+                            .message = record.believed ? "believed" : "not believed",
+                            .hardware_id = {},
+                            .values = {{"nis", fmt::format("{:.4f}", record.nis)},
+                                       {"degrees_of_freedom", std::to_string(record.rows)}}});
+  return message;
+}
+
+/// Hears a run and keeps of it what is reported and written.
+class RunEar {
+ public:
+  RunEar(std::optional<SampleRecorder> recorder, SensorTime start)
+      : recorder_(std::move(recorder)), start_(start) {}
+
+  Status on_sample(const Sample& sample) {
+    const bool kept = std::holds_alternative<Odometry>(sample) || std::holds_alternative<TruthPose>(sample);
+    return recorder_ && kept ? recorder_->add(sample) : Status();
+  }
+  Status on_estimate(const LocalizationEstimate& estimate) {
+    if (last_ && estimate.stamp <= *last_) return {};
+    last_ = estimate.stamp;
+    ++report_.estimates;
+    report_.last = estimate;
+    if (estimate.certain) {
+      ++report_.certain;
+      if (!report_.first_fix_s) report_.first_fix_s = to_seconds(estimate.stamp - start_);
+    }
+    if (!recorder_) return {};
+    return recorder_->add_message(estimate.certain ? topics::kEstimate : kUncertain, estimate.stamp,
+                                  estimate_message(estimate));
+  }
+  Status on_news(LocalizationMethod& method) {
+    Status status;
+    for (const NisRecord& record : method.news()) {
+      ++report_.compared;
+      report_.believed += record.believed ? 1 : 0;
+      if (record.believed) nis_sum_ += record.nis / record.rows;
+      if (recorder_ && status) status = recorder_->add_message(kNis, record.stamp, to_ros(record));
+    }
+    method.clear_news();
+    return status;
+  }
+  Result<LocalizeReport> close() {
+    if (report_.believed > 0) report_.nis_mean = nis_sum_ / static_cast<double>(report_.believed);
+    const Status status = recorder_ ? recorder_->close() : Status();
+    if (!status) return tl::unexpected(status.error());
+    return report_;
+  }
+
+ private:
+  std::optional<SampleRecorder> recorder_;
+  SensorTime start_;
+  std::optional<SensorTime> last_{};
+  LocalizeReport report_{};
+  double nis_sum_ = 0;
+};
+
+Result<std::optional<SampleRecorder>> open_output(const LocalizeJob& job, const LocalizerSetup& setup) {
+  if (job.output.empty()) return std::optional<SampleRecorder>();
+  auto file = create_file(job.output);
+  if (!file) return tl::unexpected(file.error());
+  Result<SampleRecorder> recorder =
+      SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
+  if (!recorder) return tl::unexpected(recorder.error());
+  Status status = recorder->add_metadata(
+      "waymark", {{"verb", "localize"},
+                  {"version", WAYMARK_VERSION},
+                  {"method", job.method},
+                  {"source", std::filesystem::path(job.logs.front()).filename().string()},
+                  {"map", std::filesystem::path(job.map).filename().string()}});
+  if (status)
+    status = recorder->add_attachment("options.yaml", "application/yaml", {},
+                                      "filter:\n" + write_fields(setup.filter, 2));
+  if (!status) return tl::unexpected(status.error());
+  return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, RunEar& ear) {
+  for (const Sample& sample : inputs.samples) {
+    localizer.add(sample);
+    Status status = ear.on_sample(sample);
+    if (status) status = ear.on_news(localizer.method());
+    const auto estimate = localizer.estimate();
+    if (status && estimate && !hindsight) status = ear.on_estimate(*estimate);
+    if (!status) return status;
+  }
+  for (const LocalizationEstimate& estimate : localizer.smoothed()) {
+    if (Status status = ear.on_estimate(estimate); !status) return status;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs) {
+  const Stopwatch watch;
+  Result<Localizer> localizer = Localizer::make(inputs.setup);
+  if (!localizer) return tl::unexpected(localizer.error());
+  if (job.start.size() == 3) {
+    if (auto* filter = dynamic_cast<RiekfLocalizer*>(&localizer->method()))
+      filter->start_from(SE2(job.start[0], job.start[1], job.start[2] * std::numbers::pi / 180), 0.05, 0.05);
+  }
+  Result<std::optional<SampleRecorder>> recorder = open_output(job, inputs.setup);
+  if (!recorder) return tl::unexpected(recorder.error());
+  RunEar ear(std::move(*recorder), stamp_of(inputs.samples.front()));
+  const Status status = run(*localizer, inputs, job.method == "smoother", ear);
+  Result<LocalizeReport> report = ear.close();
+  if (!status) return tl::unexpected(status.error());
+  if (!report) return report;
+  report->problems = localizer->method().problems();
+  report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));
+  report->wall_s = watch.seconds();
+  return report;
+}
+
+nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report) {
+  using Json = nlohmann::ordered_json;
+  Json last = nullptr;
+  if (report.last)
+    last = {{"x_m", report.last->map_T_base.x()},
+            {"y_m", report.last->map_T_base.y()},
+            {"yaw_rad", report.last->map_T_base.yaw()},
+            {"certain", report.last->certain}};
+  return {{"method", job.method},
+          {"estimates", report.estimates},
+          {"certain", report.certain},
+          {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},
+          {"sightings", report.compared},
+          {"believed", report.believed},
+          {"nis_mean", report.nis_mean},
+          {"duration_s", report.duration_s},
+          {"wall_s", report.wall_s},
+          {"last", last},
+          {"problems", report.problems}};
+}
+
+}  // namespace waymark::cli

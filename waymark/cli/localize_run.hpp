@@ -1,0 +1,60 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+/// `waymark localize`: what it reads, and what it writes.
+namespace waymark::cli {
+
+/// Where things come from, as the command line says.
+struct LocalizeJob {
+  std::vector<std::string> logs;
+  std::string map;
+  std::string robot{};        ///< file or name; empty: what the recording or the map's folder says
+  std::string calibration{};  ///< calibration.yaml; empty: none
+  std::string output{};       ///< recording to write; empty: none
+  std::optional<double> tag_size_m{};
+  std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
+  std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
+  std::string method = "riekf";
+  RiekfOptions filter{};
+  AnchorOptions anchor{};
+};
+
+/// Everything that was read.
+struct LocalizeInputs {
+  LocalizerSetup setup{};
+  std::vector<Sample> samples{};  ///< in order of their stamps
+  std::vector<std::string> warnings{};
+  std::size_t sightings = 0;
+};
+
+[[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& console);
+
+struct LocalizeReport {
+  std::size_t estimates = 0;
+  std::size_t certain = 0;
+  std::optional<double> first_fix_s{};  ///< after the first sample
+  std::size_t compared = 0;             ///< sightings of mapped tags that were compared with an estimate
+  std::size_t believed = 0;
+  double nis_mean = 0;  ///< of those believed, over their degrees of freedom; 1 when all is as assumed
+  double duration_s = 0;
+  double wall_s = 0;
+  std::optional<LocalizationEstimate> last{};
+  std::vector<std::string> problems{};
+};
+
+/// Runs the samples through the method and writes the output: the samples of motion and truth as they were,
+/// certain estimates on /waymark/pose, guesses on /waymark/pose_uncertain, each compared sighting on
+/// /waymark/nis.
+[[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs);
+[[nodiscard]] nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report);
+
+}  // namespace waymark::cli

@@ -1,0 +1,134 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/localize_run.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct LocalizeArgs {
+  explicit LocalizeArgs(CLI::App& app)
+      : filter(app, "Filters"), motion(app, "Filters: motion"), anchor(app, "Method anchor") {}
+
+  LocalizeJob job{};
+  bool json = false;
+  OptionFlags<RiekfOptions> filter;
+  OptionFlags<MotionNoise> motion;
+  OptionFlags<AnchorOptions> anchor;
+};
+
+std::string to_text(const LocalizeReport& report) {
+  std::string text =
+      fmt::format("{} estimates over {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
+                  report.estimates > 0
+                      ? 100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates)
+                      : 0.0);
+  text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
+  if (report.compared > 0)
+    text += fmt::format("{} of {} sightings believed, NIS {:.2f} per degree of freedom\n", report.believed,
+                        report.compared, report.nis_mean);
+  if (report.last)
+    text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
+                        report.last->map_T_base.x(), report.last->map_T_base.y(),
+                        report.last->map_T_base.yaw() * 57.29577951308232, report.last->position_sigma_m());
+  return text;
+}
+
+ExitCode localize_log(const LocalizeArgs& args, Console& console) {
+  LocalizeJob job = args.job;
+  Status flags = args.filter.apply(job.filter);
+  if (flags) flags = args.motion.apply(job.filter.motion);
+  if (flags) flags = args.anchor.apply(job.anchor);
+  if (!flags) {
+    console.say(naming_flag(flags.error()));
+    return ExitCode::Usage;
+  }
+  const Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
+  if (!inputs) {
+    console.say(inputs.error());
+    return inputs.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
+  const Result<LocalizeReport> report = localize(job, *inputs);
+  if (!report) {
+    console.say(report.error());
+    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(job, *report)) : to_text(*report));
+  for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
+  for (const std::string& problem : report->problems) console.say(problem);
+  if (report->certain == 0) console.say("never knew where it is");
+  return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_localize(CLI::App& app) {
+  const auto args = std::make_shared<LocalizeArgs>(app);
+  LocalizeJob& job = args->job;
+  app.add_option("LOG", job.logs, "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables")
+      ->required()
+      ->type_name("");
+  app.add_option(
+         "--map", job.map,
+         "Where the tags are: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
+         "with id, x, y")
+      ->required()
+      ->type_name("FILE");
+  app.add_option(
+         "--robot", job.robot,
+         "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says, or "
+         "robot.yaml beside the map")
+      ->type_name("FILE");
+  app.add_option("--calibration", job.calibration, "calibration.yaml: what is better known of this robot")
+      ->type_name("FILE");
+  app.add_option("--method", job.method,
+                 "riekf, the right-invariant filter; ekf, the plain one; anchor, nearest tag and odometry; "
+                 "smoother, riekf in hindsight")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("-o,--output", job.output, "Record the estimates (.mcap)")->type_name("FILE");
+  app.add_option("--tag-size-m", job.tag_size_m,
+                 "Size of tags whose map does not say it (0.24 of the Academy's)")
+      ->type_name("NUMBER");
+  app.add_option("--sensor-pose", job.sensor_pose,
+                 "Where a sensor sits that measures ranges: x y [m], yaw [deg]")
+      ->expected(3)
+      ->type_name("NUMBER");
+  app.add_option("--start", job.start, "Where the robot starts, if it is known: x y [m], yaw [deg]")
+      ->expected(3)
+      ->type_name("NUMBER");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return localize_log(*args, console); };
+}
+
+}  // namespace
+
+Verb localize_verb() {
+  return {
+      .name = "localize",
+      .sentence = "Where a robot was, from its recording and a map of the tags",
+      .help =
+          R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
+/waymark/pose, mere guesses on /waymark/pose_uncertain, and for each sighting of a mapped tag on /waymark/nis how
+well it agreed (normalised innovation squared). Tags that contradict all others are named and not used: swapped,
+moved, of another size. `waymark evaluate` compares the output with a truth.
+
+Exit code: 0 it was known at some time where the robot is, 1 never, or a file was unusable (said in words),
+2 wrong usage.
+
+Examples:
+  waymark localize lap.mcap --map map/map.yaml -o estimate.mcap
+  waymark localize lcmlog --map landmarks.csv --robot mbot --json
+  waymark localize ranges.csv odometry.csv --map landmarks.csv --sensor-pose 0.219 0 0
+)",
+      .prepare = prepare_localize,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,178 @@
+#include "waymark/config/landmarks_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_cursor.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 26U;
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
+    text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string_view> cells_of(std::string_view line) {
+  std::vector<std::string_view> cells;
+  while (true) {
+    const std::size_t comma = line.find(',');
+    cells.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return cells;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+template <class Number>
+std::optional<Number> parsed(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// Where the columns stand.
+struct Columns {
+  std::size_t id = 0;
+  std::size_t x = 0;
+  std::size_t y = 0;
+};
+
+std::optional<Columns> columns_of(const std::vector<std::string_view>& names) {
+  const auto at = [&](std::initializer_list<std::string_view> known) {
+    const auto it = std::ranges::find_if(
+        names, [&](std::string_view name) { return std::ranges::find(known, name) != known.end(); });
+    return static_cast<std::size_t>(it - names.begin());
+  };
+  const Columns found{at({"id", "landmark", "tag"}), at({"x", "x_m"}), at({"y", "y_m"})};
+  const bool all = std::max({found.id, found.x, found.y}) < names.size();
+  return all ? std::optional(found) : std::nullopt;
+}
+
+Result<LandmarksFile> parse_points(std::string_view text, const std::string& source) {
+  std::vector<LandmarkPoint> points;
+  std::optional<Columns> columns;
+  for (std::int64_t line = 1; !text.empty(); ++line) {
+    const std::size_t end = text.find('\n');
+    const std::string_view row = trimmed(text.substr(0, end));
+    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
+    if (row.empty() || row.front() == '#') continue;
+    const std::vector<std::string_view> cells = cells_of(row);
+    if (!columns) {
+      columns = columns_of(cells);
+      if (!columns)
+        return fail(ErrorCode::Unreadable, "these columns are none of a map of points",
+                    {source, line, {}, {}}, "The first line names id, x and y.");
+      continue;
+    }
+    const std::size_t last = std::max({columns->id, columns->x, columns->y});
+    const auto id = last < cells.size() ? parsed<int>(cells[columns->id]) : std::nullopt;
+    const auto x = id ? parsed<double>(cells[columns->x]) : std::nullopt;
+    const auto y = id ? parsed<double>(cells[columns->y]) : std::nullopt;
+    if (!id || !x || !y || !std::isfinite(*x) || !std::isfinite(*y))
+      return fail(ErrorCode::Unreadable, "not a whole number and two numbers in metres",
+                  {source, line, {}, {}});
+    points.push_back({*id, {*x, *y}});
+  }
+  Result<Landmarks> landmarks = Landmarks::of_points(points);
+  if (!landmarks) {
+    Error error = landmarks.error();
+    error.place.source = source;
+    return tl::unexpected(error);
+  }
+  return LandmarksFile{std::move(*landmarks), {}, "points"};
+}
+
+/// "tag_3" means 3.
+std::optional<int> number_in(std::string_view key) {
+  std::size_t begin = key.size();
+  while (begin > 0 && key[begin - 1] >= '0' && key[begin - 1] <= '9') --begin;
+  return parsed<int>(key.substr(begin));
+}
+
+/// [x, y, z, yaw] of the middle of a board; yaw is the heading of a robot that looks straight at it.
+Result<SE3> academy_pose(const YamlCursor& cursor) {
+  const Result<std::vector<double>> n = cursor.exactly_numbers(4);
+  if (!n) return tl::unexpected(n.error());
+  const double c = std::cos((*n)[3]);
+  const double s = std::sin((*n)[3]);
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << s, 0, c, -c, 0, s, 0, -1, 0).finished();
+  constexpr double kHalfBoard = 0.01;
+  return SE3(SO3::from_matrix(R), Eigen::Vector3d((*n)[0], (*n)[1], (*n)[2]) - kHalfBoard * R.col(2));
+}
+
+Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, TagMap& map) {
+  const std::vector<YamlCursor> values = cursor.children();
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::string& key = cursor.node().keys[i];
+    const std::optional<int> number = number_in(key);
+    if (!number) {
+      if (values[i].is_map())
+        if (Status status = read_academy(values[i], tag_size_m, map); !status) return status;
+      continue;
+    }
+    YamlCursor pose = values[i];
+    if (pose.is_map()) {
+      const std::vector<YamlCursor> inner = pose.children();
+      const auto list = std::ranges::find_if(inner, [](const YamlCursor& c) { return c.is_sequence(); });
+      if (list != inner.end()) pose = *list;
+    }
+    const Result<SE3> map_T_tag = academy_pose(pose);
+    if (!map_T_tag) return tl::unexpected(map_T_tag.error());
+    const TagId tag{.number = *number};
+    if (!map.tags.emplace(tag, MappedTag{.map_T_tag = *map_T_tag, .size_m = tag_size_m.value_or(0.24)})
+             .second)
+      return pose.fail_here(ErrorCode::InvalidArgument, fmt::format("tag {} is given twice", *number));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,
+                                      std::optional<double> tag_size_m) {
+  if (tag_size_m && !is_tag_size(*tag_size_m))
+    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
+  const std::string_view first = trimmed(text.substr(0, text.find('\n')));
+  if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)
+    return parse_points(text, source);
+  if (text.find("waymark-map") != std::string_view::npos) {
+    Result<MapFile> map = parse_map(text, source);
+    if (!map) return tl::unexpected(map.error());
+    return LandmarksFile{Landmarks(map->tags), map->tags, "waymark"};
+  }
+  const Result<YamlNode> tree = parse_yaml(text, source);
+  if (!tree) return tl::unexpected(tree.error());
+  const YamlCursor root(*tree, source);
+  LandmarksFile file{.landmarks = {}, .tags = {}, .format = "academy"};
+  if (root.is_map())
+    if (Status status = read_academy(root, tag_size_m, file.tags); !status)
+      return tl::unexpected(status.error());
+  if (file.tags.tags.empty())
+    return fail(
+        ErrorCode::Unreadable, "not a map of tags that is known here", {.source = source},
+        "Known: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, CSV with id, x, y.");
+  file.landmarks = Landmarks(file.tags);
+  return file;
+}
+
+Result<LandmarksFile> read_landmarks(const std::filesystem::path& path, std::optional<double> tag_size_m) {
+  std::error_code ignored;
+  const std::filesystem::path file = std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path;
+  const Result<std::string> text = read_text_file(file, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_landmarks(*text, file.string(), tag_size_m);
+}
+
+}  // namespace waymark

@@ -1,0 +1,76 @@
+// After the start the filter asks nobody for memory: counted where every allocation passes, in malloc itself.
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+#include <cmath>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/samples/visibility.hpp"
+
+// NOLINTBEGIN(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp): glibc's own name behind malloc
+extern "C" void* __libc_malloc(std::size_t size);
+namespace {
+bool counting = false;
+int allocations = 0;
+}  // namespace
+extern "C" void* malloc(std::size_t size) {
+  if (counting) ++allocations;
+  return __libc_malloc(size);
+}
+// NOLINTEND(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp)
+
+namespace waymark {
+namespace {
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+TEST(AllocationOfTheFilter, NoneWhileItRuns) {
+  const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  const MountedSensor sensor{CameraModel::make(lens, 640, 480).value(),
+                             SE3(SO3::from_matrix(R), {0.08, 0, 0.18})};
+  TagMap map;
+  TagFrame frame;
+  for (int i = 0; i < 9; ++i) {  // more than one update takes
+    const MappedTag tag{.map_T_tag = SE3(SO3::from_matrix(R), {2.5, -0.8 + 0.2 * i, 0.3}), .size_m = 0.12};
+    map.tags[{.number = i}] = tag;
+    const auto corners =
+        visible_corners(*sensor.camera, sensor.base_T_sensor.inverse() * tag.map_T_tag, tag.size_m);
+    ASSERT_TRUE(corners);
+    frame.detections.push_back({.tag = {.number = i}, .corners_px = *corners});
+  }
+  RiekfLocalizer filter(Landmarks(map), sensor);
+  const auto run = [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      filter.add(ImuSample{.stamp = at(10 + 0.02 * i)});
+      filter.add(Odometry{.stamp = at(10 + 0.02 * i)});
+      frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // late ones too
+      filter.add(frame);
+      filter.clear_news();
+    }
+  };
+  run(0, 10);  // from nothing to a place
+  ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
+  allocations = 0;
+  counting = true;
+  run(10, 200);
+  counting = false;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_GT(filter.rewinds(), 20);
+  void* volatile something = std::malloc(1);  // the counter counts
+  std::free(something);
+  counting = true;
+  something = std::malloc(1);
+  counting = false;
+  std::free(something);
+  EXPECT_EQ(allocations, 1);
+}
+
+}  // namespace
+}  // namespace waymark
+
+#endif

@@ -1,0 +1,212 @@
+#include "waymark/localization/innovation_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kCapPerRow = 16;  // what is not believed counts so much and no more
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+
+double& number(CalibratedNumbers& numbers, std::size_t at) { return numbers[at]; }
+
+/// One run: what its innovations cost.
+class Cost {
+ public:
+  Cost(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
+       const RiekfOptions& options, const CalibratedNumbers& start, const CalibratedNumbers& prior)
+      : samples_(samples), landmarks_(landmarks), eye_(eye), options_(options), start_(start), prior_(prior) {
+    // What is sought must show in the innovations, not be explained by something else.
+    options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
+    options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = options_.motion.slip_sigma_s = 0;
+  }
+
+  /// Twice the negative logarithm of the likelihood, without its constant.
+  double operator()(const CalibratedNumbers& numbers) {
+    ++runs;
+    RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
+                          calibrated_options(options_, numbers));
+    sum_ = 0;
+    rows_ = 0;
+    for (const Sample& sample : samples_) {
+      if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);
+      if (const auto* imu = std::get_if<ImuSample>(&sample)) filter.add(*imu);
+      if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
+      if (const auto* tags = std::get_if<TagPoseFrame>(&sample)) filter.add(*tags);
+      if (const auto* seen = std::get_if<RangeBearing>(&sample)) filter.add(*seen);
+      take(filter);
+    }
+    sightings = filter.news().size() + counted_;
+    double prior = 0;
+    for (std::size_t i = 0; i < kCalibrated; ++i) prior += std::pow((numbers[i] - start_[i]) / prior_[i], 2);
+    return sum_ + prior;
+  }
+  [[nodiscard]] double per_row() const { return rows_ > 0 ? sum_ / rows_ : 0; }
+  [[nodiscard]] double rows() const { return rows_; }
+
+  int runs = 0;
+  std::size_t sightings = 0;
+
+ private:
+  void take(RiekfLocalizer& filter) {
+    for (const NisRecord& record : filter.news()) {
+      sum_ += std::min(record.nis, kCapPerRow * record.rows);
+      rows_ += record.rows;
+    }
+    counted_ += filter.news().size();
+    filter.clear_news();
+  }
+
+  std::span<const Sample> samples_;
+  const Landmarks& landmarks_;
+  MountedSensor eye_;
+  RiekfOptions options_;
+  CalibratedNumbers start_;
+  CalibratedNumbers prior_;
+  double sum_ = 0;
+  double rows_ = 0;
+  std::size_t counted_ = 0;
+};
+
+constexpr CalibratedNumbers kSteps{0.01, 0.01, 0.01, 0.01, 0.02, 0.01, 0.01, 0.01};
+
+/// Gradient and Hessian by differences.
+struct Quadratic {
+  Vector g;
+  Matrix H;
+};
+
+Quadratic differentiate(Cost& cost, const CalibratedNumbers& at, double here,
+                        const std::vector<std::size_t>& what) {
+  const auto n = static_cast<Eigen::Index>(what.size());
+  Quadratic q{Vector::Zero(n), Matrix::Zero(n, n)};
+  Vector forwards(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::size_t a = what[static_cast<std::size_t>(i)];
+    CalibratedNumbers moved = at;
+    number(moved, a) = at[a] + kSteps[a];
+    forwards[i] = cost(moved);
+    number(moved, a) = at[a] - kSteps[a];
+    const double backwards = cost(moved);
+    q.g[i] = (forwards[i] - backwards) / (2 * kSteps[a]);
+    q.H(i, i) = (forwards[i] - 2 * here + backwards) / (kSteps[a] * kSteps[a]);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      const std::size_t a = what[static_cast<std::size_t>(i)];
+      const std::size_t b = what[static_cast<std::size_t>(j)];
+      CalibratedNumbers moved = at;
+      number(moved, a) += kSteps[a];
+      number(moved, b) += kSteps[b];
+      const double both = cost(moved);
+      q.H(i, j) = q.H(j, i) = (both - forwards[i] - forwards[j] + here) / (kSteps[a] * kSteps[b]);
+    }
+  }
+  return q;
+}
+
+/// The Hessian of a likelihood near its top is positive definite; that of a run with gates need not be.
+Matrix made_definite(Matrix H, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
+  for (Eigen::Index i = 0; i < H.rows(); ++i) {
+    const double least = 2 / std::pow(prior[what[static_cast<std::size_t>(i)]], 2);
+    H(i, i) = std::max(H(i, i), least);
+  }
+  for (int round = 0; round < 30 && Eigen::LLT<Matrix>(H).info() != Eigen::Success; ++round) {
+    const Vector diagonal = H.diagonal();
+    H *= 0.8;
+    H.diagonal() = diagonal;
+  }
+  return H;
+}
+
+}  // namespace
+
+std::string_view to_string(Calibrated what) {
+  constexpr std::array<std::string_view, kCalibrated> kNames = {
+      "mounting_x_m", "mounting_y_m", "mounting_yaw_rad", "odometry_scale",
+      "yaw_gain",     "gyro_gain",    "camera_latency_s", "sight_scale"};
+  return kNames.at(static_cast<std::size_t>(what));
+}
+
+MountedSensor calibrated_sensor(const MountedSensor& eye, const CalibratedNumbers& numbers) {
+  MountedSensor moved = eye;
+  const SE3& T = eye.base_T_sensor;
+  moved.base_T_sensor = SE3(SO3::exp({0, 0, numbers[2]}) * T.rotation(),
+                            T.translation() + Eigen::Vector3d(numbers[0], numbers[1], 0));
+  return moved;
+}
+
+RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNumbers& numbers) {
+  RiekfOptions out = options;
+  out.odometry_scale = numbers[3];
+  out.yaw_gain = numbers[4];
+  out.gyro_gain = numbers[5];
+  out.camera_latency_s = numbers[6];
+  out.sight_scale = numbers[7];
+  return out;
+}
+
+Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, const Landmarks& landmarks,
+                                               const MountedSensor& eye, const RiekfOptions& options,
+                                               const InnovationFitOptions& fit) {
+  InnovationFit result;
+  result.value = {0,
+                  0,
+                  0,
+                  options.odometry_scale,
+                  options.yaw_gain,
+                  options.gyro_gain,
+                  options.camera_latency_s,
+                  options.sight_scale};
+  std::vector<std::size_t> what;
+  for (std::size_t i = 0; i < kCalibrated; ++i) {
+    if (fit.seek[i]) what.push_back(i);
+  }
+  Cost cost(samples, landmarks, eye, options, result.value, fit.prior);
+  double here = cost(result.value);
+  constexpr std::size_t kFewest = 50;
+  if (cost.sightings < kFewest)
+    return fail(ErrorCode::InvalidArgument, "too few sightings of the map to calibrate by", {},
+                "Drive past the tags of the map, with turns, for half a minute or more.");
+  result.cost_before = cost.per_row();
+  Matrix H;
+  for (int iteration = 0; iteration < fit.iterations; ++iteration) {
+    const Quadratic q = differentiate(cost, result.value, here, what);
+    H = made_definite(q.H, what, fit.prior);
+    const Vector step = -Eigen::LLT<Matrix>(H).solve(q.g);
+    bool better = false;
+    for (double share = 1; share > 0.05 && !better; share /= 2) {
+      CalibratedNumbers tried = result.value;
+      for (std::size_t i = 0; i < what.size(); ++i)
+        tried[what[i]] += share * step[static_cast<Eigen::Index>(i)];
+      const double there = cost(tried);
+      if (there >= here) continue;
+      better = true;
+      here = there;
+      result.value = tried;
+    }
+    if (!better) break;
+  }
+  static_cast<void>(cost(result.value));
+  result.cost_after = cost.per_row();
+  result.runs = cost.runs;
+  // Innovations of a robot that stands and of tags that stay wrong are not independent: their scatter, not
+  // their number, says how far the numbers are to be trusted.
+  const Matrix P = Eigen::LLT<Matrix>(H).solve(Matrix::Identity(H.rows(), H.cols())) * 2;
+  for (std::size_t i = 0; i < what.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    result.sigma[what[i]] = std::sqrt(P(at, at));
+    result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
+  }
+  return result;
+}
+
+}  // namespace waymark

@@ -1,0 +1,298 @@
+// The filter fed sample by sample in a ring of tags: late samples, lies of tags, kidnapping, doubt, bad
+// input.
+#include "waymark/localization/riekf_localizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+MountedSensor eye() {
+  const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
+  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  return {CameraModel::make(lens, 640, 480).value(), SE3(SO3::from_matrix(R), {0.08, 0, 0.18})};
+}
+
+/// Sixteen upright tags around, facing inwards, not evenly.
+TagMap ring() {
+  TagMap map;
+  const Eigen::Matrix3d ahead = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.2 * std::sin(3.0 * i)) / 16;
+    const SE2 place(2.5 * std::cos(angle), (2.2 + 0.3 * (i % 3)) * std::sin(angle), angle);
+    map.tags[{.number = i}] = {.map_T_tag = lift(place) * SE3(SO3::from_matrix(ahead), {0, 0, 0.3}),
+                               .size_m = 0.16};
+  }
+  return map;
+}
+
+/// What is really there, and what the robot is told.
+struct World {
+  TagMap tags = ring();
+  double wrong_id_share = 0;
+  bool dark = false;
+};
+
+TagFrame look(const World& world, const SE2& map_X_base, double seconds, Random& random) {
+  TagFrame frame{.stamp = at(seconds)};
+  if (world.dark) return frame;
+  const SE3 cam_T_map = (lift(map_X_base) * eye().base_T_sensor).inverse();
+  for (const auto& [id, tag] : world.tags.tags) {
+    const auto corners = visible_corners(*eye().camera, cam_T_map * tag.map_T_tag, tag.size_m);
+    if (!corners) continue;
+    TagDetection seen{.tag = id, .corners_px = *corners};
+    if (random.uniform() < world.wrong_id_share) seen.tag.number = static_cast<int>(random.index(16));
+    for (auto& corner : seen.corners_px) corner += 0.15 * Eigen::Vector2d(random.normal(), random.normal());
+    seen.corner_covariance_px2 = CornerCovariance::Identity() * 0.15 * 0.15;
+    frame.detections.push_back(seen);
+  }
+  return frame;
+}
+
+/// A robot that drives in circles in the ring; its odometry is a little wrong.
+struct Robot {
+  SE2 truth{0, -1, 0};
+  SE2 odom{};
+  double seconds = 10;
+  int steps = 0;
+
+  Odometry drive(double dt_s, Random& random) {
+    const Eigen::Vector3d u(0.3 * dt_s, 0, 0.3 * dt_s);
+    truth = truth * SE2::exp(u);
+    odom = odom * SE2::exp({1.02 * u.x() + 1e-3 * std::sqrt(dt_s) * random.normal(), 0,
+                            u.z() + 1e-3 * std::sqrt(dt_s) * random.normal()});
+    seconds += dt_s;
+    ++steps;
+    return {.stamp = at(seconds), .odom_T_base = odom, .speed_m_s = 0.3, .yaw_rate_rad_s = 0.3};
+  }
+};
+
+void run(RiekfLocalizer& filter, Robot& robot, const World& world, double seconds, Random& random) {
+  for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
+    filter.add(robot.drive(0.02, random));
+    if (robot.steps % 4 == 0) filter.add(look(world, robot.truth, robot.seconds, random));
+    filter.clear_news();
+  }
+}
+
+double off_m(const RiekfLocalizer& filter, const Robot& robot) {
+  const auto estimate = filter.estimate();
+  if (!estimate) return std::numeric_limits<double>::infinity();
+  return (estimate->map_T_base.translation() - robot.truth.translation()).norm();
+}
+
+bool certain(const RiekfLocalizer& filter) { return filter.estimate() && filter.estimate()->certain; }
+
+bool says(const RiekfLocalizer& filter, const std::string& word) {
+  const auto all = filter.problems();
+  return std::ranges::any_of(all, [&](const std::string& s) { return s.find(word) != std::string::npos; });
+}
+
+TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot;
+  Random random(1);
+  run(filter, robot, {}, 1, random);
+  EXPECT_TRUE(certain(filter));
+  run(filter, robot, {}, 20, random);
+  EXPECT_LT(off_m(filter, robot), 0.02);
+  EXPECT_TRUE(filter.problems().empty());
+}
+
+TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
+  World world;
+  const MappedTag only = world.tags.tags.at({.number = 0});
+  world.tags.tags = {{{.number = 0}, only}};
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot{.truth = SE2(0, 0, 0)};
+  Random random(2);
+  for (int i = 0; i < 50; ++i) {
+    filter.add(Odometry{.stamp = at(10 + 0.02 * i)});
+    filter.add(look(world, robot.truth, 10 + 0.02 * i, random));
+  }
+  ASSERT_TRUE(filter.estimate());
+  EXPECT_FALSE(filter.estimate()->certain);
+}
+
+/// Frames up to a second late: the same numbers as in order.
+TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
+  const auto estimate_with = [](int late_steps) {
+    RiekfLocalizer filter(Landmarks(ring()), eye());
+    Robot robot;
+    Random random(3);
+    std::vector<std::pair<int, TagFrame>> waiting;
+    for (int i = 0; i < 400; ++i) {
+      const Odometry odometry = robot.drive(0.02, random);
+      // Between two messages of odometry, and some out of order among themselves.
+      if (i % 4 == 0)
+        waiting.emplace_back(i + (i % 8 == 0 ? late_steps : late_steps / 3),
+                             look({}, robot.truth, robot.seconds - 0.007, random));
+      filter.add(odometry);
+      for (auto& [due, frame] : waiting) {
+        if (due == i || (i == 399 && due > i)) filter.add(frame);
+      }
+    }
+    EXPECT_EQ(filter.too_late(), 0);
+    EXPECT_GE(filter.rewinds(), late_steps > 0 ? 50 : 0);
+    return *filter.estimate();
+  };
+  const LocalizationEstimate in_time = estimate_with(0);
+  for (const int late : {3, 20, 44}) {
+    const LocalizationEstimate delayed = estimate_with(late);
+    EXPECT_LT(minus(in_time.map_T_base, delayed.map_T_base).norm(), 1e-12) << late;
+    EXPECT_LT((in_time.covariance - delayed.covariance).norm(), 1e-12) << late;
+  }
+}
+
+TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot;
+  Random random(4);
+  World world;
+  run(filter, robot, world, 5, random);
+  const double before = filter.estimate()->position_sigma_m();
+  world.dark = true;
+  run(filter, robot, world, 5, random);
+  const double dark = filter.estimate()->position_sigma_m();
+  EXPECT_GT(dark, 2 * before);
+  EXPECT_LT(off_m(filter, robot), 4 * dark);
+  world.dark = false;
+  run(filter, robot, world, 1, random);
+  EXPECT_LT(filter.estimate()->position_sigma_m(), dark / 2);
+  EXPECT_LT(off_m(filter, robot), 0.03);
+}
+
+struct Liar {
+  const char* name;
+  void (*change)(TagMap& real);
+  const char* words;
+};
+
+class TagsThatLie : public ::testing::TestWithParam<Liar> {};
+
+TEST_P(TagsThatLie, AreNamedAndNotUsed) {
+  World world;
+  GetParam().change(world.tags);
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot;
+  Random random(5);
+  run(filter, robot, world, 30, random);
+  EXPECT_TRUE(says(filter, GetParam().words)) << ::testing::PrintToString(filter.problems());
+  EXPECT_EQ(filter.problems().size(), 1U) << ::testing::PrintToString(filter.problems());
+  EXPECT_TRUE(certain(filter));
+  EXPECT_LT(off_m(filter, robot), 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, TagsThatLie,
+    ::testing::Values(Liar{"swapped",
+                           [](TagMap& real) {
+                             std::swap(real.tags.at({.number = 4}).map_T_tag,
+                                       real.tags.at({.number = 6}).map_T_tag);
+                           },
+                           "tag36h11:4 and tag36h11:6 are swapped"},
+                      Liar{"moved",
+                           [](TagMap& real) {
+                             SE3& T = real.tags.at({.number = 3}).map_T_tag;
+                             T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(-0.3, 0.4, 0));
+                           },
+                           "tag36h11:3 hangs 0.5"},
+                      Liar{"larger", [](TagMap& real) { real.tags.at({.number = 8}).size_m = 0.2; },
+                           "tag36h11:8 seems to be 0.20"}),
+    [](const auto& of) { return of.param.name; });
+
+/// Wrong numbers, darkness, kidnapping: in a second after two tags are seen it is right again, and it never
+/// says that it is certain when it is wrong.
+TEST(RiekfLocalizer, IsHardToLose) {
+  const int trials = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 40;
+  int false_certain = 0;
+  int not_back = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    Random random(static_cast<std::uint64_t>(100 + trial));
+    RiekfLocalizer filter(Landmarks(ring()), eye());
+    Robot robot;
+    World world{.wrong_id_share = 0.2};
+    run(filter, robot, world, 3, random);
+    if (trial % 2 == 0) {  // carried away in the dark
+      world.dark = true;
+      run(filter, robot, world, 1, random);
+      robot.truth = SE2(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-3, 3));
+    } else {
+      world.dark = true;
+      run(filter, robot, world, 5, random);
+    }
+    world.dark = false;
+    double two_tags_s = 0;
+    for (int i = 0; i < 150; ++i) {
+      const std::size_t seen = look({}, robot.truth, 0, random).detections.size();
+      run(filter, robot, world, 0.08, random);
+      two_tags_s += seen >= 2 ? 0.08 : 0;
+      if (two_tags_s < 1) continue;
+      const double sigma = certain(filter) ? filter.estimate()->position_sigma_m() : 0;
+      if (certain(filter) && off_m(filter, robot) > std::max(0.15, 5 * sigma)) ++false_certain;
+      if (i == 149 && !(certain(filter) && off_m(filter, robot) < 0.1)) ++not_back;
+    }
+  }
+  EXPECT_EQ(false_certain, 0) << "moments of " << trials << " trials";
+  EXPECT_EQ(not_back, 0);
+}
+
+TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot;
+  Random random(6);
+  run(filter, robot, {}, 3, random);
+  TagFrame frame = look({}, robot.truth, robot.seconds, random);
+  for (TagDetection& seen : frame.detections) {
+    seen.corners_px[1].x() = nan;
+    seen.corner_covariance_px2->setZero();
+  }
+  filter.add(frame);
+  filter.add(ImuSample{.stamp = at(robot.seconds), .angular_velocity_rad_s = {0, 0, nan}});
+  filter.add(Odometry{.stamp = at(robot.seconds - 1), .odom_T_base = robot.odom});
+  TagFrame old = look({}, robot.truth, robot.seconds - 100, random);
+  filter.add(old);
+  filter.add(RangeBearing{at(robot.seconds), 3, nan, 0});
+  filter.add(RangeBearing{at(robot.seconds), 3, -1, 0});
+  run(filter, robot, {}, 2, random);
+  ASSERT_TRUE(filter.estimate());
+  EXPECT_TRUE(filter.estimate()->covariance.allFinite());
+  EXPECT_LT(off_m(filter, robot), 0.03);
+  EXPECT_TRUE(says(filter, "stamps that do not go forwards"));
+  EXPECT_TRUE(says(filter, "not numbers"));
+  EXPECT_TRUE(says(filter, "late"));
+}
+
+TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
+  Random random(7);
+  TagMap others;
+  for (const auto& [id, tag] : ring().tags) others.tags[{FamilyId::Tag25h9, id.number}] = tag;
+  RiekfLocalizer other_family(Landmarks(others), eye());
+  Robot robot;
+  run(other_family, robot, {}, 2, random);
+  EXPECT_FALSE(other_family.estimate());
+  EXPECT_TRUE(says(other_family, "another family"));
+
+  TagMap shuffled;  // every tag is somewhere else
+  for (const auto& [id, tag] : ring().tags) shuffled.tags[{.number = (7 * id.number + 3) % 16}] = tag;
+  RiekfLocalizer nonsense(Landmarks(shuffled), eye());
+  run(nonsense, robot, {}, 4, random);
+  EXPECT_FALSE(certain(nonsense));
+}
+
+}  // namespace
+}  // namespace waymark
