@@ -12,9 +12,9 @@
 /// equations of docs/concepts/localization.md.
 namespace waymark {
 
-using Vector4 = Eigen::Matrix<double, 4, 1>;
-using Vector7 = Eigen::Matrix<double, 7, 1>;
-using Matrix7 = Eigen::Matrix<double, 7, 7>;
+using SlowVector = Eigen::Matrix<double, 5, 1>;
+using StateVector = Eigen::Matrix<double, 8, 1>;
+using StateMatrix = Eigen::Matrix<double, 8, 8>;
 
 /// In which coordinates the error lives: (1) X = Exp(xi) Xhat, or (12) x, y and yaw as numbers.
 enum class ErrorState : std::uint8_t { RightInvariant, Coordinates };
@@ -45,10 +45,11 @@ struct Linearised {
 /// The estimate and what is doubted of it.
 struct RiekfState {
   SE2 map_T_base{};
-  Vector4 slow = Vector4::Zero();  ///< distance scale - 1, yaw scale - 1, yaw bias [rad/s], slip [s]
-  Matrix7 P = Matrix7::Zero();     ///< of (xi, slow)
-  /// 7 x 6(1 + landmarks): covariance with the errors that stay, of the mounting and of each landmark.
-  Eigen::Matrix<double, 7, Eigen::Dynamic> C{};
+  SlowVector slow =
+      SlowVector::Zero();  ///< distance scale - 1, yaw scale - 1, yaw bias [rad/s], slip [s], crab [rad]
+  StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
+  /// 8 x 6(1 + landmarks): covariance with the errors that stay, of the mounting and of each landmark.
+  Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
 };
 
 /// Right-invariant EKF on SE(2) with slow states of the motion, and with the errors of the mounting and of
@@ -73,11 +74,11 @@ class Riekf {
   [[nodiscard]] double nis(const Linearised& z) const;
   /// (8) to (11) for the first `count` of a batch, all linearised at the state `prior_offset` away from the
   /// present one (iterated update; zero: the present one). Gives the correction; does not apply it.
-  [[nodiscard]] Vector7 gain(const Batch& batch, int count, const Eigen::Vector3d& offset);
+  [[nodiscard]] StateVector gain(const Batch& batch, int count, const Eigen::Vector3d& offset);
   /// Applies the correction of the last gain() and its covariance, (10), (11).
-  void correct(const Batch& batch, int count, const Vector7& correction);
+  void correct(const Batch& batch, int count, const StateVector& correction);
   /// The state a correction leads to.
-  [[nodiscard]] SE2 corrected(const Vector7& correction) const;
+  [[nodiscard]] SE2 corrected(const StateVector& correction) const;
 
   [[nodiscard]] const RiekfState& state() const { return state_; }
   void set_state(const RiekfState& state) { state_ = state; }
@@ -86,15 +87,15 @@ class Riekf {
   /// Of xi, in the left tangent, whatever the coordinates of the error.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// d(error after) / d(error before) of the last propagate().
-  [[nodiscard]] const Matrix7& last_transition() const { return transition_; }
+  [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
 
  private:
   using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8 * kMost, 8 * kMost>;
-  using Gain = Eigen::Matrix<double, 7, Eigen::Dynamic, Eigen::ColMajor, 7, 8 * kMost>;
+  using Gain = Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, 8 * kMost>;
   [[nodiscard]] Eigen::Matrix3d to_error() const;  ///< d xi / d error
-  [[nodiscard]] Eigen::Matrix<double, 7, 8> cross(const Linearised& z) const;
+  [[nodiscard]] Eigen::Matrix<double, 8, 8> cross(const Linearised& z) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 8> innovation(const Linearised& a, const Linearised& b,
-                                                       const Eigen::Matrix<double, 7, 8>& cross_b) const;
+                                                       const Eigen::Matrix<double, 8, 8>& cross_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
   [[nodiscard]] auto block(int landmark) const { return state_.C.middleCols<6>(6 * (landmark + 1)); }
   void update_covariance(const Batch& batch, int count);
@@ -109,7 +110,7 @@ class Riekf {
   Gain A_;
   Gain K_;
   Eigen::Matrix<double, 8 * kMost, 1> r_;
-  Matrix7 transition_ = Matrix7::Identity();
+  StateMatrix transition_ = StateMatrix::Identity();
 };
 
 }  // namespace waymark

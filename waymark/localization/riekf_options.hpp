@@ -19,6 +19,7 @@ struct MotionNoise {
   double yaw_scale_sigma = 0.03;
   double yaw_bias_sigma_rad_s = 0.005;
   double slip_sigma_s = 0.03;
+  double crab_sigma_rad = 0;
   double slow_time_s = 300;
   double slip_share = 1;
 
@@ -47,7 +48,12 @@ struct MotionNoise {
     visit(self.slip_sigma_s,
           Field{"slip_sigma_s", "How large sideways speed per speed and yaw rate may be; 0: there is none.",
                 0, 1});
-    visit(self.slow_time_s, Field{"slow_time_s", "These four wander by their sigma in this time.", 1, 1e9});
+    visit(self.crab_sigma_rad,
+          Field{"crab_sigma_rad",
+                "How far odometry may go askew to the robot's heading; 0: straight ahead. For odometry whose "
+                "heading error turns no distance.",
+                0, 1});
+    visit(self.slow_time_s, Field{"slow_time_s", "These five wander by their sigma in this time.", 1, 1e9});
     visit(self.slip_share,
           Field{"slip_share",
                 "What gyro and wheels disagree in turning is added to the noise of the motion by this share.",

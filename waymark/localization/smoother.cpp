@@ -12,22 +12,22 @@ namespace {
 
 struct Smoothed {
   SE2 map_T_base{};
-  Vector4 slow = Vector4::Zero();
-  Matrix7 P = Matrix7::Zero();
+  SlowVector slow = SlowVector::Zero();
+  StateMatrix P = StateMatrix::Zero();
 };
 
 /// From step k + 1 to step k.
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
   // What is known exactly (a slow state that is switched off) must not make the inverse blow up.
-  const Matrix7 P = next.predicted_P + Matrix7::Identity() * 1e-15;
-  const Matrix7 G = P.ldlt().solve(next.transition * k.filtered_P).transpose();
-  Vector7 apart;
+  const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
+  const StateMatrix G = P.ldlt().solve(next.transition * k.filtered_P).transpose();
+  StateVector apart;
   apart << minus(after.map_T_base, next.predicted), after.slow - next.predicted_slow;
-  const Vector7 correction = G * apart;
+  const StateVector correction = G * apart;
   Smoothed now;
   now.map_T_base = SE2::exp(correction.head<3>()) * k.filtered;
-  now.slow = k.filtered_slow + correction.tail<4>();
-  now.P = internal::symmetrized<7>(k.filtered_P + G * (after.P - next.predicted_P) * G.transpose());
+  now.slow = k.filtered_slow + correction.tail<5>();
+  now.P = internal::symmetrized<8>(k.filtered_P + G * (after.P - next.predicted_P) * G.transpose());
   return now;
 }
 

@@ -147,7 +147,7 @@ void Tracker::update(const Verdict& verdict) {
     const std::size_t last = std::min(verdict.believed_count, first + Riekf::kMost);
     SE2 at = filter_.state().map_T_base;
     const SE2 prior = at;
-    Vector7 correction = Vector7::Zero();
+    StateVector correction = StateVector::Zero();
     int count = 0;
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       Riekf::Batch& batch = batch_;

@@ -38,13 +38,13 @@ struct TraceStep {
   SensorTime stamp{};
   int chain = 0;  ///< a new start begins a new chain
   bool certain = false;
-  Matrix7 transition = Matrix7::Identity();
+  StateMatrix transition = StateMatrix::Identity();
   SE2 predicted{};
-  Vector4 predicted_slow = Vector4::Zero();
-  Matrix7 predicted_P = Matrix7::Zero();
+  SlowVector predicted_slow = SlowVector::Zero();
+  StateMatrix predicted_P = StateMatrix::Zero();
   SE2 filtered{};
-  Vector4 filtered_slow = Vector4::Zero();
-  Matrix7 filtered_P = Matrix7::Zero();
+  SlowVector filtered_slow = SlowVector::Zero();
+  StateMatrix filtered_P = StateMatrix::Zero();
 };
 
 /// The filter with what makes it survive: gates, contradiction, cold start, watching the tags. Time goes
