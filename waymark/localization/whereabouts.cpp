@@ -1,6 +1,7 @@
 #include "waymark/localization/whereabouts.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/LU>
 
@@ -151,9 +152,11 @@ const Candidate* Whereabouts::believable(bool contradicted) const {
     return nullptr;
   for (std::size_t i = 0; i < count_; ++i) {
     const Candidate& other = all_[i];
-    if (&other == found || other.distinct < 2 || 2 * other.support < found->support) continue;
+    if (&other == found || other.distinct < 2 || 4 * other.support < 3 * found->support) continue;
+    const SE2 between = found->map_T_base.inverse() * other.map_T_base;
+    const bool here = between.translation().norm() < 0.15 && std::abs(between.yaw()) < 0.1;
     const bool same =
-        apart(other.map_T_base, found->map_T_base, other.covariance + found->covariance) < gate3_;
+        here || apart(other.map_T_base, found->map_T_base, other.covariance + found->covariance) < gate3_;
     if (!same) return nullptr;
   }
   return found;
