@@ -15,7 +15,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 26U;
+constexpr std::size_t kMostLandmarkBytes = std::size_t{1} << 26U;
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
@@ -170,7 +170,7 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
 Result<LandmarksFile> read_landmarks(const std::filesystem::path& path, std::optional<double> tag_size_m) {
   std::error_code ignored;
   const std::filesystem::path file = std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path;
-  const Result<std::string> text = read_text_file(file, kMostBytes);
+  const Result<std::string> text = read_text_file(file, kMostLandmarkBytes);
   if (!text) return tl::unexpected(text.error());
   return parse_landmarks(*text, file.string(), tag_size_m);
 }
