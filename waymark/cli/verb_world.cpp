@@ -49,6 +49,24 @@ std::vector<std::string> doubts_about(const World& world) {
   return doubts;
 }
 
+std::string nearest_tag(const WorldCheck& c) { return c.nearest_tag ? to_string(*c.nearest_tag) : "no tag"; }
+
+nlohmann::ordered_json to_json(const SimulatedStage& s, const WorldCheck& c,
+                               const std::vector<std::string>& doubts, bool good) {
+  return {{"world", s.world.name},
+          {"robot", s.model.name},
+          {"tags", s.world.tags.tags.size()},
+          {"lap_m", c.lap_m},
+          {"min_clearance_m", c.min_clearance_m},
+          {"nearest_tag", nearest_tag(c)},
+          {"two_tags_fraction", c.two_tags_fraction},
+          {"fewest_tags", c.fewest_tags},
+          {"sharpest_left_1_m", c.sharpest_left_1_m},
+          {"sharpest_right_1_m", c.sharpest_right_1_m},
+          {"warnings", doubts},
+          {"good", good}};
+}
+
 ExitCode check(const CheckArgs& args, Console& console) {
   const Result<Stage> stage = load_stage(args.world, args.robot_file, 1);
   if (!stage) {
@@ -61,24 +79,13 @@ ExitCode check(const CheckArgs& args, Console& console) {
     console.say(c.error());
     return ExitCode::SomeFailed;
   }
-  const std::string nearest = c->nearest_tag ? to_string(*c->nearest_tag) : "no tag";
+  const std::string nearest = nearest_tag(*c);
   const std::vector<std::string> doubts = doubts_about(s.world);
   for (const std::string& doubt : doubts) console.say("warning: " + doubt);
   const bool good =
       doubts.empty() && c->min_clearance_m >= kClearanceMetres && c->two_tags_fraction >= kTwoTags;
   if (args.json) {
-    console.print(json_line({{"world", s.world.name},
-                             {"robot", s.model.name},
-                             {"tags", s.world.tags.tags.size()},
-                             {"lap_m", c->lap_m},
-                             {"min_clearance_m", c->min_clearance_m},
-                             {"nearest_tag", nearest},
-                             {"two_tags_fraction", c->two_tags_fraction},
-                             {"fewest_tags", c->fewest_tags},
-                             {"sharpest_left_1_m", c->sharpest_left_1_m},
-                             {"sharpest_right_1_m", c->sharpest_right_1_m},
-                             {"warnings", doubts},
-                             {"good", good}}));
+    console.print(json_line(to_json(s, *c, doubts, good)));
   } else {
     console.print(fmt::format(
         "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"

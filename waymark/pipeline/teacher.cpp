@@ -118,25 +118,7 @@ bool Teacher::long_enough(const TeachSummary& summary) const {
   return setup_.closed_route ? summary.closed_loop : summary.distance_m >= kShortestMetres;
 }
 
-TeachSummary Teacher::summary() const {
-  TeachSummary summary = counters_;
-  if (!first_) {
-    summary.warnings.emplace_back("no frame of the camera arrived");
-    return summary;
-  }
-  summary.duration_s = to_seconds(last_ - *first_);
-  const double window_s = std::min(kAnchorWindowSeconds, summary.duration_s / 3);
-  summary.anchor_at_start =
-      first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
-  summary.anchor_at_end = last_anchored_cam_ && to_seconds(last_ - last_anchored_cam_->stamp) <= window_s;
-  if (summary.anchor_at_start && summary.anchor_at_end) {
-    const Eigen::Vector3d apart =
-        first_anchored_cam_->map_T_base.translation() - last_anchored_cam_->map_T_base.translation();
-    summary.closed_loop = apart.norm() < kSamePlaceMetres && summary.distance_m > 2 * kSamePlaceMetres;
-  }
-  summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
-                     summary.clock_back_s == 0 && long_enough(summary);
-
+void Teacher::judge_views(TeachSummary& summary) const {
   const auto warn = [&](bool condition, std::string words) {
     if (condition) summary.warnings.push_back(std::move(words));
   };
@@ -161,6 +143,28 @@ TeachSummary Teacher::summary() const {
     warn(frames < kFewSightings,
          fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
   }
+}
+
+TeachSummary Teacher::summary() const {
+  TeachSummary summary = counters_;
+  if (!first_) {
+    summary.warnings.emplace_back("no frame of the camera arrived");
+    return summary;
+  }
+  summary.duration_s = to_seconds(last_ - *first_);
+  const double window_s = std::min(kAnchorWindowSeconds, summary.duration_s / 3);
+  summary.anchor_at_start =
+      first_anchored_cam_ && to_seconds(first_anchored_cam_->stamp - *first_) <= window_s;
+  summary.anchor_at_end = last_anchored_cam_ && to_seconds(last_ - last_anchored_cam_->stamp) <= window_s;
+  if (summary.anchor_at_start && summary.anchor_at_end) {
+    const Eigen::Vector3d apart =
+        first_anchored_cam_->map_T_base.translation() - last_anchored_cam_->map_T_base.translation();
+    summary.closed_loop = apart.norm() < kSamePlaceMetres && summary.distance_m > 2 * kSamePlaceMetres;
+  }
+  summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
+                     summary.clock_back_s == 0 && long_enough(summary);
+
+  judge_views(summary);
   judge_links(summary);
   judge_stamps(summary);
   return summary;

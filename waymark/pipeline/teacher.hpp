@@ -73,6 +73,7 @@ class Teacher {
  private:
   void count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
   void hear(SensorTime stamp);
+  void judge_views(TeachSummary& summary) const;
   void judge_links(TeachSummary& summary) const;
   void judge_stamps(TeachSummary& summary) const;
   [[nodiscard]] bool long_enough(const TeachSummary& summary) const;
