@@ -74,7 +74,7 @@ ExitCode check(const CheckArgs& args, Console& console) {
     return ExitCode::Usage;
   }
   const SimulatedStage& s = stage->simulated;
-  const Result<WorldCheck> c = check_world(s.world, s.model, s.camera);
+  const Result<WorldCheck> c = check_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!c) {
     console.say(c.error());
     return ExitCode::SomeFailed;
