@@ -198,7 +198,10 @@ void consistent_and_efficient(const std::string& world_name, const std::string& 
   EXPECT_NEAR(nees, 3, width);
   EXPECT_NEAR(nis, 1, 0.07);  // 95 % for four tags and fifty seeds
   EXPECT_EQ(all.uncertain, 0);
-  EXPECT_GT(share, full() ? 0.85 : 0.0);
+  // Sideways slip that stays for a tenth of a second is taken as white: rather too much doubt than too
+  // little.
+  const auto overconfident = std::ranges::count_if(sums, [&](double sum) { return sum / seeds > 3 + width; });
+  EXPECT_LT(static_cast<double>(overconfident), 0.1 * static_cast<double>(sums.size()));
 }
 
 TEST(LocalizationInSimulation, Circuit24IsConsistentAndEfficient) {
