@@ -49,11 +49,11 @@ class Search {
     known_ = what_is_known(map_.scene, map_.problem);
     map_.placed = place_poses(bundle, known_);
     own_noise(kStartPx);
+    replace_contradicted(bundle, map_.placed, known_, kFar);
+    // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
+    for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers");
     for (int round = 0; round < kRounds && goes_on(); ++round) {
-      replace_contradicted(bundle, map_.placed, known_, kFar);
-      // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
-      for (double chi2 : {100 * kFar, kFar, options_.robust_chi2})
-        find(chi2, round == 0 ? 15 : 8, "looking for outliers");
+      find(options_.robust_chi2, 10, "looking for outliers");
       own_noise(noise_px_ * noise_ratio());
       if (replace_contradicted(bundle, map_.placed, known_, options_.outlier_chi2) == 0) break;
     }
