@@ -77,7 +77,7 @@ def tags_of_map(path):
     tags, number = {}, None
     for line in path.read_text().splitlines():
         word = line.strip().lstrip("- ")
-        if word.startswith("id:"):
+        if word.startswith("tag:"):
             number = int(word.split(":")[-1].strip().strip('"'))
         elif word.startswith("position_m:") and number is not None:
             tags[number] = [float(x) for x in word.split(":")[1].strip(" []").split(",")]
