@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
 namespace waymark {

@@ -30,91 +30,38 @@ class SE23 {
   [[nodiscard]] SE3 pose() const { return {rotation_, position_}; }
 
   [[nodiscard]] static SE23 identity() { return {}; }
-  [[nodiscard]] static SE23 exp(const Tangent& xi) {
-    const Eigen::Vector3d phi = xi.tail<3>();
-    const Stumpff c = stumpff(phi.squaredNorm());
-    return {SO3::exp(phi), internal::times_polynomial(phi, c.c2, c.c3, xi.head<3>()),
-            internal::times_polynomial(phi, c.c2, c.c3, xi.segment<3>(3))};
-  }
+  [[nodiscard]] static SE23 exp(const Tangent& xi);
   /// Rotation part as SO3::log, |rotation| <= pi.
-  [[nodiscard]] Tangent log() const {
-    const Eigen::Vector3d phi = rotation_.log();
-    const double e = inverse_jacobian_coefficient(phi.squaredNorm());
-    Tangent xi;
-    xi << internal::times_polynomial(phi, -0.5, e, position_),
-        internal::times_polynomial(phi, -0.5, e, velocity_), phi;
-    return xi;
-  }
+  [[nodiscard]] Tangent log() const;
 
-  [[nodiscard]] SE23 inverse() const {
-    const SO3 b_R_a = rotation_.inverse();
-    return {b_R_a, -(b_R_a * position_), -(b_R_a * velocity_)};
-  }
+  [[nodiscard]] SE23 inverse() const;
   [[nodiscard]] SE23 operator*(const SE23& b_X_c) const {
     return {rotation_ * b_X_c.rotation_, rotation_ * b_X_c.position_ + position_,
             rotation_ * b_X_c.velocity_ + velocity_};
   }
 
   /// [R, p, v; 0, 1, 0; 0, 0, 1].
-  [[nodiscard]] Matrix matrix() const {
-    Matrix m = Matrix::Identity();
-    m.topLeftCorner<3, 3>() = rotation_.matrix();
-    m.block<3, 1>(0, 3) = position_;
-    m.block<3, 1>(0, 4) = velocity_;
-    return m;
-  }
+  [[nodiscard]] Matrix matrix() const;
   /// X exp(xi) X^-1 = exp(X.adjoint() xi): [R, 0, p^ R; 0, R, v^ R; 0, 0, R].
-  [[nodiscard]] Jacobian adjoint() const {
-    const Eigen::Matrix3d R = rotation_.matrix();
-    return blocks(R, SO3::hat(position_) * R, SO3::hat(velocity_) * R);
-  }
+  [[nodiscard]] Jacobian adjoint() const;
   /// ad(xi) eta = vee(hat(xi) hat(eta) - hat(eta) hat(xi)).
-  [[nodiscard]] static Jacobian ad(const Tangent& xi) {
-    return blocks(SO3::hat(xi.tail<3>()), SO3::hat(xi.head<3>()), SO3::hat(xi.segment<3>(3)));
-  }
-  [[nodiscard]] static Matrix hat(const Tangent& xi) {
-    Matrix m = Matrix::Zero();
-    m.topLeftCorner<3, 3>() = SO3::hat(xi.tail<3>());
-    m.block<3, 1>(0, 3) = xi.head<3>();
-    m.block<3, 1>(0, 4) = xi.segment<3>(3);
-    return m;
-  }
-  [[nodiscard]] static Tangent vee(const Matrix& m) {
-    Tangent xi;
-    xi << m.block<3, 1>(0, 3), m.block<3, 1>(0, 4), SO3::vee(m.topLeftCorner<3, 3>());
-    return xi;
-  }
+  [[nodiscard]] static Jacobian ad(const Tangent& xi);
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
+  [[nodiscard]] static Tangent vee(const Matrix& m);
 
   /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: [J, 0, Q_p; 0, J, Q_v; 0, 0, J].
-  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi) {
-    const Eigen::Vector3d phi = xi.tail<3>();
-    const Stumpff c = stumpff(phi.squaredNorm());
-    return blocks(SO3::left_jacobian(phi), internal::coupling(xi.head<3>(), phi, c),
-                  internal::coupling(xi.segment<3>(3), phi, c));
-  }
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi);
   /// Defined for a rotation part < 2 pi.
-  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi) {
-    const Eigen::Vector3d phi = xi.tail<3>();
-    const Stumpff c = stumpff(phi.squaredNorm());
-    const Eigen::Matrix3d inverse = SO3::left_jacobian_inverse(phi);
-    return blocks(inverse, -inverse * internal::coupling(xi.head<3>(), phi, c) * inverse,
-                  -inverse * internal::coupling(xi.segment<3>(3), phi, c) * inverse);
-  }
-  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi) { return left_jacobian(-xi); }
-  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi) {
-    return left_jacobian_inverse(-xi);
-  }
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
   /// Same bits.
   friend bool operator==(const SE23&, const SE23&) = default;
 
  private:
   [[nodiscard]] static Jacobian blocks(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& position,
-                                       const Eigen::Matrix3d& velocity) {
-    const Eigen::Matrix3d zero = Eigen::Matrix3d::Zero();
-    return (Jacobian() << diagonal, zero, position, zero, diagonal, velocity, zero, zero, diagonal)
-        .finished();
-  }
+                                       const Eigen::Matrix3d& velocity);
 
   SO3 rotation_;
   Eigen::Vector3d position_ = Eigen::Vector3d::Zero();

@@ -49,17 +49,12 @@ class SO2 {
   /// a_p = a_R_b b_p with its Jacobians: J_p_R (2x1) for a left perturbation of the rotation, J_p_p (2x2) for
   /// the point.
   [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix<double, 2, 1>* J_p_R,
-                          Matrix* J_p_p = nullptr) const {
-    Point a_p = *this * b_p;
-    if (J_p_R != nullptr) *J_p_R << -a_p.y(), a_p.x();
-    if (J_p_p != nullptr) *J_p_p = matrix();
-    return a_p;
-  }
+                          Matrix* J_p_p = nullptr) const;
 
-  [[nodiscard]] Matrix matrix() const { return (Matrix() << cos_, -sin_, sin_, cos_).finished(); }
+  [[nodiscard]] Matrix matrix() const;
   [[nodiscard]] Jacobian adjoint() const { return Jacobian::Identity(); }
   [[nodiscard]] static Jacobian ad(const Tangent&) { return Jacobian::Zero(); }
-  [[nodiscard]] static Matrix hat(const Tangent& xi) { return (Matrix() << 0, -xi[0], xi[0], 0).finished(); }
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
   [[nodiscard]] static Tangent vee(const Matrix& m) { return Tangent((m(1, 0) - m(0, 1)) / 2); }
 
   [[nodiscard]] static Jacobian left_jacobian(const Tangent&) { return Jacobian::Identity(); }

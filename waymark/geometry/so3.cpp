@@ -1,8 +1,13 @@
 #include "waymark/geometry/so3.hpp"
 
+#include <cassert>
+#include <cmath>
+
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "waymark/geometry/stumpff.hpp"
 
 namespace waymark {
 namespace {
@@ -23,6 +28,74 @@ double orthonormality_error(const Eigen::Matrix3d& R) {
 }
 
 }  // namespace
+
+SO3 SO3::from_quaternion(const Eigen::Quaterniond& a_q_b) {
+  assert(a_q_b.coeffs().allFinite() && a_q_b.coeffs().stableNorm() > 0);
+  return canonical(Eigen::Quaterniond(a_q_b.coeffs().stableNormalized()));
+}
+
+SO3 SO3::exp(const Tangent& xi) {
+  assert(xi.allFinite());
+  const double quarter = xi.squaredNorm() / 4;  // (theta/2)^2
+  double half_sinc = 1.0, cosine = 1.0;         // sin(theta/2) / (theta/2), cos(theta/2)
+  if (quarter < 1e-8) {                         // next terms below 1e-27
+    half_sinc = 1.0 - quarter / 6 * (1.0 - quarter / 20);
+    cosine = 1.0 - quarter / 2 * (1.0 - quarter / 12);
+  } else {
+    const double half = std::sqrt(quarter);
+    half_sinc = std::sin(half) / half;
+    cosine = std::cos(half);
+  }
+  const Eigen::Vector3d v = half_sinc / 2 * xi;
+  return renormalized({cosine, v.x(), v.y(), v.z()});
+}
+
+SO3::Tangent SO3::log() const {
+  const double n = q_.vec().norm();
+  // atan2 keeps all digits of the angle at both ends: near 0 through n, near pi through w.
+  const double scale = n > 0 ? 2 * std::atan2(n, q_.w()) / n : 2.0;
+  return scale * q_.vec();
+}
+
+double SO3::angle() const { return 2 * std::atan2(q_.vec().norm(), q_.w()); }
+
+SO3::Point SO3::act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p) const {
+  Point a_p = *this * b_p;
+  if (J_p_R != nullptr) *J_p_R = -hat(a_p);
+  if (J_p_p != nullptr) *J_p_p = matrix();
+  return a_p;
+}
+
+SO3::Matrix SO3::matrix() const { return q_.toRotationMatrix(); }
+
+SO3::Matrix SO3::hat(const Tangent& xi) {
+  return (Matrix() << 0, -xi.z(), xi.y(), xi.z(), 0, -xi.x(), -xi.y(), xi.x(), 0).finished();
+}
+
+SO3::Tangent SO3::vee(const Matrix& m) {
+  return {(m(2, 1) - m(1, 2)) / 2, (m(0, 2) - m(2, 0)) / 2, (m(1, 0) - m(0, 1)) / 2};
+}
+
+SO3::Jacobian SO3::left_jacobian(const Tangent& xi) {
+  const double s = xi.squaredNorm();
+  const Stumpff c = stumpff(s);
+  return polynomial(xi, s, c.c2, c.c3);
+}
+
+SO3::Jacobian SO3::left_jacobian_inverse(const Tangent& xi) {
+  const double s = xi.squaredNorm();
+  return polynomial(xi, s, -0.5, inverse_jacobian_coefficient(s));
+}
+
+SO3::Jacobian SO3::right_jacobian(const Tangent& xi) { return left_jacobian(-xi); }
+
+SO3::Jacobian SO3::right_jacobian_inverse(const Tangent& xi) { return left_jacobian_inverse(-xi); }
+
+SO3::Matrix SO3::polynomial(const Tangent& xi, double s, double a, double b) {
+  Matrix m = a * hat(xi) + b * xi * xi.transpose();
+  m.diagonal().array() += 1.0 - b * s;
+  return m;
+}
 
 SO3 SO3::from_matrix(const Eigen::Matrix3d& a_R_b) {
   assert(a_R_b.allFinite());

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <cassert>
-#include <cmath>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "waymark/base/error.hpp"
-#include "waymark/geometry/stumpff.hpp"
 
 namespace waymark {
 
@@ -31,10 +29,7 @@ class SO3 {
   [[nodiscard]] static SO3 identity() { return {}; }
   /// From any finite quaternion but zero, of either sign; normalised. For trusted input: see
   /// try_from_quaternion.
-  [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b) {
-    assert(a_q_b.coeffs().allFinite() && a_q_b.coeffs().stableNorm() > 0);
-    return canonical(Eigen::Quaterniond(a_q_b.coeffs().stableNormalized()));
-  }
+  [[nodiscard]] static SO3 from_quaternion(const Eigen::Quaterniond& a_q_b);
   /// The rotation nearest to a_R_b in the Frobenius norm (Davenport's q-method, as in Bar-Itzhack, "New
   /// method for extracting the quaternion from a rotation matrix", JGCD 23(6), 2000). For trusted input: see
   /// try_from_matrix.
@@ -55,45 +50,21 @@ class SO3 {
   [[nodiscard]] Eigen::Vector3d rpy() const;
 
   /// Rotation by |xi| about xi, any finite xi (|xi| < 1e150).
-  [[nodiscard]] static SO3 exp(const Tangent& xi) {
-    assert(xi.allFinite());
-    const double quarter = xi.squaredNorm() / 4;  // (theta/2)^2
-    double half_sinc = 1.0, cosine = 1.0;         // sin(theta/2) / (theta/2), cos(theta/2)
-    if (quarter < 1e-8) {                         // next terms below 1e-27
-      half_sinc = 1.0 - quarter / 6 * (1.0 - quarter / 20);
-      cosine = 1.0 - quarter / 2 * (1.0 - quarter / 12);
-    } else {
-      const double half = std::sqrt(quarter);
-      half_sinc = std::sin(half) / half;
-      cosine = std::cos(half);
-    }
-    const Eigen::Vector3d v = half_sinc / 2 * xi;
-    return renormalized({cosine, v.x(), v.y(), v.z()});
-  }
+  [[nodiscard]] static SO3 exp(const Tangent& xi);
   /// The rotation vector, |log| <= pi. At exactly pi, where two vectors give the same rotation, the one whose
   /// first component that is not 0 is positive.
-  [[nodiscard]] Tangent log() const {
-    const double n = q_.vec().norm();
-    // atan2 keeps all digits of the angle at both ends: near 0 through n, near pi through w.
-    const double scale = n > 0 ? 2 * std::atan2(n, q_.w()) / n : 2.0;
-    return scale * q_.vec();
-  }
+  [[nodiscard]] Tangent log() const;
   /// Rotation angle in [0, pi] [rad].
-  [[nodiscard]] double angle() const { return 2 * std::atan2(q_.vec().norm(), q_.w()); }
+  [[nodiscard]] double angle() const;
 
   [[nodiscard]] SO3 inverse() const { return canonical(q_.conjugate()); }
   [[nodiscard]] SO3 operator*(const SO3& b_R_c) const { return renormalized(q_ * b_R_c.q_); }
   [[nodiscard]] Point operator*(const Point& b_p) const { return q_ * b_p; }
   /// a_p = a_R_b b_p with its Jacobians: J_p_R (3x3) for a left perturbation of the rotation, J_p_p (3x3) for
   /// the point.
-  [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p = nullptr) const {
-    Point a_p = *this * b_p;
-    if (J_p_R != nullptr) *J_p_R = -hat(a_p);
-    if (J_p_p != nullptr) *J_p_p = matrix();
-    return a_p;
-  }
+  [[nodiscard]] Point act(const Point& b_p, Eigen::Matrix3d* J_p_R, Eigen::Matrix3d* J_p_p = nullptr) const;
 
-  [[nodiscard]] Matrix matrix() const { return q_.toRotationMatrix(); }
+  [[nodiscard]] Matrix matrix() const;
   /// Unit length, w >= 0.
   [[nodiscard]] const Eigen::Quaterniond& quaternion() const { return q_; }
 
@@ -102,29 +73,16 @@ class SO3 {
   /// ad(xi) eta = xi x eta.
   [[nodiscard]] static Jacobian ad(const Tangent& xi) { return hat(xi); }
   /// hat(xi) p = xi x p.
-  [[nodiscard]] static Matrix hat(const Tangent& xi) {
-    return (Matrix() << 0, -xi.z(), xi.y(), xi.z(), 0, -xi.x(), -xi.y(), xi.x(), 0).finished();
-  }
+  [[nodiscard]] static Matrix hat(const Tangent& xi);
   /// Inverse of hat; of a matrix that is not skew, that of its skew part.
-  [[nodiscard]] static Tangent vee(const Matrix& m) {
-    return {(m(2, 1) - m(1, 2)) / 2, (m(0, 2) - m(2, 0)) / 2, (m(1, 0) - m(0, 1)) / 2};
-  }
+  [[nodiscard]] static Tangent vee(const Matrix& m);
 
   /// exp(xi + d) = exp(left_jacobian(xi) d) exp(xi) to first order in d: I + c2 ad + c3 ad^2.
-  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi) {
-    const double s = xi.squaredNorm();
-    const Stumpff c = stumpff(s);
-    return polynomial(xi, s, c.c2, c.c3);
-  }
+  [[nodiscard]] static Jacobian left_jacobian(const Tangent& xi);
   /// Defined for |xi| < 2 pi.
-  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi) {
-    const double s = xi.squaredNorm();
-    return polynomial(xi, s, -0.5, inverse_jacobian_coefficient(s));
-  }
-  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi) { return left_jacobian(-xi); }
-  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi) {
-    return left_jacobian_inverse(-xi);
-  }
+  [[nodiscard]] static Jacobian left_jacobian_inverse(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian(const Tangent& xi);
+  [[nodiscard]] static Jacobian right_jacobian_inverse(const Tangent& xi);
 
   /// Same bits.
   friend bool operator==(const SO3& x, const SO3& y) { return x.q_.coeffs() == y.q_.coeffs(); }
@@ -132,11 +90,7 @@ class SO3 {
  private:
   explicit SO3(const Eigen::Quaterniond& unit) : q_(unit) {}
   /// I + a xi^ + b xi^ xi^, with xi^ xi^ = xi xi^T - s I.
-  [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b) {
-    Matrix m = a * hat(xi) + b * xi * xi.transpose();
-    m.diagonal().array() += 1.0 - b * s;
-    return m;
-  }
+  [[nodiscard]] static Matrix polynomial(const Tangent& xi, double s, double a, double b);
   /// Of the two unit quaternions of a rotation the one with w > 0; for w = 0 the one whose first component
   /// not 0 is positive.
   [[nodiscard]] static SO3 canonical(const Eigen::Quaterniond& q) {

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
-#include "waymark/base/random.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/se2.hpp"
 #include "waymark/geometry/se23.hpp"
@@ -43,22 +41,9 @@ template <int N>
 
 /// d(coordinates) / d(xi) for translations t1 … of the group: a rotation of the whole by phi moves each by
 /// phi x t. sign = -1 gives the inverse.
-[[nodiscard]] inline SE2::Jacobian coordinate_jacobian(const SE2& X, double sign) {
-  SE2::Jacobian J = SE2::Jacobian::Identity();
-  J.topRightCorner<2, 1>() << -sign * X.y(), sign * X.x();
-  return J;
-}
-[[nodiscard]] inline SE3::Jacobian coordinate_jacobian(const SE3& X, double sign) {
-  SE3::Jacobian J = SE3::Jacobian::Identity();
-  J.topRightCorner<3, 3>() = -sign * SO3::hat(X.translation());
-  return J;
-}
-[[nodiscard]] inline SE23::Jacobian coordinate_jacobian(const SE23& X, double sign) {
-  SE23::Jacobian J = SE23::Jacobian::Identity();
-  J.block<3, 3>(0, 6) = -sign * SO3::hat(X.position());
-  J.block<3, 3>(3, 6) = -sign * SO3::hat(X.velocity());
-  return J;
-}
+[[nodiscard]] SE2::Jacobian coordinate_jacobian(const SE2& X, double sign);
+[[nodiscard]] SE3::Jacobian coordinate_jacobian(const SE3& X, double sign);
+[[nodiscard]] SE23::Jacobian coordinate_jacobian(const SE23& X, double sign);
 template <LieGroup G>  // SO2 and SO3 have no translation
 [[nodiscard]] inline typename G::Jacobian coordinate_jacobian(const G&, double) {
   return G::Jacobian::Identity();
@@ -114,17 +99,6 @@ template <LieGroup G>
 template <LieGroup G>
 [[nodiscard]] inline typename G::Tangent coordinate_deviations(const Uncertain<G>& a_X_b) {
   return coordinate_covariance(a_X_b).diagonal().cwiseMax(0.0).cwiseSqrt();
-}
-
-/// One draw of X = exp(xi) mean. The covariance may be singular; what of it is negative by rounding counts as
-/// zero.
-template <LieGroup G>
-[[nodiscard]] inline G sample(const Uncertain<G>& a_X_b, Random& random) {
-  const Eigen::SelfAdjointEigenSolver<Covariance<G>> solver(a_X_b.covariance);
-  typename G::Tangent white;
-  for (int i = 0; i < G::kDof; ++i) white[i] = random.normal();
-  const typename G::Tangent deviations = solver.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  return plus(typename G::Tangent(solver.eigenvectors() * deviations.cwiseProduct(white)), a_X_b.mean);
 }
 
 }  // namespace waymark

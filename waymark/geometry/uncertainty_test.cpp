@@ -1,4 +1,5 @@
 // Covariances against Monte Carlo (fixed seed), and the algebra they must obey exactly.
+#include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
 #include <cmath>

@@ -10,6 +10,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertain_draw.hpp"
 
 namespace waymark {
 namespace {

@@ -6,6 +6,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/pose/agreement.hpp"
 
 namespace waymark {

@@ -12,6 +12,7 @@
 #include "tests/support/geometry_matchers.hpp"
 #include "tests/support/tag_views.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
 namespace waymark {
