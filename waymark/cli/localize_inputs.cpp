@@ -93,6 +93,7 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   take("gyro_bias_rad_s", filter.gyro_bias_rad_s);
   take("camera_latency_s", filter.camera_latency_s);
   take("corner_sigma_px", filter.corner_sigma_px);
+  take("sight_scale", filter.sight_scale);
   return {};
 }
 

@@ -30,6 +30,7 @@ struct Verb {
 [[nodiscard]] Verb evaluate_verb();
 [[nodiscard]] Verb calibrate_verb();
 [[nodiscard]] Verb calibrate_camera_verb();
+[[nodiscard]] Verb calibrate_robot_verb();
 [[nodiscard]] Verb evaluate_detections_verb();
 [[nodiscard]] Verb demo_verb();
 [[nodiscard]] Verb teach_verb();

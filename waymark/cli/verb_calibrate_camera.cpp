@@ -227,14 +227,4 @@ Examples:
       .verbs = {}};
 }
 
-Verb calibrate_verb() {
-  return {.name = "calibrate",
-          .sentence = "Measure what a robot and its camera are really like",
-          .help =
-              "Example:\n  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.03 -o "
-              "calibration.yaml\n",
-          .prepare = {},
-          .verbs = {calibrate_camera_verb()}};
-}
-
 }  // namespace waymark::cli

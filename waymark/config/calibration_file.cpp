@@ -118,7 +118,8 @@ const std::vector<std::string>& calibration_names() {
                                                  "yaw_gain",
                                                  "gyro_gain",
                                                  "gyro_bias_rad_s",
-                                                 "camera_latency_s"};
+                                                 "camera_latency_s",
+                                                 "sight_scale"};
   return names;
 }
 

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
+#include <Eigen/Eigenvalues>
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"

@@ -1,0 +1,16 @@
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+
+Verb calibrate_verb() {
+  return {.name = "calibrate",
+          .sentence = "Measure what a robot and its camera are really like",
+          .help = R"(Examples:
+  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.03 -o calibration.yaml
+  waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
+)",
+          .prepare = {},
+          .verbs = {calibrate_camera_verb(), calibrate_robot_verb()}};
+}
+
+}  // namespace waymark::cli

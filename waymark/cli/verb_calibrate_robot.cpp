@@ -1,0 +1,186 @@
+#include <array>
+#include <limits>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/localize_run.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/localization/innovation_calibration.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct CalibrateRobotArgs {
+  explicit CalibrateRobotArgs(CLI::App& app) : filter(app, "Filter"), motion(app, "Filter: motion") {}
+
+  LocalizeJob job{};
+  double from_s = 0;
+  double to_s = std::numeric_limits<double>::infinity();
+  bool json = false;
+  OptionFlags<RiekfOptions> filter;
+  OptionFlags<MotionNoise> motion;
+};
+
+/// What to drive so that a number can be told, in the order of Calibrated.
+constexpr std::array<const char*, kCalibrated> kAdvice = {
+    "Turn on the spot, both ways, with tags in view.",
+    "Turn on the spot, both ways, with tags in view.",
+    "Drive straight ahead for some metres with tags in view.",
+    "Drive some metres straight, past several tags.",
+    "Turn both ways on the spot, several times round.",
+    "Record the gyro, and turn both ways on the spot, several times round.",
+    "Drive at two speeds and turn quickly: at constant speed a late picture and a camera further back look "
+    "alike.",
+    "Look at the same tags from near and from afar."};
+
+/// The samples between two times after the first.
+std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, double to_s) {
+  std::vector<Sample> kept;
+  for (const Sample& sample : samples) {
+    const double at_s = to_seconds(stamp_of(sample) - stamp_of(samples.front()));
+    if (at_s >= from_s && at_s <= to_s) kept.push_back(sample);
+  }
+  return kept;
+}
+
+Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fit) {
+  Calibration calibration;
+  calibration.camera = inputs.setup.eye.camera;
+  const CameraMounting mounting =
+      camera_mounting(calibrated_sensor(inputs.setup.eye, fit.value).base_T_sensor);
+  CalibratedNumbers value = fit.value;
+  value[static_cast<std::size_t>(Calibrated::MountingX)] = mounting.x_m;
+  value[static_cast<std::size_t>(Calibrated::MountingY)] = mounting.y_m;
+  value[static_cast<std::size_t>(Calibrated::MountingYaw)] = mounting.yaw_rad;
+  for (std::size_t i = 0; i < kCalibrated; ++i) {
+    const std::string name(to_string(static_cast<Calibrated>(i)));
+    CalibratedValue& entry = calibration.values[name];
+    entry = {.value = value[i], .sigma = fit.sigma[i]};
+    if (fit.known[i]) continue;
+    entry.verdict = CalibrationVerdict::Unobservable;
+    entry.advice = kAdvice[i];
+  }
+  calibration.provenance = {{"method", "innovations"},
+                            {"innovations_before", fmt::format("{:.3f}", fit.cost_before)},
+                            {"innovations_after", fmt::format("{:.3f}", fit.cost_after)}};
+  return calibration;
+}
+
+std::string to_text(const Calibration& calibration, const InnovationFit& fit) {
+  std::string text;
+  for (const std::string& name : calibration_names()) {
+    const auto found = calibration.values.find(name);
+    if (found == calibration.values.end()) continue;
+    const CalibratedValue& v = found->second;
+    text += v.verdict == CalibrationVerdict::Known
+                ? fmt::format("{:<18}{:>12.5f} +- {:.5f}\n", name, v.value, v.sigma)
+                : fmt::format("{:<18}{:>12}    {}\n", name, "unobservable", v.advice);
+  }
+  return text + fmt::format("innovations squared, per degree of freedom: {:.3f} before, {:.3f} after\n",
+                            fit.cost_before, fit.cost_after);
+}
+
+nlohmann::ordered_json to_json(const Calibration& calibration, const InnovationFit& fit) {
+  nlohmann::ordered_json json;
+  for (const std::string& name : calibration_names()) {
+    const auto found = calibration.values.find(name);
+    if (found == calibration.values.end()) continue;
+    const CalibratedValue& v = found->second;
+    json["values"][name] = {{"value", v.value},
+                            {"sigma", v.sigma},
+                            {"verdict", v.verdict == CalibrationVerdict::Known ? "known" : "unobservable"},
+                            {"advice", v.advice}};
+  }
+  json["innovations_before"] = fit.cost_before;
+  json["innovations_after"] = fit.cost_after;
+  json["runs"] = fit.runs;
+  return json;
+}
+
+ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
+  LocalizeJob job = args.job;
+  Status flags = args.filter.apply(job.filter);
+  if (flags) flags = args.motion.apply(job.filter.motion);
+  if (!flags) {
+    console.say(naming_flag(flags.error()));
+    return ExitCode::Usage;
+  }
+  const auto failed = [&](const Error& error) {
+    console.say(error);
+    return ExitCode::SomeFailed;
+  };
+  const Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
+  if (!inputs) return failed(inputs.error());
+  const std::vector<Sample> samples = within(inputs->samples, args.from_s, args.to_s);
+  console.live("some hundred runs of the filter over the recording …");
+  const Result<InnovationFit> fit =
+      calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.eye, inputs->setup.filter);
+  console.end_progress();
+  if (!fit) return failed(fit.error());
+  Calibration calibration = calibration_of(*inputs, *fit);
+  calibration.provenance.emplace_back("recording", job.logs.front());
+  calibration.provenance.emplace_back("map", job.map);
+  console.print(args.json ? json_line(to_json(calibration, *fit)) : to_text(calibration, *fit));
+  for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
+  if (job.output.empty()) return ExitCode::Ok;
+  const Status written = write_calibration(job.output, calibration);
+  return written ? ExitCode::Ok : failed(written.error());
+}
+
+Run prepare_calibrate_robot(CLI::App& app) {
+  const auto args = std::make_shared<CalibrateRobotArgs>(app);
+  LocalizeJob& job = args->job;
+  app.add_option("LOG", job.logs, "Recordings of one drive past mapped tags")->required()->type_name("");
+  app.add_option("--map", job.map, "Where the tags are: as for `waymark localize`")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--robot", job.robot, "Camera and where it sits, as far as known: a robot's file, or a name")
+      ->type_name("FILE");
+  app.add_option("--calibration", job.calibration, "calibration.yaml with what is known before (the camera)")
+      ->type_name("FILE");
+  app.add_option("--tag-size-m", job.tag_size_m, "Size of tags whose map does not say it")
+      ->type_name("NUMBER");
+  app.add_option("--sensor-pose", job.sensor_pose,
+                 "Where a sensor sits that measures ranges: x y [m], yaw [deg]")
+      ->expected(3)
+      ->type_name("NUMBER");
+  app.add_option("--from", args->from_s, "Leave out what is earlier, in seconds from the start")
+      ->type_name("S");
+  app.add_option("--to", args->to_s, "Leave out what is later, in seconds from the start")->type_name("S");
+  app.add_option("-o,--output", job.output, "calibration.yaml to write")->type_name("FILE");
+  app.add_flag("--json", args->json, "One JSON object instead of a table");
+  return [args](Console& console) { return calibrate_robot(*args, console); };
+}
+
+}  // namespace
+
+Verb calibrate_robot_verb() {
+  return {
+      .name = "robot",
+      .sentence = "Find where the camera sits, scales, gains and latency from a drive past mapped tags",
+      .help =
+          R"(No truth is needed, only a map: the numbers are those under which the filter's predictions fit best what was
+seen. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
+result to `waymark localize --calibration`; judge it on another lap than it was made from (--from, --to).
+
+Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage.
+
+Examples:
+  waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
+  waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
+)",
+      .prepare = prepare_calibrate_robot,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
