@@ -76,7 +76,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   return calibration;
 }
 
-std::string to_text(const Calibration& calibration, const InnovationFit& fit) {
+std::string calibration_text(const Calibration& calibration, const InnovationFit& fit) {
   std::string text;
   for (const std::string& name : calibration_names()) {
     const auto found = calibration.values.find(name);
@@ -90,7 +90,7 @@ std::string to_text(const Calibration& calibration, const InnovationFit& fit) {
                             fit.cost_before, fit.cost_after);
 }
 
-nlohmann::ordered_json to_json(const Calibration& calibration, const InnovationFit& fit) {
+nlohmann::ordered_json calibration_json(const Calibration& calibration, const InnovationFit& fit) {
   nlohmann::ordered_json json;
   for (const std::string& name : calibration_names()) {
     const auto found = calibration.values.find(name);
@@ -130,7 +130,8 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   Calibration calibration = calibration_of(*inputs, *fit);
   calibration.provenance.emplace_back("recording", job.logs.front());
   calibration.provenance.emplace_back("map", job.map);
-  console.print(args.json ? json_line(to_json(calibration, *fit)) : to_text(calibration, *fit));
+  console.print(args.json ? json_line(calibration_json(calibration, *fit))
+                          : calibration_text(calibration, *fit));
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   if (job.output.empty()) return ExitCode::Ok;
   const Status written = write_calibration(job.output, calibration);

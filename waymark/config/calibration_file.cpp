@@ -10,6 +10,7 @@
 #include "waymark/config/camera_formats.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_provenance.hpp"
 #include "waymark/config/yaml_write.hpp"
 #include "waymark/samples/camera_body.hpp"
 
@@ -52,19 +53,6 @@ Status read_values(const YamlCursor& root, Calibration& calibration) {
     const auto value = entry->find(name);
     if (!value) continue;
     if (Status status = read_value(*value, name, calibration); !status) return status;
-  }
-  return {};
-}
-
-Status read_calibration_provenance(const YamlCursor& root, Calibration& calibration) {
-  const auto entry = root.find("provenance");
-  if (!entry) return {};
-  if (!entry->is_map()) return entry->fail_here(ErrorCode::InvalidArgument, "is not a map (key: value)");
-  const std::vector<YamlCursor> values = entry->children();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Result<std::string> text = values[i].text();
-    if (!text) return tl::unexpected(text.error());
-    calibration.provenance.emplace_back(entry->node().keys[i], *text);
   }
   return {};
 }
@@ -135,8 +123,9 @@ Result<Calibration> parse_calibration(std::string_view text, const std::string& 
     calibration.camera = read->camera;
   }
   if (Status status = read_values(root, calibration); !status) return tl::unexpected(status.error());
-  if (Status status = read_calibration_provenance(root, calibration); !status)
-    return tl::unexpected(status.error());
+  auto provenance = internal::read_provenance(root);
+  if (!provenance) return tl::unexpected(provenance.error());
+  calibration.provenance = std::move(*provenance);
   return calibration;
 }
 
@@ -148,12 +137,10 @@ Result<Calibration> read_calibration(const std::filesystem::path& path) {
 
 std::string to_yaml(const Calibration& calibration) {
   std::string text = fmt::format(
-      "# What is known of a robot, by waymark calibrate. sigma: standard deviation in the same "
-      "unit.\nformat: "
-      "{}\nprovenance:{}\n",
-      kCalibrationFormat, calibration.provenance.empty() ? " {}" : "");
-  for (const auto& [key, value] : calibration.provenance)
-    text += fmt::format("  {}: {}\n", yaml_text(key), yaml_text(value));
+                         "# What is known of a robot, by waymark calibrate. sigma: standard deviation in the "
+                         "same unit.\nformat: {}\n",
+                         kCalibrationFormat) +
+                     internal::provenance_yaml(calibration.provenance);
   if (calibration.camera)
     text += "camera_info:\n" +
             indented_block(to_camera_info_yaml({.name = "cam", .camera = *calibration.camera}));

@@ -4,6 +4,7 @@
 
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_numbers.hpp"
+#include "waymark/config/yaml_provenance.hpp"
 #include "waymark/config/yaml_write.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
@@ -87,19 +88,6 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   return {};
 }
 
-Status read_provenance(const YamlCursor& root, MapFile& map) {
-  const auto entry = root.find("provenance");
-  if (!entry) return {};
-  if (!entry->is_map()) return entry->fail_here(ErrorCode::InvalidArgument, "is not a map (key: value)");
-  const std::vector<YamlCursor> values = entry->children();
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    const Result<std::string> text = values[i].text();
-    if (!text) return tl::unexpected(text.error());
-    map.provenance.emplace_back(entry->node().keys[i], *text);
-  }
-  return {};
-}
-
 Status check_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
@@ -129,7 +117,9 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
   Status status = check_format(root);
   if (!status) return tl::unexpected(status.error());
   MapFile map;
-  if (status = read_provenance(root, map); !status) return tl::unexpected(status.error());
+  auto provenance = internal::read_provenance(root);
+  if (!provenance) return tl::unexpected(provenance.error());
+  map.provenance = std::move(*provenance);
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
   for (const YamlCursor& entry : tags->children()) {
@@ -153,10 +143,9 @@ Result<MapFile> read_map(const std::filesystem::path& path) {
 std::string to_yaml(const MapFile& map) {
   std::string text = fmt::format(
       "# A map of tags by Waymark. Frame map: z up. Tag frame: centre of the black square, x right, y down, "
-      "z into the tag.\nformat: {}\nanchor: {}\nprovenance:{}\n",
-      kFormat, yaml_text(to_string(map.anchor)), map.provenance.empty() ? " {}" : "");
-  for (const auto& [key, value] : map.provenance)
-    text += fmt::format("  {}: {}\n", yaml_text(key), yaml_text(value));
+      "z into the tag.\nformat: {}\nanchor: {}\n",
+      kFormat, yaml_text(to_string(map.anchor)));
+  text += internal::provenance_yaml(map.provenance);
   text += map.tags.tags.empty() ? "tags: []\n" : "tags:\n";
   for (const auto& [tag, mapped] : map.tags.tags) {
     const Eigen::Vector3d& p = mapped.map_T_tag.translation();
