@@ -58,7 +58,9 @@ class TagslamFolder : public ::testing::Test {
     return scene ? std::string() : to_string(scene.error());
   }
 
-  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "waymark_tagslam_folder";
+  std::filesystem::path folder_ =
+      std::filesystem::path(::testing::TempDir()) /
+      (std::string("waymark_tagslam_") + ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(TagslamFolder, SaysWhatItSays) {
