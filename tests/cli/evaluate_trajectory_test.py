@@ -140,6 +140,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertLess(10 * scores["ate_rmse_m"], scores["beside"][0]["ate_rmse_m"])
         against_file = self.scores("map/trajectory.txt", "map/truth_trajectory.txt")
         self.assertAlmostEqual(scores["ate_rmse_m"], against_file["ate_rmse_m"], 6)
+        self.assertIsNone(scores["side_rmse_m"])
         self.assertEqual(self.scores("map/trajectory.txt", "map/route.yaml")["ate_rmse_m"], None)
 
     def test_what_cannot_be_compared_is_said(self):

@@ -41,7 +41,7 @@ std::string row_text(const TrajectoryRow& row) {
                      metres(of(s, [](const auto& x) { return x.relative.translation_m.rmse; })),
                      metres(of(p, [](const auto& x) { return x.distance_m.rmse; })),
                      metres(of(p, [](const auto& x) { return x.distance_m.max; })),
-                     metres(of(p, [](const auto& x) { return x.side_m.rmse; })));
+                     p && p->side_m.count > 0 ? fmt::format("{:.4f}", p->side_m.rmse) : "-");
 }
 
 std::string doubt_text(const Consistency& c) {
@@ -92,8 +92,9 @@ Json row_json(const TrajectoryRow& row, const TrajectoryReport& report) {
   json.update(statistics_json("rpe", "deg", part(s, [](const auto& x) { return x.relative.rotation_deg; })));
   json["end_error_m"] = s ? Json(s->end_error_m) : Json(nullptr);
   json.update(statistics_json("path", "m", part(row.path, [](const auto& x) { return x.distance_m; })));
-  json["side_rmse_m"] = row.path ? Json(row.path->side_m.rmse) : Json(nullptr);
-  json["side_mean_m"] = row.path ? Json(row.path->side_mean_m) : Json(nullptr);
+  const bool sides = row.path && row.path->side_m.count > 0;
+  json["side_rmse_m"] = sides ? Json(row.path->side_m.rmse) : Json(nullptr);
+  json["side_mean_m"] = sides ? Json(row.path->side_mean_m) : Json(nullptr);
   json["end_to_start_m"] = end_to_start_m(row.poses);
   json["end_to_start_deg"] = end_to_start_deg(row.poses);
   const bool doubts = s && s->consistency && s->consistency->count > 0;

@@ -64,6 +64,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   value[static_cast<std::size_t>(Calibrated::MountingYaw)] = mounting.yaw_rad;
   for (std::size_t i = 0; i < kCalibrated; ++i) {
     const std::string name(to_string(static_cast<Calibrated>(i)));
+    if (fit.sigma[i] == 0) continue;  // was not sought
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
     if (fit.known[i]) continue;
@@ -132,6 +133,10 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   calibration.provenance.emplace_back("map", job.map);
   console.print(args.json ? json_line(calibration_json(calibration, *fit))
                           : calibration_text(calibration, *fit));
+  if (!fit->improved)
+    console.say(
+        "nothing better was found than what was given: either that is right already, or the filter assumes "
+        "too much (--tag-sigma-m and --point-sigma-m say how good the map and the sightings are)");
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   if (job.output.empty()) return ExitCode::Ok;
   const Status written = write_calibration(job.output, calibration);

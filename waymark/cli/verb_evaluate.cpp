@@ -87,6 +87,7 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   TrajectoryRow row{.name = name, .poses = std::move(poses)};
   row.path = score_path(row.poses, inputs.reference.path);
   if (inputs.reference.timed.empty()) return row;
+  if (row.path) row.path->side_m = {};  // a driven way has no sides
   const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
   const Result<TrajectoryScores> scores = score_trajectory(pairs, report.alignment, report.options);
   if (!scores) return tl::unexpected(scores.error());

@@ -113,6 +113,27 @@ Quadratic differentiate(Cost& cost, const CalibratedNumbers& at, double here,
   return q;
 }
 
+/// What is asked for and can be told at all: with a gyro the wheels do not turn the robot, without one there
+/// is none.
+std::vector<std::size_t> sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
+  const bool gyro =
+      std::ranges::any_of(samples, [](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
+  const auto without = static_cast<std::size_t>(gyro ? Calibrated::YawGain : Calibrated::GyroGain);
+  std::vector<std::size_t> what;
+  for (std::size_t i = 0; i < kCalibrated; ++i)
+    if (fit.seek[i] && i != without) what.push_back(i);
+  return what;
+}
+
+/// Further from the start than this is no robot, but a search gone astray.
+bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
+              const CalibratedNumbers& prior) {
+  constexpr double kMostSigma = 3;
+  for (std::size_t i = 0; i < kCalibrated; ++i)
+    if (std::abs(numbers[i] - start[i]) > kMostSigma * prior[i]) return false;
+  return true;
+}
+
 /// The Hessian of a likelihood near its top is positive definite; that of a run with gates need not be.
 Matrix made_definite(Matrix H, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
   for (Eigen::Index i = 0; i < H.rows(); ++i) {
@@ -166,10 +187,8 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
                   options.gyro_gain,
                   options.camera_latency_s,
                   options.sight_scale};
-  std::vector<std::size_t> what;
-  for (std::size_t i = 0; i < kCalibrated; ++i) {
-    if (fit.seek[i]) what.push_back(i);
-  }
+  const CalibratedNumbers start = result.value;
+  const std::vector<std::size_t> what = sought(samples, fit);
   Cost cost(samples, landmarks, eye, options, result.value, fit.prior);
   double here = cost(result.value);
   constexpr std::size_t kFewest = 50;
@@ -187,9 +206,10 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
       CalibratedNumbers tried = result.value;
       for (std::size_t i = 0; i < what.size(); ++i)
         tried[what[i]] += share * step[static_cast<Eigen::Index>(i)];
+      if (!credible(tried, start, fit.prior)) continue;
       const double there = cost(tried);
       if (there >= here) continue;
-      better = true;
+      better = result.improved = true;
       here = there;
       result.value = tried;
     }

@@ -32,7 +32,8 @@ struct InnovationFit {
   std::array<bool, kCalibrated> known{};  ///< the drive tells it: more than what is believed of any robot
   double cost_before = 0;  ///< mean NIS over its degrees of freedom, what is not believed capped
   double cost_after = 0;
-  int runs = 0;  ///< of the filter
+  bool improved = false;  ///< something better was found than what was given
+  int runs = 0;           ///< of the filter
 };
 
 struct InnovationFitOptions {
@@ -45,8 +46,9 @@ struct InnovationFitOptions {
 /// Mounting, scales, gains and latency that make the innovations of the filter smallest: the likelihood of a
 /// run as a function of what it was told (Abbeel et al., "Discriminative Training of Kalman Filters", RSS
 /// 2005, section III, applied to parameters of the model), by Newton steps on differences. No truth is used.
-/// Samples in stamp order. Fails when fewer than 50 sightings of the map are among them. Some hundred runs of
-/// the filter over the samples.
+/// Samples in stamp order. With a gyro the gain of the wheels' turning is not sought, without one the gyro's.
+/// Fails when fewer than 50 sightings of the map are among them. Some hundred runs of the filter over the
+/// samples.
 [[nodiscard]] Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples,
                                                              const Landmarks& landmarks,
                                                              const MountedSensor& eye,
