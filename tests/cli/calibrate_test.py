@@ -7,6 +7,7 @@ import json
 import math
 import pathlib
 import random
+import re
 import shutil
 import tempfile
 import unittest
@@ -108,6 +109,41 @@ class Calibrate(unittest.TestCase):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), f"{words}: {outcome.err}")
             self.assertIn(part, outcome.err)
+
+
+class CalibrateRobot(unittest.TestCase):
+    """A camera that sits 3 cm and 2 degrees off where the robot's file says; wheels that count 2 % too much."""
+
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-calibrate-"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def test_finds_what_the_drive_tells_and_says_what_it_does_not(self):
+        for words in (["teach", "--world", "circuit24", "--seed", "3", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
+            self.assertEqual(waymark(*words, cwd=self.folder).code, 0)
+        text = (self.folder / "map/robot.yaml").read_text()
+        true = {name: float(value) for name, value in re.findall(r"(\w+): ([-\d.e]+)", re.search(r"camera_mounting: .*", text)[0])}
+        wrong = re.sub(r"(camera_mounting: .*y_m: )[-\d.e]+(.*yaw_deg: )[-\d.e]+",
+                       lambda m: f"{m[1]}{true['y_m'] + 0.03}{m[2]}{true['yaw_deg'] + 2}", text)
+        (self.folder / "wrong.yaml").write_text(wrong)
+        words = ["calibrate", "robot", "lap.mcap", "--map", "map/map.yaml", "--robot", "wrong.yaml", "-o", "calibration.yaml"]
+        outcome = waymark(*words, "--json", cwd=self.folder)
+        self.assertEqual(outcome.code, 0, outcome.err)
+        values = outcome.records[0]["values"]
+        for name, truth, enough in (("mounting_y_m", true["y_m"], 0.012), ("mounting_yaw_rad", math.radians(true["yaw_deg"]), 0.006),
+                                    ("odometry_scale", 1 / 1.02, 0.006)):
+            self.assertEqual(values[name]["verdict"], "known", name)
+            self.assertLess(abs(values[name]["value"] - truth), 3 * values[name]["sigma"], name)
+            self.assertLess(values[name]["sigma"], enough, name)
+        self.assertEqual(values["camera_latency_s"]["verdict"], "unobservable")  # driven at one speed
+        self.assertIn("two speeds", values["camera_latency_s"]["advice"])
+        self.assertNotIn("yaw_gain", values)  # the gyro turns it
+        localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
+                            cwd=self.folder)
+        self.assertEqual(localized.code, 0, localized.err)
+        too_little = waymark("calibrate", "robot", "lap.mcap", "--map", "map/map.yaml", "--to", "0.2", cwd=self.folder)
+        self.assertEqual(too_little.code, 1)
+        self.assertIn("too few sightings", too_little.err)
 
 
 if __name__ == "__main__":
