@@ -11,8 +11,8 @@
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
-#include "waymark/pipeline/localizer.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
+#include "waymark/pipeline/localizer.hpp"
 
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
 /// Each takes options and gives a report; the words and the exit code are the verb's.

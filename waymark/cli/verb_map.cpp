@@ -181,7 +181,9 @@ ExitCode map(const MapArgs& args, Console& console) {
 
 Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
-  app.add_option("LAP", args->lap, "Recording of a taught lap, or with --tagslam of tags and odometry")->required()->type_name("");
+  app.add_option("LAP", args->lap, "Recording of a taught lap, or with --tagslam of tags and odometry")
+      ->required()
+      ->type_name("");
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
       ->required()
       ->type_name("FOLDER");

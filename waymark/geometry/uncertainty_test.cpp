@@ -1,6 +1,6 @@
 // Covariances against Monte Carlo (fixed seed), and the algebra they must obey exactly.
-#include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/geometry/uncertain_draw.hpp"
 
 #include <cmath>
 
