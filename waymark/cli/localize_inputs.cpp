@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <numbers>
 #include <variant>
@@ -122,6 +123,12 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
 
 Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& console) {
   LocalizeInputs inputs;
+  if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
+    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "--start"},
+                "Give x y in metres and yaw in degrees.");
+  if (!std::ranges::all_of(job.sensor_pose, [](double x) { return std::isfinite(x); }))
+    return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "--sensor-pose"},
+                "Give x y in metres and yaw in degrees.");
   inputs.setup.filter = job.filter;
   inputs.setup.anchor = job.anchor;
   inputs.setup.method = job.method;

@@ -226,8 +226,10 @@ std::string to_text(const MapSceneReport& report, const std::string& folder) {
                       report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
                       report.map.cost);
   if (report.against)
-    text += fmt::format("the other solution costs {:.2f}: ours is {:+.2f} % of that\n", report.against->cost,
-                        100 * (report.map.cost / report.against->cost - 1));
+    text += fmt::format(
+        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
+        "tagslam)\n",
+        report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
   return text;
 }
 

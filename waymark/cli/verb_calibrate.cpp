@@ -6,7 +6,7 @@ Verb calibrate_verb() {
   return {.name = "calibrate",
           .sentence = "Measure what a robot and its camera are really like",
           .help = R"(Examples:
-  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.03 -o calibration.yaml
+  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
 )",
           .prepare = {},

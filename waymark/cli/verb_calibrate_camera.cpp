@@ -219,8 +219,8 @@ good the camera really is. What is missing is said in words.
 Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
-  waymark tags board --style separate --cols 6 --rows 5 --tag-size-m 0.03 --spacing 0.3 -o board.pdf
-  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.03 -o calibration.yaml
+  waymark tags board --style separate --cols 6 --rows 5 --tag-size-m 0.025 --spacing 0.3 -o board.pdf
+  waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
   waymark detect photograph.png --camera calibration.yaml --tag-size-m 0.16
 )",
       .prepare = prepare_calibrate_camera,

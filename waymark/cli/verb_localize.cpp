@@ -35,7 +35,7 @@ std::string to_text(const LocalizeReport& report) {
   if (report.compared > 0)
     text += fmt::format("{} of {} sightings believed, NIS {:.2f} per degree of freedom\n", report.believed,
                         report.compared, report.nis_mean);
-  if (report.last)
+  if (report.last && report.certain > 0)
     text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
                         report.last->map_T_base.x(), report.last->map_T_base.y(),
                         report.last->map_T_base.yaw() * 57.29577951308232, report.last->position_sigma_m());
@@ -65,6 +65,11 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
   if (report->certain == 0) console.say("never knew where it is");
+  if (report->compared > 0 && 10 * report->believed < report->compared)
+    console.say(
+        "warning: hardly a sighting agrees with the map: is it the map of this place, and the camera of this "
+        "robot "
+        "(--robot, --calibration)?");
   return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

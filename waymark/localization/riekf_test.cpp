@@ -43,7 +43,7 @@ TagMap three_tags() {
 }
 
 TagDetection seen_from(const SE2& map_T_base, int number) {
-  const MappedTag& tag = *three_tags().find({.number = number});
+  const MappedTag tag = *three_tags().find({.number = number});
   const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
   TagDetection detection{.tag = {.number = number}};
   const auto corners = tag_corners(tag.size_m);

@@ -232,6 +232,14 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
   const auto chosen = std::ranges::find_if(found, [&](const CameraCalibration& one) {
     return one.held_out_rms_px <= (1 + options.better_by) * best;
   });
+  constexpr double kAbsurdNoise = 10;
+  if (chosen->noise_scale > kAbsurdNoise)
+    return fail(
+        ErrorCode::InvalidArgument,
+        fmt::format("the corners are {:.0f} times further off than they promised", chosen->noise_scale), {},
+        "These tags do not hang as the target says: check columns and rows, spacing, first number "
+        "and that the "
+        "board is flat.");
   chosen->trials = trials;
   chosen->advice = internal::calibration_advice(*chosen);
   return *chosen;
