@@ -161,16 +161,17 @@ double Riekf::nis(const Linearised& z) const {
 }
 
 StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& offset) {
-  const Eigen::Index rows = 8 * count;
+  const Eigen::Index rows = 8 * Eigen::Index{count};
   S_.resize(rows, rows);
   A_.resize(8, rows);
   for (int j = 0; j < count; ++j) {
     const Linearised& b = batch[static_cast<std::size_t>(j)];
     const Eigen::Matrix<double, 8, 8> cross_b = cross(b);
-    A_.middleCols<8>(8 * j) = cross_b;
+    A_.middleCols<8>(8 * Eigen::Index{j}) = cross_b;
     for (int i = j; i < count; ++i)
-      S_.block<8, 8>(8 * i, 8 * j) = innovation(batch[static_cast<std::size_t>(i)], b, cross_b);
-    r_.segment<8>(8 * j) = b.residual - b.H_pose * offset;
+      S_.block<8, 8>(8 * Eigen::Index{i}, 8 * Eigen::Index{j}) =
+          innovation(batch[static_cast<std::size_t>(i)], b, cross_b);
+    r_.segment<8>(8 * Eigen::Index{j}) = b.residual - b.H_pose * offset;
   }
   S_.diagonal().array() += 1;
   K_.resize(8, rows);
@@ -206,7 +207,7 @@ void Riekf::update_covariance(const Batch& batch, int count) {
   std::array<StateByBias, kMost> tagged;
   for (int i = 0; i < count; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const auto K = K_.middleCols<8>(8 * i);
+    const auto K = K_.middleCols<8>(8 * Eigen::Index{i});
     T.leftCols<3>() -= K * H_of(batch[at]);
     mounted += K * batch[at].H_mount;
     tagged[at] = K * batch[at].H_tag;
@@ -232,7 +233,8 @@ void Riekf::update_covariance(const Batch& batch, int count) {
   for (int i = 0; i < count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const int landmark = batch[at].landmark;
-    state_.C.middleCols<6>(6 * (landmark + 1)) -= tagged[at] * landmarks_[static_cast<std::size_t>(landmark)];
+    state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1)) -=
+        tagged[at] * landmarks_[static_cast<std::size_t>(landmark)];
   }
 }
 

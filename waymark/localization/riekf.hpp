@@ -97,7 +97,9 @@ class Riekf {
   [[nodiscard]] Eigen::Matrix<double, 8, 8> innovation(const Linearised& a, const Linearised& b,
                                                        const Eigen::Matrix<double, 8, 8>& cross_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
-  [[nodiscard]] auto block(int landmark) const { return state_.C.middleCols<6>(6 * (landmark + 1)); }
+  [[nodiscard]] auto block(int landmark) const {
+    return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
+  }
   void update_covariance(const Batch& batch, int count);
 
   MotionNoise noise_;
