@@ -14,6 +14,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
@@ -21,19 +22,16 @@ namespace {
 
 MountedSensor camera() {
   const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  return {CameraModel::make(lens, 640, 480).value(), SE3(SO3::from_matrix(R), {0.08, 0, 0.18})};
+  return {CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
 }
 
 /// A ring of 24 tags that face inwards.
 TagMap ring() {
   TagMap map;
-  const Eigen::Matrix3d ahead = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
   for (int i = 0; i < 24; ++i) {
     const double angle = 2 * std::numbers::pi * i / 24;
     const SE2 place(2.5 * std::cos(angle), 2.5 * std::sin(angle), angle);
-    map.tags[{.number = i}] = {.map_T_tag = lift(place) * SE3(SO3::from_matrix(ahead), {0, 0, 0.3}),
-                               .size_m = 0.16};
+    map.tags[{.number = i}] = {.map_T_tag = lift(place) * SE3(body_R_optical(), {0, 0, 0.3}), .size_m = 0.16};
   }
   return map;
 }

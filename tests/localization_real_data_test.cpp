@@ -13,6 +13,7 @@
 #include "waymark/localization/innovation_calibration.hpp"
 #include "waymark/localization/smoother.hpp"
 #include "waymark/recording/message_log.hpp"
+#include "waymark/samples/camera_body.hpp"
 
 namespace waymark {
 namespace {
@@ -71,10 +72,7 @@ RiekfOptions mbot_options() {
   return options;
 }
 
-MountedSensor camera_ahead() {
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  return {{}, SE3(SO3::from_matrix(R), {0, 0, 0.1})};
-}
+MountedSensor camera_ahead() { return {{}, SE3(body_R_optical(), {0, 0, 0.1})}; }
 
 struct MbotFigures {
   double lap1_rms_m = 0;

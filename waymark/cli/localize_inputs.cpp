@@ -11,6 +11,7 @@
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/samples/camera_body.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -150,8 +151,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
              std::ranges::any_of(inputs.samples,
                                  [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); })) {
     // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
-    const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-    inputs.setup.eye.base_T_sensor = SE3(SO3::from_matrix(R), inputs.setup.eye.base_T_sensor.translation());
+    inputs.setup.eye.base_T_sensor = SE3(body_R_optical(), inputs.setup.eye.base_T_sensor.translation());
     inputs.warnings.emplace_back(
         "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");
   }

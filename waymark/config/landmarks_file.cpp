@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <initializer_list>
 #include <vector>
 
 #include <fmt/format.h>
@@ -10,37 +11,13 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_cursor.hpp"
+#include "waymark/evaluation/csv.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr std::size_t kMostLandmarkBytes = std::size_t{1} << 26U;
-
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
-    text.remove_suffix(1);
-  return text;
-}
-
-std::vector<std::string_view> cells_of(std::string_view line) {
-  std::vector<std::string_view> cells;
-  while (true) {
-    const std::size_t comma = line.find(',');
-    cells.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
-    line.remove_prefix(comma + 1);
-  }
-}
-
-template <class Number>
-std::optional<Number> parsed(std::string_view text) {
-  Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
 
 /// Where the columns stand.
 struct Columns {
@@ -49,41 +26,42 @@ struct Columns {
   std::size_t y = 0;
 };
 
-std::optional<Columns> columns_of(const std::vector<std::string_view>& names) {
-  const auto at = [&](std::initializer_list<std::string_view> known) {
-    const auto it = std::ranges::find_if(
-        names, [&](std::string_view name) { return std::ranges::find(known, name) != known.end(); });
-    return static_cast<std::size_t>(it - names.begin());
-  };
-  const Columns found{at({"id", "landmark", "tag"}), at({"x", "x_m"}), at({"y", "y_m"})};
-  const bool all = std::max({found.id, found.x, found.y}) < names.size();
-  return all ? std::optional(found) : std::nullopt;
+/// The first of these names that is a column.
+std::optional<std::size_t> column_of(const CsvTable& table, std::initializer_list<std::string_view> names) {
+  for (const std::string_view name : names)
+    if (const auto column = table.column(name)) return column;
+  return std::nullopt;
+}
+
+Result<Columns> columns_of(const CsvTable& table) {
+  const auto id = column_of(table, {"id", "landmark", "tag"});
+  const auto x = column_of(table, {"x_m", "x"});
+  const auto y = column_of(table, {"y_m", "y"});
+  if (id && x && y) return Columns{*id, *x, *y};
+  return fail(ErrorCode::Unreadable, "these columns are none of a map of points",
+              {.source = table.source, .line = 1}, "The first line names id, x and y.");
+}
+
+Result<LandmarkPoint> point_of(const CsvTable& table, const CsvRow& row, const Columns& columns) {
+  const Result<int> id = csv_integer(table, row, columns.id);
+  if (!id) return tl::unexpected(id.error());
+  const Result<double> x = csv_number(table, row, columns.x);
+  if (!x) return tl::unexpected(x.error());
+  const Result<double> y = csv_number(table, row, columns.y);
+  if (!y) return tl::unexpected(y.error());
+  return LandmarkPoint{*id, {*x, *y}};
 }
 
 Result<LandmarksFile> parse_points(std::string_view text, const std::string& source) {
+  const Result<CsvTable> table = parse_csv(text, source);
+  if (!table) return tl::unexpected(table.error());
+  const Result<Columns> columns = columns_of(*table);
+  if (!columns) return tl::unexpected(columns.error());
   std::vector<LandmarkPoint> points;
-  std::optional<Columns> columns;
-  for (std::int64_t line = 1; !text.empty(); ++line) {
-    const std::size_t end = text.find('\n');
-    const std::string_view row = trimmed(text.substr(0, end));
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-    if (row.empty() || row.front() == '#') continue;
-    const std::vector<std::string_view> cells = cells_of(row);
-    if (!columns) {
-      columns = columns_of(cells);
-      if (!columns)
-        return fail(ErrorCode::Unreadable, "these columns are none of a map of points",
-                    {source, line, {}, {}}, "The first line names id, x and y.");
-      continue;
-    }
-    const std::size_t last = std::max({columns->id, columns->x, columns->y});
-    const auto id = last < cells.size() ? parsed<int>(cells[columns->id]) : std::nullopt;
-    const auto x = id ? parsed<double>(cells[columns->x]) : std::nullopt;
-    const auto y = id ? parsed<double>(cells[columns->y]) : std::nullopt;
-    if (!id || !x || !y || !std::isfinite(*x) || !std::isfinite(*y))
-      return fail(ErrorCode::Unreadable, "not a whole number and two numbers in metres",
-                  {source, line, {}, {}});
-    points.push_back({*id, {*x, *y}});
+  for (const CsvRow& row : table->rows) {
+    const Result<LandmarkPoint> point = point_of(*table, row, *columns);
+    if (!point) return tl::unexpected(point.error());
+    points.push_back(*point);
   }
   Result<Landmarks> landmarks = Landmarks::of_points(points);
   if (!landmarks) {
@@ -98,7 +76,9 @@ Result<LandmarksFile> parse_points(std::string_view text, const std::string& sou
 std::optional<int> number_in(std::string_view key) {
   std::size_t begin = key.size();
   while (begin > 0 && key[begin - 1] >= '0' && key[begin - 1] <= '9') --begin;
-  return parsed<int>(key.substr(begin));
+  int number = 0;
+  const auto [end, error] = std::from_chars(key.data() + begin, key.data() + key.size(), number);
+  return error == std::errc() ? std::optional(number) : std::nullopt;
 }
 
 /// [x, y, z, yaw] of the middle of a board; yaw is the heading of a robot that looks straight at it.
@@ -144,7 +124,7 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
                                       std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
     return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
-  const std::string_view first = trimmed(text.substr(0, text.find('\n')));
+  const std::string_view first = text.substr(0, text.find('\n'));
   if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)
     return parse_points(text, source);
   if (text.find("waymark-map") != std::string_view::npos) {

@@ -9,6 +9,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 
 // NOLINTBEGIN(bugprone-reserved-identifier, cert-dcl37-c, cert-dcl51-cpp): glibc's own name behind malloc
@@ -30,13 +31,12 @@ SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds 
 
 TEST(AllocationOfTheFilter, NoneWhileItRuns) {
   const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
   const MountedSensor sensor{CameraModel::make(lens, 640, 480).value(),
-                             SE3(SO3::from_matrix(R), {0.08, 0, 0.18})};
+                             SE3(body_R_optical(), {0.08, 0, 0.18})};
   TagMap map;
   TagFrame frame;
   for (int i = 0; i < 9; ++i) {  // more than one update takes
-    const MappedTag tag{.map_T_tag = SE3(SO3::from_matrix(R), {2.5, -0.8 + 0.2 * i, 0.3}), .size_m = 0.12};
+    const MappedTag tag{.map_T_tag = SE3(body_R_optical(), {2.5, -0.8 + 0.2 * i, 0.3}), .size_m = 0.12};
     map.tags[{.number = i}] = tag;
     const auto corners =
         visible_corners(*sensor.camera, sensor.base_T_sensor.inverse() * tag.map_T_tag, tag.size_m);

@@ -13,6 +13,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/localization/sighting.hpp"
+#include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
@@ -20,10 +21,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-SE3 optical(double x, double y) {
-  const Eigen::Matrix3d R = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
-  return {SO3::from_matrix(R), {x, y, 0.2}};
-}
+SE3 optical(double x, double y) { return {body_R_optical(), {x, y, 0.2}}; }
 
 MountedSensor eye() {
   const PinholeRadtan lens{.fx = 440, .fy = 445, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
@@ -33,11 +31,9 @@ MountedSensor eye() {
 /// Tags in front of a robot near the origin that looks along x.
 TagMap three_tags() {
   TagMap map;
-  const Eigen::Matrix3d ahead = (Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished();
   for (int i = 0; i < 3; ++i) {
     const SE3 place = lift(SE2(2.0 + 0.3 * i, 0.6 * (i - 1), 0.3 * (i - 1)));
-    map.tags[{.number = i}] = {.map_T_tag = place * SE3(SO3::from_matrix(ahead), {0, 0, 0.3}),
-                               .size_m = 0.16};
+    map.tags[{.number = i}] = {.map_T_tag = place * SE3(body_R_optical(), {0, 0, 0.3}), .size_m = 0.16};
   }
   return map;
 }
