@@ -9,10 +9,13 @@ import pathlib
 import random
 import re
 import shutil
+import signal
+import subprocess
 import tempfile
+import time
 import unittest
 
-from harness import waymark
+from harness import PROGRAM, waymark
 
 FX, FY, CX, CY, K1 = 505.0, 502.0, 322.0, 238.5, -0.12
 SIZE, SPACING, COLS, ROWS = 0.03, 0.3, 6, 5
@@ -141,6 +144,13 @@ class CalibrateRobot(unittest.TestCase):
         localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
                             cwd=self.folder)
         self.assertEqual(localized.code, 0, localized.err)
+        running = subprocess.Popen([PROGRAM, *words[:-1], "stopped.yaml"], cwd=self.folder, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(0.3)  # while it reads or searches, which takes longer
+        running.send_signal(signal.SIGINT)
+        _, words_said = running.communicate(timeout=60)
+        self.assertEqual(running.returncode, 130, words_said)
+        self.assertFalse((self.folder / "stopped.yaml").exists())
         too_little = waymark("calibrate", "robot", "lap.mcap", "--map", "map/map.yaml", "--to", "0.2", cwd=self.folder)
         self.assertEqual(too_little.code, 1)
         self.assertIn("too few sightings", too_little.err)

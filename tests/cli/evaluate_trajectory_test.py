@@ -136,6 +136,10 @@ class EvaluateTrajectory(unittest.TestCase):
         for name in ("trajectories.svg", "trajectories.png", "position_error.svg", "position_error.png"):
             self.assertGreater((self.folder / "figures" / name).stat().st_size, 1000)
         scores = self.scores("map/trajectory.txt", "lap.mcap", "--odometry", "lap.mcap")
+        (self.folder / "other.csv").write_text("t_s,v_m_s,omega_rad_s\n5000,0,0\n5001,0,0\n")
+        other = self.run_here("map/trajectory.txt", "lap.mcap", "--odometry", "other.csv")
+        self.assertEqual(other.code, 1)
+        self.assertIn("the same drive", other.err)
         self.assertEqual([row["name"] for row in scores["beside"]], ["odometry", "odometry with gyro"])
         self.assertLess(10 * scores["ate_rmse_m"], scores["beside"][0]["ate_rmse_m"])
         against_file = self.scores("map/trajectory.txt", "map/truth_trajectory.txt")

@@ -213,7 +213,10 @@ std::string ending(const ReplayReport& report) {
   if (end.finished) return "the route was driven to its end";
   if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
-  if (end.state == ReplayState::Waiting) return "never knew where it is: no tag of the map was seen";
+  if (end.state == ReplayState::Waiting)
+    return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
+                                          "map. Is it the map of this place?"
+                                        : "never knew where it is: no two tags of the map were seen at once";
   if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
   return "ran out of time " + where;
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
@@ -123,10 +124,19 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   const Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
   if (!inputs) return failed(inputs.error());
   const std::vector<Sample> samples = within(inputs->samples, args.from_s, args.to_s);
-  console.live("some hundred runs of the filter over the recording …");
-  const Result<InnovationFit> fit =
-      calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.eye, inputs->setup.filter);
+  int runs = 0;
+  InnovationFitOptions options;
+  options.keep_going = [&] {
+    console.live(fmt::format("run {} of the filter over the recording, of some two hundred", ++runs));
+    return !interrupted();
+  };
+  const Result<InnovationFit> fit = calibrate_by_innovations(
+      samples, inputs->setup.landmarks, inputs->setup.eye, inputs->setup.filter, options);
   console.end_progress();
+  if (interrupted()) {
+    console.say("stopped: nothing was written");
+    return ExitCode::Interrupted;
+  }
   if (!fit) return failed(fit.error());
   Calibration calibration = calibration_of(*inputs, *fit);
   calibration.provenance.emplace_back("recording", job.logs.front());
@@ -179,7 +189,7 @@ Verb calibrate_robot_verb() {
 seen. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
 result to `waymark localize --calibration`; judge it on another lap than it was made from (--from, --to).
 
-Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage.
+Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml

@@ -115,6 +115,9 @@ Status add_dead_reckoning(const Inputs& inputs, TrajectoryReport& report) {
   if (!report.rows.front().jumps && !wheels.empty())
     report.rows.front().jumps =
         count_jumps(pair_by_time(estimate, wheels, duration_of(report.options.max_gap_s)), report.options);
+  if (!wheels.empty() && !pose_at(wheels, start.stamp, Duration::max()))
+    return fail(ErrorCode::InvalidArgument, "the odometry knows nothing of the time when EST begins",
+                {.key = "--odometry"}, "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
     EstimatedTrajectory placed = within(placed_at(*trajectory, start), start.stamp, estimate.back().stamp);

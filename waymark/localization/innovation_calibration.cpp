@@ -22,8 +22,14 @@ double& number(CalibratedNumbers& numbers, std::size_t at) { return numbers[at];
 class Cost {
  public:
   Cost(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
-       const RiekfOptions& options, const CalibratedNumbers& start, const CalibratedNumbers& prior)
-      : samples_(samples), landmarks_(landmarks), eye_(eye), options_(options), start_(start), prior_(prior) {
+       const RiekfOptions& options, const CalibratedNumbers& start, const InnovationFitOptions& fit)
+      : samples_(samples),
+        landmarks_(landmarks),
+        eye_(eye),
+        options_(options),
+        start_(start),
+        prior_(fit.prior),
+        keep_going_(fit.keep_going) {
     // What is sought must show in the innovations, not be explained by something else.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = options_.motion.slip_sigma_s = 0;
@@ -31,6 +37,8 @@ class Cost {
 
   /// Twice the negative logarithm of the likelihood, without its constant.
   double operator()(const CalibratedNumbers& numbers) {
+    stopped = stopped || (keep_going_ && !keep_going_());
+    if (stopped) return 0;
     ++runs;
     RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
                           calibrated_options(options_, numbers));
@@ -54,6 +62,7 @@ class Cost {
 
   int runs = 0;
   std::size_t sightings = 0;
+  bool stopped = false;  ///< by who waits for it; what the cost said since then is nothing
 
  private:
   void take(RiekfLocalizer& filter) {
@@ -71,6 +80,7 @@ class Cost {
   RiekfOptions options_;
   CalibratedNumbers start_;
   CalibratedNumbers prior_;
+  std::function<bool()> keep_going_;
   double sum_ = 0;
   double rows_ = 0;
   std::size_t counted_ = 0;
@@ -189,15 +199,15 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
                   options.sight_scale};
   const CalibratedNumbers start = result.value;
   const std::vector<std::size_t> what = sought(samples, fit);
-  Cost cost(samples, landmarks, eye, options, result.value, fit.prior);
+  Cost cost(samples, landmarks, eye, options, result.value, fit);
   double here = cost(result.value);
   constexpr std::size_t kFewest = 50;
-  if (cost.sightings < kFewest)
+  if (!cost.stopped && cost.sightings < kFewest)
     return fail(ErrorCode::InvalidArgument, "too few sightings of the map to calibrate by", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
   result.cost_before = cost.per_row();
   Matrix H;
-  for (int iteration = 0; iteration < fit.iterations; ++iteration) {
+  for (int iteration = 0; iteration < fit.iterations && !cost.stopped; ++iteration) {
     const Quadratic q = differentiate(cost, result.value, here, what);
     H = made_definite(q.H, what, fit.prior);
     const Vector step = -Eigen::LLT<Matrix>(H).solve(q.g);
@@ -216,6 +226,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
     if (!better) break;
   }
   static_cast<void>(cost(result.value));
+  if (cost.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_after = cost.per_row();
   result.runs = cost.runs;
   // Innovations of a robot that stands and of tags that stay wrong are not independent: their scatter, not

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <string_view>
 
@@ -41,6 +42,8 @@ struct InnovationFitOptions {
   /// How far from what is given each may be (standard deviation), for any robot.
   CalibratedNumbers prior{0.1, 0.05, 0.1, 0.05, 0.1, 0.05, 0.05, 0.03};
   int iterations = 3;
+  /// Asked before each run of the filter; false ends the search with an error. Empty: never ends it.
+  std::function<bool()> keep_going{};
 };
 
 /// Mounting, scales, gains and latency that make the innovations of the filter smallest: the likelihood of a
