@@ -101,13 +101,6 @@ std::vector<std::string> replay_controllers() { return {"pursuit"}; }
 
 namespace {
 
-/// What a replay needs from the files.
-struct Loaded {
-  MapFile map;
-  Route route;
-  Trajectory taught;
-};
-
 /// What was meant, where it is no folder with a map.
 Status check_folder(const fs::path& folder) {
   std::error_code ignored;
@@ -130,7 +123,9 @@ Status check_folder(const fs::path& folder) {
               "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
 }
 
-Result<Loaded> load(const ReplayJob& job) {
+}  // namespace
+
+Result<ReplayFiles> load_replay(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
   if (status) status = check_name(job.controller, replay_controllers(), "controller", "--controller");
   if (!status) return tl::unexpected(status.error());
@@ -141,8 +136,23 @@ Result<Loaded> load(const ReplayJob& job) {
   if (!route) return tl::unexpected(route.error());
   Result<Trajectory> taught = taught_path(job);
   if (!taught) return tl::unexpected(taught.error());
-  return Loaded{std::move(*map), std::move(*route), std::move(*taught)};
+  return ReplayFiles{std::move(*map), std::move(*route), std::move(*taught)};
 }
+
+Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const RobotModel& robot,
+                                                const CameraModel& camera, const ReplayJob& job) {
+  Result<std::unique_ptr<LocalizationMethod>> method =
+      make_localization_method({.landmarks = Landmarks(files.map.tags),
+                                .tags = files.map.tags,
+                                .eye = {camera, robot.base_T_cam},
+                                .method = job.method,
+                                .filter = job.filter,
+                                .anchor = job.anchor});
+  if (!method) return tl::unexpected(method.error());
+  return std::make_unique<Replayer>(std::move(*method), files.route, files.map.tags, robot, job.replay);
+}
+
+namespace {
 
 Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
@@ -171,28 +181,21 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
 
 Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
   const Stopwatch watch;
-  Result<Loaded> loaded = load(job);
+  const Result<ReplayFiles> loaded = load_replay(job);
   if (!loaded) return tl::unexpected(loaded.error());
   Result<std::optional<SampleRecorder>> recorder = record(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
   const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
-  Result<std::unique_ptr<LocalizationMethod>> method =
-      make_localization_method({.landmarks = Landmarks(map.tags),
-                                .tags = map.tags,
-                                .eye = {simulated.camera, simulated.model.base_T_cam},
-                                .method = job.method,
-                                .filter = job.filter,
-                                .anchor = job.anchor});
-  if (!method) return tl::unexpected(method.error());
-  Replayer replayer(std::move(*method), route, map.tags, simulated.model, job.replay);
+  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, job);
+  if (!replayer) return tl::unexpected(replayer.error());
   const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
   ReplayEar ear(std::move(*recorder), goal_m, console);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return ear.on_sample(sample); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return ear.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_replay(simulated, replayer, listener, {.timeout_s = 60 + 20 * goal_m});
+  const auto end = drive_replay(simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal_m});
   const Status closed = ear.close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +10,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/lap_file.hpp"
+#include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
@@ -104,6 +106,21 @@ struct ReplayJob {
 /// The names that --method and --controller take.
 [[nodiscard]] std::vector<std::string> replay_methods();
 [[nodiscard]] std::vector<std::string> replay_controllers();
+
+/// What a replay needs from its files.
+struct ReplayFiles {
+  MapFile map;
+  Route route;
+  Trajectory taught;  ///< the true way of the teach lap; empty when not known
+};
+
+/// Reads the folder of the job; fails, in words, also on names of methods and controllers that are none.
+[[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job);
+/// The replay phase for a robot with this camera.
+[[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files,
+                                                              const RobotModel& robot,
+                                                              const CameraModel& camera,
+                                                              const ReplayJob& job);
 
 struct ReplayReport {
   SimulatedReplayEnd end{};
