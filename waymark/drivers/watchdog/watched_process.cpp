@@ -1,0 +1,99 @@
+#include "waymark/drivers/watchdog/watched_process.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <poll.h>
+
+#include "waymark/drivers/watchdog/command_watch.hpp"
+
+namespace waymark {
+
+Result<std::string> find_watchdog() {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const fs::path& place :
+       {folder / "waymark-watchdog", folder / "../libexec/waymark/waymark-watchdog"}) {
+    if (fs::exists(place, ignored)) return place.lexically_normal().string();
+  }
+  return fail(ErrorCode::NotFound, "waymark-watchdog is not there, and no robot is driven without it",
+              {.source = folder.string()}, "Install it beside waymark or in ../libexec/waymark.");
+}
+
+Result<std::unique_ptr<WatchedProcess>> WatchedProcess::start(const std::string& command,
+                                                              const std::string& watchdog) {
+  const Result<std::string> program = watchdog.empty() ? find_watchdog() : Result<std::string>(watchdog);
+  if (!program) return tl::unexpected(program.error());
+  (void)std::signal(SIGPIPE, SIG_IGN);
+  Result<Spawned> spawned = spawn({*program, command});
+  if (!spawned) return tl::unexpected(spawned.error());
+  return std::unique_ptr<WatchedProcess>(new WatchedProcess(std::move(*spawned), command));
+}
+
+WatchedProcess::~WatchedProcess() { (void)close(); }
+
+Error WatchedProcess::ended() {
+  const int code = close();
+  constexpr int kNoSuchCommand = 127;
+  return {.code = code == kNoSuchCommand ? ErrorCode::NotFound : ErrorCode::Unreadable,
+          .message = code == kNoSuchCommand ? "there is no such program"
+                                            : "the robot's process ended with " + ending_words(code),
+          .place = {.source = "process:" + command_},
+          .hint = "What it said about it, if anything, stands above."};
+}
+
+Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step) {
+  const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, step});
+  std::size_t written = 0;
+  if (!watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended)
+    return tl::unexpected(ended());
+  return {};
+}
+
+Result<std::vector<Line>> WatchedProcess::read(Duration most) {
+  std::vector<Line> lines;
+  const auto take = [&] {
+    while (auto line = lines_.next()) lines.push_back(std::move(*line));
+  };
+  const Duration deadline = steady_now() + most;
+  while (watchdog_.from.open()) {
+    std::string bytes;
+    const Moved moved = read_some(watchdog_.from.number(), bytes);
+    lines_.add(bytes);
+    take();
+    if (moved == Moved::Ended) {
+      watchdog_.from.close();
+      if (auto rest = lines_.rest()) lines.push_back(std::move(*rest));
+    }
+    const Duration left = deadline - steady_now();
+    if (!lines.empty() || left <= Duration(0)) return lines;
+    pollfd ready{watchdog_.from.number(), POLLIN, 0};
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+    // A signal (Ctrl-C) ends the waiting: the caller looks at its flag.
+    if (watchdog_.from.open() && poll(&ready, 1, static_cast<int>(std::min<std::int64_t>(ms, 1000))) < 0)
+      return lines;
+  }
+  return tl::unexpected(ended());
+}
+
+int WatchedProcess::close() {
+  if (exit_code_) return *exit_code_;
+  if (watchdog_.to.open()) {
+    const std::string zero = wire_line({++sequence_, steady_now(), 0, 0, 0});
+    std::size_t written = 0;
+    (void)write_some(watchdog_.to.number(), zero, written);
+  }
+  watchdog_.to.close();
+  watchdog_.from.close();
+  const Duration deadline = steady_now() + std::chrono::seconds(8);  // it has its own patience, twice 2 s
+  std::optional<int> status;
+  while (!(status = wait_status(watchdog_.pid)) && steady_now() < deadline) (void)poll(nullptr, 0, 2);
+  if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen: the end of its pipes stops the robot
+  exit_code_ = status ? exit_code_of(*status) : 128 + SIGKILL;
+  return *exit_code_;
+}
+
+}  // namespace waymark

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/time.hpp"
+#include "waymark/drivers/watchdog/lines.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+
+namespace waymark {
+
+/// Where the watchdog's program is: beside the program that runs, or in the libexec it was installed to.
+[[nodiscard]] Result<std::string> find_watchdog();
+
+/// A robot's process behind a watchdog: what a driver of a robot holds. However this process ends, the robot
+/// is told to stop.
+class WatchedProcess {
+ public:
+  /// Starts the watchdog and, by it, `command` with the shell. `watchdog`: its program; found when empty.
+  /// From then on SIGPIPE is ignored in this process: that the watchdog is gone is an error of send().
+  static Result<std::unique_ptr<WatchedProcess>> start(const std::string& command,
+                                                       const std::string& watchdog = {});
+  /// Stops the robot and waits for the watchdog, which ends the robot's process.
+  ~WatchedProcess();
+  WatchedProcess(const WatchedProcess&) = delete;
+  WatchedProcess& operator=(const WatchedProcess&) = delete;
+
+  /// Never waits: when the watchdog does not read, the command is lost, and the watchdog will stop the robot.
+  /// Fails when the watchdog is gone.
+  Status send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step = 0);
+  /// What the robot said since the last call; waits up to `most` for the first line. Fails, and says how the
+  /// robot's process ended, when it has ended and everything was read.
+  [[nodiscard]] Result<std::vector<Line>> read(Duration most);
+  /// Stops the robot and ends its process. The exit code of the robot's process, as watch_robot() gives it.
+  int close();
+
+  [[nodiscard]] pid_t watchdog_pid() const { return watchdog_.pid; }
+
+ private:
+  WatchedProcess(Spawned watchdog, std::string command)
+      : watchdog_(std::move(watchdog)), command_(std::move(command)) {}
+  [[nodiscard]] Error ended();
+
+  Spawned watchdog_;
+  std::string command_;
+  LineSplitter lines_{};
+  std::int64_t sequence_ = 0;
+  std::optional<int> exit_code_{};
+};
+
+}  // namespace waymark
