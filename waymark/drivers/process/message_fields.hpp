@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/base/error.hpp"
+#include "waymark/drivers/process/robot_messages.hpp"
+
+namespace waymark {
+
+/// The keys of one line, taken one after the other; the first mistake is kept, and everything after it is
+/// zero.
+class MessageFields {
+ public:
+  MessageFields(RobotMessageReader& reader, const nlohmann::json& object, std::string type,
+                std::int64_t line);
+
+  [[nodiscard]] double number(const char* key, double least, double most);
+  [[nodiscard]] double number_or(const char* key, double least, double most, double otherwise);
+  [[nodiscard]] std::int64_t integer(const char* key, std::int64_t least, std::int64_t most);
+  [[nodiscard]] std::string text(const char* key, bool needed = true);
+  [[nodiscard]] bool flag_or_false(const char* key);
+  /// stamp_s or stamp_ns; no stream goes back.
+  [[nodiscard]] SensorTime stamp();
+  /// Numbers; null is not a number, where `holes` are allowed.
+  [[nodiscard]] std::vector<double> numbers(const char* key, std::size_t most, bool holes = false);
+  [[nodiscard]] const nlohmann::json* array(const char* key, std::size_t most);
+  [[nodiscard]] bool has(const char* key);
+
+  void wrong(const std::string& key, const std::string& words, const std::string& hint = {});
+  /// Says the keys that nobody took; the first mistake, if there was one.
+  [[nodiscard]] Status finish();
+
+ private:
+  [[nodiscard]] const nlohmann::json* find(const char* key, bool needed);
+  [[nodiscard]] double checked(const nlohmann::json& value, const char* key, double least, double most);
+
+  RobotMessageReader& reader_;
+  const nlohmann::json& object_;
+  std::string type_;
+  std::int64_t line_;
+  std::set<std::string> taken_{"type"};
+  Status status_{};
+};
+
+}  // namespace waymark

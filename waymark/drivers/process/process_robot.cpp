@@ -1,0 +1,54 @@
+#include "waymark/drivers/process/process_robot.hpp"
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const std::string& command,
+                                                          const ProcessRobotOptions& options) {
+  auto wire = WatchedProcess::start(command, options.watchdog);
+  if (!wire) return tl::unexpected(wire.error());
+  std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command));
+  const Duration deadline = steady_now() + options.hello_within;
+  while (steady_now() < deadline) {
+    const auto message = robot->next(deadline - steady_now());
+    if (!message) return tl::unexpected(message.error());
+    if (!*message) continue;
+    if (const auto* hello = std::get_if<RobotHello>(&**message)) {
+      robot->hello_ = *hello;
+      return robot;
+    }
+  }
+  return fail(ErrorCode::Unreadable,
+              fmt::format("the robot did not say hello within {:g} s", to_seconds(options.hello_within)),
+              {.source = "process:" + command},
+              "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
+}
+
+Result<std::optional<RobotMessage>> ProcessRobot::next(Duration most) {
+  if (waiting_.empty()) {
+    auto lines = wire_->read(most);
+    if (!lines) return tl::unexpected(lines.error());
+    const Duration now = steady_now();
+    for (Line& line : *lines) waiting_.push_back({std::move(line), now});
+  }
+  if (waiting_.empty()) return std::optional<RobotMessage>();
+  const Arrived arrived = std::move(waiting_.front());
+  waiting_.pop_front();
+  auto message = reader_.read(arrived.line);
+  if (!message || !*message) return message;
+  if (const auto* sample = std::get_if<Sample>(&**message)) clock_.hear(stamp_of(*sample), arrived.at);
+  if (const auto* step = std::get_if<RobotStep>(&**message)) step_ = *step;
+  return message;
+}
+
+Status ProcessRobot::command(const VelocityCommand& command) {
+  return wire_->send(command.speed_m_s, command.yaw_rate_rad_s, hello_.lockstep ? step_.step : 0);
+}
+
+std::optional<SensorTime> ProcessRobot::now() const {
+  if (hello_.lockstep) return step_.step > 0 ? std::optional(step_.stamp) : std::nullopt;
+  return clock_.at(steady_now());
+}
+
+}  // namespace waymark

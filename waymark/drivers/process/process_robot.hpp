@@ -1,0 +1,59 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/drivers/process/arrival_clock.hpp"
+#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/drivers/watchdog/watched_process.hpp"
+#include "waymark/samples/robot.hpp"
+
+namespace waymark {
+
+struct ProcessRobotOptions {
+  Duration hello_within = std::chrono::seconds(15);
+  std::string watchdog{};  ///< its program; found when empty
+};
+
+/// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
+class ProcessRobot final : public Robot {
+ public:
+  /// Starts the process with the shell and waits for its hello.
+  static Result<std::unique_ptr<ProcessRobot>> start(const std::string& command,
+                                                     const ProcessRobotOptions& options = {});
+
+  [[nodiscard]] const RobotHello& hello() const { return hello_; }
+  /// The next message; nothing when none came within `most`. Fails on a line that is not understood, and when
+  /// the process ends: why, in words.
+  [[nodiscard]] Result<std::optional<RobotMessage>> next(Duration most);
+  /// Whether next() would not wait.
+  [[nodiscard]] bool more() const { return !waiting_.empty(); }
+  /// Never waits. Answers the newest step, when the robot is in lockstep.
+  Status command(const VelocityCommand& command) override;
+  /// Of the robot's clock now; nothing before the first sample. In lockstep: the stamp of the newest step.
+  [[nodiscard]] std::optional<SensorTime> now() const;
+  /// What the robot said that was passed over, since the last call.
+  [[nodiscard]] std::vector<std::string> take_warnings() { return reader_.take_warnings(); }
+  /// Stops the robot and ends its process; nothing may be asked of it afterwards.
+  void close() { (void)wire_->close(); }
+
+ private:
+  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const std::string& command)
+      : wire_(std::move(wire)), reader_("process:" + command) {}
+
+  std::unique_ptr<WatchedProcess> wire_;
+  RobotMessageReader reader_;
+  RobotHello hello_{};
+  struct Arrived {
+    Line line;
+    Duration at{};
+  };
+  std::deque<Arrived> waiting_{};
+  ArrivalClock clock_{};
+  RobotStep step_{};
+};
+
+}  // namespace waymark

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/drivers/watchdog/lines.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// Of docs/formats/robot-process.md.
+inline constexpr std::int64_t kRobotProtocol = 1;
+
+/// The first line of a robot.
+struct RobotHello {
+  std::int64_t protocol_version = kRobotProtocol;
+  std::string name{};
+  std::vector<std::string> sends{};  ///< types of the lines that will come
+  bool lockstep = false;             ///< its time stands still until each step is answered
+};
+
+/// A robot in lockstep waits for the command of this step.
+struct RobotStep {
+  std::int64_t step = 0;
+  SensorTime stamp{};
+};
+
+/// Something to be shown to whoever drives.
+struct RobotLog {
+  std::string text{};
+};
+
+using RobotMessage = std::variant<RobotHello, RobotStep, RobotLog, Sample>;
+
+/// Turns the lines of a robot into messages. Strict: a line that is not understood is an error that names the
+/// line and the key, because a robot that is half understood must not be driven. Keys and types that are not
+/// known are passed over, and said once.
+class RobotMessageReader {
+ public:
+  /// `name`: what errors call the robot.
+  explicit RobotMessageReader(std::string name) : name_(std::move(name)) {}
+
+  /// Nothing for an empty line and for an unknown type. Pictures are read and decoded.
+  [[nodiscard]] Result<std::optional<RobotMessage>> read(const Line& line);
+  /// What was passed over, in words, since the last call.
+  [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
+
+ private:
+  friend class MessageFields;
+  void warn_once(const std::string& words);
+
+  std::string name_;
+  std::set<std::string> said_{};
+  std::vector<std::string> warnings_{};
+  bool greeted_ = false;
+  std::map<std::string, SensorTime> newest_{};  ///< by type
+};
+
+/// The line of a message, with its end. Of a picture the caller gives the bytes of a JPEG or PNG file; a
+/// sample that has no line (poses of tags, ranges, commands) gives nothing.
+[[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture = {});
+
+/// What a robot is told, as its process reads it.
+struct RobotOrderLine {
+  enum class Kind : std::uint8_t { Hello, Velocity, Bye, Other };
+  Kind kind = Kind::Other;
+  VelocityCommand command{};
+  std::int64_t step = 0;
+  bool by_watchdog = false;
+};
+[[nodiscard]] RobotOrderLine parse_order_line(const std::string& text);
+
+}  // namespace waymark
