@@ -97,7 +97,6 @@ void judge(const Stage& stage, ReplayReport& report) {
 }  // namespace
 
 std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
-std::vector<std::string> replay_controllers() { return {"pursuit"}; }
 
 namespace {
 
@@ -127,7 +126,7 @@ Status check_folder(const fs::path& folder) {
 
 Result<ReplayFiles> load_replay(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
-  if (status) status = check_name(job.controller, replay_controllers(), "controller", "--controller");
+  if (status) status = check_name(job.replay.controller, replay_controllers(), "controller", "--controller");
   if (!status) return tl::unexpected(status.error());
   if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
@@ -154,17 +153,23 @@ Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const 
 
 namespace {
 
+std::string replay_options_yaml(const ReplayOptions& options) {
+  return "follower:\n" + write_fields(options.follower, 2) + "actuators:\n" +
+         write_fields(options.actuators, 2) + "profile:\n" + write_fields(options.profile, 2) + "pursuit:\n" +
+         write_fields(options.pursuit, 2) + "goal:\n" + write_fields(options.goal, 2) + "watch:\n" +
+         write_fields(options.watch, 2) + "safety:\n" + write_fields(options.safety, 2);
+}
+
 Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
   Result<SampleRecorder> recorder = start_recording(
       job.output,
       {.verb = "replay",
-       .driver = job.controller,
+       .driver = job.replay.controller,
        .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
                   (job.method == "anchor" ? "anchor:\n" + write_fields(job.anchor, 2)
                                           : "filter:\n" + write_fields(job.filter, 2)) +
-                  "pursuit:\n" + write_fields(job.replay.pursuit, 2) + "safety:\n" +
-                  write_fields(job.replay.safety, 2),
+                  replay_options_yaml(job.replay),
        .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
@@ -187,7 +192,10 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   if (!recorder) return tl::unexpected(recorder.error());
   const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
-  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, job);
+  ReplayJob mounted = job;
+  const LidarOptions& lidar = simulated.robot.lidar;
+  mounted.replay.base_T_lidar = SE2(lidar.x_m, lidar.y_m, lidar.yaw_deg * 0.017453292519943295);
+  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, mounted);
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
   ReplayEar ear(std::move(*recorder), goal_m, console);

@@ -94,7 +94,6 @@ struct MapReport {
 struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
   std::string method = "riekf";
-  std::string controller = "pursuit";
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< of the recording: also a power cut loses at most a second
   std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
@@ -103,9 +102,8 @@ struct ReplayJob {
   ReplayOptions replay{};  ///< laps, follower, limits
 };
 
-/// The names that --method and --controller take.
+/// The names that --method takes; for --controller see waymark::replay_controllers().
 [[nodiscard]] std::vector<std::string> replay_methods();
-[[nodiscard]] std::vector<std::string> replay_controllers();
 
 /// What a replay needs from its files.
 struct ReplayFiles {

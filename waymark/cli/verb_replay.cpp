@@ -24,7 +24,12 @@ struct ReplayArgs {
         filter(app, "Methods riekf and ekf"),
         motion(app, "Methods riekf and ekf: motion"),
         anchor(app, "Method anchor"),
+        follower(app, "Controller follower"),
+        actuators(app, "Controller follower: the robot's motors"),
+        profile(app, "Speed"),
         pursuit(app, "Controller pursuit"),
+        goal(app, "Controller pose"),
+        watch(app, "Alarms"),
         safety(app, "Limits") {}
 
   StageFlags stage;
@@ -35,7 +40,12 @@ struct ReplayArgs {
   OptionFlags<RiekfOptions> filter;
   OptionFlags<MotionNoise> motion;
   OptionFlags<AnchorOptions> anchor;
+  OptionFlags<FollowerOptions> follower;
+  OptionFlags<ActuatorOptions> actuators;
+  OptionFlags<ProfileOptions> profile;
   OptionFlags<PurePursuitOptions> pursuit;
+  OptionFlags<GoToPoseOptions> goal;
+  OptionFlags<WatchOptions> watch;
   OptionFlags<SafetyOptions> safety;
 };
 
@@ -48,7 +58,12 @@ Result<ReplayJob> job_of(const ReplayArgs& args) {
   Status status = args.anchor.apply(job.anchor);
   if (status) status = args.filter.apply(job.filter);
   if (status) status = args.motion.apply(job.filter.motion);
+  if (status) status = args.follower.apply(job.replay.follower);
+  if (status) status = args.actuators.apply(job.replay.actuators);
+  if (status) status = args.profile.apply(job.replay.profile);
   if (status) status = args.pursuit.apply(job.replay.pursuit);
+  if (status) status = args.goal.apply(job.replay.goal);
+  if (status) status = args.watch.apply(job.replay.watch);
   if (status) status = args.safety.apply(job.replay.safety);
   if (!status) return tl::unexpected(status.error());
   return job;
@@ -106,7 +121,10 @@ Run prepare_replay(CLI::App& app) {
                  "nearest tag and odometry")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--controller", args->job.controller, "How it follows the route: pursuit, pure pursuit")
+  app.add_option(
+         "--controller", args->job.replay.controller,
+         "How it follows the route: follower, curvature fed forward and errors fed back; pursuit, pure "
+         "pursuit; pose, from goal to goal")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")

@@ -30,7 +30,7 @@ Status read_point(const YamlCursor& entry, Route& route) {
   const std::vector<double>& n = *row;
   if (!route.points.empty() && n[0] <= route.points.back().arc_length_m)
     return entry.fail_here(ErrorCode::InvalidArgument, "the arc length does not grow");
-  if (!(n[5] > 0)) return entry.fail_here(ErrorCode::InvalidArgument, "the speed must be greater than 0");
+  if (!(std::abs(n[5]) > 0)) return entry.fail_here(ErrorCode::InvalidArgument, "the speed must not be 0");
   route.points.push_back(
       {.map_T_base = SE2(n[1], n[2], n[3]), .arc_length_m = n[0], .curvature_1_m = n[4], .speed_m_s = n[5]});
   return {};

@@ -11,7 +11,7 @@ namespace waymark {
 
 /// A route from route.yaml (docs/formats/map.md). Errors have file, line and key: not a route, an unknown or
 /// missing key, fewer than two points, a point that is not six numbers, arc lengths that do not grow, a
-/// speed that is not positive, a length that does not reach the last point.
+/// speed of 0 (backwards is negative), a length that does not reach the last point.
 [[nodiscard]] Result<Route> read_route(const std::filesystem::path& path);
 [[nodiscard]] Result<Route> parse_route(std::string_view text, const std::string& source);
 

@@ -1,27 +1,66 @@
 #include "waymark/pipeline/replayer.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/lidar_zone.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
+namespace {
+
+constexpr double kUsualPeriod_s = 0.05;
+
+double age_s(SensorTime now, const std::optional<SensorTime>& newest, double unless) {
+  return newest ? to_seconds(now - *newest) : unless;
+}
+
+}  // namespace
+
+std::vector<std::string> replay_controllers() { return {"follower", "pursuit", "pose"}; }
 
 Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
                    const ReplayOptions& options)
     : method_(std::move(method)),
-      route_(std::move(route)),
+      route_(with_speed_profile(std::move(route), options.profile)),
       map_(std::move(map)),
       robot_(std::move(robot)),
-      options_(options) {}
+      options_(options),
+      predictor_(options.actuators),
+      follower_(options.follower),
+      watch_(options.watch) {}
 
-void Replayer::add(const TagFrame& frame) { method_->add(frame); }
+void Replayer::add(const TagFrame& frame) {
+  if (watch_.add(frame)) method_->add(frame);
+}
 
 void Replayer::add(const Odometry& odometry) {
   method_->add(odometry);
+  watch_.add(odometry);
   newest_odometry_ = odometry.stamp;
+}
+
+void Replayer::add(const ImuSample& imu) {
+  method_->add(imu);
+  newest_gyro_ = imu.stamp;
+}
+
+void Replayer::add(const LaserScan& scan) { scan_ = scan; }
+
+void Replayer::pause(std::string reason) { pause_ = std::move(reason); }
+
+void Replayer::resume() {
+  pause_.clear();
+  watch_.forget();
+  follower_.reset();
+  last_step_.reset();
+  if (progress_) find_ahead_ = true;
+  if (state_ == ReplayState::Refused) state_ = ReplayState::Waiting;
 }
 
 void Replayer::track(const LocalizationEstimate& estimate) {
@@ -30,65 +69,131 @@ void Replayer::track(const LocalizationEstimate& estimate) {
     return;
   }
   const double before = progress_->arc_length_m;
-  progress_ = advance(route_, estimate.map_T_base, *progress_);
+  if (find_ahead_) {
+    constexpr double kBehind = 0.1;
+    progress_ = locate(route_, estimate.map_T_base, route_.closed ? 0 : before - kBehind);
+    find_ahead_ = false;
+    if (state_ != ReplayState::Waiting) pass_start_gate();
+  } else {
+    progress_ = advance(route_, estimate.map_T_base, *progress_);
+  }
   double moved = progress_->arc_length_m - before;
   if (route_.closed) moved = std::remainder(moved, route_.length_m);
   driven_m_ += moved;
+  if (state_ == ReplayState::Driving) follower_.integrate(*progress_, moved);
+}
+
+/// Only from near the route and along it; says where to put the robot otherwise.
+void Replayer::pass_start_gate() {
+  const auto refusal = start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
+  if (!refusal) {
+    if (state_ == ReplayState::Waiting) state_ = ReplayState::Driving;
+    return;
+  }
+  const SE2& there = progress_->map_T_route;
+  refusal_ = fmt::format("{} (nearest place: x {:.2f} m, y {:.2f} m, heading {:.0f} deg of the map)",
+                         *refusal, there.x(), there.y(), there.yaw() * 57.29577951308232);
+  state_ = ReplayState::Refused;
+}
+
+double Replayer::remaining_m(const RouteProgress& at) const {
+  if (at.leg_end_m < route_.length_m || at.leg_begin_m > 0) return at.leg_end_m - at.arc_length_m;
+  if (!route_.closed) return route_.length_m - at.arc_length_m;
+  const double ahead =
+      progress_ ? std::remainder(at.arc_length_m - progress_->arc_length_m, route_.length_m) : 0.0;
+  return options_.laps * route_.length_m - driven_m_ - ahead;
 }
 
 bool Replayer::at_goal() const {
-  if (route_.closed) return driven_m_ >= options_.laps * route_.length_m;
-  return progress_->arc_length_m >= route_.length_m - 1e-3;
+  if (route_.closed) return driven_m_ >= options_.laps * route_.length_m - options_.follower.stop_within_m;
+  return progress_->arc_length_m >= route_.length_m - options_.follower.stop_within_m;
 }
 
-ReplayStep Replayer::step(SensorTime now) {
-  ReplayStep step{.state = state_, .estimate = method_->estimate(), .driven_m = driven_m_};
-  if (step.estimate && !step.estimate->certain) step.estimate.reset();  // a guess drives no wheels
-  const double dt_s = last_step_ ? to_seconds(now - *last_step_) : 0.05;
-  last_step_ = now;
-  if (state_ == ReplayState::Finished || state_ == ReplayState::Refused) {
-    if (state_ == ReplayState::Refused) step.reason = refusal_;
-    return step;
-  }
-  if (step.estimate) {
-    track(*step.estimate);
-    step.progress = progress_;
-    step.driven_m = driven_m_;
-    if (state_ == ReplayState::Waiting) {
-      const auto refusal =
-          start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
-      state_ = refusal ? ReplayState::Refused : ReplayState::Driving;
-      if (refusal) refusal_ = *refusal;
-    }
-    if (state_ == ReplayState::Driving && at_goal()) state_ = ReplayState::Finished;
-    if (state_ == ReplayState::Refused || state_ == ReplayState::Finished) {
-      last_command_ = {};
-      step.state = state_;
-      if (state_ == ReplayState::Refused) step.reason = refusal_;
-      return step;
-    }
-  }
+VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
+  if (options_.controller == "pursuit")
+    return pure_pursuit(route_, estimate.map_T_base, *progress_, options_.pursuit);
+  if (options_.controller == "pose")
+    return go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal);
+  const PredictedMotion then = predictor_.predict(predictor_.acts_at(now));
+  const RouteProgress at = advance(route_, then.map_T_base, *progress_);
+  return follower_.follow(route_, then, at, remaining_m(at), predictor_.turn_gain(),
+                          predictor_.options().yaw_rate_lag_s);
+}
 
-  SafetyInputs inputs{.dt_s = dt_s, .last = last_command_};
-  inputs.odometry_age_s =
-      newest_odometry_ ? to_seconds(now - *newest_odometry_) : std::numeric_limits<double>::infinity();
-  VelocityCommand wanted{};
-  if (step.estimate) {
-    inputs.localized = true;
-    inputs.position_sigma_m = step.estimate->position_sigma_m();
-    inputs.cross_track_m = progress_->cross_track_m;
-    inputs.clearance_m = clearance_m(robot_.hull, lift(step.estimate->map_T_base), map_);
-    wanted = pure_pursuit(route_, step.estimate->map_T_base, *progress_, options_.pursuit);
+/// What stops the robot that the limiter cannot see for itself.
+std::string Replayer::alarm() const {
+  if (!pause_.empty()) return pause_;
+  if (!watch_.alarm().empty()) return watch_.alarm();
+  if (!doubts_) return {};
+  std::string words = "what is seen contradicts where the robot believes to be: was it carried?";
+  const std::vector<std::string> problems = method_->problems();
+  if (!problems.empty()) words += " (" + problems.front() + ")";
+  return words;
+}
+
+SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<LocalizationEstimate>& estimate,
+                                 const VelocityCommand& wanted) const {
+  SafetyInputs inputs{.last = last_command_, .alarm = alarm()};
+  inputs.odometry_age_s = age_s(now, newest_odometry_, std::numeric_limits<double>::infinity());
+  inputs.gyro_age_s = age_s(now, newest_gyro_, 0);
+  if (scan_) {
+    inputs.scan_age_s = to_seconds(now - scan_->stamp);
+    const double curvature = std::abs(wanted.speed_m_s) > 1e-3
+                                 ? predictor_.turn_gain() * wanted.yaw_rate_rad_s / wanted.speed_m_s
+                                 : 0.0;
+    inputs.obstacle_m =
+        free_way_m(*scan_, options_.base_T_lidar, robot_.hull, curvature, wanted.speed_m_s < 0);
   }
+  if (!estimate) return inputs;
+  inputs.localized = true;
+  inputs.position_sigma_m = estimate->position_sigma_m();
+  inputs.cross_track_m = progress_->cross_track_m;
+  inputs.clearance_m = clearance_m(robot_.hull, lift(estimate->map_T_base), map_);
+  return inputs;
+}
+
+void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
+  VelocityCommand wanted{};
+  if (step.estimate) wanted = steer(now, *step.estimate);
+  SafetyInputs inputs = inputs_of(now, step.estimate, wanted);
+  inputs.dt_s = dt_s;
   const SafetyVerdict verdict = limit(wanted, inputs, options_.safety);
   step.command = last_command_ = verdict.command;
   step.reason = verdict.stopped;
-  if (state_ != ReplayState::Waiting) {
-    const ReplayState next = verdict.stopped ? ReplayState::Stopped : ReplayState::Driving;
-    if (next == ReplayState::Stopped && state_ == ReplayState::Driving) ++stops_;
-    state_ = next;
+  if (verdict.stopped) step.lasting = watch_.lasting() || !pause_.empty();
+  if (state_ == ReplayState::Waiting) return;
+  const ReplayState next = verdict.stopped ? ReplayState::Stopped : ReplayState::Driving;
+  if (next == ReplayState::Stopped && state_ == ReplayState::Driving) ++stops_;
+  state_ = next;
+}
+
+ReplayStep Replayer::step(SensorTime now) {
+  ReplayStep step{.estimate = method_->estimate()};
+  const bool certain = step.estimate && step.estimate->certain;
+  doubts_ = knew_ && !certain;
+  knew_ = knew_ || certain;
+  if (!certain) step.estimate.reset();  // a guess drives no wheels
+  watch_.tick(now);
+  const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
+  last_step_ = now;
+  if (step.estimate && state_ != ReplayState::Finished && state_ != ReplayState::Refused) {
+    watch_.check(step.estimate->map_T_base);
+    predictor_.observe(step.estimate->stamp, step.estimate->map_T_base, state_ == ReplayState::Driving);
+    track(*step.estimate);
+    if (state_ == ReplayState::Waiting) pass_start_gate();
+    if (state_ == ReplayState::Driving && at_goal()) state_ = ReplayState::Finished;
   }
+  if (step.estimate) step.progress = progress_;
+  if (state_ == ReplayState::Finished || state_ == ReplayState::Refused) {
+    last_command_ = {};
+    if (state_ == ReplayState::Refused) step.reason = refusal_;
+  } else {
+    drive(now, dt_s, step);
+  }
+  predictor_.sent(now, last_command_);
   step.state = state_;
+  step.driven_m = driven_m_;
+  step.turn_gain = predictor_.turn_gain();
   return step;
 }
 

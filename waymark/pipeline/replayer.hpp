@@ -3,27 +3,43 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/localization/method.hpp"
+#include "waymark/replay/go_to_pose.hpp"
+#include "waymark/replay/motion_predictor.hpp"
+#include "waymark/replay/path_follower.hpp"
 #include "waymark/replay/pure_pursuit.hpp"
+#include "waymark/replay/replay_watch.hpp"
 #include "waymark/replay/route_progress.hpp"
 #include "waymark/replay/safety_limiter.hpp"
+#include "waymark/replay/speed_profile.hpp"
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/tag_map.hpp"
 
 namespace waymark {
 
 struct ReplayOptions {
-  double laps = 1;  ///< how often a closed route is driven
+  double laps = 1;                      ///< how often a closed route is driven
+  std::string controller = "follower";  ///< one of replay_controllers()
+  FollowerOptions follower{};
+  ActuatorOptions actuators{};
+  ProfileOptions profile{};
   PurePursuitOptions pursuit{};
+  GoToPoseOptions goal{};
+  WatchOptions watch{};
   SafetyOptions safety{};
+  SE2 base_T_lidar{};
 };
+
+/// The names of the controllers: follower, pursuit (pure pursuit), pose (from goal to goal).
+[[nodiscard]] std::vector<std::string> replay_controllers();
 
 enum class ReplayState : std::uint8_t {
   Waiting,  ///< for the first estimate
   Refused,  ///< the start gate said no
   Driving,
-  Stopped,  ///< the limiter stopped it; goes on when the reason is gone
+  Stopped,  ///< the limiter stopped it; goes on when the reason is gone, unless a person has to look
   Finished,
 };
 
@@ -32,41 +48,69 @@ struct ReplayStep {
   ReplayState state = ReplayState::Waiting;
   VelocityCommand command{};
   std::optional<std::string> reason{};  ///< of a refusal or a stop
+  bool lasting = false;                 ///< of a stop: only resume() ends it
   std::optional<LocalizationEstimate> estimate{};
   std::optional<RouteProgress> progress{};
   double driven_m = 0;  ///< along the route since the start
+  double turn_gain = 1;  ///< share of the asked turn that the robot turns, as learnt so far
 };
 
-/// The replay phase: estimate, follow, limit. Samples in stamp order; step() as often as commands are sent.
+/// The replay phase: estimate, follow, limit. Samples in stamp order; step() as often as commands are sent,
+/// twenty times a second or more.
 class Replayer {
  public:
-  /// The map is for the keep-out about tags.
+  /// The map is for the keep-out about tags. An unknown controller is the follower.
   Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
            const ReplayOptions& options);
 
   void add(const TagFrame& frame);
   void add(const Odometry& odometry);
+  void add(const ImuSample& imu);
+  void add(const LaserScan& scan);
   /// The command for now. Time is an argument: the age of the newest odometry is measured against it.
   [[nodiscard]] ReplayStep step(SensorTime now);
 
+  /// A person holds the robot: it brakes, stands and says why, until resume().
+  void pause(std::string reason);
+  /// A person looked: lasting alarms and pauses are forgotten. The robot goes on from the nearest point of
+  /// the route that it has not passed yet, if the start gate allows it.
+  void resume();
+
   [[nodiscard]] int stops() const { return stops_; }
+  [[nodiscard]] const Route& route() const { return route_; }
 
  private:
   void track(const LocalizationEstimate& estimate);
+  void pass_start_gate();
   [[nodiscard]] bool at_goal() const;
+  [[nodiscard]] double remaining_m(const RouteProgress& at) const;
+  [[nodiscard]] VelocityCommand steer(SensorTime now, const LocalizationEstimate& estimate);
+  [[nodiscard]] SafetyInputs inputs_of(SensorTime now, const std::optional<LocalizationEstimate>& estimate,
+                                       const VelocityCommand& wanted) const;
+  [[nodiscard]] std::string alarm() const;
+  void drive(SensorTime now, double dt_s, ReplayStep& step);
 
   std::unique_ptr<LocalizationMethod> method_;
   Route route_;
   TagMap map_;
   RobotModel robot_;
   ReplayOptions options_;
+  MotionPredictor predictor_;
+  PathFollower follower_;
+  ReplayWatch watch_;
   ReplayState state_ = ReplayState::Waiting;
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
+  std::optional<SensorTime> newest_gyro_{};
+  std::optional<LaserScan> scan_{};
   double driven_m_ = 0;
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};
+  std::string pause_{};
+  bool knew_ = false;        ///< a certain estimate was there once
+  bool doubts_ = false;      ///< and is not now
+  bool find_ahead_ = false;  ///< after resume()
   int stops_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "waymark/replay/pure_pursuit.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace waymark {
 
@@ -12,7 +13,8 @@ VelocityCommand pure_pursuit(const Route& route, const SE2& map_T_base, const Ro
   double speed = route.points[progress.index].speed_m_s;
   if (!route.closed && options.slow_down_m > 0) {
     const double left = std::max(0.0, route.length_m - progress.arc_length_m);
-    speed = std::min(speed, std::max(options.min_speed_m_s, speed * left / options.slow_down_m));
+    const double most = std::max(options.min_speed_m_s, std::abs(speed) * left / options.slow_down_m);
+    speed = std::clamp(speed, -most, most);
   }
   return {speed, speed * curvature};
 }

@@ -10,11 +10,12 @@
 #include <Eigen/Core>
 
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/line_smoothing.hpp"
 
 namespace waymark {
 namespace {
 
-using Line = std::vector<Eigen::Vector2d>;
+using internal::Line;
 
 double angle_between(double from, double to) { return std::remainder(to - from, 2 * std::numbers::pi); }
 
@@ -99,75 +100,95 @@ Line average_onto(const Line& line, const Line& driven) {
   return sum;
 }
 
-/// Local weighted quadratic fits (Savitzky and Golay, Analytical Chemistry 36, 1964, with tricube weights):
-/// straight lines and circles stay where they are, unlike under an average.
-Line smooth(const Line& line, bool closed, double half_width_m, double step_m) {
-  const auto half = static_cast<std::ptrdiff_t>(std::lround(2 * half_width_m / step_m));
-  if (half < 2) return line;
-  const auto n = static_cast<std::ptrdiff_t>(line.size());
-  Line result(line.size());
-  for (std::ptrdiff_t i = 0; i < n; ++i) {
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    Eigen::Matrix<double, 3, 2> b = Eigen::Matrix<double, 3, 2>::Zero();
-    for (std::ptrdiff_t k = -half; k <= half; ++k) {
-      const std::ptrdiff_t j = closed ? (i + k + n) % n : i + k;
-      if (j < 0 || j >= n) continue;
-      const double u = static_cast<double>(k) / static_cast<double>(half + 1);
-      const double weight = std::pow(1 - std::pow(std::abs(u), 3), 3);
-      const Eigen::Vector3d basis(1, u, u * u);
-      A += weight * basis * basis.transpose();
-      b += weight * basis * line[static_cast<std::size_t>(j)].transpose();
+/// A stretch of the drive without a change of direction.
+struct Leg {
+  Line driven{};
+  bool backwards = false;
+};
+
+/// Where the robot reversed for good: a few centimetres the other way are a hand that slipped.
+std::vector<Leg> legs_of(const Trajectory& trajectory) {
+  constexpr double kReversedMetres = 0.10;
+  std::vector<Leg> legs(1);
+  double reversed_m = 0;
+  std::size_t reversed_from = 0;  // point of the present leg where it began to go the other way
+  bool known = false;
+  for (const StampedPose& pose : trajectory) {
+    const SE2 map_T_base = project_to_plane(pose.map_T_base);
+    Leg& leg = legs.back();
+    if (!leg.driven.empty()) {
+      const Eigen::Vector2d ahead(std::cos(map_T_base.yaw()), std::sin(map_T_base.yaw()));
+      const double moved = (map_T_base.translation() - leg.driven.back()).dot(ahead);
+      if (reversed_m <= 0) reversed_from = leg.driven.size() - 1;
+      reversed_m = std::max(0.0, reversed_m + (leg.backwards ? moved : -moved));
     }
-    result[static_cast<std::size_t>(i)] = A.ldlt().solve(b).row(0).transpose();
+    leg.driven.push_back(map_T_base.translation());
+    if (reversed_m < kReversedMetres) continue;
+    const bool backwards = !leg.backwards;
+    reversed_m = 0;
+    if (!known && legs.size() == 1 && reversed_from == 0) {
+      leg.backwards = backwards;
+    } else {
+      Leg next{
+          .driven = Line(leg.driven.begin() + static_cast<std::ptrdiff_t>(reversed_from), leg.driven.end()),
+          .backwards = backwards};
+      leg.driven.resize(reversed_from + 1);
+      legs.push_back(std::move(next));
+    }
+    known = true;
   }
-  return result;
+  return legs;
 }
 
-Route as_route(const Line& line, bool closed, double speed_m_s) {
-  Route route{.closed = closed};
-  double arc = 0;
+/// A leg becomes points of the route behind those that are there.
+void append(Route& route, const Line& line, bool closed, double signed_speed_m_s) {
+  const bool backwards = signed_speed_m_s < 0;
+  const std::vector<double> bent = internal::curvatures(line, closed);
+  const double begin = route.points.empty() ? 0 : route.points.back().arc_length_m;
+  double arc = begin;
   for (std::size_t i = 0; i < line.size(); ++i) {
-    if (i > 0) arc += (line[i] - line[i - 1]).norm();
-    const double yaw = heading(line, i, closed);
-    route.points.push_back(
-        {.map_T_base = SE2(line[i].x(), line[i].y(), yaw), .arc_length_m = arc, .speed_m_s = speed_m_s});
+    const Eigen::Vector2d before =
+        i > 0 ? line[i - 1] : (route.points.empty() ? line[0] : route.points.back().map_T_base.translation());
+    arc += (line[i] - before).norm();
+    const double yaw = heading(line, i, closed) + (backwards ? std::numbers::pi : 0.0);
+    route.points.push_back({.map_T_base = SE2(line[i].x(), line[i].y(), yaw),
+                            .arc_length_m = arc,
+                            .curvature_1_m = bent[i],
+                            .speed_m_s = signed_speed_m_s});
   }
   route.length_m = closed ? arc + (line.front() - line.back()).norm() : arc;
-  const std::size_t n = line.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t before = i > 0 ? i - 1 : (closed ? n - 1 : 0);
-    const std::size_t after = i + 1 < n ? i + 1 : (closed ? 0 : n - 1);
-    double distance = route.points[after].arc_length_m - route.points[before].arc_length_m;
-    if (distance <= 0) distance += route.length_m;
-    route.points[i].curvature_1_m =
-        angle_between(route.points[before].map_T_base.yaw(), route.points[after].map_T_base.yaw()) / distance;
-  }
-  return route;
 }
 
 }  // namespace
 
 Result<Route> build_route(const Trajectory& trajectory, const RouteOptions& options) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
-  Line driven;
-  driven.reserve(trajectory.size());
-  for (const StampedPose& pose : trajectory)
-    driven.push_back(project_to_plane(pose.map_T_base).translation());
-  Line line = resample(driven, options.step_m);
-  if (static_cast<double>(line.size()) * options.step_m < 0.5) {
+  const std::vector<Leg> legs = legs_of(trajectory);
+  Route route;
+  double driven_m = 0;
+  for (const Leg& leg : legs) {
+    Line line = resample(leg.driven, options.step_m);
+    driven_m += static_cast<double>(line.size()) * options.step_m;
+    if (line.size() < 3) continue;
+    line = average_onto(line, leg.driven);
+    const auto closing = legs.size() == 1 ? closing_point(line, options) : std::nullopt;
+    if (closing) {
+      line.resize(*closing);
+      close_gap(line, options.step_m);
+    }
+    route.closed = closing.has_value();
+    line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,
+                                 options.max_curvature_1_m);
+    // A leg begins where the one before ended: that point is there already.
+    if (!route.points.empty()) line.erase(line.begin());
+    append(route, line, route.closed, leg.backwards ? -options.speed_m_s : options.speed_m_s);
+  }
+  if (driven_m < 0.5 || route.points.size() < 2) {
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("the lap is only {:.2f} m long: too short for a route",
-                            static_cast<double>(line.size()) * options.step_m),
-                {}, "Drive at least half a metre.");
+                fmt::format("the lap is only {:.2f} m long: too short for a route", driven_m), {},
+                "Drive at least half a metre.");
   }
-  line = average_onto(line, driven);
-  const std::optional<std::size_t> closing = closing_point(line, options);
-  if (closing) {
-    line.resize(*closing);
-    close_gap(line, options.step_m);
-  }
-  line = smooth(line, closing.has_value(), options.smoothing_m, options.step_m);
-  return as_route(line, closing.has_value(), options.speed_m_s);
+  return route;
 }
 
 }  // namespace waymark

@@ -9,7 +9,8 @@ namespace waymark {
 
 struct RouteOptions {
   double step_m = 0.05;
-  double smoothing_m = 0.25;
+  double smoothing_m = 0.8;
+  double max_curvature_1_m = 2.5;
   double speed_m_s = 0.3;
   double closing_distance_m = 0.5;
   double closing_angle_rad = 0.8;
@@ -18,8 +19,10 @@ struct RouteOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.step_m, Field{"step_m", "Distance of route points.", 0.005, 1});
     visit(self.smoothing_m,
-          Field{"smoothing_m", "Half width of the window that smooths the driven line; larger cuts corners.",
-                0, 2});
+          Field{"smoothing_m", "Wiggles shorter than this are smoothed away; larger cuts corners.", 0, 5});
+    visit(
+        self.max_curvature_1_m,
+        Field{"max_curvature_1_m", "The route never bends more (1 / radius); 0: as it was driven.", 0, 1000});
     visit(self.speed_m_s, Field{"speed_m_s", "Reference speed of the whole route.", 0.01, 5});
     visit(self.closing_distance_m,
           Field{"closing_distance_m", "A lap that comes back this near to its start is closed.", 0, 10});
@@ -29,8 +32,9 @@ struct RouteOptions {
 };
 
 /// The route a trajectory drove, on the floor: even steps of arc length, smoothed, closed where the lap came
-/// back to its start (what was driven beyond that point is cut off). Standing still adds nothing. Fails on a
-/// trajectory shorter than half a metre. O(poses).
+/// back to its start (what was driven beyond that point is cut off). Where the robot reversed, the speed
+/// changes its sign; such a route stays open. Standing still adds nothing. Fails on a trajectory shorter than
+/// half a metre. O(poses).
 [[nodiscard]] Result<Route> build_route(const Trajectory& trajectory, const RouteOptions& options = {});
 
 }  // namespace waymark

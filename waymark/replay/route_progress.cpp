@@ -47,37 +47,76 @@ RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) 
   const SE2 route_T_base = progress.map_T_route.inverse() * map_T_base;
   progress.cross_track_m = std::copysign((map_T_base.translation() - foot).norm(), route_T_base.y());
   progress.heading_error_rad = route_T_base.yaw();
+  progress.leg_end_m = route.length_m;
   return progress;
+}
+
+bool backwards(const Route& route, std::size_t i) { return route.points[i].speed_m_s < 0; }
+
+/// Fills in the leg of a foot point. A closed route that changes direction is taken to begin a leg at its
+/// first point.
+void find_leg(const Route& route, RouteProgress& progress) {
+  std::size_t first = progress.index;
+  std::size_t last = progress.index;
+  while (first > 0 && backwards(route, first - 1) == backwards(route, progress.index)) --first;
+  while (last + 1 < route.points.size() && backwards(route, last + 1) == backwards(route, progress.index))
+    ++last;
+  progress.leg_begin_m = route.points[first].arc_length_m;
+  progress.leg_end_m = last + 1 < route.points.size() ? route.points[last].arc_length_m : route.length_m;
+}
+
+bool changes_direction(const Route& route) {
+  return std::ranges::any_of(
+      route.points, [&](const RoutePoint& point) { return (point.speed_m_s < 0) != backwards(route, 0); });
+}
+
+/// Distance of a foot point for the choice between branches.
+double branch_cost(const RouteProgress& at) {
+  constexpr double kMetresPerRadian = 0.3;
+  return std::hypot(at.cross_track_m, kMetresPerRadian * at.heading_error_rad);
 }
 
 }  // namespace
 
-RouteProgress locate(const Route& route, const SE2& map_T_base) {
+RouteProgress locate(const Route& route, const SE2& map_T_base, double from_m) {
   assert(route.points.size() >= 2);
   RouteProgress best{.cross_track_m = std::numeric_limits<double>::infinity()};
   for (std::size_t i = 0; i < segments(route); ++i) {
+    if (segment(route, i).arc_to < from_m) continue;
     const RouteProgress here = foot_on(route, i, map_T_base);
-    if (std::abs(here.cross_track_m) < std::abs(best.cross_track_m)) best = here;
+    if (branch_cost(here) < branch_cost(best)) best = here;
   }
+  if (std::isinf(best.cross_track_m)) best = foot_on(route, segments(route) - 1, map_T_base);
+  if (changes_direction(route)) find_leg(route, best);
   return best;
 }
 
-RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProgress& before,
-                      double window_m) {
+RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProgress& before, double window_m,
+                      double turn_within_m) {
   assert(route.points.size() >= 2);
   const auto count = static_cast<std::ptrdiff_t>(segments(route));
   const double step = route.length_m / static_cast<double>(count);
   const auto ahead =
       std::min<std::ptrdiff_t>(count - 1, static_cast<std::ptrdiff_t>(std::ceil(window_m / step)));
   const std::ptrdiff_t back = std::min<std::ptrdiff_t>(count - 1 - ahead, 2);
+  const bool legs = before.leg_end_m > 0 && (before.leg_begin_m > 0 || before.leg_end_m < route.length_m);
+  const bool turning = legs && before.leg_end_m - before.arc_length_m <= turn_within_m;
+  const auto in_reach = [&](std::size_t i) {
+    if (!legs) return true;
+    const double middle = route.points[i].arc_length_m;
+    if (turning) return middle >= before.leg_end_m - 1e-9;
+    return middle >= before.leg_begin_m - 1e-9 && middle < before.leg_end_m - 1e-9;
+  };
   RouteProgress best{.cross_track_m = std::numeric_limits<double>::infinity()};
   for (std::ptrdiff_t k = -back; k <= ahead; ++k) {
     std::ptrdiff_t i = static_cast<std::ptrdiff_t>(before.index) + k;
     if (route.closed) i = (i + count) % count;
-    if (i < 0 || i >= count) continue;
+    if (i < 0 || i >= count || !in_reach(static_cast<std::size_t>(i))) continue;
     const RouteProgress here = foot_on(route, static_cast<std::size_t>(i), map_T_base);
     if (std::abs(here.cross_track_m) < std::abs(best.cross_track_m)) best = here;
   }
+  if (std::isinf(best.cross_track_m)) return before;
+  if (legs) find_leg(route, best);
   return best;
 }
 

@@ -13,16 +13,21 @@ struct RouteProgress {
   double arc_length_m = 0;       ///< of the foot point
   double cross_track_m = 0;      ///< signed: positive when the robot is to the left of the route
   double heading_error_rad = 0;  ///< robot's heading less the route's
-  SE2 map_T_route{};             ///< foot point, x along the route
+  SE2 map_T_route{};             ///< foot point, heading of the robot there
+  double leg_begin_m = 0;        ///< stretch that is driven without changing direction: where it begins …
+  double leg_end_m = 0;          ///< … and ends; the whole route where it never changes
 };
 
-/// The foot point nearest to the robot anywhere on the route. O(points).
-[[nodiscard]] RouteProgress locate(const Route& route, const SE2& map_T_base);
+/// The foot point nearest to the robot anywhere on the route, at or beyond `from_m`. Where branches of the
+/// route are near each other, the one whose heading is that of the robot: a radian counts as much as 0.3 m.
+/// O(points).
+[[nodiscard]] RouteProgress locate(const Route& route, const SE2& map_T_base, double from_m = 0);
 
 /// The foot point near where it was before: looks `window_m` ahead and a little back, so that the robot
-/// cannot jump to another branch where a route crosses itself or closes. O(window).
+/// cannot jump to another branch where a route crosses itself or closes. Where the direction changes the
+/// robot must have come within `turn_within_m` before what follows counts. O(window).
 [[nodiscard]] RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProgress& before,
-                                    double window_m = 0.5);
+                                    double window_m = 0.5, double turn_within_m = 0.02);
 
 /// The pose of the route at an arc length; a closed route goes round, an open one ends.
 [[nodiscard]] SE2 pose_at(const Route& route, double arc_length_m);

@@ -14,11 +14,22 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
                                           const SafetyOptions& options) {
   if (!std::isfinite(wanted.speed_m_s) || !std::isfinite(wanted.yaw_rate_rad_s))
     return "the controller gave no number";
+  if (!in.alarm.empty()) return in.alarm;
+  if (!std::isfinite(in.last.speed_m_s) || !std::isfinite(in.last.yaw_rate_rad_s))
+    return "the last command was no number";
   if (std::isinf(in.odometry_age_s)) return "no odometry arrived yet";
+  if (in.odometry_age_s < -options.max_odometry_age_s)
+    return fmt::format("odometry is stamped {:.2f} s ahead of now: two clocks", -in.odometry_age_s);
   if (!(in.odometry_age_s <= options.max_odometry_age_s)) {
     return fmt::format("odometry is {:.2f} s old (limit {:.2f} s)", in.odometry_age_s,
                        options.max_odometry_age_s);
   }
+  if (!(in.gyro_age_s <= options.max_odometry_age_s))
+    return fmt::format("the gyro is {:.2f} s old (limit {:.2f} s)", in.gyro_age_s,
+                       options.max_odometry_age_s);
+  if (!(in.scan_age_s <= options.max_scan_age_s))
+    return fmt::format("the lidar's scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
+                       options.max_scan_age_s);
   if (!in.localized) return "the position is not known: no mapped tag was seen yet";
   if (!(in.position_sigma_m <= options.stop_position_sigma_m)) {
     return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m)", in.position_sigma_m,
@@ -32,43 +43,78 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
     return fmt::format("a tag is {:.2f} m from the hull (limit {:.2f} m)", in.clearance_m,
                        options.min_clearance_m);
   }
+  if (!(in.obstacle_m >= options.stop_obstacle_m)) {
+    return fmt::format("something stands {:.2f} m ahead (limit {:.2f} m)", in.obstacle_m,
+                       options.stop_obstacle_m);
+  }
   return std::nullopt;
 }
 
-double approach(double last, double wanted, double most) {
-  return std::clamp(wanted, last - most, last + most);
+/// Towards what is wanted, by no more than the ramp up or, towards zero, down; never through zero at once.
+double ramp(double last, double wanted, double up, double down) {
+  if (last < 0 || (last == 0 && wanted < 0)) return -ramp(-last, -wanted, up, down);
+  if (wanted >= last) return std::min(wanted, last + up);
+  return std::max({wanted, 0.0, last - down});
+}
+
+/// Braking on the curve that was being driven.
+VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, double dt_s) {
+  VelocityCommand last = in.last;
+  if (!std::isfinite(last.speed_m_s)) return {};
+  last.speed_m_s = std::clamp(last.speed_m_s, -options.max_speed_m_s, options.max_speed_m_s);
+  const double speed = ramp(last.speed_m_s, 0, 0, options.max_deceleration_m_s2 * dt_s);
+  if (speed == 0 || !std::isfinite(last.yaw_rate_rad_s)) return {speed, 0};
+  const double yaw_rate = last.yaw_rate_rad_s * speed / last.speed_m_s;
+  return {speed, std::clamp(yaw_rate, -options.max_yaw_rate_rad_s, options.max_yaw_rate_rad_s)};
+}
+
+/// 1 where slowing begins, falling to a fifth where it would be a stop.
+double share_of(double value, double slow, double stop) {
+  const double between = slow - stop;
+  return std::abs(between) > 1e-9 ? std::clamp((value - stop) / between, 0.2, 1.0) : 0.2;
+}
+
+/// How much of the wanted speed the doubts leave.
+double share_left(const VelocityCommand& wanted, const SafetyInputs& in, const SafetyOptions& options) {
+  double share = 1;
+  if (in.position_sigma_m > options.slow_position_sigma_m)
+    share = share_of(in.position_sigma_m, options.slow_position_sigma_m, options.stop_position_sigma_m);
+  if (in.obstacle_m < options.slow_obstacle_m && wanted.speed_m_s != 0)
+    share = std::min(share, share_of(in.obstacle_m, options.slow_obstacle_m, options.stop_obstacle_m));
+  return share;
 }
 
 }  // namespace
 
 SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, const SafetyOptions& options) {
   SafetyVerdict verdict;
+  const double dt_s = std::isfinite(inputs.dt_s) ? std::clamp(inputs.dt_s, 0.0, 0.5) : 0.0;
   verdict.stopped = reason_to_stop(wanted, inputs, options);
-  if (verdict.stopped) return verdict;  // zero at once: the motors' own lag is ramp enough
-
-  double share = 1;
+  if (verdict.stopped) {
+    verdict.command = braked(inputs, options, dt_s);
+    return verdict;
+  }
+  double share = share_left(wanted, inputs, options);
+  verdict.slowed = share < 1;
+  // Speed and turning shrink together, so that the curvature stays as steered.
   const auto shrink = [&](double value, double most) {
     if (std::abs(value) * share > most) share = most / std::abs(value);
   };
-  if (inputs.position_sigma_m > options.slow_position_sigma_m) {
-    verdict.slowed = true;
-    share = (options.stop_position_sigma_m - inputs.position_sigma_m) /
-            std::max(options.stop_position_sigma_m - options.slow_position_sigma_m, 1e-9);
-    share = std::clamp(share, 0.2, 1.0);
-  }
-  // Both shrink together, so that the curvature stays as steered.
   shrink(wanted.speed_m_s, options.max_speed_m_s);
   shrink(wanted.yaw_rate_rad_s, options.max_yaw_rate_rad_s);
-  const double dt_s = std::clamp(inputs.dt_s, 0.0, 0.5);
   const double speed = share * wanted.speed_m_s;
-  const bool braking = std::abs(speed) < std::abs(inputs.last.speed_m_s);
-  verdict.command.speed_m_s =
-      braking ? speed : approach(inputs.last.speed_m_s, speed, options.max_acceleration_m_s2 * dt_s);
+  verdict.command.speed_m_s = ramp(inputs.last.speed_m_s, speed, options.max_acceleration_m_s2 * dt_s,
+                                   options.max_deceleration_m_s2 * dt_s);
   // Turning follows the speed that is really sent.
-  const double turning = speed != 0 ? share * wanted.yaw_rate_rad_s * verdict.command.speed_m_s / speed
-                                    : share * wanted.yaw_rate_rad_s;
-  verdict.command.yaw_rate_rad_s =
-      approach(inputs.last.yaw_rate_rad_s, turning, options.max_yaw_acceleration_rad_s2 * dt_s);
+  double turning = share * wanted.yaw_rate_rad_s;
+  if (speed != 0) turning *= std::clamp(verdict.command.speed_m_s / speed, -2.0, 2.0);
+  const double most_change = options.max_yaw_acceleration_rad_s2 * dt_s;
+  turning =
+      std::clamp(turning, inputs.last.yaw_rate_rad_s - most_change, inputs.last.yaw_rate_rad_s + most_change);
+  double most = options.max_yaw_rate_rad_s;
+  if (options.max_curvature_1_m > 0)
+    most = std::min(most, options.max_curvature_1_m * std::abs(verdict.command.speed_m_s));
+  verdict.command.yaw_rate_rad_s = std::clamp(turning, -most, most);
   return verdict;
 }
 

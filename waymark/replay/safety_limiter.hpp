@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -12,13 +13,18 @@ namespace waymark {
 struct SafetyOptions {
   double max_speed_m_s = 0.5;
   double max_yaw_rate_rad_s = 1.5;
+  double max_curvature_1_m = 0;
   double max_acceleration_m_s2 = 1.0;
+  double max_deceleration_m_s2 = 2.5;
   double max_yaw_acceleration_rad_s2 = 6.0;
   double max_odometry_age_s = 0.3;
+  double max_scan_age_s = 0.5;
   double slow_position_sigma_m = 0.05;
   double stop_position_sigma_m = 0.10;
   double max_cross_track_m = 0.30;
   double min_clearance_m = 0.15;
+  double slow_obstacle_m = 0.60;
+  double stop_obstacle_m = 0.20;
   double start_distance_m = 0.5;
   double start_angle_rad = 0.785;
 
@@ -26,12 +32,17 @@ struct SafetyOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.max_speed_m_s, Field{"max_speed_m_s", "Never faster.", 0, 10});
     visit(self.max_yaw_rate_rad_s, Field{"max_yaw_rate_rad_s", "Never turn faster.", 0, 20});
-    visit(self.max_acceleration_m_s2,
-          Field{"max_acceleration_m_s2", "Never speed up faster; stopping may.", 0.01, 50});
+    visit(self.max_curvature_1_m,
+          Field{"max_curvature_1_m", "Never steer a tighter curve, for steered wheels; 0: any.", 0, 1000});
+    visit(self.max_acceleration_m_s2, Field{"max_acceleration_m_s2", "Never speed up faster.", 0.01, 50});
+    visit(self.max_deceleration_m_s2,
+          Field{"max_deceleration_m_s2", "Never slow down faster, nor to stop.", 0.1, 50});
     visit(self.max_yaw_acceleration_rad_s2,
           Field{"max_yaw_acceleration_rad_s2", "Never begin to turn faster.", 0.01, 200});
     visit(self.max_odometry_age_s,
-          Field{"max_odometry_age_s", "Stop when the newest odometry is older.", 0.01, 10});
+          Field{"max_odometry_age_s", "Stop when the newest odometry, or gyro, is older.", 0.01, 10});
+    visit(self.max_scan_age_s,
+          Field{"max_scan_age_s", "Stop when the newest scan of a lidar that was heard is older.", 0.05, 10});
     visit(self.slow_position_sigma_m,
           Field{"slow_position_sigma_m", "Slow down when the position is known no better.", 0, 10});
     visit(self.stop_position_sigma_m,
@@ -39,6 +50,10 @@ struct SafetyOptions {
     visit(self.max_cross_track_m, Field{"max_cross_track_m", "Stop when farther from the route.", 0, 10});
     visit(self.min_clearance_m,
           Field{"min_clearance_m", "Stop when the hull comes nearer to a tag, in space.", 0, 10});
+    visit(self.slow_obstacle_m,
+          Field{"slow_obstacle_m", "Slow down when the lidar sees something nearer before the hull.", 0, 20});
+    visit(self.stop_obstacle_m,
+          Field{"stop_obstacle_m", "Stop when the lidar sees something nearer before the hull.", 0, 20});
     visit(self.start_distance_m, Field{"start_distance_m", "Do not start farther from the route.", 0, 10});
     visit(self.start_angle_rad,
           Field{"start_angle_rad", "Do not start pointing away from the route by more.", 0, 3.2});
@@ -48,25 +63,31 @@ struct SafetyOptions {
 /// What the limiter must know; all of it comes from outside, time too.
 struct SafetyInputs {
   double odometry_age_s = 0;
+  double gyro_age_s = 0;  ///< 0 for a robot without one
+  double scan_age_s = 0;  ///< 0 for a robot without a lidar
   bool localized = false;
   double position_sigma_m = 0;  ///< largest standard deviation in the plane
   double cross_track_m = 0;
   double clearance_m = 0;
-  double dt_s = 0;         ///< since the last command
-  VelocityCommand last{};  ///< the command sent then
+  double obstacle_m = std::numeric_limits<double>::infinity();  ///< free way before the hull
+  double dt_s = 0;                                              ///< since the last command
+  VelocityCommand last{};                                       ///< the command sent then
+  std::string alarm{};  ///< what somebody else found that is reason enough to stop, in words; empty: nothing
 };
 
 struct SafetyVerdict {
   VelocityCommand command{};             ///< what may be sent
-  std::optional<std::string> stopped{};  ///< why it is a stop, in words
+  std::optional<std::string> stopped{};  ///< why it is a stop, in words; the command then brakes to zero
   bool slowed = false;
 };
 
-/// The last word before the motors. Pure: the same inputs give the same verdict; a NaN anywhere is a stop.
+/// The last word before the motors. Pure: the same inputs give the same verdict; a NaN anywhere is a stop. A
+/// stop brakes, on the curve that was being driven, with max_deceleration_m_s2.
 [[nodiscard]] SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs,
                                   const SafetyOptions& options);
 
-/// Why the robot may not start here, in words that say where to put it; nothing when it may.
+/// Why the robot may not start here, in words that say where to put it; nothing when it may. `distance_m` is
+/// positive when the robot is to the left of the route, the angle when it points to its left.
 [[nodiscard]] std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                                        const SafetyOptions& options);
 

@@ -12,15 +12,17 @@ namespace waymark {
 namespace {
 
 constexpr SafetyOptions kOptions;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 SafetyInputs all_well() {
-  return {.odometry_age_s = 0.02,
-          .localized = true,
-          .position_sigma_m = 0.01,
-          .cross_track_m = 0.02,
-          .clearance_m = 0.5,
-          .dt_s = 0.05,
-          .last = {.speed_m_s = 0.3, .yaw_rate_rad_s = 0.1}};
+  SafetyInputs inputs{.odometry_age_s = 0.02, .gyro_age_s = 0.01};
+  inputs.localized = true;
+  inputs.position_sigma_m = 0.01;
+  inputs.cross_track_m = 0.02;
+  inputs.clearance_m = 0.5;
+  inputs.dt_s = 0.05;
+  inputs.last = {.speed_m_s = 0.3, .yaw_rate_rad_s = 0.1};
+  return inputs;
 }
 
 TEST(SafetyLimiter, LetsAGoodCommandThrough) {
@@ -33,58 +35,120 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
   const auto words = [](auto change) {
     SafetyInputs inputs = all_well();
     change(inputs);
-    const SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
+    SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
+    EXPECT_LT(verdict.command.speed_m_s, inputs.last.speed_m_s);
+    inputs.dt_s = 0.2;
+    verdict = limit({0.3, 0.1}, inputs, kOptions);
     EXPECT_EQ(verdict.command, VelocityCommand{});
     return verdict.stopped.value_or("");
   };
   EXPECT_EQ(words([](auto& in) { in.odometry_age_s = 0.31; }), "odometry is 0.31 s old (limit 0.30 s)");
-  EXPECT_EQ(words([](auto& in) { in.odometry_age_s = std::numeric_limits<double>::infinity(); }),
-            "no odometry arrived yet");
+  EXPECT_EQ(words([](auto& in) { in.odometry_age_s = kInfinity; }), "no odometry arrived yet");
+  EXPECT_EQ(words([](auto& in) { in.odometry_age_s = -0.5; }),
+            "odometry is stamped 0.50 s ahead of now: two clocks");
+  EXPECT_EQ(words([](auto& in) { in.gyro_age_s = 0.4; }), "the gyro is 0.40 s old (limit 0.30 s)");
+  EXPECT_EQ(words([](auto& in) { in.scan_age_s = 0.6; }), "the lidar's scan is 0.60 s old (limit 0.50 s)");
   EXPECT_EQ(words([](auto& in) { in.localized = false; }),
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),
             "the position is known only to 0.20 m (limit 0.10 m)");
   EXPECT_EQ(words([](auto& in) { in.cross_track_m = -0.4; }), "0.40 m from the route (limit 0.30 m)");
   EXPECT_EQ(words([](auto& in) { in.clearance_m = 0.1; }), "a tag is 0.10 m from the hull (limit 0.15 m)");
+  EXPECT_EQ(words([](auto& in) { in.obstacle_m = 0.1; }), "something stands 0.10 m ahead (limit 0.20 m)");
+  EXPECT_EQ(words([](auto& in) { in.alarm = "a hand is on it"; }), "a hand is on it");
 }
 
 TEST(SafetyLimiter, NaNIsAStop) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(limit({nan, 0}, all_well(), kOptions).stopped);
   EXPECT_TRUE(limit({0, nan}, all_well(), kOptions).stopped);
-  for (double SafetyInputs::*field : {&SafetyInputs::odometry_age_s, &SafetyInputs::position_sigma_m,
-                                      &SafetyInputs::cross_track_m, &SafetyInputs::clearance_m}) {
+  for (double SafetyInputs::*field :
+       {&SafetyInputs::odometry_age_s, &SafetyInputs::gyro_age_s, &SafetyInputs::scan_age_s,
+        &SafetyInputs::position_sigma_m, &SafetyInputs::cross_track_m, &SafetyInputs::clearance_m,
+        &SafetyInputs::obstacle_m}) {
     SafetyInputs inputs = all_well();
     inputs.*field = nan;
     EXPECT_TRUE(limit({0.3, 0.1}, inputs, kOptions).stopped);
   }
+  SafetyInputs inputs = all_well();
+  inputs.last.speed_m_s = nan;
+  EXPECT_TRUE(limit({0.3, 0.1}, inputs, kOptions).stopped);
+  EXPECT_EQ(limit({0.3, 0.1}, inputs, kOptions).command, VelocityCommand{});
+  inputs = all_well();
+  inputs.dt_s = nan;
+  EXPECT_TRUE(std::isfinite(limit({0.4, 0.1}, inputs, kOptions).command.speed_m_s));
+}
+
+/// Anything that may come: values from far below to far above the limits, now and then no number at all.
+SafetyInputs any_inputs(Random& random) {
+  SafetyInputs inputs = all_well();
+  inputs.last = {random.uniform(-0.5, 0.5), random.uniform(-1.5, 1.5)};
+  inputs.position_sigma_m = random.uniform(0, 0.12);
+  inputs.obstacle_m = random.uniform(0.1, 2);
+  inputs.odometry_age_s = random.uniform(0, 0.32);
+  inputs.dt_s = random.uniform(0, 0.1);
+  return inputs;
 }
 
 TEST(SafetyLimiter, WhateverIsWantedLimitsHold) {
   Random random(1);
-  for (int i = 0; i < 20000; ++i) {
-    SafetyInputs inputs = all_well();
-    inputs.last = {random.uniform(-0.5, 0.5), random.uniform(-1.5, 1.5)};
-    inputs.position_sigma_m = random.uniform(0, 0.1);
-    inputs.dt_s = random.uniform(0, 0.1);
+  int stops = 0;
+  for (int i = 0; i < 50000; ++i) {
+    const SafetyInputs inputs = any_inputs(random);
+    SafetyOptions options;
+    options.max_curvature_1_m = i % 2 == 0 ? 2.5 : 0;
     const VelocityCommand wanted{random.uniform(-3, 3), random.uniform(-9, 9)};
-    const SafetyVerdict verdict = limit(wanted, inputs, kOptions);
-    ASSERT_FALSE(verdict.stopped);
-    EXPECT_LE(std::abs(verdict.command.speed_m_s), kOptions.max_speed_m_s + 1e-12);
-    EXPECT_LE(std::abs(verdict.command.yaw_rate_rad_s), kOptions.max_yaw_rate_rad_s + 1e-12);
-    const double faster = std::abs(verdict.command.speed_m_s) - std::abs(inputs.last.speed_m_s);
-    EXPECT_LE(faster, kOptions.max_acceleration_m_s2 * inputs.dt_s + 1e-12);
-    EXPECT_LE(std::abs(verdict.command.yaw_rate_rad_s - inputs.last.yaw_rate_rad_s),
-              kOptions.max_yaw_acceleration_rad_s2 * inputs.dt_s + 1e-12);
+    const SafetyVerdict verdict = limit(wanted, inputs, options);
+    const VelocityCommand& out = verdict.command;
+    stops += verdict.stopped ? 1 : 0;
+    ASSERT_LE(std::abs(out.speed_m_s), options.max_speed_m_s + 1e-12);
+    ASSERT_LE(std::abs(out.yaw_rate_rad_s), options.max_yaw_rate_rad_s + 1e-12);
+    const double faster = std::abs(out.speed_m_s) - std::abs(inputs.last.speed_m_s);
+    ASSERT_LE(faster, options.max_acceleration_m_s2 * inputs.dt_s + 1e-12);
+    ASSERT_GE(faster, -options.max_deceleration_m_s2 * inputs.dt_s - 1e-12) << "also to stop";
+    ASSERT_GE(out.speed_m_s * inputs.last.speed_m_s, 0) << "never through zero at once";
+    if (options.max_curvature_1_m > 0 && !verdict.stopped) {
+      ASSERT_LE(std::abs(out.yaw_rate_rad_s), options.max_curvature_1_m * std::abs(out.speed_m_s) + 1e-12);
+    }
+    const double turning = std::abs(out.yaw_rate_rad_s) - std::abs(inputs.last.yaw_rate_rad_s);
+    ASSERT_LE(turning, options.max_yaw_acceleration_rad_s2 * inputs.dt_s + 1e-12);
+    if (verdict.stopped) {
+      ASSERT_LE(faster, 0) << "a stop never speeds up";
+    }
   }
+  EXPECT_GT(stops, 1000);
+  EXPECT_LT(stops, 40000);
 }
 
-TEST(SafetyLimiter, SlowsWhileThePositionIsPoorlyKnown) {
+TEST(SafetyLimiter, AStopBrakesToZeroOnTheCurveAndStaysThere) {
+  SafetyInputs inputs = all_well();
+  inputs.alarm = "a reason";
+  inputs.last = {0.5, 0.4};
+  double way_m = 0;
+  for (int i = 0; i < 20; ++i) {
+    const VelocityCommand before = inputs.last;
+    inputs.last = limit({0.5, 1.0}, inputs, kOptions).command;
+    if (inputs.last.speed_m_s > 0) {
+      EXPECT_NEAR(inputs.last.yaw_rate_rad_s / inputs.last.speed_m_s, 0.8, 1e-9);
+    }
+    EXPECT_LE(inputs.last.speed_m_s, before.speed_m_s);
+    way_m += inputs.last.speed_m_s * inputs.dt_s;
+  }
+  EXPECT_EQ(inputs.last, VelocityCommand{});
+  EXPECT_LE(way_m, 0.5 * 0.5 / (2 * kOptions.max_deceleration_m_s2));
+}
+
+TEST(SafetyLimiter, SlowsWhileThePositionIsPoorlyKnownOrSomethingIsNear) {
   SafetyInputs inputs = all_well();
   inputs.position_sigma_m = 0.075;
+  inputs.dt_s = 0.2;
   const SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
   EXPECT_TRUE(verdict.slowed);
   EXPECT_NEAR(verdict.command.speed_m_s, 0.15, 1e-9);
+  inputs = all_well();
+  inputs.obstacle_m = 0.4;
+  inputs.dt_s = 0.2;
+  EXPECT_NEAR(limit({0.3, 0.1}, inputs, kOptions).command.speed_m_s, 0.15, 1e-9);
 }
 
 TEST(SafetyLimiter, RefusesABadStartAndSaysWhereToPutTheRobot) {

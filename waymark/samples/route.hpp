@@ -8,10 +8,10 @@ namespace waymark {
 
 /// One point of a route.
 struct RoutePoint {
-  SE2 map_T_base{};          ///< x along the direction of travel
-  double arc_length_m = 0;   ///< from the first point
-  double curvature_1_m = 0;  ///< signed, positive to the left
-  double speed_m_s = 0;      ///< reference speed
+  SE2 map_T_base{};          ///< x where the robot looks: backwards where it reverses
+  double arc_length_m = 0;   ///< of the way driven, from the first point; always grows
+  double curvature_1_m = 0;  ///< turn of the robot over the way, positive to the left
+  double speed_m_s = 0;      ///< reference speed; negative where the robot reverses
 };
 
 /// A path to drive, points in order of arc length. Closed: the first point follows the last, `length_m` after

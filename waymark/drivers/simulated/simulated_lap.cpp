@@ -131,6 +131,8 @@ class ReplayDrive {
       end_.frames_with_two_tags += frame->detections.size() >= 2 ? 1 : 0;
     }
     if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer_.add(*odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) replayer_.add(*imu);
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) replayer_.add(*scan);
     return listener_.on_sample(sample);
   }
 

@@ -1,0 +1,94 @@
+#include "waymark/replay/motion_predictor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace waymark {
+namespace {
+
+constexpr Duration kRemembered = std::chrono::seconds(2);
+constexpr Duration kStep = std::chrono::milliseconds(10);
+/// Nothing that takes longer is predicted: something is wrong then, and the limiter says what.
+constexpr Duration kFarthest = std::chrono::milliseconds(500);
+/// So much turning [rad^2] the first belief is worth: a few seconds of a gentle curve outweigh it.
+constexpr double kPriorWeight = 1e-3;
+/// A turn larger than this between two estimates is a correction, not a motion.
+constexpr double kMostTurn = 0.2;
+
+Duration seconds(double s) { return Duration(std::llround(s * 1e9)); }
+
+double share(double dt_s, double lag_s) { return lag_s > 0 ? 1 - std::exp(-dt_s / lag_s) : 1; }
+
+}  // namespace
+
+void MotionPredictor::sent(SensorTime now, const VelocityCommand& command) {
+  if (!commands_.empty() && now < commands_.back().stamp) commands_.clear();  // a clock went back
+  commands_.push_back({now, command});
+  while (commands_.size() > 1 && commands_[1].stamp + kRemembered < now) commands_.pop_front();
+}
+
+SensorTime MotionPredictor::acts_at(SensorTime now) const { return now + seconds(options_.command_delay_s); }
+
+VelocityCommand MotionPredictor::acting(SensorTime at) const {
+  const SensorTime sent_by = at - seconds(options_.command_delay_s);
+  for (auto it = commands_.rbegin(); it != commands_.rend(); ++it) {
+    if (it->stamp <= sent_by) return it->command;
+  }
+  return {};
+}
+
+void MotionPredictor::run(Motors& motors, SensorTime to, SE2* map_T_base) const {
+  while (motors.stamp < to) {
+    const Duration dt = std::min(kStep, to - motors.stamp);
+    const double dt_s = to_seconds(dt);
+    const VelocityCommand command = acting(motors.stamp);
+    motors.speed_m_s += (command.speed_m_s - motors.speed_m_s) * share(dt_s, options_.speed_lag_s);
+    motors.yaw_rate_rad_s +=
+        (command.yaw_rate_rad_s - motors.yaw_rate_rad_s) * share(dt_s, options_.yaw_rate_lag_s);
+    motors.turned_rad += motors.yaw_rate_rad_s * dt_s;
+    motors.stamp += dt;
+    if (map_T_base == nullptr) continue;
+    const Eigen::Vector3d way(motors.speed_m_s, 0, turn_gain_ * motors.yaw_rate_rad_s);
+    *map_T_base = *map_T_base * SE2::exp(way * dt_s);
+  }
+}
+
+void MotionPredictor::learn(double asked_rad, double turned_rad, double dt_s) {
+  constexpr double kLeastRate = 0.04;  // slower turning says little about the gain and much about noise
+  if (options_.turn_gain_time_s <= 0 || std::abs(asked_rad) < kLeastRate * dt_s) return;
+  if (std::abs(turned_rad) > kMostTurn || std::abs(asked_rad) > kMostTurn) return;
+  const double keep = std::exp(-dt_s / options_.turn_gain_time_s);
+  asked_asked_ = keep * asked_asked_ + asked_rad * asked_rad;
+  asked_turned_ = keep * asked_turned_ + asked_rad * turned_rad;
+  const double gain = (asked_turned_ + kPriorWeight * options_.turn_gain) / (asked_asked_ + kPriorWeight);
+  turn_gain_ =
+      std::clamp(gain, options_.turn_gain_min, std::max(options_.turn_gain_min, options_.turn_gain_max));
+}
+
+void MotionPredictor::observe(SensorTime stamp, const SE2& map_T_base, bool trusted) {
+  if (motors_ && stamp <= motors_->stamp && motors_->stamp - stamp < kFarthest) return;
+  const bool follows = motors_ && stamp > motors_->stamp && stamp - motors_->stamp < kFarthest;
+  if (!follows) {
+    const VelocityCommand now = acting(stamp);
+    motors_ = Motors{stamp, now.speed_m_s, now.yaw_rate_rad_s, 0};
+    map_T_base_ = map_T_base;
+    return;
+  }
+  const double dt_s = to_seconds(stamp - motors_->stamp);
+  motors_->turned_rad = 0;
+  run(*motors_, stamp, nullptr);
+  const double turned = std::remainder(map_T_base.yaw() - map_T_base_.yaw(), 2 * std::numbers::pi);
+  if (trusted) learn(motors_->turned_rad, turned, dt_s);
+  map_T_base_ = map_T_base;
+}
+
+PredictedMotion MotionPredictor::predict(SensorTime to) const {
+  if (!motors_) return {};
+  Motors motors = *motors_;
+  SE2 pose = map_T_base_;
+  run(motors, std::min(to, motors.stamp + kFarthest), &pose);
+  return {pose, motors.speed_m_s, turn_gain_ * motors.yaw_rate_rad_s};
+}
+
+}  // namespace waymark

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// How commands become motion, as far as it is known beforehand.
+struct ActuatorOptions {
+  double command_delay_s = 0.04;
+  double speed_lag_s = 0.12;
+  double yaw_rate_lag_s = 0.10;
+  double turn_gain = 1;
+  double turn_gain_min = 0.5;
+  double turn_gain_max = 1.3;
+  double turn_gain_time_s = 8;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.command_delay_s, Field{"command_delay_s", "From a command to the motors.", 0, 1});
+    visit(self.speed_lag_s, Field{"speed_lag_s", "Time constant of the drive motors.", 0, 2});
+    visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of turning.", 0, 2});
+    visit(self.turn_gain,
+          Field{"turn_gain", "Share of the asked yaw rate that the robot turns, at the start.", 0.1, 3});
+    visit(self.turn_gain_min, Field{"turn_gain_min", "It is never believed to be smaller.", 0.1, 3});
+    visit(self.turn_gain_max, Field{"turn_gain_max", "It is never believed to be larger.", 0.1, 3});
+    visit(self.turn_gain_time_s,
+          Field{"turn_gain_time_s", "How much turning is remembered to learn it; 0: it is not learnt.", 0,
+                1000});
+  }
+};
+
+/// A pose with the motion that goes on there.
+struct PredictedMotion {
+  SE2 map_T_base{};
+  double speed_m_s = 0;
+  double yaw_rate_rad_s = 0;
+};
+
+/// Carries an estimate on to the moment when the next command acts: first-order motors behind a delay, fed
+/// with the commands that were sent. On the way it learns which share of the asked turning the robot turns:
+/// least squares with forgetting over the turns that the estimate has seen (Ljung, "System Identification",
+/// 2nd ed., section 11.2), within bounds. Remembers two seconds of commands.
+class MotionPredictor {
+ public:
+  explicit MotionPredictor(const ActuatorOptions& options)
+      : options_(options), turn_gain_(options.turn_gain) {}
+
+  void sent(SensorTime now, const VelocityCommand& command);
+  /// A newer estimate; one that is not newer changes nothing. `trusted`: turning may be learnt from it.
+  void observe(SensorTime stamp, const SE2& map_T_base, bool trusted);
+  /// Where the robot will be, and how it will move, at `to`; where it was seen last when that is earlier.
+  [[nodiscard]] PredictedMotion predict(SensorTime to) const;
+  /// When a command that is sent at `now` begins to act.
+  [[nodiscard]] SensorTime acts_at(SensorTime now) const;
+
+  [[nodiscard]] double turn_gain() const { return turn_gain_; }
+  [[nodiscard]] const ActuatorOptions& options() const { return options_; }
+
+ private:
+  struct Motors {
+    SensorTime stamp{};
+    double speed_m_s = 0;
+    double yaw_rate_rad_s = 0;  ///< before the gain
+    double turned_rad = 0;
+  };
+  void run(Motors& motors, SensorTime to, SE2* map_T_base) const;
+  [[nodiscard]] VelocityCommand acting(SensorTime at) const;
+  void learn(double asked_rad, double turned_rad, double dt_s);
+
+  ActuatorOptions options_;
+  std::deque<StampedCommand> commands_{};
+  std::optional<Motors> motors_{};  ///< at the newest estimate
+  SE2 map_T_base_{};
+  double turn_gain_;
+  double asked_asked_ = 0;
+  double asked_turned_ = 0;
+};
+
+}  // namespace waymark

@@ -1,0 +1,57 @@
+#include "waymark/replay/path_follower.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "waymark/replay/speed_profile.hpp"
+
+namespace waymark {
+
+double curvature_about(const Route& route, double arc_length_m, double half_m) {
+  double from = arc_length_m - half_m;
+  double to = arc_length_m + half_m;
+  if (!route.closed) {
+    from = std::clamp(from, 0.0, route.length_m);
+    to = std::clamp(to, 0.0, route.length_m);
+  }
+  if (to - from < half_m / 4) return 0;
+  const double turn = pose_at(route, to).yaw() - pose_at(route, from).yaw();
+  return std::remainder(turn, 2 * std::numbers::pi) / (to - from);
+}
+
+VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& motion,
+                                     const RouteProgress& at, double remaining_m, double turn_gain,
+                                     double yaw_rate_lag_s) {
+  constexpr double kHalfStretch = 0.05;  // of the curvature that is fed forward
+  const double planned = speed_at(route, at.index, at.arc_length_m);
+  const double way = planned < 0 ? -1 : 1;
+  const SE2 route_T_base = at.map_T_route.inverse() * motion.map_T_base;
+  const double distance = route_T_base.y();
+  const double heading = route_T_base.yaw();
+  // The motors turn late: what is asked now is turned about one lag further on.
+  const double ahead = std::abs(motion.speed_m_s) * yaw_rate_lag_s;
+  const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;
+  const double feed_at = route.closed ? at.arc_length_m + ahead : std::min(at.arc_length_m + ahead, last);
+  const double curvature = curvature_about(route, feed_at, kHalfStretch);
+  const double stretch = std::clamp(1 - way * curvature * distance, 0.3, 3.0);
+  const double k_heading = 2 * options_.damping / options_.reach_m;
+  const double slope = 1 / (2 * options_.damping * options_.reach_m);
+  const double approach =
+      std::clamp(std::atan(slope * (distance + offset_m_)), -options_.approach_rad, options_.approach_rad);
+  const double turn_per_way =
+      curvature * std::cos(heading) / stretch - k_heading * std::sin(heading + way * approach);
+  const double brake = std::sqrt(std::max(0.0, 2 * 0.5 * (remaining_m - options_.stop_within_m)));
+  double speed = std::min(std::abs(planned), std::max(brake, 0.05));
+  if (std::abs(heading) > std::numbers::pi / 3) speed = std::min(speed, 0.1);  // first turn, then go
+  return {way * speed, speed * turn_per_way / std::max(turn_gain, 0.1)};
+}
+
+void PathFollower::integrate(const RouteProgress& at, double driven_m) {
+  constexpr double kNear = 0.10;  // farther away something else is the matter
+  if (options_.integral_m <= 0 || std::abs(at.cross_track_m) > kNear || std::abs(driven_m) > 0.5) return;
+  offset_m_ += at.cross_track_m * std::abs(driven_m) / options_.integral_m;
+  offset_m_ = std::clamp(offset_m_, -options_.integral_most_m, options_.integral_most_m);
+}
+
+}  // namespace waymark

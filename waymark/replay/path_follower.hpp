@@ -1,0 +1,60 @@
+#pragma once
+
+#include "waymark/base/fields.hpp"
+#include "waymark/replay/motion_predictor.hpp"
+#include "waymark/replay/route_progress.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+struct FollowerOptions {
+  double reach_m = 0.30;
+  double damping = 1.0;
+  double integral_m = 1.2;
+  double integral_most_m = 0.05;
+  double approach_rad = 0.8;
+  double stop_within_m = 0.01;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(
+        self.reach_m,
+        Field{"reach_m", "In about this distance an error decays: shorter is stiffer and noisier.", 0.05, 5});
+    visit(self.damping, Field{"damping", "Of that decay; 1: without overshoot.", 0.3, 5});
+    visit(self.integral_m,
+          Field{"integral_m", "In about this distance a lasting offset is learnt away; 0: never.", 0, 100});
+    visit(self.integral_most_m, Field{"integral_most_m", "Largest offset that is learnt.", 0, 1});
+    visit(self.approach_rad, Field{"approach_rad", "Never head for the route more steeply.", 0.1, 1.5});
+    visit(self.stop_within_m, Field{"stop_within_m", "Near enough to the end of an open route.", 0.001, 0.5});
+  }
+};
+
+/// Follows a route: curvature of the route as feed-forward, distance and heading fed back in the way instead
+/// of in time, so that the gains do not depend on the speed (Samson, "Path Following and Time-Varying
+/// Feedback Stabilization of a Wheeled Mobile Robot", ICARCV 1992; De Luca, Oriolo and Samson, "Feedback
+/// Control of a Nonholonomic Car-like Robot", in Laumond, "Robot Motion Planning and Control", 1998, section
+/// 3), with integral action. Docs: docs/concepts/replay.md, equations (1) to (4). Forwards and backwards.
+class PathFollower {
+ public:
+  explicit PathFollower(const FollowerOptions& options) : options_(options) {}
+
+  /// The command for a robot that will be at `motion` when it acts, beside the foot point `at`; the route is
+  /// left behind after `remaining_m`. `options` of the actuators say how much of the asked turn is turned.
+  [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
+                                       const RouteProgress& at, double remaining_m, double turn_gain,
+                                       double yaw_rate_lag_s);
+  /// Learns a lasting offset from a foot point that was `driven_m` further along than the one before.
+  void integrate(const RouteProgress& at, double driven_m);
+  /// Forgets it.
+  void reset() { offset_m_ = 0; }
+  [[nodiscard]] double offset_m() const { return offset_m_; }
+
+ private:
+  FollowerOptions options_;
+  double offset_m_ = 0;
+};
+
+/// Curvature (turn over way) of a route about an arc length, over a stretch of 2 * `half_m`.
+[[nodiscard]] double curvature_about(const Route& route, double arc_length_m, double half_m);
+
+}  // namespace waymark

@@ -1,0 +1,77 @@
+#include "waymark/replay/replay_watch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace waymark {
+namespace {
+
+bool same_picture(const std::vector<TagDetection>& a, const std::vector<TagDetection>& b) {
+  return a.size() == b.size() && std::ranges::equal(a, b, [](const TagDetection& x, const TagDetection& y) {
+           return x.tag == y.tag && x.corners_px == y.corners_px;
+         });
+}
+
+}  // namespace
+
+void ReplayWatch::tick(SensorTime now) {
+  if (tick_ && alarm_.empty()) {
+    const double passed_s = to_seconds(now - *tick_);
+    if (passed_s < 0 || passed_s > options_.clock_jump_s)
+      alarm_ = fmt::format(
+          "the clock jumped by {:+.2f} s: what is known of the way may be wrong. Look at the "
+          "robot, then start again",
+          passed_s);
+  }
+  tick_ = now;
+}
+
+void ReplayWatch::add(const Odometry& odometry) { odometry_ = odometry; }
+
+bool ReplayWatch::add(const TagFrame& frame) {
+  constexpr double kMovedMetres = 0.01;
+  constexpr double kMovedRadians = 0.005;
+  const SE2 odom_T_base = odometry_ ? odometry_->odom_T_base : SE2();
+  const SE2 moved = odom_T_frame_.inverse() * odom_T_base;
+  const bool same = !frame.detections.empty() && same_picture(frame.detections, corners_);
+  if (!same) {
+    corners_ = frame.detections;
+    odom_T_frame_ = odom_T_base;
+    same_since_ = frame.stamp;
+    frozen_words_.clear();
+    return true;
+  }
+  const bool moves = moved.translation().norm() > kMovedMetres || std::abs(moved.yaw()) > kMovedRadians;
+  if (!moves) return true;
+  const double since_s = to_seconds(frame.stamp - same_since_);
+  if (since_s > options_.frozen_s)
+    frozen_words_ =
+        fmt::format("the camera shows the same picture for {:.1f} s while the robot moves", since_s);
+  return false;
+}
+
+void ReplayWatch::check(const SE2& map_T_base) {
+  if (!odometry_) return;
+  if (map_T_checked_ && alarm_.empty()) {
+    const SE2 by_odometry = odom_T_checked_.inverse() * odometry_->odom_T_base;
+    const SE2 jump = by_odometry.inverse() * (map_T_checked_->inverse() * map_T_base);
+    if (jump.translation().norm() > options_.carried_m || std::abs(jump.yaw()) > options_.carried_rad)
+      alarm_ = fmt::format(
+          "the position jumped by {:.2f} m and {:.0f} deg: was the robot carried? Look, then "
+          "start again",
+          jump.translation().norm(), std::abs(jump.yaw()) * 57.29577951308232);
+  }
+  map_T_checked_ = map_T_base;
+  odom_T_checked_ = odometry_->odom_T_base;
+}
+
+void ReplayWatch::forget() {
+  alarm_.clear();
+  frozen_words_.clear();
+  tick_.reset();
+  map_T_checked_.reset();
+}
+
+}  // namespace waymark

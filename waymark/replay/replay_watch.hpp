@@ -1,0 +1,67 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+struct WatchOptions {
+  double clock_jump_s = 0.3;
+  double carried_m = 0.25;
+  double carried_rad = 0.5;
+  double frozen_s = 1.0;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.clock_jump_s,
+          Field{"clock_jump_s", "A clock that goes on by more from one command to the next has jumped.", 0.05,
+                10});
+    visit(self.carried_m,
+          Field{"carried_m", "An estimate that jumps by more against odometry: the robot was carried.", 0.01,
+                10});
+    visit(self.carried_rad, Field{"carried_rad", "The same for its heading.", 0.01, 3.2});
+    visit(self.frozen_s,
+          Field{"frozen_s", "Stop when the camera shows the same picture so long while the robot moves.",
+                0.05, 10});
+  }
+};
+
+/// Sees what no single measurement shows: clocks that jump, a robot that is carried, a camera that froze.
+/// Pure but for what it remembers; time is an argument. An alarm about clocks or carrying stays until
+/// forget(): a person has to look.
+class ReplayWatch {
+ public:
+  explicit ReplayWatch(const WatchOptions& options) : options_(options) {}
+
+  /// The time of the next command.
+  void tick(SensorTime now);
+  void add(const Odometry& odometry);
+  /// Whether the frame is news: a camera that froze repeats the last corner to the last bit, while the robot
+  /// moves.
+  [[nodiscard]] bool add(const TagFrame& frame);
+  /// A certain estimate.
+  void check(const SE2& map_T_base);
+
+  /// The reason to stop, in words; empty when there is none. `lasting`: until forget().
+  [[nodiscard]] std::string alarm() const { return alarm_.empty() ? frozen_words_ : alarm_; }
+  [[nodiscard]] bool lasting() const { return !alarm_.empty(); }
+  void forget();
+
+ private:
+  WatchOptions options_;
+  std::string alarm_{};
+  std::string frozen_words_{};
+  std::optional<SensorTime> tick_{};
+  std::optional<Odometry> odometry_{};
+  SE2 odom_T_checked_{};
+  std::optional<SE2> map_T_checked_{};
+  std::vector<TagDetection> corners_{};
+  SE2 odom_T_frame_{};
+  SensorTime same_since_{};
+};
+
+}  // namespace waymark

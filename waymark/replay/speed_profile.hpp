@@ -1,0 +1,44 @@
+#pragma once
+
+#include "waymark/base/fields.hpp"
+#include "waymark/samples/route.hpp"
+
+namespace waymark {
+
+struct ProfileOptions {
+  double speed_m_s = 0;
+  double lateral_acceleration_m_s2 = 0.6;
+  double acceleration_m_s2 = 0.5;
+  double deceleration_m_s2 = 0.5;
+  double turning_rad_s = 1.2;
+  double crawl_m_s = 0.05;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.speed_m_s, Field{"speed_m_s", "Drive as fast as this; 0: as fast as the route says.", 0, 10});
+    visit(self.lateral_acceleration_m_s2,
+          Field{"lateral_acceleration_m_s2", "Slow down in curves so that it is no more.", 0.01, 20});
+    visit(self.acceleration_m_s2,
+          Field{"acceleration_m_s2", "Speed up no faster along the route.", 0.01, 20});
+    visit(self.deceleration_m_s2,
+          Field{"deceleration_m_s2", "Slow down no faster along the route.", 0.01, 20});
+    visit(self.turning_rad_s,
+          Field{"turning_rad_s", "Slow down in curves so that the robot turns no faster.", 0.05, 20});
+    visit(self.crawl_m_s, Field{"crawl_m_s", "Speed of the last centimetre before a standstill.", 0.01, 1});
+  }
+};
+
+/// The route with the speed of each point: what is asked, less in curves (sqrt(a / curvature), turning rate),
+/// and no faster than it can be reached and left again (forward-backward pass: Bobrow, Dubowsky and Gibson,
+/// "Time-Optimal Control of Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985, for a limit that
+/// does not depend on the speed). A standstill at the end of an open route and where the direction changes;
+/// a closed one goes on. The sign of the speed (backwards is negative) stays. O(points).
+[[nodiscard]] Route with_speed_profile(Route route, const ProfileOptions& options);
+
+/// Signed speed at an arc length, of the stretch behind point `index`.
+[[nodiscard]] double speed_at(const Route& route, std::size_t index, double arc_length_m);
+
+/// How long a profile takes to drive, a standing start not counted.
+[[nodiscard]] double duration_s(const Route& route);
+
+}  // namespace waymark
