@@ -116,8 +116,7 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
     return go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal);
   const PredictedMotion then = predictor_.predict(predictor_.acts_at(now));
   const RouteProgress at = advance(route_, then.map_T_base, *progress_);
-  return follower_.follow(route_, then, at, remaining_m(at), predictor_.turn_gain(),
-                          predictor_.options().yaw_rate_lag_s);
+  return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turn_gain());
 }
 
 /// What stops the robot that the limiter cannot see for itself.

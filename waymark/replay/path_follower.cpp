@@ -21,8 +21,8 @@ double curvature_about(const Route& route, double arc_length_m, double half_m) {
 }
 
 VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& motion,
-                                     const RouteProgress& at, double remaining_m, double turn_gain,
-                                     double yaw_rate_lag_s) {
+                                     const RouteProgress& at, double remaining_m,
+                                     const ActuatorOptions& actuators, double turn_gain) const {
   constexpr double kHalfStretch = 0.05;  // of the curvature that is fed forward
   const double planned = speed_at(route, at.index, at.arc_length_m);
   const double way = planned < 0 ? -1 : 1;
@@ -30,7 +30,7 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
   const double distance = route_T_base.y();
   const double heading = route_T_base.yaw();
   // The motors turn late: what is asked now is turned about one lag further on.
-  const double ahead = std::abs(motion.speed_m_s) * yaw_rate_lag_s;
+  const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s;
   const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;
   const double feed_at = route.closed ? at.arc_length_m + ahead : std::min(at.arc_length_m + ahead, last);
   const double curvature = curvature_about(route, feed_at, kHalfStretch);
@@ -41,7 +41,10 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
       std::clamp(std::atan(slope * (distance + offset_m_)), -options_.approach_rad, options_.approach_rad);
   const double turn_per_way =
       curvature * std::cos(heading) / stretch - k_heading * std::sin(heading + way * approach);
-  const double brake = std::sqrt(std::max(0.0, 2 * 0.5 * (remaining_m - options_.stop_within_m)));
+  // What the motors still do when they are asked to stop is way that is not left.
+  const double left =
+      remaining_m - options_.stop_within_m - std::abs(motion.speed_m_s) * actuators.speed_lag_s;
+  const double brake = std::sqrt(std::max(0.0, 2 * options_.brake_m_s2 * left));
   double speed = std::min(std::abs(planned), std::max(brake, 0.05));
   if (std::abs(heading) > std::numbers::pi / 3) speed = std::min(speed, 0.1);  // first turn, then go
   return {way * speed, speed * turn_per_way / std::max(turn_gain, 0.1)};

@@ -14,6 +14,7 @@ struct FollowerOptions {
   double integral_most_m = 0.05;
   double approach_rad = 0.8;
   double stop_within_m = 0.01;
+  double brake_m_s2 = 0.5;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -25,7 +26,8 @@ struct FollowerOptions {
           Field{"integral_m", "In about this distance a lasting offset is learnt away; 0: never.", 0, 100});
     visit(self.integral_most_m, Field{"integral_most_m", "Largest offset that is learnt.", 0, 1});
     visit(self.approach_rad, Field{"approach_rad", "Never head for the route more steeply.", 0.1, 1.5});
-    visit(self.stop_within_m, Field{"stop_within_m", "Near enough to the end of an open route.", 0.001, 0.5});
+    visit(self.stop_within_m, Field{"stop_within_m", "Near enough to the end of the route.", 0.001, 0.5});
+    visit(self.brake_m_s2, Field{"brake_m_s2", "How fast to slow down towards the end.", 0.05, 10});
   }
 };
 
@@ -38,11 +40,11 @@ class PathFollower {
  public:
   explicit PathFollower(const FollowerOptions& options) : options_(options) {}
 
-  /// The command for a robot that will be at `motion` when it acts, beside the foot point `at`; the route is
-  /// left behind after `remaining_m`. `options` of the actuators say how much of the asked turn is turned.
+  /// The command for a robot that will be at `motion` when it acts, beside the foot point `at`, with so much
+  /// of the route left, or until the direction changes; `turn_gain`: share of the asked turn that is turned.
   [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
-                                       const RouteProgress& at, double remaining_m, double turn_gain,
-                                       double yaw_rate_lag_s);
+                                       const RouteProgress& at, double remaining_m,
+                                       const ActuatorOptions& actuators, double turn_gain) const;
   /// Learns a lasting offset from a foot point that was `driven_m` further along than the one before.
   void integrate(const RouteProgress& at, double driven_m);
   /// Forgets it.

@@ -95,7 +95,7 @@ Drive drive(const Route& route, Plant plant, double way_m) {
       const PredictedMotion then = predictor.predict(predictor.acts_at(now));
       const RouteProgress at = advance(route, then.map_T_base, progress);
       const double left = route.closed ? 100 : route.length_m - at.arc_length_m;
-      const VelocityCommand command = follower.follow(route, then, at, left, predictor.turn_gain(), 0.1);
+      const VelocityCommand command = follower.follow(route, then, at, left, {}, predictor.turn_gain());
       predictor.sent(now, command);
       pending.push_back({now, command});
     }

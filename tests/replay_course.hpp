@@ -1,0 +1,103 @@
+#pragma once
+
+// A replay in simulation against the simulator's truth, without pictures: what the tests of replay drive.
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/replay/route_builder.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark::replay_course {
+
+/// circuit24 with its true map, and its line as the way that was taught.
+struct Course {
+  World world{};
+  RobotDescription robot;
+  Trajectory taught{};
+  Route route{};
+};
+
+inline Course circuit24(const std::string& robot_name = "limo") {
+  Course course{.world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value(),
+                .robot = read_robot(WAYMARK_SHARE "/robots/" + robot_name + ".yaml").value()};
+  const auto path = sample_path(course.world.path_m, true, 0.02);
+  for (std::size_t i = 0; i < path.size() + 30; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(50 * i));
+    course.taught.push_back({stamp, lift(path[i % path.size()].map_T_path)});
+  }
+  course.route = build_route(course.taught).value();
+  return course;
+}
+
+/// What came of a replay.
+struct Outcome {
+  SimulatedReplayEnd end{};
+  ReplayJudgement judged{};
+  double turn_gain = 1;
+  std::vector<std::string> reasons{};  ///< of all stops, each once
+  double moved_after_stop_m = 0;       ///< true way, later than a second after a lasting stop or the goal
+  double fastest_m_s = 0;              ///< command
+};
+
+struct Trial {
+  std::uint64_t seed = 1;
+  double yaw_gain = 0.85;
+  std::vector<Fault> faults{};
+  ReplayOptions replay{};
+  double timeout_s = 900;
+};
+
+inline Outcome drive(const Course& course, const Trial& trial) {
+  SimulatedStage stage{.world = course.world,
+                       .model = course.robot.model,
+                       .camera = course.robot.camera,
+                       .robot = course.robot.simulation};
+  stage.robot.seed = trial.seed;
+  stage.robot.camera_latency_s = 0.08;
+  stage.robot.dynamics.yaw_gain = trial.yaw_gain;
+  stage.robot.faults = trial.faults;
+  LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
+                       .tags = course.world.tags,
+                       .eye = {stage.camera, stage.model.base_T_cam}};
+  Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
+                    trial.replay);
+  Outcome outcome;
+  Trajectory way;
+  std::optional<SE2> stood_at;
+  double lasting_s = 0;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    const auto* truth = std::get_if<TruthPose>(&sample);
+    if (truth == nullptr) return Status();
+    way.push_back({truth->stamp, truth->map_T_base});
+    const SE2 here = project_to_plane(truth->map_T_base);
+    if (lasting_s > 1 && !stood_at) stood_at = here;
+    if (stood_at)
+      outcome.moved_after_stop_m =
+          std::max(outcome.moved_after_stop_m, (here.translation() - stood_at->translation()).norm());
+    return Status();
+  };
+  listener.on_step = [&](SensorTime, const ReplayStep& step) {
+    lasting_s = step.lasting ? lasting_s + 0.05 : 0;
+    outcome.turn_gain = step.turn_gain;
+    outcome.fastest_m_s = std::max(outcome.fastest_m_s, std::abs(step.command.speed_m_s));
+    if (step.reason && std::ranges::find(outcome.reasons, *step.reason) == outcome.reasons.end() &&
+        outcome.reasons.size() < 50 && step.state == ReplayState::Stopped)
+      outcome.reasons.push_back(*step.reason);
+    return Status();
+  };
+  outcome.end = drive_replay(stage, replayer, listener, {.timeout_s = trial.timeout_s}).value();
+  // A jump of the clock would have the truth's stamps go back; the judge looks at places alone.
+  const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
+  if (judged) outcome.judged = *judged;
+  return outcome;
+}
+
+}  // namespace waymark::replay_course
