@@ -30,6 +30,20 @@ Status check_name(const std::string& name, const std::vector<std::string>& known
               suggestion(name, known));
 }
 
+std::string route_file(const ReplayJob& job) {
+  return job.route.empty() ? "route.yaml" : "route-" + job.route + ".yaml";
+}
+
+/// A route that nobody drove is held against itself; closed, a little beyond its end.
+Trajectory path_of(const Route& route) {
+  Trajectory path;
+  const std::size_t beyond = route.closed ? route.points.size() / 10 : 0;
+  for (std::size_t i = 0; i < route.points.size() + beyond; ++i)
+    path.push_back(
+        {SensorTime(std::chrono::milliseconds(i)), lift(route.points[i % route.points.size()].map_T_base)});
+  return path;
+}
+
 /// The true way of the teach lap; empty when nobody knows it.
 Result<Trajectory> taught_path(const ReplayJob& job) {
   if (!job.taught.empty()) {
@@ -131,9 +145,9 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
-  Result<Route> route = read_route(job.folder / "route.yaml");
+  Result<Route> route = read_route(job.folder / route_file(job));
   if (!route) return tl::unexpected(route.error());
-  Result<Trajectory> taught = taught_path(job);
+  Result<Trajectory> taught = job.route.empty() ? taught_path(job) : Result<Trajectory>(path_of(*route));
   if (!taught) return tl::unexpected(taught.error());
   return ReplayFiles{std::move(*map), std::move(*route), std::move(*taught)};
 }
@@ -173,7 +187,7 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
        .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
-  for (const char* name : {"map.yaml", "route.yaml"}) {  // what it was driven by
+  for (const std::string& name : {std::string("map.yaml"), route_file(job)}) {  // what it was driven by
     const auto text = read_text_file(job.folder / name, kMostMapBytes);
     if (!text) return tl::unexpected(text.error());
     Status status = recorder->add_attachment(name, "application/yaml", {}, *text);

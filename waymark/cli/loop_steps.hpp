@@ -93,6 +93,7 @@ struct MapReport {
 
 struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
+  std::string route{};           ///< name of another route of the folder (route-NAME.yaml); judged by itself
   std::string method = "riekf";
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< of the recording: also a power cut loses at most a second

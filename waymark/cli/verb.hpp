@@ -36,6 +36,8 @@ struct Verb {
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb replay_verb();
+[[nodiscard]] Verb optimize_verb();
+[[nodiscard]] Verb experiment_verb();
 [[nodiscard]] Verb localize_verb();
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();

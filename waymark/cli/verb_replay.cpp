@@ -127,6 +127,10 @@ Run prepare_replay(CLI::App& app) {
          "pursuit; pose, from goal to goal")
       ->capture_default_str()
       ->type_name("NAME");
+  app.add_option(
+         "--route", args->job.route,
+         "Another route of the folder, of that name (`waymark optimize` makes one); then judged by itself")
+      ->type_name("NAME");
   app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")
       ->capture_default_str()
       ->type_name("NUMBER");
@@ -149,9 +153,10 @@ Verb replay_verb() {
       .sentence = "Drive a taught route again, without a person",
       .help =
           R"(The robot starts where the taught lap began, looks for tags of the map, and follows the route. A limiter
-has the last word before the motors: it stops the robot, and says why, when odometry is old, the place is
-not known well enough, the route is far or a tag is near; it drives on when the reason is gone, and is given
-up after five seconds. The judgement is by the truth alone: the base's true way against that of the teach lap.
+has the last word before the motors: it stops the robot, and says why, when odometry or gyro are old, the
+place is not known well enough, the route is far, a tag or something the lidar sees is near; it drives on when
+the reason is gone, and is given up after five seconds. A robot that was carried and a clock that jumped are
+stops that last. docs/concepts/replay.md explains the controllers and the limits. The judgement is by the truth alone: the base's true way against that of the teach lap.
 Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was unusable (said in words),
@@ -161,6 +166,7 @@ Examples:
   waymark replay map --robot sim --world circuit24 --seed 11
   waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
   waymark replay map --world circuit24 --faults faults.yaml
+  waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
 )",
       .prepare = prepare_replay,
       .verbs = {}};

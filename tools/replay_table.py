@@ -1,0 +1,185 @@
+#!/usr/bin/python3
+"""Teaches, maps and replays in simulation and writes the section "Replay" of docs/results.md.
+
+usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--write docs/results.md]
+
+DATA holds paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are left out. --images-seeds 0 leaves out
+the rows with rendered pictures. Without --write the section is printed.
+"""
+import argparse
+import csv
+import json
+import math
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+BEGIN, END = "<!-- replay table -->\n", "<!-- end of replay table -->\n"
+GAINS = (0.6, 0.7, 0.8, 0.9, 1.0)  # of the seeds, in turn: share of the asked turn that the robot turns
+LATENCY_S = 0.08
+ANOTHER_DAY = 1000  # added to the seed of the teach lap
+MOST_CURVATURE = 2.5
+HEAD = ("| what | runs | completed | cross-track RMSE, cm: median / worst | P95, cm | largest, cm | heading RMSE, deg | stops |\n"
+        "|---|---|---|---|---|---|---|---|")
+
+
+class Bench:
+    def __init__(self, program, folder):
+        self.program, self.folder = program, folder
+
+    def run(self, *words):
+        done = subprocess.run([self.program, *map(str, words), "--json"], cwd=self.folder, capture_output=True, text=True, check=False)
+        if done.returncode not in (0, 1) or not done.stdout.strip():
+            sys.exit(f"waymark {' '.join(map(str, words))}:\n{done.stderr}")
+        return json.loads(done.stdout.splitlines()[-1])
+
+    def robot(self, gain):
+        path = self.folder / f"robot-{gain:.1f}.yaml"
+        path.write_text((ROOT / "share/robots/limo.yaml").read_text() +
+                        f"simulation:\n  camera_latency_s: {LATENCY_S}\n  dynamics: {{yaw_gain: {gain}}}\n")
+        return path
+
+    def lap(self, name, world, seed, *flags, speed=0.3):
+        """A taught and mapped lap: the folder of the map."""
+        folder = self.folder / f"{name}-{seed}"
+        if not folder.exists():
+            self.run("teach", "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed", seed,
+                     "--speed-m-s", speed, "-o", f"{name}-{seed}.mcap", *flags)
+            self.run("map", f"{name}-{seed}.mcap", "-o", folder)
+        return folder
+
+    def replay(self, folder, world, seed, *flags):
+        return self.run("replay", folder, "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed",
+                        seed + ANOTHER_DAY, *flags)
+
+
+def row(what, outcomes):
+    def both(key, factor):
+        values = [o[key] * factor for o in outcomes if o[key] is not None]
+        return f"{statistics.median(values):.2f} / {max(values):.2f}" if values else "-"
+    finished = sum(o["finished"] for o in outcomes)
+    return (f"| {what} | {len(outcomes)} | {finished} | {both('cross_track_rmse_m', 100)} | {both('cross_track_p95_m', 100)} | "
+            f"{both('cross_track_max_m', 100)} | {both('heading_rmse_deg', 1)} | {sum(o['stops'] for o in outcomes)} |")
+
+
+def circuit(bench, args):
+    lines = []
+    for speed in (0.4, 0.8):
+        for controller in ("follower", "pursuit", "pose"):
+            if controller == "pose" and speed > 0.5:
+                continue  # its speed is its gain's
+            outcomes = []
+            for seed in range(1, args.seeds + 1):
+                folder = bench.lap("circuit", "circuit24", seed)
+                outcomes.append(bench.replay(folder, "circuit24", seed, "--controller", controller, "--laps", args.laps, "--speed-m-s", speed,
+                                             "--max-speed-m-s", 1, "--max-yaw-rate-rad-s", 2))
+            lines.append(row(f"circuit24, {controller}, {speed} m/s, {args.laps} laps", outcomes))
+    return lines
+
+
+def pictures(bench, args):
+    lines, outcomes = [], []
+    cases = [("", []), (", light halved", ["--white-level-dn", 95])]
+    for words, flags in cases:
+        outcomes = []
+        for seed in range(1, args.images_seeds + 1):
+            folder = bench.lap("pictures", "circuit24", seed, "--images")
+            outcomes.append(bench.replay(folder, "circuit24", seed, "--images", "--laps", args.images_laps, "--speed-m-s", 0.4, *flags))
+        lines.append(row(f"circuit24, follower, 0.4 m/s, rendered pictures{words}", outcomes))
+    return lines
+
+
+def bend(points):
+    """The largest curvature of a polyline, over 6 cm to each side."""
+    worst = 0.0
+    for a, b, c in zip(points[:-6], points[3:-3], points[6:]):
+        u, v = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
+        turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
+        worst = max(worst, abs(turn) / max((math.hypot(*u) + math.hypot(*v)) / 2, 1e-9))
+    return worst
+
+
+def smoothed(points):
+    """Binomial smoothing with ends that stay, as little as it takes for the curvature to be drivable."""
+    while bend(points) > 0.9 * MOST_CURVATURE:
+        points = [points[0]] + [tuple((p[k] + 2 * q[k] + r[k]) / 4 for k in (0, 1)) for p, q, r in
+                                zip(points[:-2], points[1:-1], points[2:])] + [points[-1]]
+    return points
+
+
+def recorded(bench, args):
+    lines = []
+    for name in ("ref_sim048", "ref_real047", "ref_real022"):
+        with open(pathlib.Path(args.data) / "paths" / f"{name}.csv", encoding="utf-8") as file:
+            rows = list(csv.reader(line for line in file if not line.startswith("#")))
+        points = smoothed([(float(r[1]), float(r[2])) for r in rows])
+        line, world = bench.folder / f"{name}.csv", bench.folder / f"{name}.yaml"
+        line.write_text("x,y\n" + "".join(f"{x:.5f},{y:.5f}\n" for x, y in points))
+        bench.run("world", "new", "--path", line, "-o", world)
+        for controller in ("follower", "pursuit", "pose"):
+            outcomes = []
+            for seed in range(1, args.seeds + 1):
+                folder = bench.lap(name, world, seed, speed=0.25)
+                outcomes.append(bench.replay(folder, world, seed, "--controller", controller, "--speed-m-s", 0.25))
+            lines.append(row(f"{name}, {controller}, 0.25 m/s", outcomes))
+    return lines
+
+
+FAULTS = {
+    "dark camera for 5 s": "{fault: camera_blackout, at_s: 15, for_s: 5}",
+    "3 of 24 tags removed": "{fault: tag_removed, id: 3}, {fault: tag_removed, id: 9}, {fault: tag_removed, id: 17}",
+    "wheels slip for 0.5 s": "{fault: slip_burst, at_s: 15, for_s: 0.5, speed_share: 0.3, yaw_share: 1}",
+    "a tag moved by 20 cm": "{fault: tag_moved, id: 9, x_m: 0.14, y_m: 0.14, z_m: 0, turn_deg: 0}",
+    "odometry lost": "{fault: odometry_lost, at_s: 15}",
+    "carried 1 m ahead": "{fault: kidnapped, at_s: 15, forward_m: 1, left_m: 0, turn_deg: 0}",
+    "clock jumps by 0.5 s": "{fault: clock_jump, at_s: 15, jump_s: 0.5}",
+}
+
+
+def faults(bench, args):
+    lines = ["", "| fault | completed | largest cross-track, cm: median / worst | what it said when it stopped |", "|---|---|---|---|"]
+    for name, script in FAULTS.items():
+        file = bench.folder / "faults.yaml"
+        file.write_text(f"faults: [{script}]\n")
+        outcomes = [bench.replay(bench.lap("circuit", "circuit24", seed), "circuit24", seed, "--speed-m-s", 0.4, "--faults", file)
+                    for seed in range(1, args.seeds + 1)]
+        done = [o for o in outcomes if o["finished"]]
+        words = sorted({o["reason"].split(":")[0] for o in outcomes if not o["finished"]})
+        worst = [100 * o["cross_track_max_m"] for o in done]
+        figures = f"{statistics.median(worst):.2f} / {max(worst):.2f}" if worst else "-"
+        lines.append(f"| {name} | {len(done)} of {len(outcomes)} | {figures} | {'; '.join(words[:2]) or '-'} |")
+    return lines
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("--data")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--laps", type=int, default=10)
+    parser.add_argument("--images-seeds", type=int, default=1)
+    parser.add_argument("--images-laps", type=int, default=1)
+    parser.add_argument("--write")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="waymark-replay-") as name:
+        bench = Bench(str(pathlib.Path(args.program).resolve()), pathlib.Path(name))
+        lines = [HEAD, *circuit(bench, args)]
+        if args.images_seeds > 0:
+            lines += pictures(bench, args)
+        if args.data:
+            args.data = str(pathlib.Path(args.data).resolve())
+            lines += recorded(bench, args)
+        text = "\n".join(lines + faults(bench, args)) + "\n"
+    if not args.write:
+        print(text, end="")
+        return
+    page = pathlib.Path(args.write)
+    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
+    page.write_text(before + BEGIN + text + END + rest.split(END)[1], encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

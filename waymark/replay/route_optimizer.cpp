@@ -1,0 +1,276 @@
+#include "waymark/replay/route_optimizer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/replay/line_smoothing.hpp"
+#include "waymark/replay/route_progress.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::Line;
+
+constexpr int kOffsets = 11;  // of the grid, an odd number: the taught route is one of them
+
+/// What is found at the offsets of one point of the taught route.
+struct Station {
+  Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
+  Eigen::Vector2d left = Eigen::Vector2d::Zero();
+  std::array<double, kOffsets> clearance_m{};
+  std::array<double, kOffsets> tags{};
+  double least_m = 0;  ///< the offsets that are allowed
+  double most_m = 0;
+};
+
+double offset_of(int k, double corridor_m) { return corridor_m * (2.0 * k / (kOffsets - 1) - 1); }
+
+double tags_seen(const SE2& map_T_base, const RouteScene& scene) {
+  const SE3 map_T_cam = lift(map_T_base) * scene.robot->base_T_cam;
+  return static_cast<double>(visible_tags(*scene.tags, *scene.camera, map_T_cam).size());
+}
+
+Station survey(const SE2& map_T_base, const RouteScene& scene, double corridor_m) {
+  Station station{.map_p = map_T_base.translation()};
+  station.left = map_T_base.rotation() * Eigen::Vector2d(0, 1);
+  for (int k = 0; k < kOffsets; ++k) {
+    const SE2 at = map_T_base * SE2(0, offset_of(k, corridor_m), 0);
+    station.clearance_m[static_cast<std::size_t>(k)] = clearance_m(scene.robot->hull, lift(at), *scene.tags);
+    station.tags[static_cast<std::size_t>(k)] = tags_seen(at, scene);
+  }
+  return station;
+}
+
+/// As far to either side as nothing gets worse than the taught route is.
+void find_allowed(Station& station, double least_clearance_m, double corridor_m) {
+  constexpr int kMiddle = kOffsets / 2;
+  const double needed = std::min(2.0, station.tags[kMiddle]);
+  const auto good = [&](int k) {
+    return station.clearance_m[static_cast<std::size_t>(k)] >= least_clearance_m &&
+           station.tags[static_cast<std::size_t>(k)] >= needed;
+  };
+  int least = kMiddle;
+  int most = kMiddle;
+  while (least > 0 && good(least - 1)) --least;
+  while (most + 1 < kOffsets && good(most + 1)) ++most;
+  station.least_m = offset_of(least, corridor_m);
+  station.most_m = offset_of(most, corridor_m);
+}
+
+double look_up(const std::array<double, kOffsets>& grid, double offset_m, double corridor_m) {
+  const double at = std::clamp((offset_m / corridor_m + 1) * (kOffsets - 1) / 2, 0.0, kOffsets - 1.0);
+  const auto k = std::min(static_cast<std::size_t>(at), static_cast<std::size_t>(kOffsets - 2));
+  const double u = at - static_cast<double>(k);
+  return (1 - u) * grid[k] + u * grid[k + 1];
+}
+
+Route route_along(const Line& line, const Route& like) {
+  Route route{.closed = like.closed};
+  const std::vector<double> bent = internal::curvatures(line, like.closed);
+  const std::size_t n = line.size();
+  double arc = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (i > 0) arc += (line[i] - line[i - 1]).norm();
+    const std::size_t before = i > 0 ? i - 1 : (like.closed ? n - 1 : 0);
+    const std::size_t after = i + 1 < n ? i + 1 : (like.closed ? 0 : n - 1);
+    const Eigen::Vector2d d = line[after] - line[before];
+    route.points.push_back({.map_T_base = SE2(line[i].x(), line[i].y(), std::atan2(d.y(), d.x())),
+                            .arc_length_m = arc,
+                            .curvature_1_m = bent[i],
+                            .speed_m_s = like.points[i].speed_m_s});
+  }
+  route.length_m = like.closed ? arc + (line.front() - line.back()).norm() : arc;
+  return route;
+}
+
+double smoothness(const Route& route) {
+  double sum = 0;
+  const std::size_t n = route.points.size();
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const RoutePoint& a = route.points[i];
+    const RoutePoint& b = route.points[i + 1];
+    const double way = std::max(b.arc_length_m - a.arc_length_m, 1e-9);
+    sum += std::pow(b.curvature_1_m - a.curvature_1_m, 2) / way;
+  }
+  return sum / std::max(route.length_m, 1e-9);
+}
+
+/// The search: offsets at knots, between them cubic B-splines.
+class Search {
+ public:
+  Search(const Route& taught, const RouteScene& scene, const ProfileOptions& profile,
+         const OptimizerOptions& options, double border_weight)
+      : taught_(taught), profile_(profile), options_(options), border_weight_(border_weight) {
+    double least_clearance = std::numeric_limits<double>::infinity();
+    for (const RoutePoint& point : taught.points) {
+      stations_.push_back(survey(point.map_T_base, scene, options.corridor_m));
+      least_clearance = std::min(least_clearance, stations_.back().clearance_m[kOffsets / 2]);
+    }
+    for (Station& station : stations_) find_allowed(station, least_clearance, options.corridor_m);
+    taught_s_ = duration_s(with_speed_profile(taught, profile));
+    const auto knots = static_cast<std::size_t>(std::lround(taught.length_m / options.knot_m));
+    knots_.assign(std::max<std::size_t>(knots, 6), 0.0);
+  }
+
+  Route run() {
+    std::vector<double> best = knots_;
+    double best_cost = cost(knots_);
+    std::vector<double> mean(knots_.size(), 0);
+    std::vector<double> square(knots_.size(), 0);
+    const int rounds = static_cast<int>(options_.rounds);
+    for (int round = 1; round <= rounds; ++round) {
+      const std::vector<double> slope = gradient();
+      const double rate = 0.1 * options_.corridor_m * (1 - 0.97 * round / rounds);
+      for (std::size_t k = 0; k < knots_.size(); ++k) {
+        mean[k] = 0.9 * mean[k] + 0.1 * slope[k];
+        square[k] = 0.99 * square[k] + 0.01 * slope[k] * slope[k];
+        const double m = mean[k] / (1 - std::pow(0.9, round));
+        const double v = square[k] / (1 - std::pow(0.99, round));
+        knots_[k] -= rate * m / (std::sqrt(v) + 1e-9);
+        knots_[k] = std::clamp(knots_[k], -options_.corridor_m, options_.corridor_m);
+      }
+      const double now = cost(knots_);
+      if (now < best_cost) {
+        best_cost = now;
+        best = knots_;
+      }
+    }
+    return route_of(best);
+  }
+
+ private:
+  /// Offset at a point by uniform cubic B-splines: never more than that of the knots.
+  [[nodiscard]] double offset_at(const std::vector<double>& knots, std::size_t i) const {
+    const auto count = static_cast<std::ptrdiff_t>(knots.size());
+    const double spans = static_cast<double>(taught_.closed ? count : count - 1);
+    const double at = taught_.points[i].arc_length_m / taught_.length_m * spans;
+    const auto k = static_cast<std::ptrdiff_t>(std::floor(at));
+    const double u = at - static_cast<double>(k);
+    const std::array<double, 4> weights = {std::pow(1 - u, 3) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
+                                           (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6, u * u * u / 6};
+    double sum = 0;
+    for (std::ptrdiff_t j = 0; j < 4; ++j) {
+      const std::ptrdiff_t index = k - 1 + j;
+      const std::ptrdiff_t knot =
+          taught_.closed ? (index % count + count) % count : std::clamp<std::ptrdiff_t>(index, 0, count - 1);
+      sum += weights[static_cast<std::size_t>(j)] * knots[static_cast<std::size_t>(knot)];
+    }
+    // An open route begins and ends where it was taught.
+    if (!taught_.closed) {
+      const double s = taught_.points[i].arc_length_m;
+      sum *= std::clamp(std::min(s, taught_.length_m - s) / 0.5, 0.0, 1.0);
+    }
+    return sum;
+  }
+
+  [[nodiscard]] Route route_of(const std::vector<double>& knots) const {
+    Line line;
+    for (std::size_t i = 0; i < stations_.size(); ++i)
+      line.emplace_back(stations_[i].map_p + offset_at(knots, i) * stations_[i].left);
+    return route_along(line, taught_);
+  }
+
+  [[nodiscard]] double cost(const std::vector<double>& knots) const {
+    const Route route = route_of(knots);
+    double near = 0;
+    double missing = 0;
+    double bent = 0;
+    double beyond = 0;
+    for (std::size_t i = 0; i < stations_.size(); ++i) {
+      const double offset = offset_at(knots, i);
+      const double clearance = look_up(stations_[i].clearance_m, offset, options_.corridor_m);
+      near += std::pow(std::max(0.0, 1 - clearance / options_.wanted_clearance_m), 2);
+      missing +=
+          std::max(0.0, options_.wanted_tags - look_up(stations_[i].tags, offset, options_.corridor_m));
+      const double allowed = std::clamp(offset, stations_[i].least_m, stations_[i].most_m);
+      beyond += std::pow((offset - allowed) / options_.corridor_m, 2);
+      bent += std::pow(
+          std::max(0.0, std::abs(route.points[i].curvature_1_m) - 0.97 * options_.max_curvature_1_m), 2);
+    }
+    const auto n = static_cast<double>(stations_.size());
+    return options_.time_weight * duration_s(with_speed_profile(route, profile_)) / taught_s_ +
+           options_.smoothness_weight * smoothness(route) + options_.clearance_weight * near / n +
+           options_.visibility_weight * missing / n + 10 * bent / n + border_weight_ * beyond / n;
+  }
+
+  [[nodiscard]] std::vector<double> gradient() {
+    const double h = 0.01 * options_.corridor_m;
+    std::vector<double> slope(knots_.size());
+    for (std::size_t k = 0; k < knots_.size(); ++k) {
+      const double here = knots_[k];
+      knots_[k] = here + h;
+      const double more = cost(knots_);
+      knots_[k] = here - h;
+      const double less = cost(knots_);
+      knots_[k] = here;
+      slope[k] = (more - less) / (2 * h);
+    }
+    return slope;
+  }
+
+  const Route& taught_;
+  ProfileOptions profile_;
+  OptimizerOptions options_;
+  std::vector<Station> stations_{};
+  std::vector<double> knots_{};
+  double taught_s_ = 1;
+  double border_weight_;
+};
+
+/// The borders of the grid are coarse: what counts is the route itself.
+bool no_worse(const RouteFigures& a, const RouteFigures& taught) {
+  constexpr double kRoundingMetres = 1e-3;
+  return a.min_clearance_m >= taught.min_clearance_m - kRoundingMetres &&
+         a.two_tags_fraction >= taught.two_tags_fraction;
+}
+
+}  // namespace
+
+RouteFigures route_figures(const Route& route, const Route& taught, const RouteScene& scene,
+                           const ProfileOptions& profile) {
+  RouteFigures figures{.lap_s = duration_s(with_speed_profile(route, profile)),
+                       .length_m = route.length_m,
+                       .smoothness_1_m4 = smoothness(route),
+                       .min_clearance_m = std::numeric_limits<double>::infinity()};
+  for (const RoutePoint& point : route.points) {
+    figures.max_curvature_1_m = std::max(figures.max_curvature_1_m, std::abs(point.curvature_1_m));
+    figures.min_clearance_m = std::min(figures.min_clearance_m,
+                                       clearance_m(scene.robot->hull, lift(point.map_T_base), *scene.tags));
+    const double seen = tags_seen(point.map_T_base, scene);
+    figures.mean_tags += seen;
+    figures.two_tags_fraction += seen >= 2 ? 1 : 0;
+    figures.largest_offset_m =
+        std::max(figures.largest_offset_m, std::abs(locate(taught, point.map_T_base).cross_track_m));
+  }
+  figures.mean_tags /= static_cast<double>(route.points.size());
+  figures.two_tags_fraction /= static_cast<double>(route.points.size());
+  return figures;
+}
+
+Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
+                                      const ProfileOptions& profile, const OptimizerOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  if (Status status = check_ranges(profile); !status) return tl::unexpected(status.error());
+  for (const RoutePoint& point : taught.points) {
+    if (point.speed_m_s < 0)
+      return fail(ErrorCode::Unsupported, "the route reverses: such routes are not optimised", {},
+                  "Optimise routes that are driven forwards.");
+  }
+  if (taught.points.size() < 8)
+    return fail(ErrorCode::InvalidArgument, "a route of fewer than 8 points cannot be optimised");
+  OptimizedRoute result{.taught = route_figures(taught, taught, scene, profile)};
+  double border_weight = 3;
+  for (int attempt = 0; attempt < 4; ++attempt, border_weight *= 10) {
+    result.route = Search(taught, scene, profile, options, border_weight).run();
+    result.optimized = route_figures(result.route, taught, scene, profile);
+    if (no_worse(result.optimized, result.taught)) return result;
+  }
+  result.route = taught;
+  result.optimized = result.taught;
+  return result;
+}
+
+}  // namespace waymark

@@ -1,0 +1,85 @@
+#pragma once
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/replay/speed_profile.hpp"
+#include "waymark/samples/robot_model.hpp"
+#include "waymark/samples/route.hpp"
+#include "waymark/samples/tag_map.hpp"
+
+namespace waymark {
+
+struct OptimizerOptions {
+  double corridor_m = 0.15;
+  double time_weight = 1;
+  double smoothness_weight = 0.02;
+  double clearance_weight = 0.1;
+  double visibility_weight = 0.1;
+  double wanted_clearance_m = 0.5;
+  double wanted_tags = 2;
+  double max_curvature_1_m = 2.5;
+  double knot_m = 0.25;
+  double rounds = 400;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.corridor_m,
+          Field{"corridor_m", "The route stays this near to the one that was taught.", 0.005, 5});
+    visit(self.time_weight, Field{"time_weight", "What a lap time of twice the taught one costs.", 0, 1e6});
+    visit(self.smoothness_weight,
+          Field{"smoothness_weight", "What a change of curvature costs: mean square of its rate, m^4.", 0,
+                1e6});
+    visit(self.clearance_weight,
+          Field{"clearance_weight", "What costs a tag that touches the hull, over the whole way.", 0, 1e6});
+    visit(self.visibility_weight,
+          Field{"visibility_weight", "What a missing tag in view costs, over the whole way.", 0, 1e6});
+    visit(self.wanted_clearance_m,
+          Field{"wanted_clearance_m", "Farther from the tags nothing is gained, in space.", 0.01, 10});
+    visit(self.wanted_tags, Field{"wanted_tags", "More tags in view gain nothing.", 0, 20});
+    visit(self.max_curvature_1_m, Field{"max_curvature_1_m", "No tighter curve than this.", 0.01, 1000});
+    visit(self.knot_m, Field{"knot_m", "Distance of the places whose offset is chosen.", 0.05, 5});
+    visit(self.rounds, Field{"rounds", "Steps of the search.", 1, 100000});
+  }
+};
+
+/// What a route is worth.
+struct RouteFigures {
+  double lap_s = 0;
+  double length_m = 0;
+  double max_curvature_1_m = 0;
+  double smoothness_1_m4 = 0;  ///< mean square of the change of curvature over the way
+  double min_clearance_m = 0;  ///< hull to the nearest tag, in space
+  double two_tags_fraction = 0;
+  double mean_tags = 0;
+  double largest_offset_m = 0;  ///< from the taught route
+};
+
+struct OptimizedRoute {
+  Route route{};
+  RouteFigures taught{};
+  RouteFigures optimized{};
+};
+
+/// What is known of the place and the robot.
+struct RouteScene {
+  const TagMap* tags = nullptr;
+  const RobotModel* robot = nullptr;
+  const CameraModel* camera = nullptr;
+};
+
+[[nodiscard]] RouteFigures route_figures(const Route& route, const Route& taught, const RouteScene& scene,
+                                         const ProfileOptions& profile);
+
+/// A better route beside the one that was taught: offsets to its side, by gradient descent with momentum
+/// (Kingma and Ba, "Adam", ICLR 2015) on lap time by with_speed_profile(), smoothness, clearance and tags in
+/// view. Where an offset would come nearer to a tag than the taught route ever does, or see fewer than two
+/// tags where that saw two, it is not allowed. Tags in view and clearance are looked up on a grid of offsets
+/// with the taught heading; a result that is worse in one of both is not given: the taught route is. Fails on
+/// a route that changes direction and on options outside their range. O(points * (tags + rounds * points /
+/// knots)).
+[[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
+                                                    const ProfileOptions& profile,
+                                                    const OptimizerOptions& options);
+
+}  // namespace waymark
