@@ -127,7 +127,7 @@ Repeat replay(const World& world, const TagMap& map, const Route& route, const S
   const SE2 put = start * SE2(0.05 * random.normal(), 0.03 * random.normal(), 0.05 * random.normal());
   SimulatedRobot robot(world, limo(), limo_camera(), put, {.seed = seed + 2000});
   Replayer replayer(std::make_unique<AnchorLocalizer>(map, limo_camera(), limo().base_T_cam), route, map,
-                    limo(), {});
+                    limo(), {.controller = "pursuit"});
   Repeat repeat;
   double frames = 0;
   double frames_with_two = 0;
@@ -252,6 +252,7 @@ TEST(Replayer, DrivesRefusesAndStopsWithWords) {
   Replayer good(std::make_unique<Told>(SE2(1, 0, 0)), straight_route(), {}, limo(), {});
   good.add(Odometry{.stamp = at(1.0)});
   EXPECT_GT(good.step(at(1.01)).command.speed_m_s, 0);
+  EXPECT_EQ(good.step(at(1.25)).state, ReplayState::Driving);
   const ReplayStep stale = good.step(at(1.5));
   EXPECT_EQ(stale.state, ReplayState::Stopped);
   EXPECT_EQ(stale.command, VelocityCommand{});
@@ -264,7 +265,19 @@ TEST(Replayer, DrivesRefusesAndStopsWithWords) {
   const ReplayStep refused = far.step(at(1.01));
   EXPECT_EQ(refused.state, ReplayState::Refused);
   EXPECT_EQ(refused.command, VelocityCommand{});
-  EXPECT_EQ(refused.reason, "the robot is 2.00 m to the left of the route: put it within 0.50 m");
+  EXPECT_EQ(
+      refused.reason,
+      "the robot is 2.00 m to the left of the route: put it within 0.50 m (nearest place: x 1.00 m, y 0.00 "
+      "m, heading 0 deg of the map)");
+
+  good.pause("a hand is on the stick");
+  const ReplayStep held = good.step(at(1.60));
+  EXPECT_EQ(held.reason, "a hand is on the stick");
+  EXPECT_TRUE(held.lasting);
+  EXPECT_EQ(good.step(at(1.65)).command, VelocityCommand{});
+  good.resume();
+  good.add(Odometry{.stamp = at(1.69)});
+  EXPECT_EQ(good.step(at(1.70)).state, ReplayState::Driving);
 
   Replayer end(std::make_unique<Told>(SE2(4.999, 0, 0)), straight_route(), {}, limo(), {});
   end.add(Odometry{.stamp = at(1.0)});

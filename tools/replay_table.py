@@ -92,22 +92,70 @@ def pictures(bench, args):
     return lines
 
 
-def bend(points):
-    """The largest curvature of a polyline, over 6 cm to each side."""
-    worst = 0.0
-    for a, b, c in zip(points[:-6], points[3:-3], points[6:]):
+REACH = 4  # points of 2 cm to each side over which a curvature is measured
+
+
+def bends(points):
+    """Curvature at every point of a polyline, 0 at its ends."""
+    found = [0.0] * len(points)
+    for i in range(REACH, len(points) - REACH):
+        a, b, c = points[i - REACH], points[i], points[i + REACH]
         u, v = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
         turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
-        worst = max(worst, abs(turn) / max((math.hypot(*u) + math.hypot(*v)) / 2, 1e-9))
-    return worst
+        found[i] = abs(turn) / max((math.hypot(*u) + math.hypot(*v)) / 2, 1e-9)
+    return found
+
+
+def even(points, step=0.02):
+    """The same line with points at even steps; its last point stays."""
+    result, left = [points[0]], step
+    for a, b in zip(points, points[1:]):
+        way, done = math.dist(a, b), 0.0
+        while way - done >= left:
+            done += left
+            result.append(tuple(a[k] + (b[k] - a[k]) * done / way for k in (0, 1)))
+            left = step
+        left -= way - done
+    if math.dist(result[-1], points[-1]) < step / 2:
+        result.pop()
+    return result + [points[-1]]
 
 
 def smoothed(points):
-    """Binomial smoothing with ends that stay, as little as it takes for the curvature to be drivable."""
-    while bend(points) > 0.9 * MOST_CURVATURE:
-        points = [points[0]] + [tuple((p[k] + 2 * q[k] + r[k]) / 4 for k in (0, 1)) for p, q, r in
-                                zip(points[:-2], points[1:-1], points[2:])] + [points[-1]]
-    return points
+    """Binomial smoothing where, and only as long as, the curvature cannot be driven."""
+    while True:
+        points = even(points)
+        found = bends(points)
+        tight = {j for i, k in enumerate(found) if k > 0.9 * MOST_CURVATURE for j in range(i - 3 * REACH, i + 3 * REACH + 1)}
+        if not tight:
+            return points
+        points = [p if i in (0, len(points) - 1) or i not in tight else
+                  tuple((points[i - 1][k] + 2 * p[k] + points[i + 1][k]) / 4 for k in (0, 1)) for i, p in enumerate(points)]
+
+
+def lay_tags(points, file, closed):
+    """A world with the line and a ring of tags a metre outside of it that look inwards."""
+    xs, ys = [p[0] for p in points], [p[1] for p in points]
+    middle = ((min(xs) + max(xs)) / 2, (min(ys) + max(ys)) / 2)
+    half = ((max(xs) - min(xs)) / 2 + 1, (max(ys) - min(ys)) / 2 + 1)
+    count = max(16, round(math.pi * sum(half) / 0.5))
+    tags = []
+    for i in range(count):
+        angle = 2 * math.pi * i / count
+        x, y = middle[0] + half[0] * math.cos(angle), middle[1] + half[1] * math.sin(angle)
+        facing = math.degrees(math.atan2(middle[1] - y, middle[0] - x))
+        tags.append((x, y, facing))
+    heading = math.atan2(points[5][1] - points[0][1], points[5][0] - points[0][0])
+
+    def ahead(tag):  # angle between the start's heading and the way to the tag
+        way = math.atan2(tag[1] - points[0][1], tag[0] - points[0][0])
+        return abs(math.remainder(way - heading, 2 * math.pi))
+    anchor = min(range(count), key=lambda i: ahead(tags[i]))
+    text = f"name: {file.stem}\ntag_family: tag36h11\ntag_size_m: 0.16\nanchor_id: {anchor}\ntags:\n"
+    text += "".join(f"  - {{id: {i}, x_m: {x:.3f}, y_m: {y:.3f}, z_m: 0.3, facing_deg: {f:.1f}}}\n" for i, (x, y, f) in enumerate(tags))
+    text += f"path_closed: {'true' if closed else 'false'}\npath_m:\n"
+    line = points[::5] if closed or (len(points) - 1) % 5 == 0 else points[::5] + points[-1:]
+    file.write_text(text + "".join(f"  - [{x:.4f}, {y:.4f}]\n" for x, y in line))
 
 
 def recorded(bench, args):
@@ -116,9 +164,8 @@ def recorded(bench, args):
         with open(pathlib.Path(args.data) / "paths" / f"{name}.csv", encoding="utf-8") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
         points = smoothed([(float(r[1]), float(r[2])) for r in rows])
-        line, world = bench.folder / f"{name}.csv", bench.folder / f"{name}.yaml"
-        line.write_text("x,y\n" + "".join(f"{x:.5f},{y:.5f}\n" for x, y in points))
-        bench.run("world", "new", "--path", line, "-o", world)
+        world = bench.folder / f"{name}.yaml"
+        lay_tags(points, world, closed=False)
         for controller in ("follower", "pursuit", "pose"):
             outcomes = []
             for seed in range(1, args.seeds + 1):

@@ -177,6 +177,38 @@ class Replay(WithLap):
         self.assertEqual(outcome.code, 1)
         self.assertIn("refused to start", outcome.out)
 
+    def test_three_controllers_drive_it(self):
+        for name, most in (("follower", 0.012), ("pursuit", 0.03), ("pose", 0.03)):
+            (summary,) = self.replay("--controller", name, "--json", "--seed", 12, "--speed-m-s", 0.4).records
+            self.assertTrue(summary["finished"], name)
+            self.assertLess(summary["cross_track_rmse_m"], most, name)
+        outcome = self.replay("--controller", "folower")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("Did you mean 'follower'?", outcome.err)
+
+    def test_a_stop_that_lasts_has_its_words(self):
+        (self.folder / "faults.yaml").write_text("faults: [{fault: clock_jump, at_s: 5, jump_s: 0.6}]")
+        outcome = self.replay("--json", "--faults", "faults.yaml")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("the clock jumped by +0.65 s", outcome.records[0]["reason"])
+
+    def test_an_optimised_route_is_faster_and_can_be_driven(self):
+        outcome = self.run_here("optimize", "map", "--name", "fast", "--speed-m-s", 0.8, "--rounds", 1, "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (summary,) = outcome.records
+        taught, best = summary["taught"], summary["optimized"]
+        self.assertLess(best["lap_s"], taught["lap_s"])
+        self.assertGreaterEqual(best["min_clearance_m"], taught["min_clearance_m"] - 0.001)
+        self.assertGreaterEqual(best["two_tags_fraction"], taught["two_tags_fraction"])
+        self.assertTrue((self.folder / "map/route-fast.svg").exists())
+        (driven,) = self.replay("--route", "fast", "--json").records
+        self.assertTrue(driven["finished"])
+        self.assertLess(driven["cross_track_rmse_m"], 0.03)
+        (self.folder / "weights.yaml").write_text("corridor: 0.1\n")
+        wrong = self.run_here("optimize", "map", "--weights", "weights.yaml")
+        self.assertEqual(wrong.code, 2)
+        self.assertIn("Did you mean 'corridor_m'?", wrong.err)
+
     def test_without_truth_it_is_driven_but_not_judged(self):
         (self.folder / "map/truth_trajectory.txt").unlink()
         outcome = self.replay("--json")
@@ -210,6 +242,24 @@ class Replay(WithLap):
             outcome = self.run_here("replay", where, "--world", "circuit24")
             self.assertEqual(outcome.code, 1)
             self.assertIn(part, outcome.err)
+
+
+class Experiment(InFolder):
+    def test_a_grid_is_driven(self):
+        (self.folder / "dark.yaml").write_text("faults: [{fault: camera_lost, at_s: 5}]")
+        (self.folder / "grid.yaml").write_text("{faults: [none, dark.yaml], speeds_m_s: [0.5], seeds: [1]}")
+        outcome = self.run_here("experiment", "grid.yaml", "-o", "out", "--json")
+        self.assertEqual(outcome.code, 1)
+        good, dark = outcome.records[0]["cells"]
+        self.assertEqual((good["runs"], good["completed"], good["endings"]), (1, 1, []))
+        self.assertLess(good["cross_track_rmse_median_m"], 0.03)
+        self.assertEqual(dark["completed"], 0)
+        self.assertIn("known only to", dark["endings"][0])
+        self.assertTrue((self.folder / "out/experiment.json").exists())
+        (self.folder / "grid.yaml").write_text("{seed: [1]}")
+        outcome = self.run_here("experiment", "grid.yaml")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("Did you mean 'seeds'?", outcome.err)
 
 
 class Demo(InFolder):

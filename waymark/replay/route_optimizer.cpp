@@ -1,7 +1,9 @@
 #include "waymark/replay/route_optimizer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "waymark/geometry/planar.hpp"
@@ -98,12 +100,12 @@ double smoothness(const Route& route) {
   return sum / std::max(route.length_m, 1e-9);
 }
 
-/// The search: offsets at knots, between them cubic B-splines.
+/// The search: an offset at every point, moved by smooth bumps.
 class Search {
  public:
   Search(const Route& taught, const RouteScene& scene, const ProfileOptions& profile,
-         const OptimizerOptions& options, double border_weight)
-      : taught_(taught), profile_(profile), options_(options), border_weight_(border_weight) {
+         const OptimizerOptions& options)
+      : taught_(taught), profile_(profile), options_(options), offsets_(taught.points.size(), 0.0) {
     double least_clearance = std::numeric_limits<double>::infinity();
     for (const RoutePoint& point : taught.points) {
       stations_.push_back(survey(point.map_T_base, scene, options.corridor_m));
@@ -111,113 +113,98 @@ class Search {
     }
     for (Station& station : stations_) find_allowed(station, least_clearance, options.corridor_m);
     taught_s_ = duration_s(with_speed_profile(taught, profile));
-    const auto knots = static_cast<std::size_t>(std::lround(taught.length_m / options.knot_m));
-    knots_.assign(std::max<std::size_t>(knots, 6), 0.0);
   }
 
-  Route run() {
-    std::vector<double> best = knots_;
-    double best_cost = cost(knots_);
-    std::vector<double> mean(knots_.size(), 0);
-    std::vector<double> square(knots_.size(), 0);
-    const int rounds = static_cast<int>(options_.rounds);
-    for (int round = 1; round <= rounds; ++round) {
-      const std::vector<double> slope = gradient();
-      const double rate = 0.1 * options_.corridor_m * (1 - 0.97 * round / rounds);
-      for (std::size_t k = 0; k < knots_.size(); ++k) {
-        mean[k] = 0.9 * mean[k] + 0.1 * slope[k];
-        square[k] = 0.99 * square[k] + 0.01 * slope[k] * slope[k];
-        const double m = mean[k] / (1 - std::pow(0.9, round));
-        const double v = square[k] / (1 - std::pow(0.99, round));
-        knots_[k] -= rate * m / (std::sqrt(v) + 1e-9);
-        knots_[k] = std::clamp(knots_[k], -options_.corridor_m, options_.corridor_m);
-      }
-      const double now = cost(knots_);
-      if (now < best_cost) {
-        best_cost = now;
-        best = knots_;
-      }
+  Route run(double border_weight) {
+    border_weight_ = border_weight;
+    std::ranges::fill(offsets_, 0.0);
+    cost_ = cost();
+    for (int round = 0; round < static_cast<int>(options_.rounds); ++round) {
+      const double before = cost_;
+      for (double width = taught_.length_m / 4; width >= options_.narrowest_m; width /= 1.6) sweep(width);
+      if (before - cost_ < 1e-5) break;
     }
-    return route_of(best);
+    return route_of();
   }
 
  private:
-  /// Offset at a point by uniform cubic B-splines: never more than that of the knots.
-  [[nodiscard]] double offset_at(const std::vector<double>& knots, std::size_t i) const {
-    const auto count = static_cast<std::ptrdiff_t>(knots.size());
-    const double spans = static_cast<double>(taught_.closed ? count : count - 1);
-    const double at = taught_.points[i].arc_length_m / taught_.length_m * spans;
-    const auto k = static_cast<std::ptrdiff_t>(std::floor(at));
-    const double u = at - static_cast<double>(k);
-    const std::array<double, 4> weights = {std::pow(1 - u, 3) / 6, (3 * u * u * u - 6 * u * u + 4) / 6,
-                                           (-3 * u * u * u + 3 * u * u + 3 * u + 1) / 6, u * u * u / 6};
-    double sum = 0;
-    for (std::ptrdiff_t j = 0; j < 4; ++j) {
-      const std::ptrdiff_t index = k - 1 + j;
-      const std::ptrdiff_t knot =
-          taught_.closed ? (index % count + count) % count : std::clamp<std::ptrdiff_t>(index, 0, count - 1);
-      sum += weights[static_cast<std::size_t>(j)] * knots[static_cast<std::size_t>(knot)];
+  /// Moves bumps of one width about, wherever that helps, until it does not.
+  void sweep(double half_width_m) {
+    const double between = half_width_m / 2;
+    const auto bumps = static_cast<int>(std::max(1.0, std::round(taught_.length_m / between)));
+    for (double height = options_.corridor_m / 2; height > options_.corridor_m / 150; height /= 2.5) {
+      for (int k = 0; k < bumps; ++k) {
+        const double middle = taught_.length_m * (k + 0.5) / bumps;
+        if (!try_bump(middle, half_width_m, height)) try_bump(middle, half_width_m, -height);
+      }
     }
-    // An open route begins and ends where it was taught.
-    if (!taught_.closed) {
-      const double s = taught_.points[i].arc_length_m;
-      sum *= std::clamp(std::min(s, taught_.length_m - s) / 0.5, 0.0, 1.0);
-    }
-    return sum;
   }
 
-  [[nodiscard]] Route route_of(const std::vector<double>& knots) const {
+  bool try_bump(double middle_m, double half_width_m, double height_m) {
+    const std::vector<double> kept = offsets_;
+    for (std::size_t i = 0; i < offsets_.size(); ++i) {
+      double away = taught_.points[i].arc_length_m - middle_m;
+      if (taught_.closed) away = std::remainder(away, taught_.length_m);
+      const double u = std::abs(away) / half_width_m;
+      if (u >= 1) continue;
+      double bump = std::pow(1 - u * u, 3);
+      if (!taught_.closed) {  // an open route begins and ends where it was taught, and as it was
+        const double s = taught_.points[i].arc_length_m;
+        bump *= std::pow(std::clamp(std::min(s, taught_.length_m - s) / 0.5, 0.0, 1.0), 3);
+      }
+      offsets_[i] += height_m * bump;
+      if (std::abs(offsets_[i]) <= options_.corridor_m) continue;
+      offsets_ = kept;
+      return false;
+    }
+    const double now = cost();
+    if (now < cost_) {
+      cost_ = now;
+      return true;
+    }
+    offsets_ = kept;
+    return false;
+  }
+
+  [[nodiscard]] Route route_of() const {
     Line line;
+    line.reserve(offsets_.size());
     for (std::size_t i = 0; i < stations_.size(); ++i)
-      line.emplace_back(stations_[i].map_p + offset_at(knots, i) * stations_[i].left);
+      line.emplace_back(stations_[i].map_p + offsets_[i] * stations_[i].left);
     return route_along(line, taught_);
   }
 
-  [[nodiscard]] double cost(const std::vector<double>& knots) const {
-    const Route route = route_of(knots);
+  [[nodiscard]] double cost() const {
+    const Route route = route_of();
     double near = 0;
     double missing = 0;
     double bent = 0;
     double beyond = 0;
     for (std::size_t i = 0; i < stations_.size(); ++i) {
-      const double offset = offset_at(knots, i);
+      const double offset = offsets_[i];
       const double clearance = look_up(stations_[i].clearance_m, offset, options_.corridor_m);
       near += std::pow(std::max(0.0, 1 - clearance / options_.wanted_clearance_m), 2);
       missing +=
           std::max(0.0, options_.wanted_tags - look_up(stations_[i].tags, offset, options_.corridor_m));
       const double allowed = std::clamp(offset, stations_[i].least_m, stations_[i].most_m);
       beyond += std::pow((offset - allowed) / options_.corridor_m, 2);
-      bent += std::pow(
-          std::max(0.0, std::abs(route.points[i].curvature_1_m) - 0.97 * options_.max_curvature_1_m), 2);
+      const double tight = std::max(options_.max_curvature_1_m, std::abs(taught_.points[i].curvature_1_m));
+      bent += std::pow(std::max(0.0, std::abs(route.points[i].curvature_1_m) - 0.99 * tight), 2);
     }
     const auto n = static_cast<double>(stations_.size());
     return options_.time_weight * duration_s(with_speed_profile(route, profile_)) / taught_s_ +
            options_.smoothness_weight * smoothness(route) + options_.clearance_weight * near / n +
-           options_.visibility_weight * missing / n + 10 * bent / n + border_weight_ * beyond / n;
-  }
-
-  [[nodiscard]] std::vector<double> gradient() {
-    const double h = 0.01 * options_.corridor_m;
-    std::vector<double> slope(knots_.size());
-    for (std::size_t k = 0; k < knots_.size(); ++k) {
-      const double here = knots_[k];
-      knots_[k] = here + h;
-      const double more = cost(knots_);
-      knots_[k] = here - h;
-      const double less = cost(knots_);
-      knots_[k] = here;
-      slope[k] = (more - less) / (2 * h);
-    }
-    return slope;
+           options_.visibility_weight * missing / n + 30 * bent / n + border_weight_ * beyond / n;
   }
 
   const Route& taught_;
   ProfileOptions profile_;
   OptimizerOptions options_;
   std::vector<Station> stations_{};
-  std::vector<double> knots_{};
+  std::vector<double> offsets_;
   double taught_s_ = 1;
-  double border_weight_;
+  double cost_ = 0;
+  double border_weight_ = 0;
 };
 
 /// The borders of the grid are coarse: what counts is the route itself.
@@ -262,9 +249,10 @@ Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& sce
   if (taught.points.size() < 8)
     return fail(ErrorCode::InvalidArgument, "a route of fewer than 8 points cannot be optimised");
   OptimizedRoute result{.taught = route_figures(taught, taught, scene, profile)};
+  Search search(taught, scene, profile, options);
   double border_weight = 3;
   for (int attempt = 0; attempt < 4; ++attempt, border_weight *= 10) {
-    result.route = Search(taught, scene, profile, options, border_weight).run();
+    result.route = search.run(border_weight);
     result.optimized = route_figures(result.route, taught, scene, profile);
     if (no_worse(result.optimized, result.taught)) return result;
   }

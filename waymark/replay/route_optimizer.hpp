@@ -19,8 +19,8 @@ struct OptimizerOptions {
   double wanted_clearance_m = 0.5;
   double wanted_tags = 2;
   double max_curvature_1_m = 2.5;
-  double knot_m = 0.25;
-  double rounds = 400;
+  double narrowest_m = 0.5;
+  double rounds = 5;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -38,8 +38,8 @@ struct OptimizerOptions {
           Field{"wanted_clearance_m", "Farther from the tags nothing is gained, in space.", 0.01, 10});
     visit(self.wanted_tags, Field{"wanted_tags", "More tags in view gain nothing.", 0, 20});
     visit(self.max_curvature_1_m, Field{"max_curvature_1_m", "No tighter curve than this.", 0.01, 1000});
-    visit(self.knot_m, Field{"knot_m", "Distance of the places whose offset is chosen.", 0.05, 5});
-    visit(self.rounds, Field{"rounds", "Steps of the search.", 1, 100000});
+    visit(self.narrowest_m, Field{"narrowest_m", "Half width of the narrowest bump that is tried.", 0.1, 10});
+    visit(self.rounds, Field{"rounds", "How often all bumps are tried, at most.", 1, 1000});
   }
 };
 
@@ -71,13 +71,13 @@ struct RouteScene {
 [[nodiscard]] RouteFigures route_figures(const Route& route, const Route& taught, const RouteScene& scene,
                                          const ProfileOptions& profile);
 
-/// A better route beside the one that was taught: offsets to its side, by gradient descent with momentum
-/// (Kingma and Ba, "Adam", ICLR 2015) on lap time by with_speed_profile(), smoothness, clearance and tags in
-/// view. Where an offset would come nearer to a tag than the taught route ever does, or see fewer than two
-/// tags where that saw two, it is not allowed. Tags in view and clearance are looked up on a grid of offsets
-/// with the taught heading; a result that is worse in one of both is not given: the taught route is. Fails on
-/// a route that changes direction and on options outside their range. O(points * (tags + rounds * points /
-/// knots)).
+/// A better route beside the one that was taught: offsets to its side, by pattern search (Kolda, Lewis and
+/// Torczon, "Optimization by Direct Search", SIAM Review 45(3), 2003) over smooth bumps from wide to narrow,
+/// on lap time by with_speed_profile(), smoothness, clearance and tags in view. Where an offset would come
+/// nearer to a tag than the taught route ever does, or see fewer than two tags where that saw two, it costs;
+/// a result that is worse in one of both is not given: the taught route is. Tags in view and clearance are
+/// looked up on a grid of offsets with the taught heading. Fails on a route that changes direction and on
+/// options outside their range. O(points * (tags + rounds * length / narrowest)).
 [[nodiscard]] Result<OptimizedRoute> optimize_route(const Route& taught, const RouteScene& scene,
                                                     const ProfileOptions& profile,
                                                     const OptimizerOptions& options);
