@@ -39,6 +39,8 @@ struct Verb {
 [[nodiscard]] Verb optimize_verb();
 [[nodiscard]] Verb experiment_verb();
 [[nodiscard]] Verb localize_verb();
+[[nodiscard]] Verb report_verb();
+[[nodiscard]] Verb plot_verb();
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
 [[nodiscard]] Verb play_verb();

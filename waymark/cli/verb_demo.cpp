@@ -13,6 +13,7 @@
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/report_run.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/plot/loop_figures.hpp"
@@ -92,6 +93,16 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
   return status;
 }
 
+/// report.html: what `waymark report FOLDER` writes.
+Status write_report(const fs::path& folder, Console& console) {
+  const Result<Runs> runs = read_runs({folder.string()}, console);
+  if (!runs) return tl::unexpected(runs.error());
+  const Result<plot::Page> page = report_page(*runs, console);
+  if (!page) return tl::unexpected(page.error());
+  const Result<std::string> html = plot::to_html(*page);
+  return html ? write_text_file(folder / "report.html", *html) : tl::unexpected(html.error());
+}
+
 /// The three steps. What fails is said with the step it failed in.
 Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool durable, Console& console) {
   const Stopwatch watch;
@@ -119,6 +130,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool du
   if (!recorded) return failed_in("figures", recorded.error());
   if (Status status = write_figures(folder, *recorded, report); !status)
     return failed_in("figures", status.error());
+  if (Status status = write_report(folder, console); !status) return failed_in("report", status.error());
   report.wall_s = watch.seconds();
   return report;
 }
@@ -182,7 +194,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
                               stage->simulated.world.name, stage->simulated.model.name) +
                   table(*report) +
-                  fmt::format("{:.2f} s for {:.0f} s in the world; figures and recordings: {}\n",
+                  fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
                               report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,
                               args.folder));
   }
@@ -211,7 +223,7 @@ Verb demo_verb() {
       .help =
           R"(The three steps in a row, as `waymark teach`, `waymark map` and `waymark replay` do them one by one. Leaves
 lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
-error over the way, tags in view. Run again, it writes over its own files, and over nobody else's.
+error over the way, tags in view; and report.html with all of it on one page. Run again, it writes over its own files, and over nobody else's.
 
 Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),
 2 wrong usage, 130 stopped by Ctrl-C.

@@ -36,6 +36,10 @@ TEST(LinearTicks, AreRoundNumbersWithinTheLimits) {
   }));
 }
 
+TEST(LinearTicks, ARangeBetweenTwoWideStepsStillHasSome) {
+  EXPECT_EQ(linear_ticks(4.1609e-4, 4.1609e-4 + 4.0001e-3, 2).size(), 2U);  // no multiple of 5e-3 lies there
+}
+
 TEST(LinearTicks, AreLabelledWithTheDecimalsOfTheirStep) {
   using ::testing::ElementsAre;
   EXPECT_THAT(linear_ticks(0, 1, 5), ElementsAre(Tick{0.0, "0"}, Tick{0.2, "0.2"}, Tick{0.4, "0.4"},

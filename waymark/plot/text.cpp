@@ -119,4 +119,27 @@ double text_length_mm(const std::string& words, double height_mm, bool bold) {
   return words.empty() ? 0.0 : advance_mm(canvas.get(), words);
 }
 
+std::string escaped(std::string_view words) {
+  std::string out;
+  for (const char c : words) {
+    switch (c) {
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return out;
+}
+
 }  // namespace waymark::plot

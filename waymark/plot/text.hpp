@@ -2,6 +2,7 @@
 // Inside the room: how words become marks on the page, the same for every format.
 
 #include <string>
+#include <string_view>
 
 #include "waymark/plot/drawing.hpp"
 
@@ -14,6 +15,9 @@ void draw_text(cairo_t* canvas, const Text& text);
 
 /// The outlines of the words as SVG path data, in millimetres of the page.
 [[nodiscard]] std::string text_outline(const Text& text);
+
+/// As XML and HTML take words between tags and in quotes: XML 1.0 has no control characters.
+[[nodiscard]] std::string escaped(std::string_view words);
 
 /// 12.3456 -> "12.3456", 5.0 -> "5": at most four decimals (a tenth of a micrometre on paper), never an
 /// exponent.

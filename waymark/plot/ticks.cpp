@@ -28,11 +28,8 @@ std::string label_of(double value, double step) {
   return fmt::format("{:.{}f}", value, decimals);
 }
 
-}  // namespace
-
-std::vector<Tick> linear_ticks(double low, double high, int wanted) {
+std::vector<Tick> ticks_every(double step, double low, double high, int wanted) {
   std::vector<Tick> ticks;
-  const double step = nice_step((high - low) / std::max(1, wanted));
   if (!(step > 0.0) || !std::isfinite(step)) return ticks;
   const double slack = 1e-9 * (high - low);
   const double first = std::ceil((low - slack) / step);
@@ -41,6 +38,16 @@ std::vector<Tick> linear_ticks(double low, double high, int wanted) {
     if (value > high + slack) break;
     ticks.push_back({value, label_of(value, step)});
   }
+  return ticks;
+}
+
+}  // namespace
+
+std::vector<Tick> linear_ticks(double low, double high, int wanted) {
+  const double raw = (high - low) / std::max(1, wanted);
+  std::vector<Tick> ticks = ticks_every(nice_step(raw), low, high, wanted);
+  // Steps of five can leave out a range of four; the next finer ones cannot.
+  if (ticks.empty()) ticks = ticks_every(nice_step(nice_step(raw) / 2.5), low, high, wanted);
   return ticks;
 }
 

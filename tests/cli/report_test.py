@@ -1,0 +1,125 @@
+#!/usr/bin/python3
+"""`waymark report` and `waymark plot` as a user meets them: a page of a demo that stands alone.
+
+usage: report_test.py PROGRAM [unittest options]
+"""
+import html.parser
+import pathlib
+import shutil
+import tempfile
+import unittest
+
+from harness import waymark
+
+
+def run(*words, code=0):
+    outcome = waymark(*words)
+    assert outcome.code == code, (words, outcome.code, outcome.err)
+    return outcome
+
+
+class Reader(html.parser.HTMLParser):
+    """What a browser would see: headings, cells by table, figures, and whatever it would have to fetch."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.headings, self.rows, self.figures, self.fetched, self.open = [], [], 0, [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        self.fetched += [value for name, value in attrs if name in ("src", "href", "xlink:href") and not value.startswith("#")]
+        if tag == "tr":
+            self.rows.append([])
+        self.figures += tag == "svg"
+
+    def handle_endtag(self, tag):
+        while self.open and self.open.pop() != tag:
+            pass
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "h2":
+            self.headings.append(data)
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1].append(data)
+
+    def row(self, first):
+        return next(row for row in self.rows if row and row[0] == first)
+
+
+class Report(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-report-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder)
+        cls.demo = cls.folder / "demo"
+        run("demo", "-o", cls.demo)
+
+    def page(self, *arguments):
+        file = self.folder / "page.html"
+        result = run("report", *arguments, "-o", file)
+        self.assertIn("opens in any browser", result.out)
+        return Reader(file.read_text())
+
+    def test_a_demo_becomes_a_page_that_needs_nothing_else(self):
+        page = self.page(self.demo)
+        self.assertEqual(page.fetched, [])
+        self.assertEqual(len(page.headings), 4, page.headings)  # lap, replay, map, compared
+        self.assertGreaterEqual(page.figures, 12)
+        self.assertNotIn("<script", (self.folder / "page.html").read_text())
+
+    def test_the_map_is_better_after_than_before(self):
+        page = self.page(self.demo)
+        before, after = page.row("before (chain)"), page.row("after")
+        self.assertLess(float(after[1]), float(before[1]))
+        tags = [row for row in page.rows if row[0].startswith("tag36h11:")]
+        self.assertEqual(len(tags), 24)
+        for row in tags:
+            self.assertLess(float(row[7]), 2, row)  # residual [px]
+            self.assertGreater(int(row[5]), 0, row)
+
+    def test_the_replay_is_compared_with_the_lap(self):
+        row = self.page(self.demo).row(str(self.demo / "replay.mcap"))
+        self.assertEqual(row[2], "1")  # laps
+        self.assertLess(float(row[3]), 60)  # beside the taught way [mm]
+
+    def test_one_recording_alone(self):
+        page = self.page(self.demo / "lap.mcap")
+        self.assertEqual(page.headings, [str(self.demo / "lap.mcap")])
+        self.assertEqual(page.row("tags seen")[1], "24")
+
+    def test_a_map_alone_says_what_is_missing(self):
+        self.page(self.demo / "map")
+        self.assertIn("was not given", (self.folder / "page.html").read_text())
+
+    def test_the_same_runs_give_the_same_bytes(self):
+        self.page(self.demo)
+        first = (self.folder / "page.html").read_bytes()
+        self.page(self.demo)
+        self.assertEqual(first, (self.folder / "page.html").read_bytes())
+
+    def test_what_is_no_run_is_refused_in_words(self):
+        empty = self.folder / "empty"
+        empty.mkdir()
+        self.assertIn("neither a recording nor a map", run("report", empty, code=1).err)
+        text = self.folder / "text.txt"
+        text.write_text("no recording")
+        self.assertIn("text.txt", run("report", text, code=1).err)
+        self.assertIn("nowhere", run("report", self.folder / "nowhere", code=1).err)
+        unwritable = self.folder / "no" / "such" / "folder" / "page.html"
+        self.assertIn("page.html", run("report", self.demo / "lap.mcap", "-o", unwritable, code=1).err)
+
+    def test_one_figure_alone(self):
+        listed = run("plot", self.demo).out
+        for name in ("floor", "floor_2", "error", "before_after", "drives", "cross_track_1"):
+            self.assertRegex(listed, rf"(?m)^{name} ")
+        for suffix, begin in ((".svg", b"<?xml"), (".png", b"\x89PNG"), (".pdf", b"%PDF")):
+            file = self.folder / f"figure{suffix}"
+            run("plot", self.demo, "--figure", "drives", "-o", file)
+            self.assertTrue(file.read_bytes().startswith(begin))
+        self.assertIn("Did you mean", run("plot", self.demo, "--figure", "flor", code=2).err)
+        self.assertIn(".svg", run("plot", self.demo, "--figure", "floor", "-o", self.folder / "a.bmp", code=1).err)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,114 @@
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/figure_files.hpp"
+#include "waymark/cli/report_run.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct PlotArgs {
+  std::vector<std::string> runs;
+  std::string figure;
+  std::string output;
+};
+
+/// The figures of a page in order; of the same name, the second is called NAME_2.
+std::vector<plot::PageFigure> figures_of(const plot::Page& page) {
+  std::vector<plot::PageFigure> figures;
+  std::map<std::string, int> taken;
+  for (const plot::PageSection& section : page.sections) {
+    for (plot::PageFigure figure : section.figures) {
+      figure.caption = section.title;
+      if (const int number = ++taken[figure.name]; number > 1) figure.name += fmt::format("_{}", number);
+      figures.push_back(std::move(figure));
+    }
+  }
+  return figures;
+}
+
+std::string list_of(const std::vector<plot::PageFigure>& figures) {
+  std::string text;
+  for (const plot::PageFigure& each : figures)
+    text += fmt::format("{:<16} {}, {}\n", each.name, each.figure.title, each.caption);
+  return text;
+}
+
+Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, Console& console) {
+  const Result<Runs> runs = read_runs(args.runs, console);
+  if (!runs) return tl::unexpected(runs.error());
+  const Result<plot::Page> page = report_page(*runs, console);
+  if (!page) return tl::unexpected(page.error());
+  return figures_of(*page);
+}
+
+ExitCode plot_one(const PlotArgs& args, Console& console) {
+  const Result<std::vector<plot::PageFigure>> figures = read_figures(args, console);
+  if (!figures) {
+    console.say(figures.error());
+    return ExitCode::SomeFailed;
+  }
+  if (args.figure.empty()) {
+    console.print(list_of(*figures));
+    return ExitCode::Ok;
+  }
+  const auto found = std::ranges::find(*figures, args.figure, &plot::PageFigure::name);
+  if (found == figures->end()) {
+    std::vector<std::string> names;
+    for (const plot::PageFigure& each : *figures) names.push_back(each.name);
+    console.say(Error{ErrorCode::NotFound,
+                      fmt::format("these runs have no figure '{}'", args.figure),
+                      {.key = "--figure"},
+                      suggestion(args.figure, names)});
+    return ExitCode::Usage;
+  }
+  const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
+  std::vector<std::string> files;
+  const Status written = write_figure(output, found->figure, {output.extension().string()}, files);
+  if (!written) {
+    console.say(written.error());
+    return ExitCode::SomeFailed;
+  }
+  console.say("wrote " + files.front());
+  return ExitCode::Ok;
+}
+
+Run prepare_plot(CLI::App& app) {
+  const auto args = std::make_shared<PlotArgs>();
+  app.add_option("RUN", args->runs, "Recordings, folders of maps, or the folder of a demo")
+      ->required()
+      ->type_name("...");
+  app.add_option("--figure", args->figure, "Which figure; without it they are listed")->type_name("NAME");
+  app.add_option("-o,--output", args->output, "File to write: .svg, .png or .pdf (usual: NAME.svg)")
+      ->type_name("FILE");
+  return [args](Console& console) { return plot_one(*args, console); };
+}
+
+}  // namespace
+
+Verb plot_verb() {
+  return {.name = "plot",
+          .sentence = "Draw one figure of a report into a file of its own",
+          .help =
+              R"(The figures that `waymark report` shows, one by one, for a paper or a slide.
+
+Exit code: 0 written or listed, 1 something could not be read, 2 wrong usage or no such figure.
+
+Examples:
+  waymark plot demo
+  waymark plot demo --figure floor -o floor.pdf
+)",
+          .prepare = prepare_plot,
+          .verbs = {}};
+}
+
+}  // namespace waymark::cli

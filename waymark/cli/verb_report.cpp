@@ -1,0 +1,74 @@
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/cli/report_run.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ReportArgs {
+  std::vector<std::string> runs;
+  std::string output = "report.html";
+};
+
+ExitCode report(const ReportArgs& args, Console& console) {
+  const Result<Runs> runs = read_runs(args.runs, console);
+  if (!runs) {
+    console.say(runs.error());
+    return ExitCode::SomeFailed;
+  }
+  for (const std::string& warning : runs->warnings) console.say("warning: " + warning);
+  const Result<plot::Page> page = report_page(*runs, console);
+  const Result<std::string> html = page ? plot::to_html(*page) : tl::unexpected(page.error());
+  const Status written = html ? write_text_file(args.output, *html) : tl::unexpected(html.error());
+  if (!written) {
+    console.say(written.error());
+    return ExitCode::SomeFailed;
+  }
+  console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
+                            page->sections.size(), static_cast<double>(html->size()) / 1e6));
+  return ExitCode::Ok;
+}
+
+Run prepare_report(CLI::App& app) {
+  const auto args = std::make_shared<ReportArgs>();
+  app.add_option("RUN", args->runs,
+                 "Recordings, folders of maps, or the folder of a demo; the first drive is what the others "
+                 "are compared with")
+      ->required()
+      ->type_name("...");
+  app.add_option("-o,--output", args->output, "HTML file to write")->capture_default_str()->type_name("FILE");
+  return [args](Console& console) { return report(*args, console); };
+}
+
+}  // namespace
+
+Verb report_verb() {
+  return {
+      .name = "report",
+      .sentence = "Write one page about drives and maps, with tables and figures",
+      .help =
+          R"(One HTML file that holds everything itself: it needs no network and no script, and prints well. For each
+drive: how it was made, its way seen from above (truth green, odometry blue, estimate red), speed, tags in
+view, error and doubt of the estimate. For each map: its tags with doubt and residuals, the map before and
+after optimisation where the recording it was made of is given too. Several drives are compared with the
+first, by truth.
+
+Exit code: 0 written, 1 something could not be read or there was nothing to show, 2 wrong usage.
+
+Examples:
+  waymark report demo -o report.html
+  waymark report lap.mcap map replay.mcap
+)",
+      .prepare = prepare_report,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
