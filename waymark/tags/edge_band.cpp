@@ -117,6 +117,12 @@ Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& in
   return share;
 }
 
+/// std::floor() is a call where the processor need not have an instruction for it.
+int floor_to_int(double x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < towards_zero ? 1 : 0);
+}
+
 /// The first pixel of each slice of a block.
 struct BlockStart {
   std::array<int, kLanes> major_index{};
@@ -138,7 +144,7 @@ BlockStart start_block(const EdgeFrame& edge, const Slicing& s, const BandLimits
     const double edge_px =
         s.middle[s.minor] + s.slope * major_px + s.outward * edge.bulge_at(place) / s.cosine;
     const double from = edge_px - s.outward * limits.inside_px / s.cosine - 0.5;
-    const int j = static_cast<int>(s.outward > 0 ? std::ceil(from) : std::floor(from));
+    const int j = s.outward > 0 ? -floor_to_int(-from) : floor_to_int(from);
     start.major_index[static_cast<std::size_t>(lane)] = i;
     start.minor_index[static_cast<std::size_t>(lane)] = j;
     start.major_px[lane] = static_cast<float>(major_px);
@@ -150,18 +156,27 @@ BlockStart start_block(const EdgeFrame& edge, const Slicing& s, const BandLimits
   return start;
 }
 
+/// Whether all pixels of a block's slices lie within the image.
+bool within_image(const Slicing& s, const BlockStart& start, int depth) {
+  const auto [least, most] = std::ranges::minmax(start.minor_index);
+  const int reach = (depth - 1) * s.outward;
+  return least + std::min(reach, 0) >= 0 && most + std::max(reach, 0) < s.minor_size;
+}
+
 /// Grey levels of the `d`-th pixels of a block's slices; the weight of those outside the image becomes 0.
-void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& start, int d, Lanes& value,
-                 Lanes& weight) {
+void read_pixels(const ImageView& image, const Slicing& s, const BlockStart& start, bool all_there, int d,
+                 Lanes& value, Lanes& weight) {
   const std::ptrdiff_t major_step = s.major == 0 ? 1 : image.stride;
   const std::ptrdiff_t minor_step = s.major == 0 ? image.stride : 1;
+  Eigen::Array<int, kLanes, 1> level;  // converted side by side at the end
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const int j = start.minor_index[lane] + d * s.outward;
-    const bool there = j >= 0 && j < s.minor_size;
+    const bool there = all_there || (j >= 0 && j < s.minor_size);
     const std::ptrdiff_t at = there ? start.major_index[lane] * major_step + j * minor_step : 0;
-    value[static_cast<Eigen::Index>(lane)] = image.data[at];
+    level[static_cast<Eigen::Index>(lane)] = image.data[at];
     if (!there) weight[static_cast<Eigen::Index>(lane)] = 0.0F;
   }
+  value = level.cast<float>();
 }
 
 }  // namespace
@@ -213,6 +228,7 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
   for (int block = 0; block < band.blocks; ++block) {
     const auto b = static_cast<std::size_t>(block);
     const BlockStart start = start_block(edge, s, limits, block, band);
+    const bool all_there = within_image(s, start, band.depth);
     if (limits.cells_matter) {
       const Lanes edge_minor = static_cast<float>(s.slope) * start.major_px;
       band.behind_px[b] = behind.at(start.major_px, edge_minor).abs();
@@ -227,7 +243,7 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
       Lanes& weight = band.weight[b][j];
       weight =
           start.live * positive((-margin - from_before).min(-margin - from_after).min(outside - distance_px));
-      read_pixels(image, s, start, d, band.value[b][j], weight);
+      read_pixels(image, s, start, all_there, d, band.value[b][j], weight);
       pixels += weight;
       darkest = darkest.min(255.0F + weight * (band.value[b][j] - 255.0F));
       brightest = brightest.max(weight * band.value[b][j]);
