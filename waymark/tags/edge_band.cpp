@@ -260,7 +260,7 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
       band.inside[b][j] = bell_cdf(-from_before * inverse_blur) * bell_cdf(-from_after * inverse_blur);
     }
   }
-  band.pixels = static_cast<int>(pixels.sum() + 0.5F);
+  band.pixels = static_cast<int>(std::lround(pixels.sum()));
   band.clipped = darkest.minCoeff() <= kDarkest || brightest.maxCoeff() >= kBrightest;
 }
 
