@@ -91,10 +91,11 @@ if [ -z "$quick" ]; then
     build asan-ubsan
     run_tests asan-ubsan -LE slow_under_sanitizers
   else  # what reads foreign bytes
-    build asan-ubsan waymark_base_tests waymark_codecs_tests waymark_recording_tests
-    for room in base codecs recording; do
+    for room in base codecs recording drivers/process; do
+      tests="waymark_${room//\//_}_tests"
+      build asan-ubsan "$tests"
       echo "asan-ubsan: $room"
-      build/asan-ubsan/waymark/$room/waymark_${room}_tests --gtest_brief=1 | tail -3
+      "build/asan-ubsan/waymark/$room/$tests" --gtest_brief=1 | tail -3
     done
   fi
 
