@@ -21,7 +21,8 @@ BEGIN, END = "<!-- replay table -->\n", "<!-- end of replay table -->\n"
 GAINS = (0.6, 0.7, 0.8, 0.9, 1.0)  # of the seeds, in turn: share of the asked turn that the robot turns
 LATENCY_S = 0.08
 ANOTHER_DAY = 1000  # added to the seed of the teach lap
-MOST_CURVATURE = 2.5
+RECORDED = ("ref_sim048", "ref_real047", "ref_real022")
+MOST_CURVATURE = 2.5  # 1/m, of their lines
 HEAD = ("| what | runs | completed | cross-track RMSE, cm: median / worst | P95, cm | largest, cm | heading RMSE, deg | stops |\n"
         "|---|---|---|---|---|---|---|---|")
 
@@ -42,13 +43,13 @@ class Bench:
                         f"simulation:\n  camera_latency_s: {LATENCY_S}\n  dynamics: {{yaw_gain: {gain}}}\n")
         return path
 
-    def lap(self, name, world, seed, *flags, speed=0.3):
+    def lap(self, name, world, seed, *flags, speed=0.3, closed=True):
         """A taught and mapped lap: the folder of the map."""
         folder = self.folder / f"{name}-{seed}"
         if not folder.exists():
             self.run("teach", "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed", seed,
                      "--speed-m-s", speed, "-o", f"{name}-{seed}.mcap", *flags)
-            self.run("map", f"{name}-{seed}.mcap", "-o", folder)
+            self.run("map", f"{name}-{seed}.mcap", "-o", folder, *([] if closed else ["--closing-distance-m", 0]))
         return folder
 
     def replay(self, folder, world, seed, *flags):
@@ -92,45 +93,18 @@ def pictures(bench, args):
     return lines
 
 
-REACH = 4  # points of 2 cm to each side over which a curvature is measured
-
-
-def bends(points):
-    """Curvature at every point of a polyline, 0 at its ends."""
-    found = [0.0] * len(points)
-    for i in range(REACH, len(points) - REACH):
-        a, b, c = points[i - REACH], points[i], points[i + REACH]
-        u, v = (b[0] - a[0], b[1] - a[1]), (c[0] - b[0], c[1] - b[1])
-        turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
-        found[i] = abs(turn) / max((math.hypot(*u) + math.hypot(*v)) / 2, 1e-9)
-    return found
-
-
-def even(points, step=0.02):
-    """The same line with points at even steps; its last point stays."""
-    result, left = [points[0]], step
-    for a, b in zip(points, points[1:]):
-        way, done = math.dist(a, b), 0.0
-        while way - done >= left:
-            done += left
-            result.append(tuple(a[k] + (b[k] - a[k]) * done / way for k in (0, 1)))
-            left = step
-        left -= way - done
-    if math.dist(result[-1], points[-1]) < step / 2:
-        result.pop()
-    return result + [points[-1]]
-
-
-def smoothed(points):
-    """Binomial smoothing where, and only as long as, the curvature cannot be driven."""
-    while True:
-        points = even(points)
-        found = bends(points)
-        tight = {j for i, k in enumerate(found) if k > 0.9 * MOST_CURVATURE for j in range(i - 3 * REACH, i + 3 * REACH + 1)}
-        if not tight:
-            return points
-        points = [p if i in (0, len(points) - 1) or i not in tight else
-                  tuple((points[i - 1][k] + 2 * p[k] + points[i + 1][k]) / 4 for k in (0, 1)) for i, p in enumerate(points)]
+def drivable(rows):
+    """The points of a line s, x, y, theta, kappa; a bend that is too tight goes through the same angle on a wider arc."""
+    x, y = float(rows[0][1]), float(rows[0][2])
+    points = [(x, y)]
+    for a, b in zip(rows, rows[1:]):
+        way = (float(b[0]) - float(a[0])) * max(1.0, abs(float(a[4])) / MOST_CURVATURE)
+        x, y = x + way * math.cos(float(a[3])), y + way * math.sin(float(a[3]))
+        points.append((x, y))
+    for _ in range(20):  # the noise of single points
+        points = [points[0]] + [tuple((p[k] + 2 * q[k] + r[k]) / 4 for k in (0, 1)) for p, q, r in
+                                zip(points, points[1:], points[2:])] + [points[-1]]
+    return points
 
 
 def lay_tags(points, file, closed):
@@ -160,16 +134,16 @@ def lay_tags(points, file, closed):
 
 def recorded(bench, args):
     lines = []
-    for name in ("ref_sim048", "ref_real047", "ref_real022"):
+    for name in RECORDED:
         with open(pathlib.Path(args.data) / "paths" / f"{name}.csv", encoding="utf-8") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
-        points = smoothed([(float(r[1]), float(r[2])) for r in rows])
+        points = drivable(rows)
         world = bench.folder / f"{name}.yaml"
         lay_tags(points, world, closed=False)
         for controller in ("follower", "pursuit", "pose"):
             outcomes = []
             for seed in range(1, args.seeds + 1):
-                folder = bench.lap(name, world, seed, speed=0.25)
+                folder = bench.lap(name, world, seed, speed=0.25, closed=False)
                 outcomes.append(bench.replay(folder, world, seed, "--controller", controller, "--speed-m-s", 0.25))
             lines.append(row(f"{name}, {controller}, 0.25 m/s", outcomes))
     return lines

@@ -8,7 +8,7 @@
 namespace waymark {
 
 struct FollowerOptions {
-  double reach_m = 0.30;
+  double reach_m = 0.20;
   double damping = 1.0;
   double integral_m = 1.2;
   double integral_most_m = 0.05;

@@ -69,18 +69,30 @@ std::optional<std::size_t> closing_point(const Line& line, const RouteOptions& o
   return best;
 }
 
-/// The sideways part of the gap between the end of a lap and its start, spread over the last metre, so that
-/// the route closes without a step. Along the route the last stretch is simply shorter or longer.
-void close_gap(Line& line, double step_m) {
-  if ((line.front() - line.back()).norm() < step_m / 3) line.pop_back();
+Eigen::Vector2d sideways_gap(const Line& line) {
   const Eigen::Vector2d along = (line[1] - line[0]).normalized();
   const Eigen::Vector2d gap = line.front() - line.back();
-  const Eigen::Vector2d sideways = gap - gap.dot(along) * along;
-  const auto spread =
-      std::min<std::size_t>(line.size() / 2, static_cast<std::size_t>(std::lround(1.0 / step_m)));
+  return gap - gap.dot(along) * along;
+}
+
+/// The sideways part of the gap between the end of a lap and its start, spread over a metre, so that the
+/// route closes without a step. Where the lap went on beyond its start it is spread there: both passes are
+/// what was taught, and so is what lies between them. Else the end of the lap gives way. Along the route the
+/// last stretch is simply shorter or longer.
+void close_gap(Line& line, double step_m, std::size_t overlap) {
+  constexpr std::size_t kLeastOverlap = 4;
+  if ((line.front() - line.back()).norm() < step_m / 3) line.pop_back();
+  const Eigen::Vector2d sideways = sideways_gap(line);
+  auto spread = std::min<std::size_t>(line.size() / 2, static_cast<std::size_t>(std::lround(1.0 / step_m)));
+  const bool overlaps = overlap >= kLeastOverlap;
+  if (overlaps) spread = std::min(spread, overlap);
   for (std::size_t k = 0; k < spread; ++k) {
-    const double share = 1 - static_cast<double>(k) / static_cast<double>(spread);
-    line[line.size() - 1 - k] += share * sideways;
+    const double along = static_cast<double>(k) / static_cast<double>(spread);
+    const double share = 0.5 * (1 + std::cos(std::numbers::pi * along));
+    if (overlaps)
+      line[k] -= share * sideways;
+    else
+      line[line.size() - 1 - k] += share * sideways;
   }
 }
 
@@ -173,8 +185,9 @@ Result<Route> build_route(const Trajectory& trajectory, const RouteOptions& opti
     line = average_onto(line, leg.driven);
     const auto closing = legs.size() == 1 ? closing_point(line, options) : std::nullopt;
     if (closing) {
+      const std::size_t overlap = line.size() - *closing;
       line.resize(*closing);
-      close_gap(line, options.step_m);
+      close_gap(line, options.step_m, overlap);
     }
     route.closed = closing.has_value();
     line = internal::smooth_line(line, route.closed, options.step_m, options.smoothing_m,

@@ -10,7 +10,7 @@ namespace waymark {
 struct RouteOptions {
   double step_m = 0.05;
   double smoothing_m = 0.8;
-  double max_curvature_1_m = 2.5;
+  double max_curvature_1_m = 4;
   double speed_m_s = 0.3;
   double closing_distance_m = 0.5;
   double closing_angle_rad = 0.8;
