@@ -162,6 +162,10 @@ Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const 
                                 .filter = job.filter,
                                 .anchor = job.anchor});
   if (!method) return tl::unexpected(method.error());
+  // A person put the robot about where the route begins: then one tag is enough to say where exactly. Tags
+  // that contradict are believed, not the person.
+  if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
+    filter->start_from(files.route.points.front().map_T_base, 0.25, 0.25);
   return std::make_unique<Replayer>(std::move(*method), files.route, files.map.tags, robot, job.replay);
 }
 

@@ -168,7 +168,10 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
 
 ReplayStep Replayer::step(SensorTime now) {
   ReplayStep step{.estimate = method_->estimate()};
-  const bool certain = step.estimate && step.estimate->certain;
+  // Before it starts a robot also has to know better than it must not know while it drives.
+  const bool certain = step.estimate && step.estimate->certain &&
+                       (state_ != ReplayState::Waiting ||
+                        step.estimate->position_sigma_m() <= options_.safety.stop_position_sigma_m);
   doubts_ = knew_ && !certain;
   knew_ = knew_ || certain;
   if (!certain) step.estimate.reset();  // a guess drives no wheels
