@@ -1,0 +1,106 @@
+import type { Camera } from "../math/camera";
+import type { Pose } from "../math/pose";
+import type { Tracks } from "./tracks";
+
+/** Decoded ROS 2 messages are plain objects; what is used of them is read with a default, so that nothing throws on odd ones. */
+type Message = Record<string, any>; // eslint-disable-line @typescript-eslint/no-explicit-any
+
+/** What of a recording the page shows, and how a topic is recognised: by its type; only truth is told by its name. */
+export type Kind = "truth" | "odometry" | "estimate" | "uncertain" | "command" | "tags" | "nis" | "image" | "camera" | "tf";
+
+export function kindOf(topic: string, type: string): Kind | undefined {
+  switch (type) {
+    case "geometry_msgs/msg/PoseStamped": return topic.startsWith("/truth") ? "truth" : undefined;
+    case "nav_msgs/msg/Odometry": return topic.startsWith("/truth") ? "truth" : "odometry";
+    case "geometry_msgs/msg/PoseWithCovarianceStamped": return topic.endsWith("_uncertain") ? "uncertain" : "estimate";
+    case "geometry_msgs/msg/TwistStamped":
+    case "geometry_msgs/msg/Twist": return "command";
+    case "apriltag_msgs/msg/AprilTagDetectionArray": return "tags";
+    case "diagnostic_msgs/msg/DiagnosticArray": return topic.endsWith("nis") ? "nis" : undefined;
+    case "sensor_msgs/msg/Image":
+    case "sensor_msgs/msg/CompressedImage": return "image";
+    case "sensor_msgs/msg/CameraInfo": return "camera";
+    case "tf2_msgs/msg/TFMessage": return "tf";
+    default: return undefined;
+  }
+}
+
+const finite = (values: number[]): boolean => values.every(Number.isFinite);
+
+/** Seconds of a message's own stamp since `start` [ns]; its log time where it has none. */
+export function secondsOf(message: Message, logTime: bigint, start: bigint): number {
+  const stamp = message["header"]?.stamp;
+  const ns = stamp ? BigInt(stamp.sec) * 1_000_000_000n + BigInt(stamp.nanosec ?? stamp.nsec ?? 0) : logTime;
+  return Number((ns === 0n && logTime !== 0n ? logTime : ns) - start) * 1e-9;
+}
+
+export const poseRow = (pose: Message): number[] => [
+  pose["position"].x, pose["position"].y, pose["position"].z,
+  pose["orientation"].x, pose["orientation"].y, pose["orientation"].z, pose["orientation"].w,
+];
+
+/** Families are kept as numbers in the tracks. */
+export class FamilyNames {
+  readonly names: string[] = [];
+  indexOf(name: string): number {
+    const full = /^\d/.test(name) ? `tag${name}` : name;
+    const index = this.names.indexOf(full);
+    return index >= 0 ? index : this.names.push(full) - 1;
+  }
+}
+
+function keep(series: { push(...row: number[]): void; length: number; time(row: number): number }, row: number[]): void {
+  if (!finite(row) || (series.length > 0 && row[0]! < series.time(series.length - 1))) return; // never back in time
+  series.push(...row);
+}
+
+/** Adds what the message says to the tracks; O(1) per message. Messages with numbers that are none are passed over. */
+export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number, message: Message): void {
+  switch (kind) {
+    case "truth": return keep(tracks.truth, [t, ...poseRow(message["pose"].pose ?? message["pose"])]);
+    case "odometry": {
+      const twist = message["twist"].twist;
+      return keep(tracks.odometry, [t, ...poseRow(message["pose"].pose), twist.linear.x, twist.angular.z]);
+    }
+    case "estimate":
+    case "uncertain": {
+      const c = message["pose"].covariance;
+      return keep(tracks[kind], [t, ...poseRow(message["pose"].pose), c[0], (c[1] + c[6]) / 2, c[7], c[35]]);
+    }
+    case "command": {
+      const twist = message["twist"] ?? message;
+      return keep(tracks.command, [t, twist.linear.x, twist.angular.z]);
+    }
+    case "nis":
+      for (const status of message["status"]) {
+        const value = (key: string): number => Number(status.values.find((v: Message) => v["key"] === key)?.value);
+        keep(tracks.nis, [t, Number(String(status.name).split(":")[1]), value("nis"), value("degrees_of_freedom"), status.level === 0 ? 1 : 0]);
+      }
+      return;
+    case "tags":
+      if (message["detections"].length === 0) keep(tracks.tags, [t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0]);
+      for (const tag of message["detections"]) {
+        const [bl, br, tr, tl] = tag.corners; // as libapriltag orders them
+        keep(tracks.tags, [t, families.indexOf(String(tag.family)), tag.id, tl.x, tl.y, tr.x, tr.y, br.x, br.y, bl.x, bl.y]);
+      }
+      return;
+    default: return;
+  }
+}
+
+export function cameraOf(message: Message): Camera | undefined {
+  const k = message["k"];
+  const camera: Camera = { width: message["width"], height: message["height"], fx: k[0], fy: k[4], cx: k[2], cy: k[5],
+                           model: message["distortion_model"], distortion: Array.from(message["d"] as ArrayLike<number>) };
+  return camera.fx > 0 && camera.width > 0 ? camera : undefined;
+}
+
+/** base_T_cam of a static transform, if it has one: into a frame that ends with `optical`. */
+export function mountingOf(message: Message): Pose | undefined {
+  for (const { child_frame_id, transform } of message["transforms"]) {
+    if (!String(child_frame_id).endsWith("optical")) continue;
+    const { translation: t, rotation: r } = transform;
+    return { p: [t.x, t.y, t.z], q: [r.x, r.y, r.z, r.w] };
+  }
+  return undefined;
+}

@@ -1,0 +1,41 @@
+/** Where the page is in a recording; time is an argument. */
+export class Playback {
+  t = 0;
+  duration = 0;
+  speed = 1;
+  playing = false;
+
+  seek(t: number): void {
+    this.t = Math.min(this.duration, Math.max(0, t));
+  }
+  toggle(): void {
+    if (!this.playing && this.t >= this.duration) this.t = 0;
+    this.playing = !this.playing && this.duration > 0;
+  }
+  /** Whether anything moved. */
+  advance(seconds: number): boolean {
+    if (!this.playing || seconds <= 0) return false;
+    this.seek(this.t + seconds * this.speed);
+    if (this.t >= this.duration) this.playing = false;
+    return true;
+  }
+  /** To the next (or last) of these times, or by a second where there is none; stops the play. */
+  step(times: ArrayLike<number>, direction: 1 | -1): void {
+    this.playing = false;
+    const small = 1e-6;
+    let target: number | undefined;
+    for (let i = 0; i < times.length; ++i) {
+      const time = times[i]!;
+      if (direction > 0 && time > this.t + small) { target = time; break; }
+      if (direction < 0 && time < this.t - small) target = time;
+    }
+    this.seek(target ?? this.t + direction);
+  }
+}
+
+/** "1:05.3" */
+export function clockText(seconds: number): string {
+  const tenths = Math.round(Math.max(0, seconds) * 10);
+  const minutes = Math.floor(tenths / 600);
+  return `${minutes}:${String(Math.floor((tenths % 600) / 10)).padStart(2, "0")}.${tenths % 10}`;
+}

@@ -1,0 +1,135 @@
+import { nearestOnRoute } from "../math/plane";
+import { compose, identity, inverse, wrapAngle, yawOf, type Pose, type Quat, type Vec3 } from "../math/pose";
+import type { Route } from "./map_files";
+import type { Series } from "./series";
+import type { Tracks } from "./tracks";
+
+/** One line of a plot: times and values, NaN where it has none. */
+export interface Curve {
+  readonly t: number[];
+  readonly v: number[];
+}
+export interface Mark {
+  readonly t: number;
+  readonly kind: "start" | "stop" | "go" | "blind";
+  readonly words: string;
+}
+
+/** The pose of a row of truth, odometry or estimates: t x y z qx qy qz qw … */
+export function poseOf(series: Series, row: number): Pose {
+  const v = series.row(row);
+  return { p: v.slice(1, 4) as unknown as Vec3, q: v.slice(4, 8) as unknown as Quat };
+}
+export function poseAt(series: Series, t: number): Pose | undefined {
+  const row = series.indexAt(t);
+  return row < 0 ? undefined : poseOf(series, row);
+}
+
+/** Between the two rows about t: straight, and turned in proportion. */
+export function poseBetween(series: Series, t: number): Pose | undefined {
+  const row = series.indexAt(t);
+  if (row < 0) return undefined;
+  const before = poseOf(series, row);
+  if (row + 1 >= series.length) return before;
+  const after = poseOf(series, row + 1);
+  const share = (t - series.time(row)) / (series.time(row + 1) - series.time(row));
+  const same = before.q.reduce((sum, v, i) => sum + v * after.q[i]!, 0) >= 0 ? 1 : -1;
+  const mixed = before.q.map((v, i) => (1 - share) * v + share * same * after.q[i]!);
+  const norm = Math.hypot(...mixed);
+  return {
+    p: before.p.map((v, i) => (1 - share) * v + share * after.p[i]!) as unknown as Vec3,
+    q: mixed.map((v) => v / norm) as unknown as Quat,
+  };
+}
+
+/** map_T_odom: laid so that odometry begins where the truth, or else the first estimate, says the robot is. */
+export function placeOdometry(tracks: Tracks): Pose {
+  const reference = tracks.truth.length > 0 ? tracks.truth : tracks.estimate;
+  if (reference.length === 0 || tracks.odometry.length === 0) return identity;
+  const t = Math.max(reference.time(0), tracks.odometry.time(0));
+  return compose(poseAt(reference, t)!, inverse(poseAt(tracks.odometry, t)!));
+}
+
+/** At most every `apart` seconds, so that a long recording draws as quickly as a short one. */
+function sampled(series: Series, apart: number, value: (row: number) => number): Curve {
+  const curve: Curve = { t: [], v: [] };
+  let next = -Infinity;
+  for (let row = 0; row < series.length; ++row) {
+    if (series.time(row) < next) continue;
+    next = series.time(row) + apart;
+    curve.t.push(series.time(row));
+    curve.v.push(value(row));
+  }
+  return curve;
+}
+
+export interface Scores {
+  readonly crossTrackTruth: Curve;
+  readonly crossTrackEstimate: Curve;
+  readonly headingEstimate: Curve;
+  readonly headingOdometry: Curve;
+  readonly speed: Curve;
+  readonly commanded: Curve;
+  readonly tagsInView: Curve;
+  readonly nis: Curve;
+}
+
+export function scoresOf(tracks: Tracks, route: Route | undefined, map_T_odom: Pose, apart = 0.05): Scores {
+  const degrees = 180 / Math.PI;
+  const across = (series: Series): Curve =>
+    route ? sampled(series, apart, (row) => nearestOnRoute(route.xy, route.closed, series.at(row, 1), series.at(row, 2)).crossTrack * 100)
+          : { t: [], v: [] };
+  const turned = (series: Series, a_T_frame: Pose): Curve =>
+    tracks.truth.length === 0 ? { t: [], v: [] } : sampled(series, apart, (row) => {
+      const truth = poseAt(tracks.truth, series.time(row));
+      return truth ? wrapAngle(yawOf(compose(a_T_frame, poseOf(series, row)).q) - yawOf(truth.q)) * degrees : NaN;
+    });
+  return {
+    crossTrackTruth: across(tracks.truth), crossTrackEstimate: across(tracks.estimate),
+    headingEstimate: turned(tracks.estimate, identity), headingOdometry: turned(tracks.odometry, map_T_odom),
+    speed: sampled(tracks.odometry, apart, (row) => tracks.odometry.at(row, 8)),
+    commanded: sampled(tracks.command, apart, (row) => tracks.command.at(row, 1)),
+    tagsInView: tagCounts(tracks.tags),
+    nis: sampled(tracks.nis, 0, (row) => tracks.nis.at(row, 2) / tracks.nis.at(row, 3)),
+  };
+}
+
+function tagCounts(tags: Series): Curve {
+  const curve: Curve = { t: [], v: [] };
+  for (let row = 0; row < tags.length; ++row) {
+    const seen = tags.at(row, 2) < 0 ? 0 : 1;
+    const last = curve.t.length - 1;
+    if (last >= 0 && curve.t[last] === tags.time(row)) curve.v[last]! += seen;
+    else { curve.t.push(tags.time(row)); curve.v.push(seen); }
+  }
+  return curve;
+}
+
+/** What a timeline shows: the first estimate, stops, and times without any tag. */
+export function marksOf(tracks: Tracks, blindFrom = 1, stoppedFrom = 0.5): Mark[] {
+  const marks: Mark[] = [];
+  if (tracks.estimate.length > 0) marks.push({ t: tracks.estimate.time(0), kind: "start", words: "first estimate" });
+  const stillness = stretches(tracks.command, (row) => tracks.command.at(row, 1) === 0 && tracks.command.at(row, 2) === 0, stoppedFrom);
+  for (const [from, to, open] of stillness) {
+    marks.push({ t: from, kind: "stop", words: `stands for ${(to - from).toFixed(1)} s` });
+    if (!open) marks.push({ t: to, kind: "go", words: "drives on" });
+  }
+  for (const [from, to] of stretches(tracks.tags, (row) => tracks.tags.at(row, 2) < 0, blindFrom))
+    marks.push({ t: from, kind: "blind", words: `no tag for ${(to - from).toFixed(1)} s` });
+  return marks.sort((a, b) => a.t - b.t);
+}
+
+/** From, to, and whether it lasts to the end: where the condition holds for that long. */
+function stretches(series: Series, holds: (row: number) => boolean, atLeast: number): [number, number, boolean][] {
+  const found: [number, number, boolean][] = [];
+  let from: number | undefined;
+  for (let row = 0; row <= series.length; ++row) {
+    const open = row === series.length;
+    if (!open && holds(row)) { from ??= series.time(row); continue; }
+    if (from === undefined) continue;
+    const to = series.time(open ? row - 1 : row);
+    if (to - from >= atLeast) found.push([from, to, open]);
+    from = undefined;
+  }
+  return found;
+}

@@ -1,0 +1,40 @@
+// Reads the recording beside the page, so that the page never waits for it.
+import { FamilyNames } from "./messages";
+import type { Answer, Request } from "./protocol";
+import { BlobSource, HttpSource } from "./range_source";
+import { Recording } from "./recording";
+import { emptyTracks, trackNames, type TrackName } from "./tracks";
+
+let recording: Recording | undefined;
+const tell = (answer: Answer): void => self.postMessage(answer);
+const failed = (error: unknown): void => tell({ tell: "failed", words: error instanceof Error ? error.message : String(error) });
+
+async function open(source: File | string): Promise<void> {
+  const opened = await Recording.open(typeof source === "string" ? new HttpSource(source) : new BlobSource(source, source.name));
+  recording = opened;
+  tell({ tell: "opened", info: await opened.info() });
+  const tracks = emptyTracks(), families = new FamilyNames();
+  const sent = new Map<TrackName, number>();
+  const send = (progress: number, complete: boolean): void => {
+    const rows: Partial<Record<TrackName, Float64Array>> = {};
+    for (const name of trackNames) {
+      const from = sent.get(name) ?? 0;
+      if (tracks[name].length === from) continue;
+      rows[name] = tracks[name].since(from);
+      sent.set(name, tracks[name].length);
+    }
+    tell({ tell: "tracks", rows, families: families.names, progress, complete });
+  };
+  for await (const progress of opened.overview(tracks, families)) send(progress, false);
+  send(1, true);
+}
+
+self.onmessage = ({ data }: MessageEvent<Request>): void => {
+  if (data.ask === "open") open(data.source).catch(failed);
+  else
+    recording?.picture(data.t).then((picture) => tell({ tell: "picture", t: data.t, picture }))
+      .catch((error: unknown) => {
+        tell({ tell: "picture", t: data.t, picture: undefined });
+        failed(error);
+      });
+};

@@ -1,0 +1,220 @@
+import "./style.css";
+import { clockText, Playback } from "./data/playback";
+import type { Answer } from "./data/protocol";
+import { marksOf, poseBetween, scoresOf } from "./data/scores";
+import { compose, identity } from "./math/pose";
+import { emptyContent, Reader, tagsOf, takeRows, takeText, type Offer } from "./session";
+import { CameraView, quadsAt } from "./view/camera_view";
+import { factsAt, warningAt } from "./view/facts";
+import { MapView } from "./view/map_view";
+import { figuresOf, Plots } from "./view/plots";
+import { TimelineBar } from "./view/timeline_bar";
+import { WorldView } from "./view/world_view";
+
+const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+let content = emptyContent();
+let offers: Offer[] = [];
+let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
+const playback = new Playback();
+const map = new MapView(byId<HTMLCanvasElement>("map"));
+const world = new WorldView(map);
+const camera = new CameraView(byId<HTMLCanvasElement>("picture"), byId("seen"));
+const bar = new TimelineBar(playback, () => content.tracks.tags.column(0), update);
+const plots = new Plots(byId("plots"), (t) => bar.seek(t));
+const reader = new Reader(hear);
+
+function say(words: string, bad = false): void {
+  byId("status").textContent = words;
+  byId("status").classList.toggle("bad", bad);
+}
+
+/** All that moves with the time. */
+function update(): void {
+  const { t } = playback;
+  if (content.info?.hasPictures) reader.picture(t);
+  world.moveTo(content, t);
+  drawCamera();
+  plots.at(t);
+  bar.update();
+  const poses = world.posesAt(content, t), robot = poses.get("estimate") ?? poses.get("truth") ?? poses.get("odometry");
+  if (byId("follow").ariaPressed === "true" && robot) map.follow(robot.p[0], robot.p[1]);
+  const inView = quadsAt(content.tracks.tags, content.families, t).length;
+  byId("facts").replaceChildren(...factsAt(content, poses, t, inView).map(([name, value]) => {
+    const row = document.createElement("div"), term = document.createElement("dt"), words = document.createElement("dd");
+    term.textContent = name;
+    words.textContent = value;
+    row.append(term, words);
+    return row;
+  }));
+  byId("warning").textContent = warningAt(content, t, inView);
+}
+
+function drawCamera(): void {
+  const { info } = content;
+  const { tags, estimate, truth } = content.tracks;
+  const frame = tags.indexAt(playback.t); // where the robot was when the picture was taken
+  const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
+  const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
+  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, playback.t), tagsByName, map_T_cam);
+}
+
+/** All that only changes when something is opened. */
+function rebuild(reframe: boolean): void {
+  tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
+  world.build(content, colour);
+  if (reframe) map.frame();
+  const { tracks } = content;
+  if (!content.info) playback.duration = Math.max(0, ...[tracks.truth, tracks.estimate].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
+  if (content.complete) {
+    plots.show(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity)));
+    bar.showMarks(marksOf(tracks));
+  }
+  const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, laid where it begins", tracks.odometry.length],
+                 ["estimate", "estimate, with three sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0]] as const;
+  byId("legend").replaceChildren(...shown.filter(([, , count]) => count > 0).map(([name, words]) => {
+    const item = document.createElement("li");
+    item.className = name;
+    item.textContent = words;
+    return item;
+  }));
+  byId("legend").hidden = byId("legend").children.length === 0;
+  update();
+}
+
+function hear(answer: Answer): void {
+  switch (answer.tell) {
+    case "failed": return say(answer.words, true);
+    case "picture":
+      void camera.show(answer.picture).then(drawCamera).catch((error: unknown) => say(String(error), true));
+      return;
+    case "opened": {
+      const { info } = answer;
+      content.info = info;
+      for (const [name, text] of Object.entries(info.texts)) if (name !== "options.yaml") takeText(content, name, text);
+      playback.duration = info.duration;
+      say(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages; reading …`);
+      rebuild(true);
+      void layOfferedMap();
+      return;
+    }
+    case "tracks": {
+      const first = content.tracks.odometry.length === 0;
+      takeRows(content, answer.rows);
+      content.families = answer.families;
+      content.complete = answer.complete;
+      const { info } = content;
+      if (info) say(`${info.name}: ${clockText(info.duration)}, ${info.messages} messages${answer.complete ? "" : `; reading ${Math.round(100 * answer.progress)} %`}`);
+      if (answer.complete || first) rebuild(true);
+      if (answer.complete) document.body.dataset["ready"] = "true";
+      return;
+    }
+  }
+}
+
+function openRecording(source: File | string): void {
+  delete document.body.dataset["ready"];
+  content = emptyContent();
+  playback.playing = false;
+  playback.seek(0);
+  void camera.show(undefined);
+  reader.open(source);
+}
+
+/** Recordings replace what is open; a map or a route is laid over it. */
+async function openFiles(files: readonly File[]): Promise<void> {
+  for (const file of files) {
+    if (!/\.(ya?ml|txt)$/.test(file.name)) { openRecording(file); continue; }
+    const wrong = takeText(content, file.name, await file.text());
+    say(wrong ?? `${file.name} is open`, wrong !== undefined);
+    rebuild(true);
+  }
+}
+
+async function openOffered(): Promise<void> {
+  const wanted = new URLSearchParams(location.search).get("recording");
+  const answer = await fetch("session.json", { cache: "no-store" }).catch(() => undefined);
+  offers = answer?.ok ? ((await answer.json()) as { files: Offer[] }).files : [];
+  const recordings = offers.filter((offer) => offer.kind === "recording");
+  const choice = byId<HTMLSelectElement>("choice");
+  choice.replaceChildren(...recordings.map((offer) => new Option(offer.name, offer.url)));
+  choice.parentElement!.hidden = recordings.length < 2;
+  if (wanted !== null) { choice.value = wanted; return openRecording(wanted); }
+  if (recordings.length > 0) { choice.value = recordings[0]!.url; return openRecording(recordings[0]!.url); }
+  await takeOfferedTexts();
+  document.body.dataset["ready"] = "true";
+}
+
+/** A recording without a map gets the one that is offered beside it. */
+async function layOfferedMap(): Promise<void> {
+  const { info } = content;
+  if (content.tags.length > 0 || content.route) return;
+  for (const offer of offers.filter((o) => o.name === "map.yaml" || o.name === "route.yaml")) {
+    const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
+    if (content.info !== info) return; // another one was opened meanwhile
+    takeText(content, offer.name, text);
+    rebuild(true);
+  }
+}
+
+async function takeOfferedTexts(): Promise<void> {
+  let wrong: string | undefined;
+  for (const offer of offers.filter((o) => o.kind === "text")) {
+    const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
+    wrong = takeText(content, offer.name, text) ?? wrong;
+  }
+  if (tagsOf(content).length > 0) say(wrong ?? `A map of ${tagsOf(content).length} tags`, wrong !== undefined);
+  else say(wrong ?? "Open a recording: with the button, or drop one here.", wrong !== undefined);
+  rebuild(true);
+}
+
+function connect(): void {
+  const press = (id: string, pressed: boolean): void => byId(id).setAttribute("aria-pressed", String(pressed));
+  const views = (top: boolean) => () => { press("viewtop", top); press("view3d", !top); map.showTop(top); };
+  byId("viewtop").addEventListener("click", views(true));
+  byId("view3d").addEventListener("click", views(false));
+  byId("follow").addEventListener("click", () => {
+    const on = byId("follow").ariaPressed !== "true";
+    press("follow", on);
+    if (on) update();
+    else map.follow(undefined);
+  });
+  byId("measure").addEventListener("click", () => {
+    const on = byId("measure").ariaPressed !== "true";
+    press("measure", on);
+    byId("measured").textContent = on ? "click two places on the floor" : "";
+    map.measure(on ? (words) => (byId("measured").textContent = words) : undefined);
+  });
+  byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset["theme"] === "dark" ? "light" : "dark"));
+  byId("choice").addEventListener("change", (event) => openRecording((event.target as HTMLSelectElement).value));
+  byId("file").addEventListener("change", (event) => void openFiles([...((event.target as HTMLInputElement).files ?? [])]));
+  document.addEventListener("dragover", (event) => { event.preventDefault(); byId("drop").hidden = false; });
+  document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) byId("drop").hidden = true; });
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    byId("drop").hidden = true;
+    void openFiles([...(event.dataTransfer?.files ?? [])]);
+  });
+}
+
+function setTheme(theme: string): void {
+  document.documentElement.dataset["theme"] = theme;
+  map.setBackground(colour("--ground"));
+  rebuild(false);
+  plots.recolour();
+}
+
+let last = performance.now();
+function tick(now: number): void {
+  if (playback.advance((now - last) / 1000)) update();
+  last = now;
+  requestAnimationFrame(tick);
+}
+
+connect();
+setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+requestAnimationFrame(tick);
+void openOffered();
+// For tests: where a place of the map is on the canvas.
+Object.assign(window, { waymark: { pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z) } });

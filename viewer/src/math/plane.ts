@@ -1,0 +1,49 @@
+// Curves and uncertainty in the plane.
+
+export interface Ellipse {
+  readonly major: number;
+  readonly minor: number;
+  /** From x to the major axis [rad]. */
+  readonly angle: number;
+}
+
+/** Axes of the one-sigma ellipse of a 2×2 covariance. Rounding below zero counts as zero. */
+export function ellipseOf(xx: number, xy: number, yy: number): Ellipse {
+  const mean = (xx + yy) / 2;
+  const spread = Math.hypot((xx - yy) / 2, xy);
+  return {
+    major: Math.sqrt(Math.max(0, mean + spread)),
+    minor: Math.sqrt(Math.max(0, mean - spread)),
+    angle: 0.5 * Math.atan2(2 * xy, xx - yy),
+  };
+}
+
+export interface OnRoute {
+  /** Signed distance [m]: positive to the left of the way. */
+  readonly crossTrack: number;
+  /** Direction of the way there [rad]. */
+  readonly yaw: number;
+  /** The piece it lies on: from point i to the next. */
+  readonly piece: number;
+}
+
+/** The nearest place of a polyline (x y pairs, at least two); O(number of points). */
+export function nearestOnRoute(xy: ArrayLike<number>, closed: boolean, x: number, y: number): OnRoute {
+  const count = xy.length / 2;
+  let best: OnRoute = { crossTrack: Infinity, yaw: 0, piece: 0 };
+  let bestDistance = Infinity;
+  for (let i = 0; i < (closed ? count : count - 1); ++i) {
+    const j = (i + 1) % count;
+    const ax = xy[2 * i]!, ay = xy[2 * i + 1]!;
+    const dx = xy[2 * j]! - ax, dy = xy[2 * j + 1]! - ay;
+    const length2 = dx * dx + dy * dy;
+    if (length2 === 0) continue;
+    const along = Math.min(1, Math.max(0, ((x - ax) * dx + (y - ay) * dy) / length2));
+    const distance = Math.hypot(x - ax - along * dx, y - ay - along * dy);
+    if (distance >= bestDistance) continue;
+    bestDistance = distance;
+    const side = dx * (y - ay) - dy * (x - ax) >= 0 ? 1 : -1;
+    best = { crossTrack: side * distance, yaw: Math.atan2(dy, dx), piece: i };
+  }
+  return best;
+}

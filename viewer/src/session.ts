@@ -1,0 +1,103 @@
+import { parseMap, parseRoute, parseTum, parseWorld, type MapTag, type Route, type World } from "./data/map_files";
+import type { Answer, Request } from "./data/protocol";
+import type { RecordingInfo } from "./data/recording";
+import { emptyTracks, trackNames, type TrackName, type Tracks } from "./data/tracks";
+
+/** What is open: a recording, a map, or both. */
+export interface Content {
+  info: RecordingInfo | undefined;
+  tracks: Tracks;
+  families: readonly string[];
+  complete: boolean;
+  tags: MapTag[];
+  route: Route | undefined;
+  world: World | undefined;
+  hull: [number, number, number];
+}
+
+export const emptyContent = (): Content => ({
+  info: undefined, tracks: emptyTracks(), families: [], complete: false, tags: [], route: undefined, world: undefined, hull: [0.32, 0.22, 0.25],
+});
+
+/** Takes what a file of text says into the content; gives its words where it says nothing that is shown. */
+export function takeText(content: Content, name: string, text: string): string | undefined {
+  const base = name.split("/").pop() ?? name;
+  try {
+    if (text.includes("format: waymark-map-1")) content.tags = parseMap(text);
+    else if (text.includes("format: waymark-route-1")) content.route = parseRoute(text);
+    else if (base === "robot.yaml") content.hull = hullOf(text);
+    else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
+    else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
+    else if (/^tag_family:/m.test(text)) content.world = parseWorld(text);
+    else return `${name}: neither a map nor a route`;
+  } catch (error) {
+    return `${name}: ${(error as Error).message}`;
+  }
+  return undefined;
+}
+
+function hullOf(text: string): [number, number, number] {
+  const value = (key: string): number => Number(new RegExp(`${key}: *([0-9.]+)`).exec(text)?.[1] ?? NaN);
+  const hull: [number, number, number] = [value("front_m") + value("rear_m"), value("width_m"), value("height_m")];
+  return hull.every(Number.isFinite) ? hull : [0.32, 0.22, 0.25];
+}
+
+function takeTrajectory(content: Content, name: "truth" | "estimate", text: string): void {
+  const rows = parseTum(text);
+  const start = rows[0]?.[0] ?? 0;
+  for (const row of rows) content.tracks[name].push(row[0]! - start, ...row.slice(1), ...(name === "estimate" ? [0, 0, 0, 0] : []));
+  content.complete = true;
+}
+
+/** Where the tags stand, as well as it is known: by the map, or else by the simulator's world. */
+export const tagsOf = (content: Content): readonly MapTag[] => (content.tags.length > 0 ? content.tags : (content.world?.tags ?? []));
+
+/** The worker, and pictures asked one at a time: while one is on its way only the last wish is kept. */
+export class Reader {
+  private worker: Worker | undefined;
+  private asked = false;
+  private wish: number | undefined;
+
+  constructor(private readonly told: (answer: Answer) => void) {}
+
+  open(source: File | string): void {
+    this.worker?.terminate();
+    this.asked = false;
+    this.wish = undefined;
+    this.worker = new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
+    this.worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(data);
+    this.worker.onerror = (event) => this.told({ tell: "failed", words: event.message || "the reader did not start" });
+    this.ask({ ask: "open", source });
+  }
+  picture(t: number): void {
+    if (this.asked) { this.wish = t; return; }
+    this.asked = true;
+    this.ask({ ask: "picture", t });
+  }
+  private hear(answer: Answer): void {
+    this.told(answer);
+    if (answer.tell !== "picture") return;
+    this.asked = false;
+    const { wish } = this;
+    this.wish = undefined;
+    if (wish !== undefined) this.picture(wish);
+  }
+  private ask(request: Request): void {
+    this.worker?.postMessage(request);
+  }
+}
+
+export function takeRows(content: Content, rows: Partial<Record<TrackName, Float64Array>>): void {
+  for (const name of trackNames) {
+    const part = rows[name];
+    if (part) content.tracks[name].append(part);
+  }
+}
+
+/** A file the server offers (`GET session.json`). */
+export interface Offer {
+  readonly name: string;
+  readonly url: string;
+  readonly kind: "recording" | "text";
+  readonly size_bytes: number;
+}

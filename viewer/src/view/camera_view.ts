@@ -1,0 +1,95 @@
+import { projectTag, type Camera } from "../math/camera";
+import type { Pose } from "../math/pose";
+import type { MapTag } from "../data/map_files";
+import type { Picture } from "../data/pictures";
+import type { Series } from "../data/series";
+import { frameAt } from "../data/tracks";
+
+/** A tag found in a picture: pixel centres at integers, corners TL TR BR BL. */
+interface Quad {
+  readonly name: string;
+  readonly corners: readonly (readonly [number, number])[];
+}
+
+export function quadsAt(tags: Series, families: readonly string[], t: number): Quad[] {
+  const [from, to] = frameAt(tags, t);
+  const quads: Quad[] = [];
+  for (let row = from; row < to; ++row) {
+    const v = tags.row(row);
+    if (v[2]! < 0) continue;
+    quads.push({ name: `${families[v[1]!] ?? "tag"}:${v[2]}`, corners: [0, 1, 2, 3].map((i) => [v[3 + 2 * i]!, v[4 + 2 * i]!] as const) });
+  }
+  return quads;
+}
+
+/** The camera's picture with the quads that were found in it, and crosses where map and estimate expect their corners. */
+export class CameraView {
+  private picture: ImageData | ImageBitmap | undefined;
+
+  constructor(private readonly canvas: HTMLCanvasElement, private readonly words: HTMLElement) {}
+
+  async show(picture: Picture | undefined): Promise<void> {
+    if (!picture) this.picture = undefined;
+    else if (picture.kind === "rgba") this.picture = new ImageData(picture.rgba, picture.width, picture.height);
+    else this.picture = await createImageBitmap(new Blob([picture.bytes], { type: picture.mime }));
+  }
+
+  draw(camera: Camera | undefined, quads: readonly Quad[], expected: ReadonlyMap<string, MapTag>, map_T_cam: Pose | undefined): void {
+    const width = this.picture?.width ?? camera?.width ?? 640, height = this.picture?.height ?? camera?.height ?? 480;
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+    const context = this.canvas.getContext("2d")!;
+    if (this.picture instanceof ImageData) context.putImageData(this.picture, 0, 0);
+    else if (this.picture) context.drawImage(this.picture, 0, 0);
+    else { context.fillStyle = "#20252c"; context.fillRect(0, 0, width, height); }
+    const residuals: number[] = [];
+    for (const quad of quads) {
+      this.drawQuad(context, quad, width);
+      const tag = expected.get(quad.name);
+      const wanted = tag && camera && map_T_cam ? projectTag(camera, map_T_cam, tag.map_T_tag, tag.size) : undefined;
+      if (wanted) residuals.push(...this.drawCrosses(context, quad, wanted, width));
+    }
+    const rms = Math.sqrt(residuals.reduce((sum, r) => sum + r * r, 0) / residuals.length);
+    this.words.textContent = (quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
+      (residuals.length > 0 ? `; residual ${rms.toFixed(2)} px rms (crosses: where map and estimate expect the corners)` : "");
+  }
+
+  private drawQuad(context: CanvasRenderingContext2D, quad: Quad, width: number): void {
+    const points = quad.corners.map(([x, y]) => [x + 0.5, y + 0.5] as const); // canvas: pixel centres at half numbers
+    context.lineWidth = Math.max(1.5, width / 400);
+    context.strokeStyle = "#f0e442";
+    context.beginPath();
+    points.forEach(([x, y], i) => (i === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+    context.closePath();
+    context.stroke();
+    this.line(context, points[3]!, points[2]!, "#d55e00"); // x axis: along its lower edge
+    this.line(context, points[3]!, points[0]!, "#56b4e9"); // up: its left edge
+    const x = points.reduce((sum, p) => sum + p[0], 0) / 4, y = points.reduce((sum, p) => sum + p[1], 0) / 4;
+    context.font = `bold ${Math.round(width / 36)}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.textBaseline = "middle";
+    context.lineWidth = width / 160;
+    context.strokeStyle = "#000";
+    const id = quad.name.split(":")[1]!;
+    context.strokeText(id, x, y);
+    context.fillStyle = "#fff";
+    context.fillText(id, x, y);
+  }
+
+  private drawCrosses(context: CanvasRenderingContext2D, quad: Quad, wanted: readonly (readonly [number, number])[], width: number): number[] {
+    const arm = width / 120;
+    return wanted.map(([x, y], i) => {
+      this.line(context, [x + 0.5 - arm, y + 0.5], [x + 0.5 + arm, y + 0.5], "#009e73");
+      this.line(context, [x + 0.5, y + 0.5 - arm], [x + 0.5, y + 0.5 + arm], "#009e73");
+      return Math.hypot(x - quad.corners[i]![0], y - quad.corners[i]![1]);
+    });
+  }
+
+  private line(context: CanvasRenderingContext2D, from: readonly [number, number], to: readonly [number, number], color: string): void {
+    context.strokeStyle = color;
+    context.lineWidth = Math.max(1.5, context.canvas.width / 400);
+    context.beginPath();
+    context.moveTo(...(from as [number, number]));
+    context.lineTo(...(to as [number, number]));
+    context.stroke();
+  }
+}

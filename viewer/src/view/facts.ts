@@ -1,0 +1,37 @@
+import { ellipseOf } from "../math/plane";
+import { wrapAngle, yawOf, type Pose } from "../math/pose";
+import type { Content } from "../session";
+
+/** The numbers beside the picture. */
+export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: number, tagsInView: number): [string, string][] {
+  const facts: [string, string][] = [];
+  const estimate = poses.get("estimate"), truth = poses.get("truth");
+  const where = (pose: Pose): string =>
+    `${pose.p[0].toFixed(2)}, ${pose.p[1].toFixed(2)} m, ${((yawOf(pose.q) * 180) / Math.PI).toFixed(1)}°`;
+  if (estimate) facts.push(["Estimate", where(estimate)]);
+  if (truth) facts.push(["Truth", where(truth)]);
+  if (estimate && truth) {
+    const off = Math.hypot(estimate.p[0] - truth.p[0], estimate.p[1] - truth.p[1]) * 100;
+    facts.push(["Off by", `${off.toFixed(1)} cm, ${((wrapAngle(yawOf(estimate.q) - yawOf(truth.q)) * 180) / Math.PI).toFixed(1)}°`]);
+  }
+  const row = content.tracks.estimate.indexAt(t);
+  if (row >= 0 && content.tracks.estimate.at(row, 8) > 0) {
+    const { major } = ellipseOf(content.tracks.estimate.at(row, 8), content.tracks.estimate.at(row, 9), content.tracks.estimate.at(row, 10));
+    facts.push(["Sigma", `${(major * 100).toFixed(1)} cm`]);
+  }
+  const odometry = content.tracks.odometry.indexAt(t);
+  if (odometry >= 0) facts.push(["Speed", `${content.tracks.odometry.at(odometry, 8).toFixed(2)} m/s`]);
+  facts.push(["Tags in view", String(tagsInView)]);
+  return facts;
+}
+
+/** In words, when the place is hardly held by what is seen. */
+export function warningAt(content: Content, t: number, tagsInView: number): string {
+  const { tags, estimate } = content.tracks;
+  if (tags.length === 0 || tagsInView > 0 || tags.indexAt(t) < 0) return "";
+  let row = tags.indexAt(t);
+  while (row >= 0 && tags.at(row, 2) < 0) --row;
+  const blind = t - (row >= 0 ? tags.time(row) : tags.time(0));
+  if (blind < 0.5) return "";
+  return `No tag for ${blind.toFixed(1)} s: ${estimate.length > 0 ? "the estimate goes by the wheels alone" : "nothing places this stretch in the map"}.`;
+}

@@ -1,0 +1,159 @@
+import {
+  AmbientLight, Box3, Color, DirectionalLight, GridHelper, Group, Line, BufferGeometry, LineBasicMaterial, MOUSE, OrthographicCamera,
+  PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer, type Object3D,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+/** The scene with its two cameras; draws when something changed, never otherwise. */
+export class MapView {
+  readonly content = new Group(); // what the recording brought
+  private readonly scene = new Scene();
+  private readonly renderer: WebGLRenderer;
+  private readonly eye = new PerspectiveCamera(50, 1, 0.05, 500);
+  private readonly above = new OrthographicCamera(-5, 5, 5, -5, -100, 500);
+  private readonly eyeControls: OrbitControls;
+  private readonly aboveControls: OrbitControls;
+  private top = false;
+  private waiting = false;
+  private followed: Vector3 | undefined;
+  private measuring: ((words: string) => void) | undefined;
+  private readonly ends: Vector3[] = [];
+  private readonly tape = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xcc79a7, depthTest: false }));
+
+  constructor(private readonly canvas: HTMLCanvasElement) {
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    const grid = new GridHelper(40, 40, 0x7b8594, 0x7b8594);
+    grid.rotation.x = Math.PI / 2; // in the plane of the floor
+    for (const material of [grid.material].flat()) Object.assign(material, { transparent: true, opacity: 0.25 });
+    const sun = new DirectionalLight(0xffffff, 1.5);
+    sun.position.set(3, 2, 8);
+    this.scene.add(grid, new AmbientLight(0xffffff, 1.5), sun, this.content, this.tape);
+    for (const camera of [this.eye, this.above]) camera.up.set(0, 0, 1);
+    this.above.up.set(0, 1, 0);
+    this.eyeControls = this.controls(this.eye);
+    this.aboveControls = this.controls(this.above);
+    this.aboveControls.enableRotate = false;
+    this.aboveControls.maxPolarAngle = Math.PI;
+    this.aboveControls.mouseButtons.LEFT = MOUSE.PAN;
+    this.aboveControls.touches.ONE = TOUCH.PAN;
+    this.showTop(false);
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement!);
+    canvas.addEventListener("click", (event) => this.clicked(event));
+  }
+
+  private controls(camera: PerspectiveCamera | OrthographicCamera): OrbitControls {
+    const controls = new OrbitControls(camera, this.canvas);
+    controls.addEventListener("change", () => this.draw());
+    controls.maxPolarAngle = Math.PI * 0.49; // stay above the floor
+    return controls;
+  }
+
+  setBackground(color: string): void {
+    this.scene.background = new Color(color);
+    this.draw();
+  }
+
+  showTop(top: boolean): void {
+    this.top = top;
+    this.eyeControls.enabled = !top;
+    this.aboveControls.enabled = top;
+    this.draw();
+  }
+
+  /** Both cameras take in all that is there. */
+  frame(): void {
+    const box = new Box3().setFromObject(this.content);
+    if (box.isEmpty()) return;
+    const middle = box.getCenter(new Vector3()).setZ(0), size = box.getSize(new Vector3());
+    const span = Math.max(size.x, size.y, 1);
+    this.eyeControls.target.copy(middle);
+    this.eye.position.set(middle.x - span * 0.1, middle.y - span * 0.75, span * 0.65);
+    this.aboveControls.target.copy(middle);
+    this.above.position.set(middle.x, middle.y, 50);
+    this.above.zoom = 10 / (span * 1.15);
+    this.resize();
+    this.eyeControls.update();
+    this.aboveControls.update();
+  }
+
+  /** Keeps the cameras as they look, moved with this place; nothing ends it. */
+  follow(x: number | undefined, y = 0): void {
+    if (x === undefined) { this.followed = undefined; return; }
+    const now = new Vector3(x, y, 0);
+    const moved = now.clone().sub(this.followed ?? this.eyeControls.target.clone().setZ(0));
+    for (const controls of [this.eyeControls, this.aboveControls]) {
+      const step = this.followed ? moved : now.clone().sub(controls.target).setZ(0);
+      controls.target.add(step);
+      controls.object.position.add(step);
+      controls.update();
+    }
+    this.followed = now;
+    this.draw();
+  }
+
+  /** Two clicks on the floor give a distance in words; nothing ends it. */
+  measure(say: ((words: string) => void) | undefined): void {
+    this.measuring = say;
+    this.ends.length = 0;
+    this.tape.visible = false;
+    this.draw();
+  }
+
+  private clicked(event: MouseEvent): void {
+    if (!this.measuring) return;
+    const bounds = this.canvas.getBoundingClientRect();
+    const at = new Vector2(((event.clientX - bounds.left) / bounds.width) * 2 - 1, 1 - ((event.clientY - bounds.top) / bounds.height) * 2);
+    const caster = new Raycaster();
+    caster.setFromCamera(at, this.camera);
+    const floor = caster.ray.intersectPlane(new Plane(new Vector3(0, 0, 1), 0), new Vector3());
+    if (!floor) return;
+    if (this.ends.length === 2) this.ends.length = 0;
+    this.ends.push(floor);
+    const [a, b] = this.ends;
+    this.tape.visible = true;
+    this.tape.geometry.dispose();
+    this.tape.geometry = new BufferGeometry().setFromPoints(this.ends);
+    this.measuring(a && b ? `${a.distanceTo(b).toFixed(3)} m` : `from (${floor.x.toFixed(2)}, ${floor.y.toFixed(2)}) m`);
+    this.draw();
+  }
+
+  /** Where a place of the map stands on the canvas [CSS px]; for tests and labels. */
+  pixelOf(x: number, y: number, z: number): [number, number] {
+    const v = new Vector3(x, y, z).project(this.camera);
+    return [((v.x + 1) / 2) * this.canvas.clientWidth, ((1 - v.y) / 2) * this.canvas.clientHeight];
+  }
+
+  clear(): void {
+    const geometries: { dispose(): void }[] = [];
+    this.content.traverse((object: Object3D & { geometry?: { dispose(): void } }) => object.geometry && geometries.push(object.geometry));
+    geometries.forEach((geometry) => geometry.dispose());
+    this.content.clear();
+  }
+
+  private get camera(): PerspectiveCamera | OrthographicCamera {
+    return this.top ? this.above : this.eye;
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement!;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.eye.aspect = width / height;
+    const narrow = Math.min(width, height);
+    Object.assign(this.above, { left: -5 * (width / narrow), right: 5 * (width / narrow), top: 5 * (height / narrow), bottom: -5 * (height / narrow) });
+    this.eye.updateProjectionMatrix();
+    this.above.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Soon: many changes make one picture. */
+  draw(): void {
+    if (this.waiting) return;
+    this.waiting = true;
+    requestAnimationFrame(() => {
+      this.waiting = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}

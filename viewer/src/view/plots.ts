@@ -1,0 +1,119 @@
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import type { Curve, Scores } from "../data/scores";
+
+interface Line {
+  readonly label: string;
+  readonly color: string; // a custom property of the style sheet
+  readonly curve: Curve;
+  readonly dash?: number[];
+  readonly points?: boolean;
+}
+interface Figure {
+  readonly title: string;
+  readonly unit: string;
+  readonly lines: readonly Line[];
+}
+
+export function figuresOf(scores: Scores): Figure[] {
+  const figures: Figure[] = [
+    { title: "Distance from the route", unit: "cm", lines: [
+      { label: "truth", color: "--truth", curve: scores.crossTrackTruth },
+      { label: "estimate", color: "--estimate", curve: scores.crossTrackEstimate, dash: [6, 4] }] },
+    { title: "Heading against the truth", unit: "°", lines: [
+      { label: "odometry", color: "--odometry", curve: scores.headingOdometry, dash: [2, 3] },
+      { label: "estimate", color: "--estimate", curve: scores.headingEstimate, dash: [6, 4] }] },
+    { title: "Speed", unit: "m/s", lines: [
+      { label: "odometry", color: "--odometry", curve: scores.speed },
+      { label: "asked", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
+    { title: "Tags in view", unit: "", lines: [{ label: "tags", color: "--text", curve: scores.tagsInView }] },
+    { title: "NIS per degree of freedom", unit: "", lines: [{ label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
+  ];
+  return figures.map((figure) => ({ ...figure, lines: figure.lines.filter((line) => line.curve.t.length > 1) }))
+    .filter((figure) => figure.lines.length > 0);
+}
+
+/** One figure below the other, with one cursor; a click goes to that time. */
+export class Plots {
+  private plots: uPlot[] = [];
+  private now = 0;
+  private lastFigures: Figure[] = [];
+
+  constructor(private readonly parent: HTMLElement, private readonly seek: (t: number) => void) {
+    new ResizeObserver(() => this.plots.forEach((plot) => plot.setSize({ width: this.width, height: 110 }))).observe(parent);
+  }
+
+  private get width(): number {
+    return Math.max(200, this.parent.clientWidth - 16);
+  }
+
+  show(figures: Figure[]): void {
+    this.plots.forEach((plot) => plot.destroy());
+    this.parent.replaceChildren();
+    this.lastFigures = figures;
+    this.plots = figures.map((figure) => this.draw(figure));
+  }
+
+  /** Again, in the colours of now. */
+  recolour(): void {
+    this.show(this.lastFigures);
+  }
+
+  at(t: number): void {
+    this.now = t;
+    this.plots.forEach((plot) => plot.redraw(false, false));
+  }
+
+  private draw(figure: Figure): uPlot {
+    const style = getComputedStyle(document.documentElement);
+    const color = (name: string): string => style.getPropertyValue(name).trim();
+    const title = document.createElement("h2");
+    title.textContent = figure.unit ? `${figure.title} [${figure.unit}]` : figure.title;
+    const holder = document.createElement("div");
+    holder.setAttribute("role", "img");
+    holder.setAttribute("aria-label", `${title.textContent} over time: ${figure.lines.map(summary).join("; ")}`);
+    this.parent.append(title, holder);
+    const axis = { stroke: color("--quiet"), grid: { stroke: color("--line"), width: 0.5 }, ticks: { stroke: color("--line") } };
+    const options: uPlot.Options = {
+      width: this.width, height: 110, legend: { show: false },
+      cursor: { sync: { key: "time" }, drag: { x: false, y: false } },
+      scales: { x: { time: false } },
+      axes: [{ ...axis, size: 24 }, { ...axis, size: 46 }],
+      series: [{}, ...figure.lines.map((line): uPlot.Series => ({
+        label: line.label, stroke: color(line.color), width: line.points ? 0 : 1.5, spanGaps: true,
+        ...(line.dash ? { dash: line.dash } : {}),
+        points: { show: line.points === true, size: 3, fill: color(line.color) },
+      }))],
+      hooks: {
+        draw: [(plot) => this.drawNow(plot, color("--text"))],
+        ready: [(plot) => plot.over.addEventListener("click", () => this.seek(plot.posToVal(plot.cursor.left ?? 0, "x")))],
+      },
+    };
+    return new uPlot(options, joined(figure.lines.map((line) => line.curve)), holder);
+  }
+
+  private drawNow(plot: uPlot, color: string): void {
+    const x = plot.valToPos(this.now, "x", true);
+    const { top, height } = plot.bbox;
+    plot.ctx.save();
+    plot.ctx.strokeStyle = color;
+    plot.ctx.beginPath();
+    plot.ctx.moveTo(x, top);
+    plot.ctx.lineTo(x, top + height);
+    plot.ctx.stroke();
+    plot.ctx.restore();
+  }
+}
+
+function summary(line: Line): string {
+  const { v } = line.curve;
+  let low = Infinity, high = -Infinity;
+  for (const value of v) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
+  return `${line.label} from ${low.toFixed(2)} to ${high.toFixed(2)}`;
+}
+
+/** uPlot wants one list of times; where a curve has no value at one, it has a gap. */
+export function joined(curves: readonly Curve[]): uPlot.AlignedData {
+  const tables = curves.map((curve): uPlot.AlignedData => [curve.t, curve.v]);
+  return tables.length === 1 ? tables[0]! : uPlot.join(tables);
+}

@@ -1,0 +1,170 @@
+// Drives the page of `waymark view` in a headless Chromium.
+// usage: node page_test.mjs URL FOLDER [PICTURES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and words when something is wrong
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
+
+const [url, folder, pictures] = process.argv.slice(2);
+const require = createRequire(pathToFileURL(process.env.WAYMARK_NODE_MODULES + "/"));
+const { chromium } = require("playwright-core");
+const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+
+function check(condition, words) {
+  if (!condition) throw new Error(words);
+}
+const started = Date.now();
+const browser = await chromium.launch({
+  executablePath: process.env.WAYMARK_CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+const launched = Date.now();
+const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+const troubles = [];
+page.on("console", (message) => message.type() === "error" && troubles.push(message.text()));
+page.on("pageerror", (error) => troubles.push(String(error)));
+page.on("request", (request) => {
+  if (!request.url().startsWith(url) && !/^(data|blob):/.test(request.url())) troubles.push(`asked ${request.url()}`);
+});
+
+const ready = () => page.waitForSelector("body[data-ready]", { state: "attached", timeout: 25000 });
+const status = () => page.textContent("#status");
+const time = () => page.$eval("#time", (e) => Number(e.value));
+const fact = (name) => page.$$eval("#facts div", (rows, wanted) => rows.find((r) => r.children[0].textContent === wanted)?.children[1].textContent, name);
+/** How many pixels of a canvas about a place (all of it unless given) are near a colour. */
+const pixelsNear = (id, colour, at, reach) => page.$eval(id, (canvas, [rgb, place, r]) => {
+  const copy = document.createElement("canvas");
+  copy.width = canvas.width;
+  copy.height = canvas.height;
+  const context = copy.getContext("2d");
+  context.drawImage(canvas, 0, 0);
+  const scale = canvas.width / canvas.clientWidth;
+  const box = place ? [place[0] * scale - r, place[1] * scale - r, 2 * r + 1, 2 * r + 1] : [0, 0, copy.width, copy.height];
+  const { data } = context.getImageData(...box.map(Math.round));
+  let count = 0;
+  for (let i = 0; i < data.length; i += 4) if (Math.hypot(data[i] - rgb[0], data[i + 1] - rgb[1], data[i + 2] - rgb[2]) < 60) ++count;
+  return count;
+}, [colour, at, reach]);
+const pixelOf = (x, y, z) => page.evaluate((p) => window.waymark.pixelOf(...p), [x, y, z]);
+const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+const seek = async (t) => {
+  await page.$eval("#time", (e, value) => { e.value = value; e.dispatchEvent(new Event("input")); }, String(t));
+  await drawn();
+};
+const accessible = async (where) => {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "best-practice"] }));
+  check(violations.length === 0, `${where}: ${violations.map((v) => `${v.id} (${v.nodes[0].html}: ${v.nodes[0].any[0]?.message ?? ""})`).join("; ")}`);
+};
+
+const TRUTH = [0, 158, 115], QUAD = [240, 228, 66], BLACK = [0, 0, 0], WHITE = [255, 255, 255];
+
+async function replayIsShown() {
+  await page.selectOption("#choice", { label: "replay.mcap" });
+  await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("replay.mcap") && document.body.dataset.ready);
+  check((await page.$$("#plots .uplot")).length === 4, "four plots: distance, heading, speed, tags");
+  const legend = (await page.$$eval("#legend li", (items) => items.map((i) => i.className))).join(" ");
+  check(legend === "truth odometry estimate route", `legend: ${legend}`);
+}
+
+async function scrubbingMoves() {
+  await seek(20);
+  const [x, y] = (await fact("Truth")).split(",").map(parseFloat);
+  check(Number(parseFloat(await fact("Off by"))) < 10, `the estimate is off by ${await fact("Off by")}`);
+  check(Number(await fact("Tags in view")) > 0, "a tag is in view");
+  check((await pixelsNear("#picture", QUAD)) > 100, "quads are drawn");
+  await page.click("#viewtop");
+  await drawn();
+  check((await pixelsNear("#map", TRUTH, await pixelOf(x, y, 0.1), 12)) > 3, "the truth is drawn where it is");
+  await seek(40);
+  check((await fact("Truth")).split(",").map(parseFloat)[0] !== x, "scrubbing moves the robot");
+  await page.click("#view3d");
+}
+
+/** In 3-D from near: follow the robot, then a mapped tag shows black and white. */
+async function tagsAreReal() {
+  await seek(0);
+  await drawn();
+  const places = readFileSync(`${folder}/map/map.yaml`, "utf8").match(/position_m: \[(.*)\]/g).map((line) => line.match(/\[(.*)\]/)[1].split(",").map(Number));
+  let black = 0, white = 0;
+  for (const place of places) {
+    const [u, v] = await pixelOf(...place);
+    if (u < 20 || v < 20) continue;
+    black += await pixelsNear("#map", BLACK, [u, v], 6);
+    white += await pixelsNear("#map", WHITE, [u, v], 6);
+  }
+  check(black > 20 && white > 20, `tags are black and white (${black}, ${white} pixels)`);
+}
+
+async function keysWork() {
+  await page.click("h1"); // the focus is nowhere
+  await seek(10);
+  await page.keyboard.press("ArrowRight");
+  const stepped = await time();
+  check(stepped > 10 && stepped < 10.2, `an arrow steps a frame, not to ${stepped}`);
+  await page.keyboard.press("Space");
+  await page.waitForFunction((t) => Number(document.querySelector("#time").value) > t + 0.2, stepped);
+  await page.keyboard.press("Space");
+  const stopped = await time();
+  await drawn();
+  check((await time()) === stopped, "the space bar stops");
+  await page.keyboard.press("End");
+  check((await time()) > 50, "End goes to the end");
+}
+
+async function measuring() {
+  await page.click("#viewtop");
+  await page.click("#measure");
+  for (const place of [[0, 0, 0], [2, 0, 0]]) {
+    const [x, y] = await pixelOf(...place);
+    await page.click("#map", { position: { x, y } });
+  }
+  const words = await page.textContent("#measured");
+  check(Math.abs(parseFloat(words) - 2) < 0.05, `two metres are ${words}`);
+  await page.click("#measure");
+  await page.click("#view3d");
+}
+
+async function ownFiles() {
+  await page.setInputFiles("#file", `${folder}/lap.mcap`);
+  await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("lap.mcap") && document.body.dataset.ready);
+  await page.setInputFiles("#file", { name: "no.mcap", mimeType: "", buffer: Buffer.from("this is no recording") });
+  await page.waitForFunction(() => document.querySelector("#status").textContent.includes("not an MCAP recording"));
+  await page.setInputFiles("#file", { name: "cut.mcap", mimeType: "", buffer: readFileSync(`${folder}/lap.mcap`).subarray(0, 500000) });
+  await page.waitForFunction(() => document.querySelector("#status").textContent.includes("waymark recover"));
+}
+
+async function phone() {
+  await page.setViewportSize({ width: 390, height: 844 });
+  await drawn();
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+  check(wide <= 390, `on a phone the page is ${wide} px wide`);
+  await accessible("phone");
+}
+
+try {
+  await page.goto(url);
+  await ready();
+  const usable = Date.now() - launched;
+  await replayIsShown();
+  await scrubbingMoves();
+  await tagsAreReal();
+  await keysWork();
+  await measuring();
+  await accessible("light");
+  await seek(30);
+  if (pictures) await page.screenshot({ path: `${pictures}/view.png` });
+  await page.click("#theme");
+  check((await page.getAttribute("html", "data-theme")) === "dark", "dark");
+  await accessible("dark");
+  if (pictures) await page.screenshot({ path: `${pictures}/view-dark.png` });
+  await ownFiles();
+  await phone();
+  check(troubles.length === 0, troubles.join("; "));
+  console.log(`usable after ${usable} ms, browser started in ${launched - started} ms, all in ${Date.now() - started} ms`);
+} catch (error) {
+  console.error(`${error.message}\nstatus: ${await status().catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
+  if (process.env.WAYMARK_FAILED) await page.screenshot({ path: process.env.WAYMARK_FAILED }).catch(() => {});
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}
