@@ -1,0 +1,219 @@
+#include "waymark/server/replies.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/families/family.hpp"
+#include "waymark/server/assets.hpp"
+
+namespace waymark {
+namespace {
+
+/// The page runs its own scripts only, and talks to this server only.
+constexpr const char* kPolicy =
+    "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+constexpr std::string_view kNoPage =
+    "<!doctype html><html lang=\"en\"><title>Waymark</title><h1>The page is not in this program</h1>"
+    "<p>It was built without. With npm at hand, run <code>tools/build_viewer.sh</code> in the source folder "
+    "and build again.</p></html>";
+
+HttpReply words(int status, std::string text) {
+  return {status, {{"Content-Type", "text/plain; charset=utf-8"}}, std::move(text) + "\n"};
+}
+
+std::string_view media_type(std::string_view name) {
+  using Type = std::pair<std::string_view, std::string_view>;
+  constexpr std::array<Type, 5> kTypes = {Type{".html", "text/html; charset=utf-8"},
+                                          {".js", "text/javascript; charset=utf-8"},
+                                          {".css", "text/css; charset=utf-8"},
+                                          {".yaml", "text/plain; charset=utf-8"},
+                                          {".txt", "text/plain; charset=utf-8"}};
+  for (const auto& [ending, type] : kTypes) {
+    if (name.ends_with(ending)) return type;
+  }
+  return "application/octet-stream";
+}
+
+/// As a string of JSON.
+std::string json_string(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+/// A name as part of a URL.
+std::string percent_encoded(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '-' || c == '_' || c == '.';
+    out += plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
+template <class Number>
+std::optional<Number> number(std::string_view text) {
+  Number value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+HttpReply page_file(std::string_view name, bool accepts_gzip) {
+  const auto assets = viewer_assets();
+  if (assets.empty() && name == "index.html")
+    return {200, {{"Content-Type", "text/html; charset=utf-8"}}, kNoPage};
+  const auto found = std::ranges::find_if(assets, [&](const Asset& asset) { return asset.name == name; });
+  if (found == assets.end()) return words(404, "There is nothing here of that name.");
+  if (!accepts_gzip) return words(406, "The page is packed with gzip: send Accept-Encoding: gzip.");
+  return {200,
+          {{"Content-Type", std::string(media_type(name))}, {"Content-Encoding", "gzip"}},
+          std::string_view(reinterpret_cast<const char*>(found->gzip.data()), found->gzip.size())};
+}
+
+std::uint64_t size_of(const std::filesystem::path& path) {
+  std::error_code none;
+  const auto size = std::filesystem::file_size(path, none);
+  return none ? 0 : size;
+}
+
+HttpReply session(const std::vector<OfferedFile>& offered) {
+  std::string files;
+  for (std::size_t i = 0; i < offered.size(); ++i) {
+    const OfferedFile& file = offered[i];
+    const std::string base = file.path.filename().string();
+    files +=
+        fmt::format(R"({}{{"name":{},"url":"files/{}/{}","kind":"{}","size_bytes":{}}})", i == 0 ? "" : ",",
+                    json_string(file.name), i, percent_encoded(base),
+                    file.kind == OfferedFile::Kind::Recording ? "recording" : "text", size_of(file.path));
+  }
+  return {200, {{"Content-Type", "application/json"}}, fmt::format(R"({{"files":[{}]}})", files)};
+}
+
+/// `rest` is "N/NAME": the number counts, the name is for people.
+HttpReply offered_file(std::string_view rest, std::string_view range,
+                       const std::vector<OfferedFile>& offered) {
+  const auto index = number<std::size_t>(rest.substr(0, rest.find('/')));
+  if (!index || *index >= offered.size()) return words(404, "No such file is offered.");
+  const OfferedFile& file = offered[*index];
+  std::error_code error;
+  const std::uint64_t size = std::filesystem::file_size(file.path, error);
+  if (error) return words(404, fmt::format("{} is gone: {}", file.name, error.message()));
+  const ByteRange part = parse_range(range, size);
+  const std::string type(media_type(file.path.filename().string()));
+  if (part.kind == ByteRange::Kind::Unsatisfiable) {
+    HttpReply reply = words(416, "The file has no such bytes.");
+    reply.headers.emplace_back("Content-Range", fmt::format("bytes */{}", size));
+    return reply;
+  }
+  HttpReply reply{200, {{"Content-Type", type}, {"Accept-Ranges", "bytes"}}, FilePart{file.path, 0, size}};
+  if (part.kind == ByteRange::Kind::Whole) return reply;
+  reply.status = 206;
+  reply.headers.emplace_back("Content-Range",
+                             fmt::format("bytes {}-{}/{}", part.first, part.first + part.length - 1, size));
+  reply.body = FilePart{file.path, part.first, part.length};
+  return reply;
+}
+
+/// `rest` is "FAMILY/ID".
+HttpReply printed_tag(std::string_view rest) {
+  const std::size_t slash = rest.find('/');
+  if (slash == std::string_view::npos) return words(404, "A tag is asked for as tags/FAMILY/ID.");
+  const auto id = parse_tag_id(fmt::format("{}:{}", rest.substr(0, slash), rest.substr(slash + 1)));
+  if (!id) return words(404, to_string(id.error()));
+  std::string cells;
+  for (const std::uint8_t cell : bitmap(*id)) cells += cell == 0 ? '0' : cell == 255 ? '1' : '.';
+  const Family& layout = family(id->family);
+  return {200,
+          {{"Content-Type", "application/json"}, {"Cache-Control", "max-age=3600"}},
+          fmt::format(R"({{"total_width":{},"width_at_border":{},"cells":"{}"}})", layout.total_width,
+                      layout.width_at_border, cells)};
+}
+
+HttpReply route(const HttpRequest& request, const std::vector<OfferedFile>& offered) {
+  if (request.method != "GET" && request.method != "HEAD") {
+    HttpReply reply = words(405, "Nothing can be changed here.");
+    reply.headers.emplace_back("Allow", "GET, HEAD");
+    return reply;
+  }
+  std::string_view path = request.target.substr(0, request.target.find('?'));
+  if (!path.starts_with('/')) return words(400, "The target does not begin with a slash.");
+  path.remove_prefix(1);
+  if (path.empty()) return page_file("index.html", request.accepts_gzip);
+  if (path == "session.json") return session(offered);
+  if (path.starts_with("files/")) return offered_file(path.substr(6), request.range, offered);
+  if (path.starts_with("tags/")) return printed_tag(path.substr(5));
+  return page_file(path, request.accepts_gzip);
+}
+
+}  // namespace
+
+std::uint64_t HttpReply::length() const {
+  if (const auto* file = std::get_if<FilePart>(&body)) return file->length;
+  if (const auto* text = std::get_if<std::string>(&body)) return text->size();
+  return std::get<std::string_view>(body).size();
+}
+
+bool is_own_host(std::string_view host, std::uint16_t port) {
+  const std::string ending = fmt::format(":{}", port);
+  if (!host.ends_with(ending)) return false;
+  host.remove_suffix(ending.size());
+  return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
+}
+
+ByteRange parse_range(std::string_view header, std::uint64_t size) {
+  constexpr std::string_view kUnit = "bytes=";
+  if (!header.starts_with(kUnit)) return {};
+  header.remove_prefix(kUnit.size());
+  const std::size_t dash = header.find('-');
+  if (dash == std::string_view::npos || header.find(',') != std::string_view::npos) return {};
+  const std::string_view from = header.substr(0, dash);
+  const std::string_view to = header.substr(dash + 1);
+  const auto first = number<std::uint64_t>(from);
+  const auto last = number<std::uint64_t>(to);
+  if ((!first && !from.empty()) || (!last && !to.empty()) || (!first && !last)) return {};
+  if (!first) {  // the last so many bytes
+    const std::uint64_t length = std::min(*last, size);
+    if (length == 0) return {.kind = ByteRange::Kind::Unsatisfiable};
+    return {.kind = ByteRange::Kind::Part, .first = size - length, .length = length};
+  }
+  if (last && *last < *first) return {};
+  if (*first >= size) return {.kind = ByteRange::Kind::Unsatisfiable};
+  const std::uint64_t end = last ? std::min(*last, size - 1) : size - 1;
+  return {.kind = ByteRange::Kind::Part, .first = *first, .length = end - *first + 1};
+}
+
+HttpReply reply_to(const HttpRequest& request, const std::vector<OfferedFile>& offered, std::uint16_t port) {
+  constexpr std::string_view kScheme = "http://";
+  const bool foreign_page =
+      !request.origin.empty() &&
+      !(request.origin.starts_with(kScheme) && is_own_host(request.origin.substr(kScheme.size()), port));
+  HttpReply reply = !is_own_host(request.host, port) ? words(421, "This server is 127.0.0.1 or localhost.")
+                    : foreign_page                   ? words(403, "Other pages get nothing from this server.")
+                                                     : route(request, offered);
+  for (const auto& [name, value] :
+       {std::pair{"Content-Security-Policy", kPolicy}, std::pair{"X-Content-Type-Options", "nosniff"},
+        std::pair{"Referrer-Policy", "no-referrer"}, std::pair{"Cross-Origin-Resource-Policy", "same-origin"},
+        std::pair{"Cross-Origin-Opener-Policy", "same-origin"}})
+    reply.headers.emplace_back(name, value);
+  if (std::ranges::none_of(reply.headers, [](const auto& field) { return field.first == "Cache-Control"; }))
+    reply.headers.emplace_back("Cache-Control", "no-cache");
+  return reply;
+}
+
+}  // namespace waymark

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace waymark {
+
+/// A file the server gives away. Nothing else of the disk can be asked for.
+struct OfferedFile {
+  enum class Kind : std::uint8_t { Recording, Text };
+  std::string name;  ///< as the page shows it
+  std::filesystem::path path;
+  Kind kind = Kind::Recording;
+};
+
+/// What of a request matters. Header fields that were not sent are empty.
+struct HttpRequest {
+  std::string_view method;
+  std::string_view target;  ///< "/files/0/lap.mcap"
+  std::string_view host;    ///< "localhost:8642"
+  std::string_view origin;
+  std::string_view range;  ///< "bytes=0-99"
+  bool accepts_gzip = false;
+};
+
+/// A part of a file.
+struct FilePart {
+  std::filesystem::path path;
+  std::uint64_t first = 0;   ///< [byte]
+  std::uint64_t length = 0;  ///< [byte]
+};
+
+struct HttpReply {
+  int status = 200;
+  std::vector<std::pair<std::string, std::string>> headers;
+  std::variant<std::string, std::string_view, FilePart> body;  ///< a view lives as long as the program
+
+  [[nodiscard]] std::uint64_t length() const;
+};
+
+/// What a request gets: the page, `session.json` (what is offered), `files/N/NAME` by ranges, or
+/// `tags/FAMILY/ID` (how a tag is printed). `port` is the one the server listens on: a request that names
+/// another host, or comes from another page, gets nothing. Never fails; reads the size of a file at most.
+[[nodiscard]] HttpReply reply_to(const HttpRequest& request, const std::vector<OfferedFile>& offered,
+                                 std::uint16_t port);
+
+/// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
+struct ByteRange {
+  enum class Kind : std::uint8_t { Whole, Part, Unsatisfiable };  ///< Whole: nothing that is understood
+  Kind kind = Kind::Whole;
+  std::uint64_t first = 0;
+  std::uint64_t length = 0;
+};
+[[nodiscard]] ByteRange parse_range(std::string_view header, std::uint64_t size);
+
+/// Whether the field Host means this server: by number or as localhost, with its port. Another name that
+/// happens to lead here is how a foreign page would reach it (DNS rebinding).
+[[nodiscard]] bool is_own_host(std::string_view host, std::uint16_t port);
+
+}  // namespace waymark
