@@ -75,6 +75,7 @@ source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" "${WAYMARK_TEST_PACKAGES[@]}"
 command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is one already
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
+tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
 step "build"
 build check

@@ -44,6 +44,7 @@ struct Verb {
 [[nodiscard]] Verb info_verb();
 [[nodiscard]] Verb convert_verb();
 [[nodiscard]] Verb play_verb();
+[[nodiscard]] Verb view_verb();
 [[nodiscard]] Verb recover_verb();
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb simulate_verb();

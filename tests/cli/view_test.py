@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""`waymark view` over the wire: the page, ranges, who is refused, what cannot be asked for, hostile and slow clients, Ctrl-C.
+
+usage: view_test.py PROGRAM
+"""
+import errno
+import gzip
+import http.client
+import json
+import os
+import pathlib
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+PROGRAM = sys.argv[1]
+
+
+class Server:
+    def __init__(self, *words):
+        self.process = subprocess.Popen([PROGRAM, "view", *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.url = urllib.parse.urlsplit(self.process.stdout.readline().strip())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        assert self.process.wait(timeout=20) == 0
+        self.process.stdout.close()
+        self.process.stderr.close()
+
+    def ask(self, target, method="GET", **headers):
+        connection = http.client.HTTPConnection(self.url.hostname, self.url.port, timeout=20)
+        connection.request(method, target, headers={k.replace("_", "-"): v for k, v in headers.items()})
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer.status, dict(answer.getheaders()), body
+
+    def raw(self, data):
+        """What comes back for these bytes, until the server hangs up."""
+        out = b""
+        with socket.create_connection((self.url.hostname, self.url.port), timeout=20) as s:
+            try:
+                s.sendall(data)
+                s.shutdown(socket.SHUT_WR)
+                while piece := s.recv(65536):
+                    out += piece
+            except ConnectionError:
+                pass  # the server hung up first
+            except OSError as error:
+                assert error.errno == errno.ENOTCONN
+        return out
+
+
+def ranges(server, data):
+    session = json.loads(server.ask("/session.json")[2])
+    names = [f["name"] for f in session["files"]]
+    assert names == ["big.mcap", "small one.mcap", "map.yaml"], names
+    assert session["files"][0]["size_bytes"] == len(data)
+    url = "/" + session["files"][0]["url"]
+    assert server.ask(url)[2] == data
+    status, headers, body = server.ask(url, Range="bytes=1000-1299999")
+    assert (status, body) == (206, data[1000:1300000])
+    assert headers["Content-Range"] == f"bytes 1000-1299999/{len(data)}"
+    status, headers, body = server.ask(url, method="HEAD")
+    assert (status, headers["Content-Length"], body) == (200, str(len(data)), b"")
+    assert server.ask(url, Range=f"bytes={len(data)}-")[0] == 416
+    # One connection, many requests.
+    connection = http.client.HTTPConnection(server.url.hostname, server.url.port, timeout=20)
+    for first in range(0, 200000, 1000):
+        connection.request("GET", url, headers={"Range": f"bytes={first}-{first + 9}"})
+        assert connection.getresponse().read() == data[first:first + 10]
+    connection.close()
+
+
+def refusals(server):
+    assert server.ask("/session.json", Host="evil.example")[0] == 421
+    assert server.ask("/session.json", Origin="http://evil.example")[0] == 403
+    assert server.ask("/", method="POST")[0] == 405
+    for target in ("/files/3/x", "/files/0/../../../etc/passwd/../../..", "/../../etc/passwd", "/etc/passwd"):
+        status, headers, body = server.ask(target)
+        assert status in (200, 404) and b"root:" not in body, target
+        assert headers["X-Content-Type-Options"] == "nosniff" and "default-src 'none'" in headers["Content-Security-Policy"]
+    status, _, body = server.ask("/tags/tag36h11/7")
+    assert status == 200 and len(json.loads(body)["cells"]) == 100
+
+
+def hostile(server):
+    for junk in (b"\0" * 100, b"GET / HTTP/1.1\r\nHost: " + b"a" * 20000 + b"\r\n\r\n", b"GET /" + b"../" * 5000 + b" HTTP/1.1\r\n\r\n",
+                 b"POST / HTTP/1.1\r\nContent-Length: 99999999999\r\n\r\n" + b"x" * 1000, b"GET / HTTP/1.1\r\nRange: bytes=", b"\x16\x03\x01", b""):
+        assert len(server.raw(junk)) < 20000
+    silent = [socket.create_connection((server.url.hostname, server.url.port)) for _ in range(40)]  # they never say a word
+    greedy = socket.create_connection((server.url.hostname, server.url.port))  # asks, and never reads
+    greedy.sendall(f"GET /files/0/x HTTP/1.1\r\nHost: 127.0.0.1:{server.url.port}\r\n\r\n".encode() * 20)
+    assert server.ask("/session.json")[0] == 200
+    for s in (*silent, greedy):
+        s.close()
+    assert server.ask("/session.json")[0] == 200
+
+
+def page(server):
+    status, headers, body = server.ask("/", Accept_Encoding="gzip")
+    assert status == 200 and headers["Content-Type"].startswith("text/html")
+    text = (gzip.decompress(body) if headers.get("Content-Encoding") == "gzip" else body).decode()
+    assert "Waymark" in text
+    assert "http://" not in text and "https://" not in text  # nothing from elsewhere
+
+
+def failures(folder):
+    def run(*words):
+        return subprocess.run([PROGRAM, "view", *map(str, words)], capture_output=True, text=True, check=False, timeout=60)
+    for path, words in ((folder / "none.mcap", "no such file"), (folder / "empty", "no recording"), (folder / "text.bag", "waymark convert")):
+        done = run(path)
+        assert done.returncode == 1 and words in done.stderr, done.stderr
+    assert run("--port", "70000").returncode == 2
+
+
+def main():
+    with tempfile.TemporaryDirectory(prefix="waymark-view-") as name:
+        folder = pathlib.Path(name)
+        served = folder / "served"
+        (served / "map").mkdir(parents=True)
+        (folder / "empty").mkdir()
+        (folder / "text.bag").write_text("no recording")
+        data = b"\x89MCAP0\r\n" + os.urandom(3_000_000)
+        (served / "big.mcap").write_bytes(data)
+        (served / "small one.mcap").write_bytes(data[:100])
+        (served / "secret.txt").write_text("secret")
+        (served / "map/map.yaml").write_text("format: waymark-map-1\n")
+        with Server(served, "--port", "0") as server:
+            ranges(server, data)
+            refusals(server)
+            hostile(server)
+            page(server)
+            with Server("--port", server.url.port) as other:  # the port is taken: another one
+                assert other.url.port != server.url.port
+                assert json.loads(other.ask("/session.json")[2]) == {"files": []}
+        failures(folder)
+    print("waymark view: ranges, refusals, hostile clients, the page, failures")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+#!/usr/bin/python3
+"""The page of `waymark view` in a headless Chromium: opens, scrubs, steps, measures; pictures, accessibility, a phone.
+
+usage: page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshots of the documents go there
+Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
+"""
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+
+SKIPPED = 77
+
+
+def main():
+    program, built = sys.argv[1], pathlib.Path(sys.argv[2])
+    modules = built / "source/node_modules"
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    npm_node = built.parent / "npm/node_modules/.bin/node"
+    node = str(npm_node) if npm_node.exists() else shutil.which("node")
+    if not (modules / "playwright-core").exists() or not (built / "stamp").exists() or chromium is None or node is None:
+        print("no page (tools/build_viewer.sh), no Chromium or no Node")
+        return SKIPPED
+    with tempfile.TemporaryDirectory(prefix="waymark-view-") as folder:
+        subprocess.run([program, "demo", "-o", folder, "--seed", "1"], check=True, capture_output=True)
+        server = subprocess.Popen([program, "view", folder, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        try:
+            url = server.stdout.readline().strip()
+            assert url.startswith("http://127.0.0.1:"), url
+            script = pathlib.Path(__file__).resolve().parents[2] / "viewer/test/page_test.mjs"
+            done = subprocess.run([node, script, url, folder, *sys.argv[3:4]], check=False, timeout=170,
+                                  env={**os.environ, "WAYMARK_NODE_MODULES": str(modules), "WAYMARK_CHROMIUM": chromium})
+        finally:
+            server.send_signal(signal.SIGINT)
+            assert server.wait(timeout=20) == 0
+        return done.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,153 @@
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <spawn.h>
+#include <CLI/App.hpp>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/server/assets.hpp"
+#include "waymark/server/http_server.hpp"
+
+extern char** environ;
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArgs {
+  std::string path;
+  int port = 8642;
+  bool open = false;
+};
+
+bool is_mcap(const fs::path& path) {
+  std::array<char, 5> head{};
+  std::ifstream(path, std::ios::binary).read(head.data(), head.size());
+  return head[0] == '\x89' && std::string_view(head.data() + 1, 4) == "MCAP";
+}
+
+/// What of a folder the page can show: recordings, and the files of a map in it or in map/.
+std::vector<OfferedFile> files_of(const fs::path& folder) {
+  std::vector<OfferedFile> files;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    if (entry.is_regular_file(none) && entry.path().extension() == ".mcap")
+      files.push_back({entry.path().filename().string(), entry.path(), OfferedFile::Kind::Recording});
+  }
+  std::ranges::sort(files, {}, &OfferedFile::name);
+  for (const fs::path& place : {folder, folder / "map"}) {
+    if (!fs::is_regular_file(place / "map.yaml", none)) continue;
+    for (const char* name :
+         {"map.yaml", "route.yaml", "robot.yaml", "trajectory.txt", "truth_trajectory.txt"}) {
+      if (fs::is_regular_file(place / name, none))
+        files.push_back({name, place / name, OfferedFile::Kind::Text});
+    }
+    break;
+  }
+  return files;
+}
+
+Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
+  std::error_code none;
+  if (path.empty()) return std::vector<OfferedFile>{};
+  if (!fs::exists(path, none))
+    return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
+  if (fs::is_directory(path, none)) {
+    std::vector<OfferedFile> files = files_of(path);
+    if (files.empty())
+      return fail(ErrorCode::NotFound, "no recording (.mcap) and no map.yaml in this folder",
+                  {.source = path},
+                  "Name a recording, the folder of a map, or one that `waymark demo` wrote.");
+    return files;
+  }
+  const std::string name = fs::path(path).filename().string();
+  if (name.ends_with(".yaml") || name.ends_with(".yml"))
+    return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Text}};
+  if (!is_mcap(path))
+    return fail(ErrorCode::Unsupported, "not an MCAP recording", {.source = path},
+                fmt::format("`waymark convert {} out.mcap` makes one of most others.", path));
+  return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
+}
+
+/// Asks the desktop to show the page; that there is none is no failure of ours.
+bool open_browser(const std::string& url) {
+#ifdef __APPLE__
+  std::string program = "open";
+#else
+  std::string program = "xdg-open";
+#endif
+  std::string argument = url;
+  std::array<char*, 3> words = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  return posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) == 0;
+}
+
+ExitCode view(const ViewArgs& args, Console& console) {
+  auto offered = offered_by(args.path);
+  if (!offered) {
+    console.say(offered.error());
+    return ExitCode::SomeFailed;
+  }
+  Result<HttpServer> server = HttpServer::listen(static_cast<std::uint16_t>(args.port), std::move(*offered));
+  if (!server) {
+    console.say(server.error());
+    return ExitCode::SomeFailed;
+  }
+  if (viewer_assets().empty())
+    console.say(
+        "the page is not in this program: run tools/build_viewer.sh in its source folder and build again");
+  if (args.port != 0 && server->port() != args.port)
+    console.say(fmt::format("port {} is taken: this is another one", args.port));
+  const std::string url = fmt::format("http://127.0.0.1:{}/", server->port());
+  console.print(url + "\n");
+  console.say("open this address in a browser; Ctrl-C ends");
+  if (args.open && !open_browser(url)) console.say("no browser could be opened: do it by hand");
+  server->run([] { return interrupted(); });
+  return ExitCode::Ok;
+}
+
+Run prepare_view(CLI::App& app) {
+  const auto args = std::make_shared<ViewArgs>();
+  app.add_option(
+         "PATH", args->path,
+         "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
+         "waits for a file to be dropped on it")
+      ->type_name("");
+  app.add_option("--port", args->port, "Port on this machine; where it is taken, any other. 0: any")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str();
+  app.add_flag("--open", args->open, "Open the page in the browser");
+  return [args](Console& console) { return view(*args, console); };
+}
+
+}  // namespace
+
+Verb view_verb() {
+  return {
+      .name = "view",
+      .sentence = "Show a recording or a map in the browser",
+      .help =
+          R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, the camera's pictures
+with the tags found in them, plots, and a timeline to scrub, play and step. The browser reads the recording
+itself, by its index, so a long one opens as quickly as a short one. Nothing leaves the machine, and nothing
+but the named files can be asked for. The address goes to standard output.
+
+Exit code: 0 ended by Ctrl-C, 1 not readable or no port, 2 wrong usage.
+
+Examples:
+  waymark view demo
+  waymark view lap.mcap --port 0 --open
+)",
+      .prepare = prepare_view,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
