@@ -7,7 +7,7 @@ photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Comman
   waymark …             run in the scratch folder
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
   mkdir ls cat head     run in the scratch folder
-A command that is meant to fail ends with "# exit N". `waymark view` serves until Ctrl-C: it gets one after three seconds.
+A command that is meant to fail ends with "# exit N". `waymark view` serves until Ctrl-C: it gets one after five seconds.
 
 usage: tools/check_commands.py PROGRAM [FILE.md ...]     PROGRAM: the built waymark
 """
@@ -66,7 +66,7 @@ def run(command, scratch, program):
     else:
         return "is not of a kind this check can run; fence the block as ```text"
     if bare.startswith("waymark view"):
-        bare = "timeout --preserve-status -s INT 3 " + bare
+        bare = "timeout --preserve-status -s INT 5 " + bare
     path = f"{pathlib.Path(program).resolve().parent}:{os.environ['PATH']}"
     try:
         done = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", bare], cwd=folder, env={**os.environ, "PATH": path},
