@@ -10,85 +10,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/world_file.hpp"
-#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "tests/support/circuit_lap.hpp"
 #include "waymark/evaluation/map_errors.hpp"
-#include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/map_checks.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark {
 namespace {
 
+using namespace test;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-const World& circuit() {
-  static const World world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value();
-  return world;
-}
-
-struct Lap {
-  LapInput input;
-  Trajectory truth{};
-};
-
-Lap drive(std::uint64_t seed) {
-  static const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
-  const World& world = circuit();
-  Lap lap{.input = {.camera = robot.camera,
-                    .base_T_cam = robot.model.base_T_cam,
-                    .sizes = {.default_size_m = 0.16},
-                    .anchor = world.anchor,
-                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag}};
-  LapListener listener;
-  listener.on_sample = [&](const Sample& sample) {
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.input.frames.push_back(*frame);
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.input.odometry.push_back(*odometry);
-    if (const auto* truth = std::get_if<TruthPose>(&sample))
-      lap.truth.push_back({truth->stamp, truth->map_T_base});
-    return Status();
-  };
-  EXPECT_TRUE(drive_scripted_lap({world, robot.model, robot.camera, {.seed = seed}}, {}, listener));
-  return lap;
-}
-
-BundleMap map_of(const LapInput& lap) {
-  auto map = map_by_bundle(lap);
-  EXPECT_TRUE(map) << to_string(map.error());
-  return map ? std::move(*map) : BundleMap{};
-}
-
-Eigen::Matrix3d position_covariance(const SE3& map_T_x, const Matrix6& covariance) {
-  return coordinate_covariance(Uncertain<SE3>{map_T_x, covariance}).topLeftCorner<3, 3>();
-}
-
-/// Squared errors and the bound on their mean, over many laps.
-struct Score {
-  double squared = 0;
-  double bound = 0;
-  int count = 0;
-  int inside = 0;  ///< of the 95 % ellipsoid
-  void add(const Eigen::Vector3d& error, const Eigen::Matrix3d& P) {
-    constexpr double k95 = 7.815;  // chi-square, 3 degrees of freedom
-    squared += error.squaredNorm();
-    bound += P.trace();
-    inside += error.dot(P.llt().solve(error)) < k95 ? 1 : 0;
-    ++count;
-  }
-  [[nodiscard]] double ratio() const { return std::sqrt(squared / bound); }
-  [[nodiscard]] double rmse_m() const { return std::sqrt(squared / count); }
-  [[nodiscard]] double coverage() const { return static_cast<double>(inside) / count; }
-};
-
-std::optional<SE3> true_pose(const Lap& lap, SensorTime stamp) {
-  const auto after = std::ranges::lower_bound(lap.truth, stamp, {}, &StampedPose::stamp);
-  if (after == lap.truth.begin() || after == lap.truth.end()) return std::nullopt;
-  const auto before = std::prev(after);
-  const double share = to_seconds(stamp - before->stamp) / to_seconds(after->stamp - before->stamp);
-  return interpolate(before->map_T_base, after->map_T_base, share);
-}
 
 TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
   const int laps = std::getenv("WAYMARK_FULL") != nullptr ? 50 : 16;
@@ -151,16 +82,6 @@ void for_each_detection(LapInput& lap, const std::function<void(const TagFrame&,
   }
 }
 
-double worst_of_others(const BundleMap& map, const std::set<TagId>& spoiled) {
-  double worst = 0;
-  for (const auto& [id, tag] : map.map.tags) {
-    if (spoiled.contains(id)) continue;
-    worst = std::max(worst,
-                     (tag.map_T_tag.translation() - circuit().tags.find(id)->map_T_tag.translation()).norm());
-  }
-  return worst;
-}
-
 TEST(BundleMap, NamesAnIdThatTwoTagsCarry) {
   Lap lap = drive(4);
   const TagId real{FamilyId::Tag36h11, 5};
@@ -173,34 +94,6 @@ TEST(BundleMap, NamesAnIdThatTwoTagsCarry) {
   EXPECT_THAT(words, Contains(::testing::AllOf(HasSubstr("tag36h11:5 was seen in two places"),
                                                HasSubstr("two tags carry this id"))));
   EXPECT_LT(worst_of_others(map, {real}), 0.05);
-}
-
-/// What a detector would have seen had the tag stood elsewhere: corners shifted as its centre is.
-TEST(BundleMap, NamesATagThatWasMoved) {
-  Lap lap = drive(5);
-  const TagId other{FamilyId::Tag36h11, 1};  // seen at the start and again at the end
-  const SensorTime half = lap.input.frames[lap.input.frames.size() / 2].stamp;
-  const SE3 map_T_before = circuit().tags.find(other)->map_T_tag;
-  const SE3 map_T_after = SE3(SO3(), Eigen::Vector3d(0.15, 0.1, 0)) * map_T_before;
-  for (TagFrame& frame : lap.input.frames) {
-    const auto truth = true_pose(lap, frame.stamp);
-    if (frame.stamp < half || !truth) continue;
-    const SE3 cam_T_map = (*truth * lap.input.base_T_cam).inverse();
-    for (TagDetection& detection : frame.detections) {
-      if (detection.tag != other) continue;
-      const auto before =
-          visible_corners(lap.input.camera, cam_T_map * map_T_before, 0.16, {.margin_px = -1e4});
-      const auto after =
-          visible_corners(lap.input.camera, cam_T_map * map_T_after, 0.16, {.margin_px = -1e4});
-      for (std::size_t c = 0; before && after && c < 4; ++c)
-        detection.corners_px[c] += (*after)[c] - (*before)[c];
-    }
-  }
-  const BundleMap map = map_of(lap.input);
-  EXPECT_THAT(
-      check_map(lap.input, map),
-      Contains(::testing::AllOf(HasSubstr("tag36h11:1 was seen in two places"), HasSubstr("it was moved"))));
-  EXPECT_LT(worst_of_others(map, {other}), 0.05);
 }
 
 TEST(BundleMap, LeavesWrongIdsOut) {

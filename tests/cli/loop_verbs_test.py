@@ -14,7 +14,7 @@ MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientat
 REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cross_track_max_m", "heading_rmse_deg",
                "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
 MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
-             "robot.yaml", "summary.json", "map.svg", "error.svg", "tags_in_view.svg"}
+             "robot.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
 
 
 class WithLap(InFolder):

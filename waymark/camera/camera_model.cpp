@@ -142,10 +142,16 @@ std::optional<Eigen::Vector2d> project_with(const PinholeRadtan& camera, double 
   return Eigen::Vector2d(camera.fx * distorted.x() + camera.cx, camera.fy * distorted.y() + camera.cy);
 }
 
+/// As std::hypot, which is slow, where nothing overflows.
+double length(double x, double y) {
+  const double square = x * x + y * y;
+  return square > 1e-200 && square < 1e200 ? std::sqrt(square) : std::hypot(x, y);
+}
+
 std::optional<Eigen::Vector2d> project_with(const Equidistant& camera, double limit,
                                             const Eigen::Vector3d& cam_p, Matrix23* J_px_p) {
-  const double rho = std::hypot(cam_p.x(), cam_p.y());
-  const double norm = std::hypot(rho, cam_p.z());
+  const double rho = length(cam_p.x(), cam_p.y());
+  const double norm = length(rho, cam_p.z());
   if (!(norm > kNearest) || !std::isfinite(norm)) return std::nullopt;
   const double theta = std::atan2(rho, cam_p.z());
   if (!(theta < limit)) return std::nullopt;

@@ -68,17 +68,12 @@ std::optional<std::string> metadata(const RecordedLap& lap, const std::string& k
   return value == block->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-Result<TagId> tag_of(const std::string& text) {
-  const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
-}
-
 Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, TeachSetup& setup) {
   const std::optional<std::string> recorded = metadata(lap, "anchor");
   if (!recorded && !overrides.anchor)
     return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
                 "Give --anchor with a tag that was seen, for example --anchor tag36h11:0.");
-  const Result<TagId> anchor = tag_of(overrides.anchor.value_or(recorded.value_or("")));
+  const Result<TagId> anchor = tag_named(overrides.anchor.value_or(recorded.value_or("")));
   if (!anchor) return tl::unexpected(anchor.error());
   setup.anchor = *anchor;
   setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
@@ -95,6 +90,11 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
 }
 
 }  // namespace
+
+Result<TagId> tag_named(const std::string& text) {
+  const bool only_digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return parse_tag_id(only_digits ? "tag36h11:" + text : text);
+}
 
 TeachSetup teach_setup(const SimulatedStage& stage) {
   const World& world = stage.world;

@@ -38,6 +38,9 @@ struct SetupOverrides {
   std::optional<double> tag_size_m{};
 };
 
+/// "tag36h11:0", or a number of tag36h11.
+[[nodiscard]] Result<TagId> tag_named(const std::string& text);
+
 /// What is needed to map a recording. Fails, and says which flag helps, when neither the recording nor the
 /// overrides know it. An anchor that is not the recording's stands at the origin of the map: z of the map
 /// against the tag's y, x along the tag's z.

@@ -1,18 +1,11 @@
-#include <system_error>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/loop_steps.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
+#include "waymark/cli/map_steps.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/config/trajectory_file.hpp"
-#include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/map_comparison.hpp"
-#include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -48,87 +41,31 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   return {};
 }
 
-/// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
-Status keep_versions(const fs::path& folder) {
-  std::error_code error;
-  if (!fs::exists(folder / "map.yaml", error)) return {};
-  int version = 1;
-  const auto kept = [&](const char* name) { return folder / fmt::format("{}.{}.yaml", name, version); };
-  while (fs::exists(kept("map"), error) || fs::exists(kept("route"), error)) ++version;
-  for (const char* name : {"map", "route"}) {
-    const fs::path now = folder / fmt::format("{}.yaml", name);
-    if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
+Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, SetupOverrides overrides,
+                            const MapLapOptions& options, const MapProgress& progress, MapReport& report) {
+  Result<TeachSetup> setup = setup_of(recorded, overrides);
+  if (!setup) return tl::unexpected(setup.error());
+  if (options.prior) {
+    for (const auto& [tag, mapped] : options.prior->map.tags) setup->sizes.size_by_tag_m[tag] = mapped.size_m;
   }
-  if (!error) return {};
-  return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
-              {.source = folder.string()});
+  Result<MappedLap> lap = map_lap({recorded.frames, recorded.odometry}, *setup, options, progress);
+  if (!lap) return tl::unexpected(lap.error());
+  report.method = options.method;
+  report.lap = std::move(*lap);
+  if (Status status = compare_with_truth(recorded, job, *setup, report); !status)
+    return tl::unexpected(status.error());
+  return map_file_of(job, setup->anchor, report.lap);
 }
 
-/// The trajectory's covariances, one line a pose: what coordinates and axes say of it, lower triangle by
-/// rows.
-std::string covariance_csv(const MappedLap& lap) {
-  std::string text =
-      "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle "
-      "by rows\n";
-  for (std::size_t i = 0; i < lap.trajectory.size(); ++i) {
-    const StampedPose& pose = lap.trajectory[i];
-    const Matrix6 P =
-        coordinate_covariance(Uncertain<SE3>{pose.map_T_base, lap.bundle->trajectory_covariance[i]});
-    text += fmt::format("{:.9f}", to_seconds(pose.stamp.time_since_epoch()));
-    for (int r = 0; r < 6; ++r) {
-      for (int c = 0; c <= r; ++c) text += fmt::format(",{:.6g}", P(r, c));
-    }
-    text += '\n';
-  }
-  return text;
-}
-
-Status write_texts(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
-                   MapReport& report) {
-  const MapFile map{
-      .tags = report.lap.map,
-      .observations = report.lap.observations,
-      .anchor = setup.anchor,
-      .provenance = {{"method", job.options.method}, {"recording", fs::path(job.lap).filename().string()}}};
-  const auto keep = [&](const char* name, auto&& write) -> Status {
-    const fs::path path = job.folder / name;
-    Status status = write(path);
-    if (status) report.files.push_back(path.string());
-    return status;
-  };
-  const auto text = [](const std::string& words) {
-    return [&words](const fs::path& path) { return write_text_file(path, words); };
-  };
-  Status status = keep("map.yaml", [&](const fs::path& path) { return write_map(path, map); });
-  if (status)
-    status = keep("route.yaml", [&](const fs::path& path) { return write_route(path, report.lap.route); });
-  if (status) status = keep("trajectory.txt", text(to_tum(report.lap.trajectory)));
-  if (status && report.lap.bundle)
-    status = keep("trajectory_covariance.csv", text(covariance_csv(report.lap)));
-  if (const auto robot = robot_yaml_of(recorded); status && robot) status = keep("robot.yaml", text(*robot));
-  if (status && !report.true_path.empty())
-    status = keep("truth_trajectory.txt", text(to_tum(report.true_path)));
-  return status;
-}
-
-Status write_figures(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
-  using plot::PathLayer;
-  std::vector<PathLayer> layers;
-  if (!report.true_path.empty() || !report.true_tags.tags.empty())
-    layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
-  layers.push_back({"map", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
-  const std::vector<std::string> svg = {".svg"};
-  Status status = write_figure(job.folder / "map.svg", plot::path_figure("Map and trajectory", layers), svg,
-                               report.files);
-  if (status && !report.true_path.empty()) {
-    status = write_figure(
-        job.folder / "error.svg",
-        plot::trajectory_error_figure("Error of the trajectory", report.lap.trajectory, report.true_path),
-        svg, report.files);
-  }
-  if (!status) return status;
-  return write_figure(job.folder / "tags_in_view.svg",
-                      plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
+/// Poses of tags, where there are no corners.
+Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
+                             MapReport& report) {
+  if (recorded.frames.empty() && !recorded.tag_poses.empty()) return map_poses(recorded, job, report);
+  SetupOverrides overrides = job.overrides;
+  MapLapOptions options = job.options;
+  if (Status status = prepare_extension(job, recorded, overrides, options); !status)
+    return tl::unexpected(status.error());
+  return map_corners(recorded, job, overrides, options, progress, report);
 }
 
 }  // namespace
@@ -139,45 +76,31 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
     return !interrupted();
   };
   const Stopwatch watch;
-  const Result<RecordedLap> recorded = read_lap_file(job.lap, &console, job.finder);
+  Result<RecordedLap> recorded = read_lap_file(job.lap, &console, job.finder);
   const auto in_recording = [&](Error error) {
-    if (error.place.source.empty()) error.place.source = job.lap;
+    if (error.place.source.empty() && error.place.key.empty()) error.place.source = job.lap;
     return tl::unexpected(std::move(error));
   };
   if (!recorded) return in_recording(recorded.error());
-  const Result<TeachSetup> setup = setup_of(*recorded, job.overrides);
-  if (!setup) return in_recording(setup.error());
-  Result<MappedLap> lap = map_lap({recorded->frames, recorded->odometry}, *setup, job.options, progress);
+  MapReport report{.extends = job.extend.has_value()};
+  const Result<MapFile> map = map_anything(*recorded, job, progress, report);
   console.end_progress();
-  if (!lap) return in_recording(lap.error());
+  if (!map) return in_recording(map.error());
   if (interrupted())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
-  MapReport report{.method = job.options.method, .lap = std::move(*lap)};
-  for (const Error& problem : recorded->setup.problems) report.warnings.push_back(to_string(problem));
-  report.warnings.insert(report.warnings.end(), report.lap.warnings.begin(), report.lap.warnings.end());
-  if (job.prior) {
-    const Result<MapComparison> comparison = compare_maps(report.lap.map, *job.prior);
-    if (!comparison) report.warnings.push_back("prior map: " + to_string(comparison.error()));
-    const std::vector<std::string> words = comparison ? in_words(*comparison) : std::vector<std::string>();
-    report.warnings.insert(report.warnings.end(), words.begin(), words.end());
-  }
-  Status status = compare_with_truth(*recorded, job, *setup, report);
-  if (!status) return in_recording(status.error());
-  std::error_code error;
-  fs::create_directories(job.folder, error);
-  if (error)
-    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
-                {.source = job.folder.string()});
-  if (status) status = keep_versions(job.folder);
-  if (status) status = write_texts(*recorded, job, *setup, report);
-  if (status) status = write_figures(*recorded, job, report);
-  if (!status) return tl::unexpected(status.error());
+  std::vector<std::string> words;
+  for (const Error& problem : recorded->setup.problems) words.push_back(to_string(problem));
+  words.insert(words.end(), report.lap.warnings.begin(), report.lap.warnings.end());
+  report.warnings.insert(report.warnings.begin(), words.begin(), words.end());
+  compare_with_prior(job, report);
+  if (Status status = write_map_folder(*recorded, job, *map, report); !status)
+    return tl::unexpected(status.error());
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   report.files.push_back((job.folder / "summary.json").string());
-  status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n");
-  if (!status) return tl::unexpected(status.error());
+  if (Status status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n"); !status)
+    return tl::unexpected(status.error());
   return report;
 }
 
@@ -191,27 +114,42 @@ nlohmann::ordered_json to_json(const MapReport& report) {
     if (!lap.bundle) return nullptr;
     return value(*lap.bundle);
   };
-  return {{"method", report.method},
-          {"tags", lap.map.tags.size()},
-          {"frames", lap.frames},
-          {"frames_without_pose", lap.frames_without_pose},
-          {"route_length_m", lap.route.length_m},
-          {"route_closed", lap.route.closed},
-          {"tag_rmse_m", number(report.tag_errors, &TagMapErrors::rmse_m)},
-          {"tag_max_m", number(report.tag_errors, &TagMapErrors::max_m)},
-          {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},
-          {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
-          {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
-          {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
-          {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
-          {"sightings_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
-          {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
-          {"odometry_distance_scale",
-           of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},
-          {"odometry_yaw_scale", of_bundle([](const BundleFigures& b) { return b.odometry_scales.yaw; })},
-          {"wall_s", report.wall_s},
-          {"peak_rss_mib", report.peak_rss_mib},
-          {"warnings", report.warnings}};
+  nlohmann::ordered_json json = {
+      {"method", report.method},
+      {"tags", lap.map.tags.size()},
+      {"frames", lap.frames},
+      {"frames_without_pose", lap.frames_without_pose},
+      {"route_length_m", lap.route.length_m},
+      {"route_closed", lap.route.closed},
+      {"tag_rmse_m", number(report.tag_errors, &TagMapErrors::rmse_m)},
+      {"tag_max_m", number(report.tag_errors, &TagMapErrors::max_m)},
+      {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},
+      {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
+      {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
+      {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
+      {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
+      {"sightings_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
+      {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
+      {"odometry_distance_scale",
+       of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},
+      {"odometry_yaw_scale", of_bundle([](const BundleFigures& b) { return b.odometry_scales.yaw; })},
+      {"wall_s", report.wall_s},
+      {"peak_rss_mib", report.peak_rss_mib},
+      {"warnings", report.warnings}};
+  if (report.prior_agreeing) {
+    json["prior_tags_agreeing"] = *report.prior_agreeing;
+    json["prior_rms_m"] = report.prior_rms_m;
+  }
+  if (report.lap.bundle && report.extends) json["extended_tags_agreeing"] = report.lap.bundle->prior_agreeing;
+  if (report.poses) {
+    const PoseLapFigures& p = *report.poses;
+    json["odometry_distance_scale"] = p.scales.distance;
+    json["odometry_yaw_scale"] = p.scales.yaw;
+    json["camera_off_m"] = {p.base_X_believed.x(), p.base_X_believed.y()};
+    json["camera_off_deg"] = p.base_X_believed.yaw() * 180 / std::numbers::pi;
+    json["sighting_rms_m"] = p.rms_m;
+  }
+  return json;
 }
 
 }  // namespace waymark::cli

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,11 +11,13 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/lap_file.hpp"
+#include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/pipeline/localizer.hpp"
+#include "waymark/pipeline/pose_lap_mapper.hpp"
 
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
 /// Each takes options and gives a report; the words and the exit code are the verb's.
@@ -67,8 +70,12 @@ struct MapJob {
   MapLapOptions options{};
   std::optional<World> truth{};  ///< when given; otherwise what the recording holds
   const TagFinder* finder =
-      nullptr;                    ///< for the pictures of the recording, when its tags are not to be taken
-  std::optional<TagMap> prior{};  ///< an older map of the place, to say what changed since
+      nullptr;  ///< for the pictures of the recording, when its tags are not to be taken
+  std::optional<LandmarksFile> prior{};  ///< an older map of the place, to say what changed since
+  std::optional<MapFile> extend{};       ///< a map that the lap is to improve
+  std::set<TagId> freeze{};              ///< its tags that stay exactly where it has them
+  std::set<TagId> remove{};              ///< its tags that are gone
+  LandmarkMapOptions points{};           ///< for recordings with poses of tags and no corners
 };
 
 struct MapReport {
@@ -78,6 +85,10 @@ struct MapReport {
   Trajectory true_path{};  ///< of the whole lap; empty when not known
   std::optional<TagMapErrors> tag_errors{};
   std::optional<TrajectoryErrors> trajectory_errors{};
+  std::optional<int> prior_agreeing{};  ///< tags that stand where the prior map has them
+  double prior_rms_m = 0;               ///< how far these are apart
+  bool extends = false;                 ///< another map
+  std::optional<PoseLapFigures> poses{};
   std::vector<std::string> warnings{};  ///< of the lap and of the file
   std::vector<std::string> files{};     ///< what was written
   double wall_s = 0;

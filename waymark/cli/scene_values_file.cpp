@@ -4,16 +4,38 @@
 
 #include "waymark/cli/scene_recording.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/recording/unpack.hpp"
 
 namespace waymark::cli {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 27U;
 
+/// Of the file, or of the same packed as a whole (.gz, .bz2, .zst).
+Result<std::string> read_perhaps_packed(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::filesystem::path found = path;
+  for (const char* suffix : {"", ".gz", ".bz2", ".zst"}) {
+    if (std::filesystem::exists(path.string() + suffix, ignored)) {
+      found = path.string() + suffix;
+      break;
+    }
+  }
+  Result<std::string> text = read_text_file(found, kMaxBytes);
+  if (!text) return text;
+  const Packing packing = packing_of(as_bytes(*text));
+  if (packing == Packing::None) return text;
+  const UnpackedBytes unpacked = unpack_bytes(packing, as_bytes(*text), kMaxBytes);
+  if (!unpacked.damage) return std::string(as_text(unpacked.bytes));
+  Error error = *unpacked.damage;
+  error.place.source = found.string();
+  return tl::unexpected(error);
+}
+
 /// Calls visit with the words of each line but the first.
 Status for_rows(const std::filesystem::path& path, std::size_t words,
                 const std::function<bool(const std::vector<std::string>&)>& visit) {
-  const auto text = read_text_file(path, kMaxBytes);
+  const auto text = read_perhaps_packed(path);
   if (!text) return tl::unexpected(text.error());
   std::istringstream lines(*text);
   std::string line;

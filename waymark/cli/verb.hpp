@@ -35,6 +35,7 @@ struct Verb {
 [[nodiscard]] Verb demo_verb();
 [[nodiscard]] Verb teach_verb();
 [[nodiscard]] Verb map_verb();
+[[nodiscard]] Verb map_convert_verb();
 [[nodiscard]] Verb replay_verb();
 [[nodiscard]] Verb optimize_verb();
 [[nodiscard]] Verb experiment_verb();

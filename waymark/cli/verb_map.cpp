@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -13,8 +15,8 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/map_scene.hpp"
+#include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
@@ -29,6 +31,7 @@ struct MapArgs {
   explicit MapArgs(CLI::App& app)
       : bundle(app, "Method bundle"),
         chain(app, "Where the search starts, and method chain"),
+        points(app, "Recordings with poses of tags and no corners"),
         route(app, "Route"),
         detector(app) {}
 
@@ -39,6 +42,9 @@ struct MapArgs {
   std::optional<double> tag_size_m;
   std::string world;
   std::string prior;
+  std::string extend;
+  std::vector<std::string> freeze;
+  std::vector<std::string> remove;
   std::string tagslam;
   std::string model = "waymark";
   std::string against;
@@ -46,6 +52,7 @@ struct MapArgs {
   std::vector<double> anchor_pose;
   OptionFlags<BundleMapOptions> bundle;
   OptionFlags<ChainOptions> chain;
+  OptionFlags<LandmarkMapOptions> points;
   OptionFlags<RouteOptions> route;
   DetectorFlags detector;
 };
@@ -54,11 +61,15 @@ Result<MapJob> job_of(const MapArgs& args) {
   MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
   if (Status status = args.bundle.apply(job.options.bundle); !status) return tl::unexpected(status.error());
   if (Status status = args.chain.apply(job.options.chain); !status) return tl::unexpected(status.error());
+  if (Status status = args.points.apply(job.points); !status) return tl::unexpected(status.error());
   if (Status status = args.route.apply(job.options.route); !status) return tl::unexpected(status.error());
   const std::vector<std::string> methods = map_methods();
   if (std::ranges::find(methods, args.method) == methods.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", args.method),
                 {.key = "--method"}, suggestion(args.method, methods));
+  if (!args.extend.empty() && (!args.anchor.empty() || !args.anchor_pose.empty()))
+    return fail(ErrorCode::InvalidArgument, "the map that is extended says where its tags stand",
+                {.key = args.anchor.empty() ? "--anchor-pose" : "--anchor"}, "Leave it out.");
   if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
   if (!args.anchor_pose.empty()) {
     const std::vector<double>& p = args.anchor_pose;
@@ -74,10 +85,12 @@ Result<MapJob> job_of(const MapArgs& args) {
                 "Measure the side of the black square, for example --tag-size-m 0.16.");
   job.overrides.tag_size_m = args.tag_size_m;
   if (!args.prior.empty()) {
-    Result<MapFile> prior = read_map(args.prior);
+    Result<LandmarksFile> prior = read_landmarks(args.prior, args.tag_size_m);
     if (!prior) return tl::unexpected(prior.error());
-    job.prior = std::move(prior->tags);
+    job.prior = std::move(*prior);
   }
+  if (Status status = read_extension(args.extend, args.freeze, args.remove, job); !status)
+    return tl::unexpected(status.error());
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());
@@ -85,36 +98,6 @@ Result<MapJob> job_of(const MapArgs& args) {
   if (!world) return tl::unexpected(world.error());
   job.truth = std::move(*world);
   return job;
-}
-
-std::string to_text(const MapReport& report, const std::string& folder) {
-  const MappedLap& lap = report.lap;
-  std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
-                                 lap.map.tags.size(), lap.frames, report.method,
-                                 lap.route.closed ? "closed" : "open", lap.route.length_m);
-  if (report.tag_errors) {
-    const TagMapErrors& e = *report.tag_errors;
-    text += fmt::format(
-        "against the truth, anchored, not aligned:\n"
-        "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
-        e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
-  }
-  if (report.trajectory_errors)
-    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
-                        report.trajectory_errors->max_m);
-  if (lap.bundle) {
-    const BundleFigures& b = *lap.bundle;
-    text += fmt::format(
-        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
-        b.rms_px, b.moved_m);
-    if (b.odometry_scales_sigma.distance > 0)
-      text += fmt::format(
-          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
-          "(turns)\n",
-          b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
-          b.odometry_scales_sigma.yaw);
-  }
-  return text;
 }
 
 Result<MapSceneJob> scene_job_of(const MapArgs& args) {
@@ -151,7 +134,27 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
+/// What is missing (a verb with verbs of its own cannot leave that to the parser), and flags that would be
+/// passed over in silence.
+Status check_flags(const MapArgs& args) {
+  const auto only_with_tagslam = [](const char* flag) {
+    return fail(ErrorCode::InvalidArgument, "this is about scenes that TagSLAM's files describe",
+                {.key = flag}, "Give their folder with --tagslam, or leave it out.");
+  };
+  if (args.lap.empty())
+    return fail(ErrorCode::InvalidArgument, "LAP is required: a recording, or the verb 'convert'");
+  if (args.folder.empty()) return fail(ErrorCode::InvalidArgument, "--output is required");
+  if (!args.tagslam.empty()) return {};
+  if (args.model != "waymark") return only_with_tagslam("--model");
+  if (!args.against.empty()) return only_with_tagslam("--against");
+  return {};
+}
+
 ExitCode map(const MapArgs& args, Console& console) {
+  if (Status status = check_flags(args); !status) {
+    console.say(naming_flag(status.error()));
+    return ExitCode::Usage;
+  }
   if (!args.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = job_of(args);
   if (!job) {
@@ -182,10 +185,8 @@ ExitCode map(const MapArgs& args, Console& console) {
 Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
   app.add_option("LAP", args->lap, "Recording of a taught lap, or with --tagslam of tags and odometry")
-      ->required()
       ->type_name("");
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
-      ->required()
       ->type_name("FOLDER");
   app.add_option("--method", args->method,
                  "How tags are placed: bundle, everything seen and driven explained at once; chain, from tag "
@@ -210,8 +211,21 @@ Run prepare_map(CLI::App& app) {
       ->type_name("NAME");
   app.add_option(
          "--prior", args->prior,
-         "An older map of the place (map.yaml): which tags were swapped, moved, resized since is said")
+         "An older map of the place (map.yaml, or any that `waymark localize --map` takes): which tags were "
+         "swapped, moved, resized since is said")
       ->type_name("FILE");
+  app.add_option("--extend", args->extend,
+                 "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and "
+                 "both are "
+                 "adjusted together; what the lap did not see stays. The older one is kept")
+      ->type_name("MAP");
+  app.add_option("--freeze", args->freeze,
+                 "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
+      ->delimiter(',')
+      ->type_name("TAGS");
+  app.add_option("--remove", args->remove, "With --extend: tags that are gone, from the map and from the lap")
+      ->delimiter(',')
+      ->type_name("TAGS");
   app.add_option("--tagslam", args->tagslam,
                  "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
                  "config.json): cameras and "
@@ -246,6 +260,11 @@ A recording may hold pictures instead of tags: then their tags are found first. 
 and that the pictures count also where the recording holds tags.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
+With --extend MAP a lap improves a map that is there: what both know is weighed by their covariances, tags that
+are not where the map has them are named and get their new place, tags the lap did not see stay.
+A recording that holds poses of tags and no corners (an LCM log of an MBot) is mapped with its odometry, in the
+frame of the base where it begins.
+
 With --tagslam FOLDER the recording is of any cameras on any bodies that look at tags on any bodies, as TagSLAM's
 files in that folder say; no floor, wheels or route are needed. It writes map.yaml (tags of bodies that stand still),
 trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and summary.json
@@ -257,10 +276,11 @@ Examples:
   waymark map lap.mcap -o map
   waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
   waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
+  waymark map lap2.mcap -o map --extend map --remove 7
   waymark map tags.bag --tagslam config -o scene
 )",
       .prepare = prepare_map,
-      .verbs = {}};
+      .verbs = {map_convert_verb()}};
 }
 
 }  // namespace waymark::cli

@@ -63,17 +63,17 @@ std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& f
     if (J == nullptr) continue;
     J->rig.middleRows<2>(2 * i) = carried(J_px_p * cam_R_map, map_p, -1);
     J->cam.middleRows<2>(2 * i) = carried(J_px_p * cam_R_rig, rig_p, -1);
-    J->body.middleRows<2>(2 * i) = carried(J_px_p * cam_R_map, map_p, 1);
     J->tag.middleRows<2>(2 * i) = carried(J_px_p * cam_R_body, body_p, 1);
   }
-  const auto whiten = factor.whitening.triangularView<Eigen::Lower>();
+  // Products of this size go faster term by term than through the kernels for large matrices.
+  const CornerCovariance& W = factor.whitening;
   if (J != nullptr) {
-    J->rig = whiten * J->rig;
-    J->cam = whiten * J->cam;
+    J->rig = W.lazyProduct(J->rig).eval();
+    J->cam = W.lazyProduct(J->cam).eval();
     J->body = -J->rig;
-    J->tag = whiten * J->tag;
+    J->tag = W.lazyProduct(J->tag).eval();
   }
-  return whiten * r;
+  return W.lazyProduct(r).eval();
 }
 
 }  // namespace waymark

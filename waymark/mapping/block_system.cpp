@@ -94,14 +94,14 @@ void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
     const int column = unknowns[c];
     if (column < 0) continue;
     const Eigen::Matrix<double, 6, 8> Jt = weight * J[c]->transpose();
-    gradient_.segment<6>(offset(column)).noalias() += Jt * r;
+    gradient_.segment<6>(offset(column)) += Jt.lazyProduct(r);
     for (std::size_t k = 0; k < 4; ++k) {
       const int row = unknowns[k];
       if (row < column) continue;
       const int stride = H_.outerIndexPtr()[offset(column) + 1] - H_.outerIndexPtr()[offset(column)];
       Eigen::Map<Matrix6, 0, Eigen::OuterStride<>>(
           H_.valuePtr() + H_.outerIndexPtr()[offset(column)] + place(row, column),
-          Eigen::OuterStride<>(stride)) += (Jt * *J[k]).transpose();
+          Eigen::OuterStride<>(stride)) += J[k]->transpose().lazyProduct(Jt.transpose());
     }
   }
 }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
+#include "waymark/mapping/prior_terms.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 
 namespace waymark {
@@ -54,18 +56,18 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
   constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   bool any = false;
+  std::vector<std::vector<std::size_t>> terms(lap.bundle.poses.size());  // of each tag
+  for (std::size_t i = 0; i < chi2.size(); ++i) terms[lap.bundle.corners[i].tag].push_back(i);
   for (const auto& [id, pose] : lap.tags) {
+    const auto good =
+        std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.outlier_chi2; });
+    if (lap.bundle.poses[pose].fixed || 2 * good >= std::ssize(terms[pose])) continue;
     std::vector<internal::Vote<SE3>> votes;
-    int good = 0;
-    for (std::size_t i = 0; i < chi2.size(); ++i) {
-      const CornerTerm& term = lap.bundle.corners[i];
-      if (term.tag != pose) continue;
-      good += chi2[i] < options.outlier_chi2 ? 1 : 0;
+    for (std::size_t i : terms[pose]) {
       const auto [frame, detection] = lap.sightings[i];
       votes.push_back(internal::vote_for_place(input.frames[frame].detections[detection], input,
-                                               lap.bundle.poses[term.rig].value));
+                                               lap.bundle.poses[lap.bundle.corners[i].rig].value));
     }
-    if (lap.bundle.poses[pose].fixed || 2 * good >= static_cast<int>(votes.size())) continue;
     const auto agreed = internal::agree(votes, kGate);
     if (!agreed || agreed->votes <= good) continue;
     lap.bundle.poses[pose].value = agreed->value.mean;
@@ -97,22 +99,10 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
   return placed > 0;
 }
 
-/// Optimises until the set of sightings in use and the noise agree with each other.
-void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
-              const MapProgress& progress, BundleMap& result) {
-  const auto stage = [&](const char* name) {
-    return [&, name](int iteration, double cost) {
-      if (progress && !progress(name, iteration, cost)) result.interrupted = true;
-      return !result.interrupted;
-    };
-  };
-  BundleOptions search{.max_iterations = options.max_iterations, .robust_chi2 = options.robust_chi2};
-  result.summary = solve(lap.bundle, search, stage("looking for outliers"));
-  if (result.interrupted || !result.summary.usable()) return;
-  const bool anew = place_lost_tags_anew(input, options, lap);
-  if (place_unconnected(input, options, lap, result.unconnected) || anew)
-    result.summary = solve(lap.bundle, search, stage("looking for outliers"));
-  search.robust_chi2 = 0;
+/// The noise as it is and what contradicts the rest left out, until neither changes any more.
+void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
+            BundleMap& result) {
+  const BundleOptions search{.max_iterations = options.max_iterations};
   for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
       const double ratio = noise_ratio(lap, corner_chi2(lap.bundle));
@@ -121,7 +111,70 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
     }
     const bool changed = judge(lap.bundle, options.outlier_chi2);
     if (!changed && round > 0) break;
-    result.summary = solve(lap.bundle, search, stage("adjusting"));
+    result.summary = solve(lap.bundle, search, progress);
+  }
+}
+
+/// What a stage of the search tells, and whether it was asked to end.
+BundleProgress stage(const MapProgress& progress, const char* name, BundleMap& result) {
+  return [&progress, name, &result](int iteration, double cost) {
+    if (progress && !progress(name, iteration, cost)) result.interrupted = true;
+    return !result.interrupted;
+  };
+}
+
+/// Optimises until the set of sightings in use and the noise agree with each other.
+void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+              const MapProgress& progress, BundleMap& result) {
+  const BundleOptions search{.max_iterations = options.max_iterations, .robust_chi2 = options.robust_chi2};
+  const BundleProgress looking = stage(progress, "looking for outliers", result);
+  result.summary = solve(lap.bundle, search, looking);
+  if (result.interrupted || !result.summary.usable()) return;
+  const bool anew = place_lost_tags_anew(input, options, lap);
+  if (place_unconnected(input, options, lap, result.unconnected) || anew)
+    result.summary = solve(lap.bundle, search, looking);
+  settle(lap, options, stage(progress, "adjusting", result), result);
+}
+
+/// The lap is moved onto the map that is there, and both are adjusted together.
+Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+                                   const MapProgress& progress, BundleMap& result) {
+  Result<internal::TiedPrior> tied =
+      internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
+  if (!tied) return tied;
+  const BundleProgress told = stage(progress, "extending the map", result);
+  result.summary = solve(lap.bundle, {.max_iterations = options.max_iterations}, told);
+  settle(lap, options, told, result);
+  result.prior_words = tied->words;
+  result.prior_agreeing = static_cast<int>(tied->agreeing.size());
+  return tied;
+}
+
+/// Would the lap have the camera elsewhere? Asked on a copy, unless the answer is to be used.
+void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
+                      BundleMap& result) {
+  if (result.interrupted) return;
+  const BundleProgress told = stage(progress, "where the camera sits", result);
+  result.mounting_used = options.find_mounting && !lap.bundle.odometry.empty();
+  if (!result.mounting_used) {
+    LapBundle copy = lap;
+    result.mounting = estimate_mounting(copy, options.max_iterations, told);
+    return;
+  }
+  const SE3 believed = lap.bundle.poses[lap.cam].value;
+  result.mounting = estimate_mounting(lap, options.max_iterations, told);
+  settle(lap, options, told, result);
+  result.mounting = estimate_mounting(lap, options.max_iterations, told, believed);
+}
+
+/// Tags of the map that is extended which the lap did not see stay.
+void keep_unseen(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
+                 const BundleCovariance& P, BundleMap& result) {
+  for (const auto& [id, before] : input.prior->map.tags) {
+    if (result.map.find(id) != nullptr) continue;
+    result.map.tags[id] = internal::unseen_tag(*input.prior, id, tied, lap.bundle, P);
+    result.sightings[id] = 0;
+    std::erase(result.unconnected, id);
   }
 }
 
@@ -145,6 +198,20 @@ void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovarian
   }
 }
 
+/// Sums, for now.
+void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& factor,
+                    const CameraModel& camera, BundleMap& result) {
+  for (int c = 0; c < 4; ++c) {
+    const Eigen::Vector2d& at = factor.corners_px[static_cast<std::size_t>(c)];
+    const int column = std::clamp(static_cast<int>(3 * at.x() / camera.width_px()), 0, 2);
+    const int row = std::clamp(static_cast<int>(3 * at.y() / camera.height_px()), 0, 2);
+    ImageRegion& region = result.regions[static_cast<std::size_t>(3 * row + column)];
+    ++region.corners;
+    region.mean_px += r.segment<2>(2 * c);
+    region.rms_px += r.segment<2>(2 * c).squaredNorm();
+  }
+}
+
 void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& result) {
   const std::vector<double> chi2 = corner_chi2(lap.bundle);
   double squares = 0;
@@ -162,7 +229,12 @@ void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& resu
     const auto r = corner_residual(plain, input.camera,
                                    {poses[term.rig].value, poses[term.cam].value, {}, poses[term.tag].value});
     if (r) squares += r->squaredNorm();
+    if (r) add_to_regions(*r, term.factor, input.camera, result);
     numbers += 8;
+  }
+  for (ImageRegion& region : result.regions) {
+    region.mean_px /= std::max(region.corners, 1);
+    region.rms_px = std::sqrt(region.rms_px / std::max(region.corners, 1));
   }
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
@@ -180,12 +252,21 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
   if (!start) return tl::unexpected(start.error());
 
   LapBundle lap = lap_bundle(input, *start, options.model);
-  BundleMap result{.unconnected = start->unconnected};
+  BundleMap result{
+      .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
   optimise(input, lap, options, progress, result);
+  std::optional<internal::TiedPrior> tied;
+  if (input.prior && result.summary.usable() && !result.interrupted) {
+    Result<internal::TiedPrior> done = extend(input, lap, options, progress, result);
+    if (!done) return tl::unexpected(done.error());
+    tied = std::move(*done);
+  }
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
+  look_at_mounting(lap, options, progress, result);
 
   const BundleCovariance P = covariance(lap.bundle);
   read_tags(input, lap, P, *start, result);
+  if (tied) keep_unseen(input, lap, *tied, P, result);
   read_sightings(input, lap, result);
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "waymark/mapping/lap_bundle.hpp"
+#include "waymark/mapping/mounting_estimate.hpp"
 
 namespace waymark {
 
@@ -12,6 +15,7 @@ struct BundleMapOptions {
   double outlier_chi2 = 26.1;
   double robust_chi2 = 12;
   bool estimate_noise = true;
+  bool find_mounting = false;
   int max_iterations = 100;
   LapModelOptions model{};
 
@@ -28,6 +32,8 @@ struct BundleMapOptions {
     visit(self.estimate_noise,
           Field{"estimate_noise",
                 "Take the corner noise from what is left over instead of the detector's word."});
+    visit(self.find_mounting,
+          Field{"find_mounting", "Where the camera sits is not known but found, together with the map."});
     visit(self.max_iterations,
           Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
     LapModelOptions::fields(self.model, visit);
@@ -41,9 +47,18 @@ struct RejectedSighting {
   double chi2 = 0;  ///< 8 numbers; infinite: the tag cannot be seen from there
 };
 
+/// What is left over in a ninth of the picture.
+struct ImageRegion {
+  int corners = 0;
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< projected less measured
+  double rms_px = 0;
+};
+
 struct BundleMap {
   TagMap map{};             ///< with covariances
   Trajectory trajectory{};  ///< of the base, one pose for each frame that tags or odometry place
+  TagMap start_map{};       ///< of the chain, where the search began
+  Trajectory start_trajectory{};
   std::vector<Matrix6> trajectory_covariance{};  ///< of each pose, left tangent in map
   std::map<TagId, int> sightings{};              ///< in use
   std::vector<RejectedSighting> rejected{};
@@ -52,8 +67,13 @@ struct BundleMap {
   double noise_ratio = 1;  ///< corner noise found over what the detector claims
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
+  std::array<ImageRegion, 9> regions{};        ///< by rows, from the upper left
+  std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
+  bool mounting_used = false;                  ///< the map rests on it
   double rms_px = 0;                           ///< root mean square of all corner coordinates in use
   double moved_m = 0;                          ///< how far the optimisation moved the tag it moved most
+  std::vector<std::string> prior_words{};      ///< tags that are not where the prior map has them
+  int prior_agreeing = 0;                      ///< tags that are
   BundleSummary summary{};
   bool interrupted = false;
 };
@@ -64,8 +84,9 @@ using MapProgress = std::function<bool(const std::string& stage, int iteration, 
 
 /// Tags and trajectory that explain all corners, wheels and the floor best (maximum likelihood): starts from
 /// the teach chain, finds what contradicts the rest with a robust loss, leaves it out, and finishes without
-/// one, so that the covariance means what it says. The anchor is held where it is given. Fails as
-/// map_by_chain does.
+/// one, so that the covariance means what it says. The anchor is held where it is given. With a prior map the
+/// lap is then moved onto it and adjusted together with what the map knows; tags the lap did not see stay in
+/// the map. Fails as map_by_chain does, and when fewer than two tags agree with the prior map.
 [[nodiscard]] Result<BundleMap> map_by_bundle(const LapInput& lap, const ChainOptions& chain = {},
                                               const BundleMapOptions& options = {},
                                               const MapProgress& progress = {});

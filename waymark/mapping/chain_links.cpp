@@ -1,10 +1,13 @@
 #include "waymark/mapping/chain_links.hpp"
 
+#include <array>
 #include <optional>
-#include <set>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 
 namespace waymark::internal {
 namespace {
@@ -28,35 +31,63 @@ double position_variance(const Uncertain<SE2>& map_X_tag) {
   return coordinate_covariance(map_X_tag).topLeftCorner<2, 2>().trace();
 }
 
+/// The links of one tag, each as the motion from the other tag to it.
+struct Neighbour {
+  TagId other{};
+  Uncertain<SE2> other_X_tag{};
+  int votes = 0;
+};
+using Neighbours = std::map<TagId, std::vector<Neighbour>>;
+
+Neighbours neighbours_of(const Links& links) {
+  Neighbours neighbours;
+  for (const auto& [pair, link] : links) {
+    neighbours[pair.second].push_back({pair.first, link.from_X_to, link.votes});
+    neighbours[pair.first].push_back({pair.second, inverse(link.from_X_to), link.votes});
+  }
+  return neighbours;
+}
+
 /// Where a tag is by all known tags it was seen with.
-std::optional<Uncertain<SE2>> place_of(const TagId& tag, const Links& links, const Places& places,
+std::optional<Uncertain<SE2>> place_of(const std::vector<Neighbour>& neighbours, const Places& places,
                                        int least_votes) {
   std::vector<Vote<SE2>> votes;
-  const auto offer = [&](const TagId& from, const Uncertain<SE2>& from_X_tag) {
-    const auto known = places.find(from);
-    if (known == places.end()) return;
-    const Uncertain<SE2> map_X_tag = compose(known->second, from_X_tag);
+  for (const Neighbour& neighbour : neighbours) {
+    const auto known = places.find(neighbour.other);
+    if (neighbour.votes < least_votes || known == places.end()) continue;
+    const Uncertain<SE2> map_X_tag = compose(known->second, neighbour.other_X_tag);
     votes.push_back({{map_X_tag.mean, map_X_tag.covariance.inverse()}});
-  };
-  for (const auto& [pair, link] : links) {
-    if (link.votes < least_votes) continue;
-    if (pair.second == tag) offer(pair.first, link.from_X_to);
-    if (pair.first == tag) offer(pair.second, inverse(link.from_X_to));
   }
   const auto agreed = agree(votes, kAnyDistance);
   return agreed ? std::optional(agreed->value) : std::nullopt;
 }
 
-/// Of the tags that wait, the one whose place would be known best.
-std::optional<std::pair<TagId, Uncertain<SE2>>> nearest_known(const std::set<TagId>& waiting,
-                                                              const Links& links, const Places& places,
-                                                              int least_votes) {
-  std::optional<std::pair<TagId, Uncertain<SE2>>> best;
-  for (const TagId& tag : waiting) {
-    const auto place = place_of(tag, links, places, least_votes);
-    if (place && (!best || position_variance(*place) < position_variance(best->second))) best = {tag, *place};
+/// A tag that waits for its place: where it would be, by links of so many votes and more.
+struct Waiting {
+  std::array<std::optional<Uncertain<SE2>>, 3> place{};
+  std::array<double, 3> variance{};
+};
+constexpr std::array<int, 3> kLeastVotes = {10, 3, 1};
+
+void look_again(const std::vector<Neighbour>& neighbours, const Places& places, Waiting& waiting) {
+  for (std::size_t i = 0; i < kLeastVotes.size(); ++i) {
+    waiting.place[i] = place_of(neighbours, places, kLeastVotes[i]);
+    if (waiting.place[i]) waiting.variance[i] = position_variance(*waiting.place[i]);
   }
-  return best;
+}
+
+/// Of the tags that wait, the one whose place would be known best, by the most voted links there are.
+std::optional<std::pair<TagId, Uncertain<SE2>>> nearest_known(const std::map<TagId, Waiting>& all) {
+  for (std::size_t i = 0; i < kLeastVotes.size(); ++i) {
+    const std::pair<const TagId, Waiting>* best = nullptr;
+    for (const auto& entry : all) {
+      const Waiting& waiting = entry.second;
+      if (waiting.place[i] && (best == nullptr || waiting.variance[i] < best->second.variance[i]))
+        best = &entry;
+    }
+    if (best != nullptr) return std::pair(best->first, *best->second.place[i]);
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -78,19 +109,27 @@ Links links_of(const std::vector<FloorFrame>& frames) {
 }
 
 Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor) {
-  std::set<TagId> waiting;
-  for (const auto& [pair, link] : links) waiting.insert({pair.first, pair.second});
+  const Neighbours neighbours = neighbours_of(links);
+  std::map<TagId, Waiting> waiting;
+  for (const auto& [tag, of_tag] : neighbours) waiting[tag];
   waiting.erase(anchor);
   Places places = {{anchor, {map_X_anchor}}};
-  while (true) {
-    std::optional<std::pair<TagId, Uncertain<SE2>>> best;
-    for (int least_votes : {10, 3, 1}) {
-      if (!best) best = nearest_known(waiting, links, places, least_votes);
+  // Only tags seen together with the one that was placed last can be known better than before.
+  const auto placed = [&](const TagId& tag) {
+    const auto of_tag = neighbours.find(tag);
+    if (of_tag == neighbours.end()) return;
+    for (const Neighbour& neighbour : of_tag->second) {
+      const auto at = waiting.find(neighbour.other);
+      if (at != waiting.end()) look_again(neighbours.at(neighbour.other), places, at->second);
     }
-    if (!best) return places;
+  };
+  placed(anchor);
+  while (const auto best = nearest_known(waiting)) {
     places.insert(*best);
     waiting.erase(best->first);
+    placed(best->first);
   }
+  return places;
 }
 
 void spread_closing_error(const Links& links, const TagId& anchor, Places& places) {
@@ -102,7 +141,13 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
   const auto size = 3 * static_cast<Eigen::Index>(column.size());
   if (size == 0) return;
   for (int i = 0; i < kIterations; ++i) {
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(size, size);
+    std::vector<Eigen::Triplet<double>> H;
+    const auto add = [&](Eigen::Index row, Eigen::Index col, const Eigen::Matrix3d& block) {
+      for (int r = 0; r < 3; ++r) {
+        for (int c = 0; c < 3; ++c)
+          H.emplace_back(static_cast<int>(row) + r, static_cast<int>(col) + c, block(r, c));
+      }
+    };
     Eigen::VectorXd g = Eigen::VectorXd::Zero(size);
     for (const auto& [pair, link] : links) {
       const auto from = places.find(pair.first);
@@ -118,19 +163,23 @@ void spread_closing_error(const Links& links, const TagId& anchor, Places& place
       const auto a = column.find(pair.first);
       const auto b = column.find(pair.second);
       if (a != column.end()) {
-        H.block<3, 3>(a->second, a->second) += JWJ;
+        add(a->second, a->second, JWJ);
         g.segment<3>(a->second) -= JWr;
       }
       if (b != column.end()) {
-        H.block<3, 3>(b->second, b->second) += JWJ;
+        add(b->second, b->second, JWJ);
         g.segment<3>(b->second) += JWr;
       }
       if (a != column.end() && b != column.end()) {
-        H.block<3, 3>(a->second, b->second) -= JWJ;
-        H.block<3, 3>(b->second, a->second) -= JWJ;
+        add(a->second, b->second, -JWJ);
+        add(b->second, a->second, -JWJ);
       }
     }
-    const Eigen::VectorXd step = H.ldlt().solve(g);
+    Eigen::SparseMatrix<double> sparse(size, size);
+    sparse.setFromTriplets(H.begin(), H.end());
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> ldlt(sparse);
+    const Eigen::VectorXd step = ldlt.solve(g);
+    if (ldlt.info() != Eigen::Success || !step.allFinite()) return;
     for (const auto& [tag, at] : column) {
       SE2& map_X_tag = places.at(tag).mean;
       map_X_tag = plus(SE2::Tangent(step.segment<3>(at)), map_X_tag);

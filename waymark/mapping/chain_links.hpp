@@ -23,7 +23,7 @@ using Places = std::map<TagId, Uncertain<SE2>>;
 
 /// From the anchor outwards, by composition: the next tag is always the one that would be known best. Links
 /// that few frames agree on, which one id read wrongly can make, are followed only where no better one leads
-/// on. O(tags^2 links).
+/// on. O(tags^2 + links).
 [[nodiscard]] Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor);
 
 /// Moves all tags but the anchor so that the links disagree least: what the two ways round a lap differ by

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "waymark/base/fields.hpp"
@@ -40,6 +41,12 @@ struct LapModelOptions {
   }
 };
 
+/// A map that is there already and that a lap is to improve.
+struct LapPrior {
+  TagMap map{};              ///< a tag without covariance is known exactly and held
+  std::set<TagId> frozen{};  ///< held where the map has them, whatever the lap says
+};
+
 /// A lap as it goes into bundle adjustment.
 struct LapInput {
   std::vector<TagFrame> frames{};
@@ -49,6 +56,7 @@ struct LapInput {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
+  std::optional<LapPrior> prior{};  ///< then the anchor is one of its tags, where it has it
 };
 
 /// The bundle of a lap, and where to find what in it.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/lap_diagnosis.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 #include "waymark/pose/agreement.hpp"
 #include "waymark/samples/corners.hpp"
@@ -113,7 +114,8 @@ void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::stri
   for (const auto& [id, tag] : map.map.tags) {
     const int sightings = map.sightings.at(id);
     const double sigma = position_sigma_m(tag);
-    if (sightings >= kFewSightings && sigma < kWeakSigma) continue;
+    const bool of_prior = lap.prior && lap.prior->map.find(id) != nullptr;
+    if ((sightings >= kFewSightings || of_prior) && sigma < kWeakSigma) continue;
     words.push_back(fmt::format(
         "{} hangs on {} view{} of at most {:.0f} px and is known to {:.0f} mm only: drive nearer past it",
         to_string(id), sightings, sightings == 1 ? "" : "s", largest_side_px(id, lap), 1000 * sigma));
@@ -161,12 +163,36 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
   return places;
 }
 
+namespace {
+
+/// Tags in two places; where that is said of very many, it is the camera that is wrong, not they.
+void check_places(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+  const std::vector<SecondPlace> places = second_places(lap, map);
+  constexpr std::size_t kFew = 4;
+  if (places.size() > std::max(kFew, map.map.tags.size() / 3)) {
+    words.push_back(
+        fmt::format("{} of {} tags seem to stand in two places: is the calibration this camera's, and are "
+                    "the sizes of the tags "
+                    "right? `waymark calibrate camera` measures it",
+                    places.size(), map.map.tags.size()));
+    return;
+  }
+  for (const SecondPlace& place : places) words.push_back(in_words(place));
+}
+
+}  // namespace
+
 std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   std::vector<std::string> words;
   check_scale(lap, map, words);
-  for (const SecondPlace& place : second_places(lap, map)) words.push_back(in_words(place));
+  words.insert(words.end(), map.prior_words.begin(), map.prior_words.end());
+  check_places(lap, map, words);
   check_tags(lap, map, words);
   check_sightings(map, words);
+  internal::check_mounting(map, words);
+  internal::check_regions(map, words);
+  internal::check_line(map, words);
+  internal::check_blindness(lap, map, words);
   return words;
 }
 

@@ -99,12 +99,25 @@ Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
   if (comparison.agreeing < 2)
     return fail(ErrorCode::NotFound, "no two tags of the two maps agree on how the maps lie to each other",
                 {}, "Are these maps of the same place?");
-  for (const auto& [id, tag] : map.tags)
+  internal::judge_tags(map, prior, options, comparison);
+  return comparison;
+}
+
+void internal::judge_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
+                          MapComparison& comparison) {
+  double squares = 0;
+  int same = 0;
+  for (const auto& [id, tag] : map.tags) {
     comparison.tags.push_back(judged(id, tag, map, prior, comparison.map_T_prior, options));
+    const ComparedTag& now = comparison.tags.back();
+    if (now.change != TagChange::Same && now.change != TagChange::Resized) continue;
+    squares += now.distance_m * now.distance_m;
+    ++same;
+  }
+  comparison.rms_m = same > 0 ? std::sqrt(squares / same) : 0;
   for (const auto& [id, tag] : prior.tags) {
     if (map.find(id) == nullptr) comparison.tags.push_back({.tag = id, .change = TagChange::Missing});
   }
-  return comparison;
 }
 
 std::vector<std::string> in_words(const MapComparison& comparison) {

@@ -36,6 +36,7 @@ struct ComparedTag {
 struct MapComparison {
   SE3 map_T_prior{};                ///< what most tags agree on: the two maps may stand in different frames
   int agreeing = 0;                 ///< tags that agree on it
+  double rms_m = 0;                 ///< how far these are apart after alignment
   std::vector<ComparedTag> tags{};  ///< of either map, in order
 };
 
@@ -44,7 +45,24 @@ struct MapComparison {
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 
+/// A place of an older map that is a point in the plane, known by its number only.
+struct PriorPoint {
+  int number = 0;
+  Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
+};
+
+/// The same against points: heights and directions do not count, and the numbers name tags of any family.
+/// Fails when fewer than three agree on any alignment. O(points^3).
+[[nodiscard]] Result<MapComparison> compare_points(const TagMap& map, const std::vector<PriorPoint>& prior,
+                                                   const MapComparisonOptions& options = {});
+
 /// One sentence for each tag that is not where it was.
 [[nodiscard]] std::vector<std::string> in_words(const MapComparison& comparison);
+
+namespace internal {
+/// What became of each tag of either map, once it is known how they lie to each other.
+void judge_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
+                MapComparison& comparison);
+}  // namespace internal
 
 }  // namespace waymark

@@ -62,5 +62,27 @@ TEST(MapComparison, RefusesMapsOfDifferentPlaces) {
   EXPECT_FALSE(compare_maps(some_map(), {}));
 }
 
+TEST(MapComparison, PointsAreComparedByNumberAndPlaceAlone) {
+  const TagMap map = some_map();
+  std::vector<PriorPoint> prior;
+  for (const auto& [tag, place] : moved(map, kElsewhere).tags)
+    prior.push_back({tag.number, place.map_T_tag.translation().head<2>()});
+  const auto same = compare_points(map, prior);
+  ASSERT_TRUE(same) << to_string(same.error());
+  EXPECT_EQ(same->agreeing, 8);
+  EXPECT_LT(same->rms_m, 1e-9);
+  EXPECT_TRUE(in_words(*same).empty());
+  std::swap(prior[5].map_p, prior[6].map_p);
+  prior[2].map_p.x() += 0.01;
+  const auto swapped = compare_points(map, prior);
+  ASSERT_TRUE(swapped);
+  EXPECT_THAT(in_words(*swapped),
+              ::testing::ElementsAre("tag36h11:5 and tag36h11:6 are swapped against the prior map"));
+  EXPECT_GT(swapped->rms_m, 0.001);
+  EXPECT_LT(swapped->rms_m, 0.01);
+  prior.resize(2);
+  EXPECT_FALSE(compare_points(map, prior));
+}
+
 }  // namespace
 }  // namespace waymark

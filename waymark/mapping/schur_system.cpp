@@ -76,6 +76,19 @@ std::vector<char> choose(const std::vector<int>& dimensions, const Neighbours& n
   return eliminated;
 }
 
+/// S -= W^T W of a group that is one pose among poses: blocks of 6x6, lower triangle only.
+void subtract_pose(const SchurPlan& plan, const SchurPlan::Group& group, const Eigen::MatrixXd& W,
+                   Eigen::MatrixXd& S) {
+  for (std::size_t r = 0; r < group.kept.size(); ++r) {
+    const Eigen::Matrix<double, 6, 6> row = W.block<6, 6>(0, 6 * static_cast<int>(r)).transpose();
+    const int at = plan.place[static_cast<std::size_t>(group.kept[r])];
+    for (std::size_t c = 0; c <= r; ++c) {
+      S.block<6, 6>(at, plan.place[static_cast<std::size_t>(group.kept[c])]) -=
+          row.lazyProduct(W.block<6, 6>(0, 6 * static_cast<int>(c)));
+    }
+  }
+}
+
 }  // namespace
 
 bool SchurPlan::worth_it() const { return !groups.empty() && reduced <= kLargestReduced; }
@@ -164,6 +177,10 @@ bool SchurSystem::factorize(double damping, double floor) {
     factor.A.compute(A);
     if (factor.A.info() != Eigen::Success) return false;
     factor.A.matrixL().solveInPlace(factor.W);
+    if (group.size == 6 && group.kept_size == 6 * static_cast<int>(group.kept.size())) {
+      subtract_pose(plan_, group, factor.W, S);
+      continue;
+    }
     WtW.noalias() = factor.W.transpose() * factor.W;
     int row = 0;
     for (int r : group.kept) {

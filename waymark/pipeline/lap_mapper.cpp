@@ -70,21 +70,25 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                        .base_T_cam = setup.base_T_cam,
                        .sizes = setup.sizes,
                        .anchor = setup.anchor,
-                       .map_T_anchor = setup.map_T_anchor};
+                       .map_T_anchor = setup.map_T_anchor,
+                       .prior = options.prior};
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
   return MappedLap{.map = map->map,
                    .observations = map->sightings,
                    .trajectory = map->trajectory,
+                   .trajectory_covariance = map->trajectory_covariance,
                    .frames_without_pose = map->frames_without_pose,
                    .warnings = check_map(input, *map),
-                   .bundle = BundleFigures{.trajectory_covariance = map->trajectory_covariance,
+                   .bundle = BundleFigures{.start_map = map->start_map,
+                                           .start_trajectory = map->start_trajectory,
                                            .iterations = map->summary.iterations,
                                            .rms_px = map->rms_px,
                                            .noise_ratio = map->noise_ratio,
                                            .rejected = map->rejected.size(),
                                            .odometry_scales = map->odometry_scales,
                                            .odometry_scales_sigma = map->odometry_scales_sigma,
+                                           .prior_agreeing = map->prior_agreeing,
                                            .moved_m = map->moved_m,
                                            .interrupted = map->interrupted}};
 }
@@ -100,6 +104,9 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", options.method),
                 {.key = "method"}, suggestion(options.method, methods));
   }
+  if (options.prior && options.method == "chain")
+    return fail(ErrorCode::InvalidArgument, "the chain weighs nothing, so it cannot extend a map",
+                {.key = "method"}, "Leave --method at bundle.");
   if (taught.frames.empty())
     return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
                 "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");

@@ -17,6 +17,7 @@ struct MapLapOptions {
   ChainOptions chain{};
   BundleMapOptions bundle{};
   RouteOptions route{};
+  std::optional<LapPrior> prior{};  ///< a map that the lap is to improve; bundle only
 };
 
 /// The names of the methods, as `--method` takes them.
@@ -24,14 +25,16 @@ struct MapLapOptions {
 
 /// What optimising says beside the map.
 struct BundleFigures {
-  std::vector<Matrix6> trajectory_covariance{};  ///< of each pose of the trajectory, left tangent in map
+  TagMap start_map{};  ///< by the chain, before anything was optimised
+  Trajectory start_trajectory{};
   int iterations = 0;
   double rms_px = 0;
   double noise_ratio = 1;
   std::size_t rejected = 0;
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{};
-  double moved_m = 0;  ///< how far from the chain's place the tag is that moved most
+  int prior_agreeing = 0;  ///< tags that stand where the map that is extended has them
+  double moved_m = 0;      ///< how far from the chain's place the tag is that moved most
   bool interrupted = false;
 };
 
@@ -40,6 +43,8 @@ struct MappedLap {
   TagMap map{};
   std::map<TagId, int> observations{};  ///< sightings of each tag of the map that were used
   Trajectory trajectory{};
+  /// Of each pose of the trajectory, left tangent in map; empty: not known.
+  std::vector<Matrix6> trajectory_covariance{};
   Route route{};
   int frames = 0;
   int frames_without_pose = 0;
@@ -54,7 +59,8 @@ struct TaughtLap {
 };
 
 /// The map phase: a taught lap in, a map of the tags, the way the base went and a route out. Fails on an
-/// unknown method, on a lap without frames, without the anchor, or too short for a route.
+/// unknown method (or chain, to extend a map), on a lap without frames, without the anchor, or too short for
+/// a route.
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
                                         const MapLapOptions& options = {}, const MapProgress& progress = {});
 

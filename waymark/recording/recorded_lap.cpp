@@ -18,6 +18,8 @@ LogSelection topics_of(const MessageLog& log, bool pictures) {
 void keep(const Sample& sample, RecordedLap& lap) {
   if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.frames.push_back(*frame);
   if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.odometry.push_back(*odometry);
+  if (const auto* poses = std::get_if<TagPoseFrame>(&sample)) lap.tag_poses.push_back(*poses);
+  if (const auto* imu = std::get_if<ImuSample>(&sample)) lap.imu.push_back(*imu);
   if (const auto* truth = std::get_if<TruthPose>(&sample))
     lap.truth.push_back({truth->stamp, truth->map_T_base});
 }
@@ -62,7 +64,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
                   "Leave out the detector's settings to take the tags it holds.");
     lap.frames.clear();
   }
-  if (status && lap.frames.empty() && find) status = find_tags(log, find, lap);
+  if (status && lap.frames.empty() && lap.tag_poses.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());
   lap.setup.problems = std::move(damaged);
   for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);

@@ -16,6 +16,8 @@ struct RecordedLap {
   RecordingSetup setup{};
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};
+  std::vector<TagPoseFrame> tag_poses{};  ///< of a robot that keeps no corners
+  std::vector<ImuSample> imu{};
   Trajectory truth{};                                ///< empty when nobody knew it
   std::map<std::string, std::string> attachments{};  ///< their bytes, by name
 };

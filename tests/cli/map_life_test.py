@@ -1,0 +1,120 @@
+#!/usr/bin/python3
+"""Maps that live: a second lap, frozen and removed tags, other programs' forms; and a log with poses of tags only.
+
+usage: map_life_test.py PROGRAM [unittest options]
+"""
+import math
+import os
+import pathlib
+import unittest
+
+from harness import InFolder
+
+
+class Extend(InFolder):
+    def test_a_second_lap_improves_a_map(self):
+        for seed in (2, 3):
+            self.run_here("teach", "--world", "circuit24", "--seed", seed, "-o", f"lap{seed}.mcap")
+        (first,) = self.run_here("map", "lap2.mcap", "-o", "map", "--json").records
+        before = (self.folder / "map/map.yaml").read_bytes()
+        refused = self.run_here("map", "lap3.mcap", "-o", "map", "--extend", "map", "--freeze", "99")
+        self.assertEqual(refused.code, 1)
+        self.assertIn("(--freeze): tag36h11:99 is not in the map", refused.err)
+        self.assertEqual((self.folder / "map/map.yaml").read_bytes(), before, "a failed run leaves the map alone")
+        self.assertFalse((self.folder / "map/map.1.yaml").exists())
+        outcome = self.run_here("map", "lap3.mcap", "-o", "map", "--extend", "map", "--freeze", "5,6", "--remove", "tag36h11:7", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (second,) = outcome.records
+        self.assertEqual((second["tags"], second["extended_tags_agreeing"]), (23, 23))
+        self.assertLess(second["tag_rmse_m"], 1.1 * first["tag_rmse_m"])
+        self.assertEqual((self.folder / "map/map.1.yaml").read_bytes(), before)
+        text = (self.folder / "map/map.yaml").read_text()
+        self.assertIn("extends: lap2.mcap", text)
+        self.assertNotIn("tag36h11:7\"", text)
+        frozen = before.decode().split('tag: "tag36h11:5"')[1].split("quaternion")[0]
+        self.assertIn(frozen, text, "frozen tags stay where they are")
+        for words, part in ((["--freeze", "5"], "Give the map with --extend"), (["--remove", "5"], "Give the map with --extend"),
+                            (["--extend", "map", "--anchor", "5"], "says where its tags stand"), (["--extend", "none.yaml"], "none.yaml"),
+                            (["--extend", "map", "--remove", "x"], "x"), (["--model", "tagslam"], "(--model): this is about scenes"),
+                            (["--against", "map"], "(--against): this is about scenes")):
+            mistake = self.run_here("map", "lap3.mcap", "-o", "other", *words)
+            self.assertEqual(mistake.code, 2, mistake.err)
+            self.assertIn(part, mistake.err)
+        chain = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--method", "chain")
+        self.assertEqual(chain.code, 1)
+        self.assertIn("cannot extend", chain.err)
+
+
+class Convert(InFolder):
+    def test_there_and_back(self):
+        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+        self.run_here("map", "lap.mcap", "-o", "map")
+        for form in ("academy", "tagslam", "tf"):
+            there = self.run_here("map", "convert", "map", f"{form}.yaml", "--to", form, "--json")
+            self.assertEqual(there.code, 0, there.err)
+            self.assertEqual((there.records[0]["from"], there.records[0]["tags"]), ("waymark", 24))
+            size = [] if form == "tagslam" else ["--tag-size-m", 0.16]
+            back = self.run_here("map", "convert", f"{form}.yaml", f"{form}_back.yaml", *size, "--json")
+            self.assertEqual(back.code, 0, back.err)
+            self.assertEqual((back.records[0]["from"], back.records[0]["tags"]), (form, 24))
+            held = self.run_here("map", "lap.mcap", "-o", "again", "--prior", f"{form}_back.yaml", "--json")
+            self.assertEqual(held.code, 0, held.err)
+            self.assertEqual(held.records[0]["prior_tags_agreeing"], 24)
+            self.assertLess(held.records[0]["prior_rms_m"], 0.01)
+        again = self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf")
+        self.assertEqual(again.code, 1)
+        self.assertIn("there is a file already", again.err)
+        self.assertEqual(self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf", "--force", "--remove", "3").code, 0)
+        for words, code, part in ((["map", "x.yaml", "--to", "tff"], 2, "Did you mean 'tf'?"), (["tf.yaml", "x.yaml"], 1, "--tag-size-m"),
+                                  (["none", "x.yaml"], 1, "none"), (["map", "x.yaml", "--remove", "99"], 1, "is not in the map"),
+                                  (["lap.mcap", "x.yaml"], 1, "lap.mcap")):
+            mistake = self.run_here("map", "convert", *words)
+            self.assertEqual(mistake.code, code, mistake.err)
+            self.assertIn(part, mistake.err)
+            self.assertFalse((self.folder / "x.yaml").exists())
+
+
+DATA = pathlib.Path(os.environ.get("WAYMARK_DATA", ""))
+LOG = DATA / "lcm/lcmlog-2024-04-15.00"
+
+
+def aligned_rmse(found, truth):
+    """Of points in the plane after the turn and shift with the least squares."""
+    n = len(found)
+    cf, ct = (tuple(sum(p[k] for p in points) / n for k in (0, 1)) for points in (found, truth))
+    c = sum((f[0] - cf[0]) * (t[0] - ct[0]) + (f[1] - cf[1]) * (t[1] - ct[1]) for f, t in zip(found, truth))
+    s = sum((f[0] - cf[0]) * (t[1] - ct[1]) - (f[1] - cf[1]) * (t[0] - ct[0]) for f, t in zip(found, truth))
+    a = math.atan2(s, c)
+    off = [math.hypot(math.cos(a) * (f[0] - cf[0]) - math.sin(a) * (f[1] - cf[1]) + ct[0] - t[0],
+                      math.sin(a) * (f[0] - cf[0]) + math.cos(a) * (f[1] - cf[1]) + ct[1] - t[1]) for f, t in zip(found, truth)]
+    return math.sqrt(sum(d * d for d in off) / n)
+
+
+class PosesOnly(InFolder):
+    @unittest.skipUnless(LOG.is_file(), "WAYMARK_DATA has no lcm/")
+    def test_an_mbot_maps_its_own_tags(self):
+        landmarks = DATA / "lcm/landmarks.csv"
+        outcome = self.run_here("map", LOG, "-o", "map", "--prior", landmarks, "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (summary,) = outcome.records
+        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("poses", 8, True))
+        self.assertIn("tagCustom48h12:5 and tagCustom48h12:6 are swapped against the prior map", outcome.err)
+        self.assertEqual(summary["prior_tags_agreeing"], 6)
+        rows = [line.split(",") for line in landmarks.read_text().split()[1:]]
+        tape = {int(row[0]): (float(row[1]), float(row[2])) for row in rows}
+        tape[5], tape[6] = tape[6], tape[5]
+        found = {}
+        for entry in (self.folder / "map/map.yaml").read_text().split('tag: "tagCustom48h12:')[1:]:
+            place = entry.split("position_m: [")[1].split("]")[0].split(",")
+            found[int(entry.split('"')[0])] = (float(place[0]), float(place[1]))
+        ids = sorted(tape)
+        rmse = aligned_rmse([found[i] for i in ids], [tape[i] for i in ids])
+        print(f"tags against the tape, after alignment: {rmse:.4f} m rmse")
+        self.assertLess(rmse, 0.02)
+        again = self.run_here("localize", LOG, "--map", "map", "-o", "there.mcap")
+        self.assertEqual(again.code, 0, again.err)
+        self.assertEqual(self.run_here("map", LOG, "-o", "other", "--anchor", "1").code, 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

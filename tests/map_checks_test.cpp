@@ -1,0 +1,154 @@
+// What was wrong with a lap is found and named: circuit24, one thing spoiled at a time.
+#include <algorithm>
+#include <cmath>
+
+#include <gmock/gmock.h>
+
+#include "tests/support/circuit_lap.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/mapping/lap_diagnosis.hpp"
+
+namespace waymark {
+namespace {
+
+using namespace test;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+/// What a detector would have seen had the tag stood elsewhere from then on: corners shifted as its centre
+/// is.
+void move_tag(Lap& lap, const TagId& moved, SensorTime from, const Eigen::Vector3d& by) {
+  const SE3 map_T_before = circuit().tags.find(moved)->map_T_tag;
+  const SE3 map_T_after = SE3(SO3(), by) * map_T_before;
+  for (TagFrame& frame : lap.input.frames) {
+    const auto truth = true_pose(lap, frame.stamp);
+    if (frame.stamp < from || !truth) continue;
+    const SE3 cam_T_map = (*truth * lap.input.base_T_cam).inverse();
+    for (TagDetection& detection : frame.detections) {
+      if (detection.tag != moved) continue;
+      const auto before =
+          visible_corners(lap.input.camera, cam_T_map * map_T_before, 0.16, {.margin_px = -1e4});
+      const auto after =
+          visible_corners(lap.input.camera, cam_T_map * map_T_after, 0.16, {.margin_px = -1e4});
+      for (std::size_t c = 0; before && after && c < 4; ++c)
+        detection.corners_px[c] += (*after)[c] - (*before)[c];
+    }
+  }
+}
+
+std::vector<SensorTime> sightings_of(const Lap& lap, const TagId& which) {
+  std::vector<SensorTime> stamps;
+  for (const TagFrame& frame : lap.input.frames) {
+    if (std::ranges::find(frame.detections, which, &TagDetection::tag) != frame.detections.end())
+      stamps.push_back(frame.stamp);
+  }
+  return stamps;
+}
+
+TEST(MapChecks, NamesATagThatWasMovedBetweenTwoPasses) {
+  Lap lap = drive(5);
+  const TagId other = tag(1);  // seen at the start and again at the end
+  move_tag(lap, other, lap.input.frames[lap.input.frames.size() / 2].stamp, {0.15, 0.1, 0});
+  const BundleMap map = map_of(lap.input);
+  EXPECT_THAT(check_map(lap.input, map),
+              Contains(AllOf(HasSubstr("tag36h11:1 was seen in two places"), HasSubstr("it was moved"))));
+  EXPECT_LT(worst_of_others(map, {other}), 0.05);
+}
+
+TEST(MapChecks, NamesATagThatWasMovedWhileInView) {
+  Lap lap = drive(15);
+  const TagId other = tag(9);
+  const std::vector<SensorTime> seen = sightings_of(lap, other);
+  move_tag(lap, other, seen[seen.size() / 2], {0.1, 0.1, 0});
+  const BundleMap map = map_of(lap.input);
+  EXPECT_THAT(check_map(lap.input, map),
+              Contains(AllOf(HasSubstr("tag36h11:9 was seen in two places"), HasSubstr("it was moved"))));
+  EXPECT_LT(worst_of_others(map, {other}), 0.05);
+}
+
+/// One lap at one speed tells a mounting far less well than it tells the map: what slips looks the same.
+TEST(MapChecks, NamesACameraThatSitsElsewhere) {
+  constexpr double kDegrees = 57.29577951308232;
+  Lap lap = drive(16);
+  const SE3 truth = lap.input.base_T_cam;
+  lap.input.base_T_cam = SE3(SO3::exp({0, 0, 8 / kDegrees}) * truth.rotation(),
+                             truth.translation() + Eigen::Vector3d(0.15, 0, 0));
+  const BundleMap map = map_of(lap.input);
+  ASSERT_TRUE(map.mounting);
+  EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("the camera seems to sit elsewhere")));
+  const SE3& found = map.mounting->base_T_cam;
+  Vector6 off;
+  off << found.translation() - truth.translation(), (found.rotation() * truth.rotation().inverse()).log();
+  std::printf("camera found %.1f mm (2 sigma %.1f) and %.2f deg (%.2f) from where it sits\n",
+              1000 * off.head<2>().norm(), 2000 * map.mounting->sigma.head<2>().norm(),
+              kDegrees * off.tail<3>().norm(), 2 * kDegrees * map.mounting->sigma.tail<3>().norm());
+  for (int i : {0, 1, 3, 4, 5}) EXPECT_LT(std::abs(off[i]), 3 * map.mounting->sigma[i]) << i;
+  BundleMapOptions options;
+  options.find_mounting = true;
+  const auto mended = map_by_bundle(lap.input, {}, options);
+  ASSERT_TRUE(mended);
+  EXPECT_TRUE(mended->mounting_used);
+  EXPECT_LT(trajectory_errors(mended->trajectory, lap.truth).rmse_m,
+            trajectory_errors(map.trajectory, lap.truth).rmse_m);
+}
+
+TEST(MapChecks, NamesACalibrationOfAnotherCamera) {
+  Lap lap = drive(17);
+  lap.input.camera =
+      CameraModel::make(
+          PinholeRadtan{.fx = 480, .fy = 480, .cx = 330, .cy = 235, .k = {0.1}, .coefficients = 4}, 640, 480)
+          .value();
+  const auto map = map_by_bundle(lap.input);
+  if (!map) return;  // a refusal is as good
+  EXPECT_THAT(check_map(lap.input, *map), Contains(HasSubstr("is the calibration this camera's")));
+}
+
+TEST(MapChecks, SaysWhenTheCameraWasCovered) {
+  Lap lap = drive(18);
+  const std::size_t middle = lap.input.frames.size() / 2;
+  for (std::size_t i = middle; i < middle + 45; ++i) lap.input.frames[i].detections.clear();
+  const BundleMap map = map_of(lap.input);
+  EXPECT_THAT(check_map(lap.input, map), Contains(HasSubstr("no mapped tag was seen for 3.")));
+  for (std::size_t i = middle; i < lap.input.frames.size(); ++i) lap.input.frames[i].detections.clear();
+  lap.input.odometry.clear();
+  const BundleMap half = map_of(lap.input);
+  EXPECT_GT(half.frames_without_pose, 0);
+  EXPECT_LT(half.map.tags.size(), 24U);
+  EXPECT_LT(worst_of_others(half, {}), 0.1) << "what can be known";
+}
+
+TEST(MapChecks, OneTagIsAMapAndTwoGroupsAreNotTiedTogether) {
+  Lap lap = drive(19);
+  Lap alone = lap;
+  for (TagFrame& frame : alone.input.frames)
+    std::erase_if(frame.detections, [&](const TagDetection& d) { return d.tag != alone.input.anchor; });
+  const auto one = map_by_bundle(alone.input);
+  ASSERT_TRUE(one) << to_string(one.error());
+  EXPECT_EQ(one->map.tags.size(), 1U);
+  for (TagFrame& frame : lap.input.frames)
+    std::erase_if(frame.detections,
+                  [&](const TagDetection& d) { return d.tag.number != 0 && d.tag.number != 12; });
+  lap.input.odometry.clear();
+  const BundleMap two = map_of(lap.input);
+  EXPECT_EQ(two.map.find(tag(12)), nullptr) << "never invented";
+  EXPECT_THAT(check_map(lap.input, two),
+              Contains(HasSubstr("tag36h11:12 was never seen together with a tag that leads to the anchor")));
+}
+
+TEST(MapChecks, SaysThatTagsStandOnOneLine) {
+  BundleMap map;
+  for (int i = 0; i < 5; ++i) map.map.tags[tag(i)] = {SE3({}, {1.0 * i, 0.01 * (i % 2), 0.3}), 0.16};
+  std::vector<std::string> words;
+  internal::check_line(map, words);
+  EXPECT_THAT(words, ::testing::ElementsAre(HasSubstr("on one line")));
+  map.map.tags[tag(7)] = {SE3({}, {2, 1, 0.3}), 0.16};
+  words.clear();
+  internal::check_line(map, words);
+  EXPECT_TRUE(words.empty());
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,104 @@
+// A second lap improves a map that is there: circuit24, maps and laps of different seeds.
+#include <cstdlib>
+
+#include <gmock/gmock.h>
+
+#include "tests/support/circuit_lap.hpp"
+
+namespace waymark {
+namespace {
+
+using namespace test;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
+
+double rmse(const TagMap& map) {
+  double squares = 0;
+  for (const auto& [id, mapped] : map.tags)
+    squares +=
+        (mapped.map_T_tag.translation() - circuit().tags.find(id)->map_T_tag.translation()).squaredNorm();
+  return std::sqrt(squares / static_cast<double>(map.tags.size()));
+}
+
+LapInput extending(LapInput lap, const TagMap& map, std::set<TagId> frozen = {}) {
+  lap.prior = LapPrior{.map = map, .frozen = std::move(frozen)};
+  return lap;
+}
+
+TEST(MapExtension, ASecondLapImprovesTheMapAndSaysByHowMuch) {
+  const int pairs = std::getenv("WAYMARK_FULL") != nullptr ? 20 : 3;
+  double before = 0;
+  double after = 0;
+  Score score;
+  for (int i = 0; i < pairs; ++i) {
+    const BundleMap first = map_of(drive(static_cast<std::uint64_t>(101 + 2 * i)).input);
+    const BundleMap second =
+        map_of(extending(drive(static_cast<std::uint64_t>(102 + 2 * i)).input, first.map));
+    EXPECT_EQ(second.prior_agreeing, 24);
+    EXPECT_TRUE(second.prior_words.empty());
+    before += std::pow(rmse(first.map), 2) / pairs;
+    after += std::pow(rmse(second.map), 2) / pairs;
+    for (const auto& [id, mapped] : second.map.tags) {
+      if (!mapped.covariance) continue;
+      score.add(mapped.map_T_tag.translation() - circuit().tags.find(id)->map_T_tag.translation(),
+                position_covariance(mapped.map_T_tag, *mapped.covariance));
+    }
+  }
+  std::printf(
+      "%d pairs of laps: tags %.4f m rmse after one lap, %.4f after two; %.3f of what is claimed, "
+      "%.3f in their 95 %% ellipsoids\n",
+      pairs, std::sqrt(before), std::sqrt(after), score.ratio(), score.coverage());
+  EXPECT_LT(std::sqrt(after), 0.9 * std::sqrt(before));
+  EXPECT_GT(score.coverage(), 0.85);
+}
+
+TEST(MapExtension, NamesATagThatWasMovedSinceAndTakesItsNewPlace) {
+  TagMap map = map_of(drive(121).input).map;
+  const TagMap truth = map;
+  map.tags.at(tag(9)).map_T_tag = SE3(SO3(), Eigen::Vector3d(0.12, 0, 0)) * map.tags.at(tag(9)).map_T_tag;
+  std::swap(map.tags.at(tag(14)).map_T_tag, map.tags.at(tag(15)).map_T_tag);
+  const Lap lap = drive(122);
+  const BundleMap extended = map_of(extending(lap.input, map));
+  EXPECT_THAT(extended.prior_words,
+              ::testing::UnorderedElementsAre(HasSubstr("tag36h11:9 stands 12"),
+                                              HasSubstr("tag36h11:14 and tag36h11:15 are swapped")));
+  EXPECT_EQ(extended.prior_agreeing, 21);
+  EXPECT_LT(worst_of_others(extended, {}), 0.04);
+}
+
+TEST(MapExtension, KeepsWhatTheLapDidNotSeeAndHoldsWhatIsFrozen) {
+  const BundleMap first = map_of(drive(131).input);
+  Lap lap = drive(132);
+  for (TagFrame& frame : lap.input.frames)
+    std::erase_if(frame.detections, [](const TagDetection& d) { return d.tag == tag(10); });
+  const BundleMap extended = map_of(extending(lap.input, first.map, {tag(5), tag(10)}));
+  ASSERT_EQ(extended.map.tags.size(), 24U);
+  for (int frozen : {5, 10})
+    EXPECT_EQ(extended.map.tags.at(tag(frozen)).map_T_tag, first.map.tags.at(tag(frozen)).map_T_tag);
+  EXPECT_EQ(extended.sightings.at(tag(10)), 0);
+  const BundleMap free = map_of(extending(lap.input, first.map));
+  EXPECT_FALSE(free.map.tags.at(tag(10)).map_T_tag == first.map.tags.at(tag(10)).map_T_tag)
+      << "what is learnt of the whole map moves it";
+  EXPECT_LT(
+      (free.map.tags.at(tag(10)).map_T_tag.translation() - first.map.tags.at(tag(10)).map_T_tag.translation())
+          .norm(),
+      0.03);
+}
+
+TEST(MapExtension, ALapOfAnotherPlaceIsRefused) {
+  TagMap elsewhere;
+  Random random(5);
+  for (const auto& [id, mapped] : circuit().tags.tags) {
+    elsewhere.tags[id] = {SE3(SO3::exp({random.normal(), random.normal(), random.normal()}),
+                              {9 * random.normal(), 9 * random.normal(), 0.3}),
+                          0.16, Matrix6(1e-4 * Matrix6::Identity())};
+  }
+  const auto map = map_by_bundle(extending(drive(141).input, elsewhere));
+  ASSERT_FALSE(map);
+  EXPECT_THAT(to_string(map.error()), HasSubstr("does not fit the map"));
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,104 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/map_steps.hpp"
+
+namespace waymark::cli {
+namespace {
+
+Error not_in_the_map(const TagId& tag, const char* flag) {
+  return {.code = ErrorCode::InvalidArgument,
+          .message = to_string(tag) + " is not in the map",
+          .place = {.key = flag}};
+}
+
+/// How many frames see each tag of the map.
+std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
+  std::map<TagId, int> frames;
+  for (const TagFrame& frame : recorded.frames) {
+    for (const TagDetection& detection : frame.detections) {
+      if (map.find(detection.tag) != nullptr) ++frames[detection.tag];
+    }
+  }
+  return frames;
+}
+
+Status tags_named(const std::vector<std::string>& names, std::set<TagId>& tags) {
+  for (const std::string& name : names) {
+    const Result<TagId> tag = tag_named(name);
+    if (!tag) return tl::unexpected(tag.error());
+    tags.insert(*tag);
+  }
+  return {};
+}
+
+}  // namespace
+
+Status read_extension(const std::string& extend, const std::vector<std::string>& freeze,
+                      const std::vector<std::string>& remove, MapJob& job) {
+  if (extend.empty()) {
+    if (freeze.empty() && remove.empty()) return {};
+    return fail(ErrorCode::InvalidArgument, "--freeze and --remove are about the tags of a map",
+                {.key = freeze.empty() ? "--remove" : "--freeze"}, "Give the map with --extend.");
+  }
+  std::error_code ignored;
+  const std::filesystem::path path(extend);
+  Result<MapFile> map = read_map(std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path);
+  if (!map) return tl::unexpected(map.error());
+  job.extend = std::move(*map);
+  Status status = tags_named(freeze, job.freeze);
+  if (status) status = tags_named(remove, job.remove);
+  return status;
+}
+
+Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverrides& overrides,
+                         MapLapOptions& options) {
+  if (!job.extend) return {};
+  LapPrior prior{.map = job.extend->tags, .frozen = job.freeze};
+  for (const TagId& tag : job.freeze) {
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--freeze"));
+  }
+  for (const TagId& tag : job.remove) {
+    if (prior.map.tags.erase(tag) == 0) return tl::unexpected(not_in_the_map(tag, "--remove"));
+  }
+  for (TagFrame& frame : recorded.frames)
+    std::erase_if(frame.detections, [&](const TagDetection& d) { return job.remove.contains(d.tag); });
+  const std::map<TagId, int> frames = frames_of(recorded, prior.map);
+  if (frames.empty())
+    return fail(ErrorCode::NotFound, "no tag of the map that should be extended is seen in this lap", {},
+                "Drive where at least two of its tags are in view.");
+  constexpr int kEnough = 10;
+  const auto own = frames.find(job.extend->anchor);
+  const TagId anchor =
+      own != frames.end() && own->second >= kEnough
+          ? own->first
+          : std::ranges::max_element(frames, {}, [](const auto& f) { return f.second; })->first;
+  const MappedTag& mapped = prior.map.tags.at(anchor);
+  overrides.anchor = to_string(anchor);
+  overrides.map_T_anchor = mapped.map_T_tag;
+  if (!overrides.tag_size_m) overrides.tag_size_m = mapped.size_m;
+  options.prior = std::move(prior);
+  return {};
+}
+
+MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap) {
+  MapFile map{.tags = lap.map,
+              .observations = lap.observations,
+              .anchor = anchor,
+              .provenance = {{"method", job.options.method},
+                             {"recording", std::filesystem::path(job.lap).filename().string()}}};
+  if (!job.extend) return map;
+  for (const auto& [tag, count] : job.extend->observations) {
+    if (map.tags.find(tag) != nullptr) map.observations[tag] += count;
+  }
+  if (map.tags.find(job.extend->anchor) != nullptr) map.anchor = job.extend->anchor;
+  std::string before;
+  for (const auto& [key, words] : job.extend->provenance) {
+    if (key == "recording" || key == "extends") before += (before.empty() ? "" : ", ") + words;
+  }
+  map.provenance.emplace_back("extends", before.empty() ? "a map" : before);
+  return map;
+}
+
+}  // namespace waymark::cli

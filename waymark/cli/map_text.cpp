@@ -1,0 +1,51 @@
+#include <fmt/format.h>
+
+#include "waymark/cli/map_steps.hpp"
+
+namespace waymark::cli {
+
+std::string to_text(const MapReport& report, const std::string& folder) {
+  const MappedLap& lap = report.lap;
+  std::string text = fmt::format("{}: {} tags from {} frames by method {}; {} route of {:.2f} m\n", folder,
+                                 lap.map.tags.size(), lap.frames, report.method,
+                                 lap.route.closed ? "closed" : "open", lap.route.length_m);
+  if (report.tag_errors) {
+    const TagMapErrors& e = *report.tag_errors;
+    text += fmt::format(
+        "against the truth, anchored, not aligned:\n"
+        "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
+        e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
+  }
+  if (report.trajectory_errors)
+    text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
+                        report.trajectory_errors->max_m);
+  if (lap.bundle) {
+    const BundleFigures& b = *lap.bundle;
+    text += fmt::format(
+        "corners within {:.2f} px (rms); the farthest tag moved {:.3f} m from where the chain had it\n",
+        b.rms_px, b.moved_m);
+    if (b.odometry_scales_sigma.distance > 0)
+      text += fmt::format(
+          "what the wheels say must be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} +- {:.3f} "
+          "(turns)\n",
+          b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
+          b.odometry_scales_sigma.yaw);
+  }
+  if (report.poses) {
+    const PoseLapFigures& p = *report.poses;
+    text += fmt::format(
+        "sightings within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} "
+        "+- "
+        "{:.3f} (turns)\n",
+        p.rms_m, p.scales.distance, p.scales_sigma.distance, p.scales.yaw, p.scales_sigma.yaw);
+  }
+  if (report.prior_agreeing)
+    text +=
+        fmt::format("{} tags stand where the prior map has them, within {:.3f} m (rms, after alignment)\n",
+                    *report.prior_agreeing, report.prior_rms_m);
+  if (lap.bundle && report.extends)
+    text += fmt::format("{} tags agree with the map that is extended\n", lap.bundle->prior_agreeing);
+  return text;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,123 @@
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/figure_files.hpp"
+#include "waymark/cli/map_steps.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/plot/loop_figures.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
+Status keep_versions(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder / "map.yaml", error)) return {};
+  int version = 1;
+  const auto kept = [&](const char* name) { return folder / fmt::format("{}.{}.yaml", name, version); };
+  while (fs::exists(kept("map"), error) || fs::exists(kept("route"), error)) ++version;
+  for (const char* name : {"map", "route"}) {
+    const fs::path now = folder / fmt::format("{}.yaml", name);
+    if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
+  }
+  if (!error) return {};
+  return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
+              {.source = folder.string()});
+}
+
+/// The trajectory's covariances, one line a pose: what coordinates and axes say of it, lower triangle by
+/// rows.
+std::string covariance_csv(const MappedLap& lap) {
+  std::string text =
+      "# stamp_s, covariance of x y z [m] and of the rotation about x y z of the map [rad], lower triangle "
+      "by rows\n";
+  for (std::size_t i = 0; i < lap.trajectory.size(); ++i) {
+    const StampedPose& pose = lap.trajectory[i];
+    const Matrix6 P = coordinate_covariance(Uncertain<SE3>{pose.map_T_base, lap.trajectory_covariance[i]});
+    text += fmt::format("{:.9f}", to_seconds(pose.stamp.time_since_epoch()));
+    for (int r = 0; r < 6; ++r) {
+      for (int c = 0; c <= r; ++c) text += fmt::format(",{:.6g}", P(r, c));
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, MapReport& report) {
+  const auto keep = [&](const char* name, auto&& write) -> Status {
+    const fs::path path = job.folder / name;
+    Status status = write(path);
+    if (status) report.files.push_back(path.string());
+    return status;
+  };
+  const auto text = [](const std::string& words) {
+    return [&words](const fs::path& path) { return write_text_file(path, words); };
+  };
+  Status status = keep("map.yaml", [&](const fs::path& path) { return write_map(path, map); });
+  if (status)
+    status = keep("route.yaml", [&](const fs::path& path) { return write_route(path, report.lap.route); });
+  if (status) status = keep("trajectory.txt", text(to_tum(report.lap.trajectory)));
+  if (status && !report.lap.trajectory_covariance.empty())
+    status = keep("trajectory_covariance.csv", text(covariance_csv(report.lap)));
+  if (const auto robot = robot_yaml_of(recorded); status && robot) status = keep("robot.yaml", text(*robot));
+  if (status && !report.true_path.empty())
+    status = keep("truth_trajectory.txt", text(to_tum(report.true_path)));
+  return status;
+}
+
+/// What optimising changed: the chain's map and way beside the optimised ones.
+Status write_before_and_after(const MapJob& job, MapReport& report) {
+  const BundleFigures& figures = *report.lap.bundle;
+  std::vector<plot::PathLayer> layers;
+  if (!report.true_path.empty() || !report.true_tags.tags.empty())
+    layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
+  layers.push_back(
+      {"before: from tag to tag", figures.start_trajectory, figures.start_map, plot::kTaughtColor});
+  layers.push_back({"after: adjusted", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
+  return write_figure(job.folder / "before_after.svg",
+                      plot::path_figure("Before and after adjustment", layers), {".svg"}, report.files);
+}
+
+Status write_figures(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
+  using plot::PathLayer;
+  std::vector<PathLayer> layers;
+  if (!report.true_path.empty() || !report.true_tags.tags.empty())
+    layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
+  layers.push_back({"map", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
+  const std::vector<std::string> svg = {".svg"};
+  Status status = write_figure(job.folder / "map.svg", plot::path_figure("Map and trajectory", layers), svg,
+                               report.files);
+  if (status && report.lap.bundle) status = write_before_and_after(job, report);
+  if (status && !report.true_path.empty()) {
+    status = write_figure(
+        job.folder / "error.svg",
+        plot::trajectory_error_figure("Error of the trajectory", report.lap.trajectory, report.true_path),
+        svg, report.files);
+  }
+  if (!status || recorded.frames.empty()) return status;
+  return write_figure(job.folder / "tags_in_view.svg",
+                      plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
+}
+
+}  // namespace
+
+Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
+                        MapReport& report) {
+  std::error_code error;
+  fs::create_directories(job.folder, error);
+  if (error)
+    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
+                {.source = job.folder.string()});
+  Status status = keep_versions(job.folder);
+  if (status) status = write_texts(recorded, job, map, report);
+  if (status) status = write_figures(recorded, job, report);
+  return status;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,210 @@
+#include "waymark/config/map_exchange_read.hpp"
+
+#include <array>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+namespace internal {
+namespace {
+
+constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
+constexpr int kTag36h11Codes = 587;
+
+Result<Eigen::Vector3d> vector_of(const YamlCursor& at) {
+  Eigen::Vector3d v;
+  const std::array<const char*, 3> axes = {"x", "y", "z"};
+  for (int i = 0; i < 3; ++i) {
+    const Result<double> number = at.read_at(axes[static_cast<std::size_t>(i)], &YamlCursor::number);
+    if (!number) return tl::unexpected(number.error());
+    v[i] = *number;
+  }
+  return v;
+}
+
+/// A pose by position and rotation vector, and the standard deviations in its own axes where they stand
+/// there.
+Result<Uncertain<SE3>> tagslam_pose(const YamlCursor& at) {
+  const auto p = at.read_at("position", vector_of);
+  if (!p) return tl::unexpected(p.error());
+  const auto r = at.read_at("rotation", vector_of);
+  if (!r) return tl::unexpected(r.error());
+  Uncertain<SE3> pose{SE3(SO3::exp(*r), *p)};
+  if (!at.find("position_noise") || !at.find("rotation_noise")) return pose;
+  const auto sigma_m = at.read_at("position_noise", vector_of);
+  if (!sigma_m) return tl::unexpected(sigma_m.error());
+  const auto sigma_rad = at.read_at("rotation_noise", vector_of);
+  if (!sigma_rad) return tl::unexpected(sigma_rad.error());
+  Eigen::Matrix<double, 6, 1> variance;
+  variance << sigma_m->cwiseAbs2(), sigma_rad->cwiseAbs2();
+  const auto Ad = pose.mean.adjoint();
+  pose.covariance = Ad * variance.asDiagonal() * Ad.transpose();
+  return pose;
+}
+
+Result<double> size_of(const YamlCursor& at, std::string_view key, std::optional<double> fallback) {
+  const auto found = at.find(key);
+  if (!found && fallback) return *fallback;
+  const Result<double> size = at.read_at(key, &YamlCursor::number);
+  if (!size) return size;
+  if (!is_tag_size(*size))
+    return found->fail_here(ErrorCode::InvalidArgument, "a tag has a size greater than 0");
+  return size;
+}
+
+Status add_tag(const YamlCursor& at, const TagId& id, const MappedTag& tag, ReadMap& map) {
+  if (map.map.tags.tags.emplace(id, tag).second) return {};
+  return at.fail_here(ErrorCode::InvalidArgument, fmt::format("{} is given twice", to_string(id)));
+}
+
+Status read_body(const YamlCursor& body, std::optional<double> tag_size_m, ReadMap& map) {
+  const SE3 half_turn(SO3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0)), Eigen::Vector3d::Zero());
+  const auto pose = body.find("pose");
+  Uncertain<SE3> map_T_body;
+  if (pose) {
+    const auto read = tagslam_pose(*pose);
+    if (!read) return tl::unexpected(read.error());
+    map_T_body = *read;
+  }
+  std::optional<double> usual = tag_size_m;
+  if (body.find("default_tag_size")) {
+    const Result<double> size = size_of(body, "default_tag_size", {});
+    if (!size) return tl::unexpected(size.error());
+    usual = *size;
+  }
+  const auto tags = body.find("tags");
+  if (!tags) return {};
+  for (const YamlCursor& entry : tags->children()) {
+    const auto id = entry.read_at("id", [](const YamlCursor& c) { return c.integer(0, 1'000'000); });
+    if (!id) return tl::unexpected(id.error());
+    const auto at = entry.find("pose");
+    if (!at) {
+      map.warnings.push_back(fmt::format("tag {} has no pose: left out", *id));
+      continue;
+    }
+    const auto body_T_tag = tagslam_pose(*at);
+    if (!body_T_tag) return tl::unexpected(body_T_tag.error());
+    const Result<double> size = size_of(entry, "size", usual);
+    if (!size) return tl::unexpected(size.error());
+    const Uncertain<SE3> placed = compose(map_T_body, *body_T_tag);
+    MappedTag tag{.map_T_tag = placed.mean * half_turn, .size_m = *size};
+    constexpr double kExact = 1e-10;
+    if (placed.covariance.diagonal().maxCoeff() > kExact) tag.covariance = placed.covariance;
+    const TagId name{*id < kTag36h11Codes ? FamilyId::Tag36h11 : FamilyId::TagStandard41h12,
+                     static_cast<int>(*id)};
+    if (Status status = add_tag(entry, name, tag, map); !status) return status;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<ReadMap> read_tagslam_map(const YamlCursor& root, std::optional<double> tag_size_m) {
+  ReadMap map{.form = MapForm::Tagslam};
+  const Result<YamlCursor> bodies = root.at("bodies");
+  if (!bodies) return tl::unexpected(bodies.error());
+  for (const YamlCursor& named : bodies->children()) {
+    if (!named.is_map() || named.children().empty())
+      return named.fail_here(ErrorCode::Unreadable, "a body is `- NAME:` and its keys below");
+    const YamlCursor body = named.children().front();
+    const std::string& name = named.node().keys.front();
+    const auto stands = body.find("is_static");
+    const Result<bool> is_static = stands ? stands->boolean() : Result<bool>(true);
+    if (!is_static) return tl::unexpected(is_static.error());
+    if (!*is_static) {
+      if (body.find("tags"))
+        map.warnings.push_back(fmt::format("the body {} moves: its tags are left out", name));
+      continue;
+    }
+    if (Status status = read_body(body, tag_size_m, map); !status) return tl::unexpected(status.error());
+  }
+  return map;
+}
+
+Result<ReadMap> read_transforms(const YamlCursor& root, std::optional<double> tag_size_m) {
+  ReadMap map{.form = MapForm::Transforms};
+  if (!tag_size_m)
+    return fail(ErrorCode::InvalidArgument, "transforms do not say how large the tags are",
+                {.source = root.source()}, "Give --tag-size-m, the side of the black square.");
+  const Result<YamlCursor> transforms = root.at("transforms");
+  if (!transforms) return tl::unexpected(transforms.error());
+  for (const YamlCursor& entry : transforms->children()) {
+    const Result<std::string> child = entry.read_at("child_frame_id", &YamlCursor::text);
+    if (!child) return tl::unexpected(child.error());
+    const Result<TagId> id = parse_tag_id(*child);
+    if (!id) {
+      map.warnings.push_back(
+          fmt::format("'{}' is the frame of no tag (tag36h11:7 would be): left out", *child));
+      continue;
+    }
+    const Result<YamlCursor> transform = entry.at("transform");
+    if (!transform) return tl::unexpected(transform.error());
+    const auto p = transform->read_at("translation", vector_of);
+    if (!p) return tl::unexpected(p.error());
+    const Result<YamlCursor> turn = transform->at("rotation");
+    if (!turn) return tl::unexpected(turn.error());
+    const auto q = vector_of(*turn);
+    if (!q) return tl::unexpected(q.error());
+    const Result<double> w = turn->read_at("w", &YamlCursor::number);
+    if (!w) return tl::unexpected(w.error());
+    const auto rotation = SO3::try_from_quaternion(Eigen::Quaterniond(*w, q->x(), q->y(), q->z()));
+    if (!rotation) return turn->fail_here(rotation.error().code, rotation.error().message);
+    const MappedTag tag{.map_T_tag = SE3(*rotation, *p), .size_m = *tag_size_m};
+    if (Status status = add_tag(entry, *id, tag, map); !status) return tl::unexpected(status.error());
+  }
+  return map;
+}
+
+}  // namespace internal
+
+namespace {
+
+Result<ReadMap> read_known(std::string_view text, const std::string& source,
+                           std::optional<double> tag_size_m) {
+  if (text.find("waymark-map") != std::string_view::npos) {
+    Result<MapFile> map = parse_map(text, source);
+    if (!map) return tl::unexpected(map.error());
+    return ReadMap{.map = std::move(*map)};
+  }
+  const Result<YamlNode> tree = parse_yaml(text, source, internal::kLimits);
+  if (!tree) return tl::unexpected(tree.error());
+  const YamlCursor root(*tree, source);
+  if (root.is_map() && root.find("bodies")) return internal::read_tagslam_map(root, tag_size_m);
+  if (root.is_map() && root.find("transforms")) return internal::read_transforms(root, tag_size_m);
+  const Result<LandmarksFile> other = parse_landmarks(text, source, tag_size_m);
+  if (!other) return tl::unexpected(other.error());
+  if (other->tags.tags.empty())
+    return fail(ErrorCode::Unsupported, "this is a map of points, which have no directions",
+                {.source = source});
+  return ReadMap{.map = {.tags = other->tags}, .form = MapForm::Academy};
+}
+
+}  // namespace
+
+Result<ReadMap> parse_any_map(std::string_view text, const std::string& source,
+                              std::optional<double> tag_size_m) {
+  if (tag_size_m && !is_tag_size(*tag_size_m))
+    return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
+  Result<ReadMap> read = read_known(text, source, tag_size_m);
+  if (!read || read->form == MapForm::Waymark) return read;
+  if (read->map.tags.tags.empty())
+    return fail(ErrorCode::NotFound, "there is no tag with a pose in it", {.source = source});
+  read->map.anchor = read->map.tags.tags.begin()->first;
+  return read;
+}
+
+Result<ReadMap> read_any_map(const std::filesystem::path& path, std::optional<double> tag_size_m) {
+  std::error_code ignored;
+  const std::filesystem::path file = std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path;
+  const Result<std::string> text = read_text_file(file, internal::kLimits.bytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_any_map(*text, file.string(), tag_size_m);
+}
+
+}  // namespace waymark

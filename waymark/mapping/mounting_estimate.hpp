@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+
+#include "waymark/mapping/lap_bundle.hpp"
+
+namespace waymark {
+
+/// Where the camera sits by what a lap says, when the robot's file is only believed.
+struct MountingEstimate {
+  SE3 base_T_cam{};
+  /// From where it was believed: x, y, z [m] in base axes, rotation about them [rad].
+  Vector6 off = Vector6::Zero();
+  Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
+  bool stands_out = false;          ///< farther off than chance, and far enough to matter
+};
+
+/// Frees the camera's mounting (but for its height, which nothing on a floor tells) and adjusts everything
+/// once more; the bundle stays there. `believed` unless it is where the bundle has it. Nothing without
+/// odometry: tags alone say where the camera went, never where the base is.
+[[nodiscard]] std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
+                                                                const BundleProgress& progress,
+                                                                const std::optional<SE3>& believed = {});
+
+}  // namespace waymark
