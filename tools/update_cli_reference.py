@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/reference/cli.md"
-PLACE = re.compile(r"(<!-- help: waymark ?([a-z ]*) -->\n```text\n).*?(^```\n)", re.S | re.M)
+PLACE = re.compile(r"(<!-- help: waymark ?([a-z -]*?) -->\n```text\n).*?(^```\n)", re.S | re.M)
 
 
 def main():

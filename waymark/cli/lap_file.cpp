@@ -96,6 +96,11 @@ Result<TagId> tag_named(const std::string& text) {
   return parse_tag_id(only_digits ? "tag36h11:" + text : text);
 }
 
+void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m) {
+  world.anchor = anchor;
+  world.tags.tags[anchor] = {.map_T_tag = anchor_at_origin(), .size_m = tag_size_m};
+}
+
 TeachSetup teach_setup(const SimulatedStage& stage) {
   const World& world = stage.world;
   TeachSetup setup{.camera = stage.camera,
@@ -115,21 +120,26 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
       std::move(*file), {.library = "waymark " WAYMARK_VERSION, .durable = making.durable});
   if (!recorder) return recorder;
   const SimulatedStage& simulated = stage.simulated;
-  recorder->set_camera_latency(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
+  if (stage.process.empty())
+    recorder->set_camera_latency(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
   const TeachSetup setup = teach_setup(simulated);
-  Status status =
-      recorder->add_metadata(kMetadata, {{"verb", making.verb},
-                                         {"version", WAYMARK_VERSION},
-                                         {"robot", simulated.model.name},
-                                         {"driver", making.driver},
-                                         {"source", "sim"},
-                                         {"world", simulated.world.name},
-                                         {"seed", std::to_string(simulated.robot.seed)},
-                                         {"anchor", to_string(setup.anchor)},
-                                         {"map_T_anchor", text_of(setup.map_T_anchor)},
-                                         {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}});
+  std::map<std::string, std::string> facts = {
+      {"verb", making.verb},
+      {"version", WAYMARK_VERSION},
+      {"robot", simulated.model.name},
+      {"driver", making.driver},
+      {"source", stage.process.empty() ? "sim" : "process:" + stage.process},
+      {"anchor", to_string(setup.anchor)},
+      {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}};
+  if (stage.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);
+  if (!stage.world_yaml.empty()) {
+    facts["world"] = simulated.world.name;
+    facts["map_T_anchor"] = text_of(setup.map_T_anchor);
+  }
+  Status status = recorder->add_metadata(kMetadata, facts);
   if (status) status = recorder->add_attachment(kRobotFile, kYaml, {}, stage.robot_yaml);
-  if (status) status = recorder->add_attachment(kWorldFile, kYaml, {}, stage.world_yaml);
+  if (status && !stage.world_yaml.empty())
+    status = recorder->add_attachment(kWorldFile, kYaml, {}, stage.world_yaml);
   if (status)
     status =
         recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot) + making.options);

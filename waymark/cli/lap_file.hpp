@@ -18,6 +18,9 @@ namespace waymark::cli {
 /// What the teach phase knows of a stage: camera, tags' sizes, the anchor and its pose.
 [[nodiscard]] TeachSetup teach_setup(const SimulatedStage& stage);
 
+/// For a world of which only the anchor is known: it stands at the origin until the lap is mapped.
+void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
+
 /// How a recording comes to be.
 struct Making {
   std::string verb;      ///< of waymark

@@ -94,6 +94,8 @@ class ReplayEar {
   double driven_m_ = 0;
 };
 
+}  // namespace
+
 void judge(const Stage& stage, ReplayReport& report) {
   if (report.taught_path.empty()) {
     report.warnings.emplace_back(
@@ -107,8 +109,6 @@ void judge(const Stage& stage, ReplayReport& report) {
   else
     report.warnings.push_back("not judged: " + to_string(judgement.error()));
 }
-
-}  // namespace
 
 std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
 
@@ -178,7 +178,9 @@ std::string replay_options_yaml(const ReplayOptions& options) {
          write_fields(options.watch, 2) + "safety:\n" + write_fields(options.safety, 2);
 }
 
-Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob& job) {
+}  // namespace
+
+Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const ReplayJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
   Result<SampleRecorder> recorder = start_recording(
       job.output,
@@ -200,20 +202,21 @@ Result<std::optional<SampleRecorder>> record(const Stage& stage, const ReplayJob
   return std::optional<SampleRecorder>(std::move(*recorder));
 }
 
-}  // namespace
+ReplayJob with_lidar(ReplayJob job, const Stage& stage) {
+  const LidarOptions& lidar = stage.simulated.robot.lidar;
+  job.replay.base_T_lidar = SE2(lidar.x_m, lidar.y_m, lidar.yaw_deg * 0.017453292519943295);
+  return job;
+}
 
 Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
   const Stopwatch watch;
   const Result<ReplayFiles> loaded = load_replay(job);
   if (!loaded) return tl::unexpected(loaded.error());
-  Result<std::optional<SampleRecorder>> recorder = record(stage, job);
+  Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
   const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
-  ReplayJob mounted = job;
-  const LidarOptions& lidar = simulated.robot.lidar;
-  mounted.replay.base_T_lidar = SE2(lidar.x_m, lidar.y_m, lidar.yaw_deg * 0.017453292519943295);
-  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, mounted);
+  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, with_lidar(job, stage));
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
   ReplayEar ear(std::move(*recorder), goal_m, console);

@@ -143,6 +143,14 @@ struct ReplayReport {
   double wall_s = 0;
 };
 
+/// The job, with the lidar where the robot's file says it sits.
+[[nodiscard]] ReplayJob with_lidar(ReplayJob job, const Stage& stage);
+/// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
+/// none.
+[[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const ReplayJob& job);
+/// Holds the true path against the taught one, or says why that cannot be.
+void judge(const Stage& stage, ReplayReport& report);
+
 /// Lets the robot of the stage drive the route of the folder.
 [[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
 /// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …".

@@ -8,10 +8,9 @@
 
 #include "waymark/cli/human_driver.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/lesson.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/codecs/image_codec.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/pipeline/teach_monitor.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -20,85 +19,6 @@ std::int64_t now_ns() {
   const auto since_start = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration_cast<std::chrono::nanoseconds>(since_start).count();
 }
-
-/// Truth of pictures, where no estimator looks.
-constexpr const char* kTruthTags = "/truth/tag_detections";
-constexpr const char* kCompressed = "/image_raw/compressed";
-constexpr int kJpegQuality = 92;
-
-TeachMonitorOptions monitor_options(const SimulatedStage& stage) {
-  TeachMonitorOptions options;
-  if (stage.pictures) options.exposure_ms = stage.pictures->camera.exposure_ms;
-  // Pixels a radian in the middle of the picture, whatever the model.
-  const auto ahead = stage.camera.project(Eigen::Vector3d(0, 0, 1));
-  const auto beside = stage.camera.project(Eigen::Vector3d(1e-3, 0, 1));
-  if (ahead && beside) options.focal_length_px = std::max(1.0, (*beside - *ahead).norm() / 1e-3);
-  return options;
-}
-
-/// The corners that are wholly in view, as if a detector without errors had found them.
-TagFrame true_corners(const SeenPicture& seen) {
-  TagFrame frame{.stamp = seen.found.stamp};
-  for (const SceneTagTruth& tag : seen.picture.tags) {
-    if (std::ranges::count(tag.corner_visible, true) < 4) continue;
-    frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
-  }
-  return frame;
-}
-
-/// The samples of a lap on their way into the file and past the teacher.
-class Lesson {
- public:
-  Lesson(const SimulatedStage& stage, std::string images, SampleRecorder& recorder, Console& console)
-      : teacher_(teach_setup(stage)),
-        monitor_(monitor_options(stage)),
-        images_(std::move(images)),
-        recorder_(recorder),
-        console_(console) {}
-
-  Status on_sample(const Sample& sample) {
-    monitor_.add(sample);
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-      teacher_.watch(*frame);
-      console_.live(live_words(*frame));
-    }
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher_.add(*odometry);
-    return recorder_.add(sample);
-  }
-  Status on_picture(const SeenPicture& seen) {
-    Status status = recorder_.add_message(kTruthTags, seen.found.stamp, ros2::to_ros(true_corners(seen)));
-    if (!status || images_.empty()) return status;
-    const Image& image = seen.picture.image;
-    if (images_ == "raw") return recorder_.add(CameraFrame{.stamp = seen.found.stamp, .image = image});
-    auto bytes = encode_jpeg(image, kJpegQuality);
-    if (!bytes) return tl::unexpected(bytes.error());
-    ros2::CompressedImage message;
-    message.header = ros2::to_ros(CameraFrame{.stamp = seen.found.stamp}).header;
-    message.format = "jpeg";
-    message.data = std::move(*bytes);
-    return recorder_.add_message(kCompressed, seen.found.stamp, message);
-  }
-  [[nodiscard]] TeachSummary summary() const {
-    TeachSummary summary = teacher_.summary();
-    for (std::string& words : monitor_.summary()) summary.warnings.push_back(std::move(words));
-    return summary;
-  }
-  [[nodiscard]] const TeachMonitor& monitor() const { return monitor_; }
-
- private:
-  [[nodiscard]] std::string live_words(const TagFrame& frame) const {
-    std::string words =
-        fmt::format("{:.1f} s, {} tags", to_seconds(frame.stamp.time_since_epoch()), frame.detections.size());
-    for (const std::string& warning : monitor_.live()) words += "; " + warning;
-    return words + ". Ctrl-C stops the robot.";
-  }
-
-  Teacher teacher_;
-  TeachMonitor monitor_;
-  std::string images_;
-  SampleRecorder& recorder_;
-  Console& console_;
-};
 
 /// What a recording says of how it was driven and seen.
 std::string making_yaml(const SimulatedStage& stage, const TeachJob& job, const DriverOptions& driver) {
@@ -139,6 +59,15 @@ double peak_rss_mib() {
   return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024 : 0;
 }
 
+TeachReport report_of(const Lesson& lesson, const SimulatedLapEnd& end, const Stopwatch& watch) {
+  return {.summary = lesson.summary(),
+          .end = end,
+          .worst_blur_px = lesson.monitor().worst_blur_px(),
+          .blurred_frames = lesson.monitor().blurred_frames(),
+          .abrupt_moments = lesson.monitor().abrupt_moments(),
+          .wall_s = watch.seconds()};
+}
+
 std::vector<std::string> teach_drivers() { return {"scripted", "keyboard", "gamepad"}; }
 
 Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console) {
@@ -154,7 +83,7 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
                                                      .durable = job.durable},
                                                     stage);
   if (!recorder) return tl::unexpected(recorder.error());
-  Lesson lesson(simulated, job.images, *recorder, console);
+  Lesson lesson(teach_setup(simulated), monitor_options(simulated), job.images, *recorder, console);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return lesson.on_sample(sample); };
   listener.on_picture = [&](const SeenPicture& seen) { return lesson.on_picture(seen); };
@@ -164,12 +93,7 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
   console.end_progress();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
-  return TeachReport{.summary = lesson.summary(),
-                     .end = *end,
-                     .worst_blur_px = lesson.monitor().worst_blur_px(),
-                     .blurred_frames = lesson.monitor().blurred_frames(),
-                     .abrupt_moments = lesson.monitor().abrupt_moments(),
-                     .wall_s = watch.seconds()};
+  return report_of(lesson, *end, watch);
 }
 
 nlohmann::ordered_json links_json(const TeachSummary& summary) {

@@ -37,9 +37,9 @@ SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t see
 }  // namespace
 
 Result<Stage> load_stage(const std::string& world_name, const std::string& robot_file, std::uint64_t seed) {
-  const Result<Found> world_file = find("worlds", world_name);
+  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
   if (!world_file) return tl::unexpected(world_file.error());
-  Result<World> world = parse_world(world_file->text, world_file->path);
+  Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
   if (!world) return tl::unexpected(world.error());
   const Result<Found> robot_text = find("robots", robot_file);
   if (!robot_text) return tl::unexpected(robot_text.error());
@@ -59,19 +59,22 @@ std::string check_recording_name(const std::string& path) {
   return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
 }
 
-StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world)
-    : world_(world) {
-  app.add_option("--robot", robot_, "What drives: sim, the simulated robot (others will come)")
+StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world,
+                       bool processes)
+    : processes_(processes), world_(world) {
+  app.add_option("--robot", robot_,
+                 processes
+                     ? "What drives: sim, the simulated robot; process:CMD, any robot that a program of "
+                       "yours speaks for (docs/formats/robot-process.md)"
+                     : "What drives: sim, the simulated robot")
       ->capture_default_str()
       ->type_name("NAME");
   CLI::Option* world_flag = app.add_option("--world", world_,
                                            "World of the simulated robot: circuit24, limo-walls, "
                                            "academy-house, mbot-square, or the path of a .yaml file")
                                 ->type_name("NAME");
-  if (world.empty())
-    world_flag->required();
-  else
-    world_flag->capture_default_str();
+  if (world.empty() && !processes) world_flag->required();
+  if (!world.empty()) world_flag->capture_default_str();
   app.add_option("--robot-file", robot_file_,
                  "Body, camera and behaviour of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
                  "turtlebot3-waffle, or the path of a .yaml file. Unless given: " +
@@ -83,11 +86,29 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
       ->type_name("INTEGER");
 }
 
+std::string StageFlags::as_words(const std::string& robot_file) const {
+  return fmt::format("--world '{}' --robot-file '{}' --seed {}", world_,
+                     robot_file_.empty() ? robot_file : robot_file_, seed_);
+}
+
 Result<Stage> StageFlags::make(const std::string& robot_file) const {
+  constexpr std::string_view kProcess = "process:";
+  const std::string file = robot_file_.empty() ? robot_file : robot_file_;
+  if (processes_ && robot_.starts_with(kProcess)) {
+    Result<Stage> stage = load_stage(world_, file, seed_);
+    if (stage) stage->process = robot_.substr(kProcess.size());
+    if (stage && stage->process.empty())
+      return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
+                  "For example --robot \"process:python3 my_robot.py\".");
+    return stage;
+  }
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                suggestion(robot_, {"sim"}));
-  return load_stage(world_, robot_file_.empty() ? robot_file : robot_file_, seed_);
+                processes_ ? "Known: sim, process:CMD." : suggestion(robot_, {"sim"}));
+  if (world_.empty())
+    return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
+                {.key = "--world"}, "For example --world circuit24.");
+  return load_stage(world_, file, seed_);
 }
 
 }  // namespace waymark::cli

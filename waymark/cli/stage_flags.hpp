@@ -17,18 +17,19 @@ namespace waymark::cli {
 inline constexpr const char* kDurableHelp =
     "Sync the recording each second: a power cut loses no more than that, at the price of a busy disk";
 
-/// A simulated robot in its world, and the files that describe them.
+/// A robot in its world, and the files that describe them.
 struct Stage {
   SimulatedStage simulated;
-  std::string world_yaml;  ///< text of the world's file
+  std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
   std::string robot_yaml;
+  std::string process{};  ///< the command that is the robot; empty: it is simulated
 
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot};
   }
 };
 
-/// A world and a robot, by name or path.
+/// A world and a robot, by name or path. Without the name of a world: one with nothing in it.
 [[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
                                        std::uint64_t seed);
 
@@ -42,14 +43,19 @@ class StageFlags {
  public:
   /// `robot_file_default` is what the help says happens without --robot-file. Without a `world` the flag
   /// --world is required.
-  StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world = {});
+  /// With `processes` the robot may be a program of the user's: --robot process:CMD.
+  StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world = {},
+             bool processes = false);
   StageFlags(const StageFlags&) = delete;
   StageFlags& operator=(const StageFlags&) = delete;
 
   /// `robot_file`: where the robot is described when no flag says so.
   [[nodiscard]] Result<Stage> make(const std::string& robot_file) const;
+  /// The flags of the simulated robot again, for a command line.
+  [[nodiscard]] std::string as_words(const std::string& robot_file) const;
 
  private:
+  bool processes_;
   std::string robot_ = "sim";
   std::string world_;
   std::string robot_file_;

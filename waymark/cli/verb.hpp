@@ -49,6 +49,9 @@ struct Verb {
 [[nodiscard]] Verb recover_verb();
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb simulate_verb();
+[[nodiscard]] Verb robot_sim_verb();
+[[nodiscard]] Verb explore_verb();
+[[nodiscard]] Verb run_verb();
 [[nodiscard]] Verb world_new_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();

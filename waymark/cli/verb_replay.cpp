@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
@@ -19,7 +20,7 @@ namespace {
 
 struct ReplayArgs {
   explicit ReplayArgs(CLI::App& app)
-      : stage(app, "robot.yaml of the map's folder, or limo"),
+      : stage(app, "robot.yaml of the map's folder, or limo", {}, true),
         pictures(app),
         filter(app, "Methods riekf and ekf"),
         motion(app, "Methods riekf and ekf: motion"),
@@ -100,7 +101,8 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
     console.say(seen.error());
     return ExitCode::Usage;
   }
-  const Result<ReplayReport> report = replay_route(*stage, *job, console);
+  const Result<ReplayReport> report =
+      stage->process.empty() ? replay_route(*stage, *job, console) : replay_live(*stage, *job, console);
   if (!report) {
     console.say(report.error());
     return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
@@ -159,6 +161,9 @@ the reason is gone, and is given up after five seconds. A robot that was carried
 stops that last. docs/concepts/replay.md explains the controllers and the limits. The judgement is by the truth alone: the base's true way against that of the teach lap.
 Keys of --json: docs/reference/cli.md.
 
+--robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
+real time and behind a watchdog: a process of its own that stops the robot when this one is gone or silent.
+
 Exit code: 0 all laps were driven, 1 refused, stopped on the way, or a file was unusable (said in words),
 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -167,6 +172,7 @@ Examples:
   waymark replay map --world circuit24 --seed 12 --laps 2 -o replay.mcap --json
   waymark replay map --world circuit24 --faults faults.yaml
   waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
+  waymark replay map --robot "process:python3 my_robot.py" --robot-file my_robot.yaml
 )",
       .prepare = prepare_replay,
       .verbs = {}};

@@ -9,6 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -17,12 +18,13 @@ namespace waymark::cli {
 namespace {
 
 struct TeachArgs {
-  explicit TeachArgs(CLI::App& app) : stage(app, "limo"), pictures(app) {}
+  explicit TeachArgs(CLI::App& app) : stage(app, "limo", {}, true), pictures(app) {}
 
   StageFlags stage;
   PictureFlags pictures;
   TeachJob job;
   const CLI::Option* speed = nullptr;
+  LoneAnchorFlags anchor;
   bool json = false;
 };
 
@@ -65,7 +67,7 @@ Status check_job(const TeachArgs& args, const Stage& stage) {
                 fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
                 {.key = "--speed-m-s"},
                 "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
-  if (!args.job.images.empty() && !stage.simulated.pictures)
+  if (!args.job.images.empty() && !stage.simulated.pictures && stage.process.empty())
     return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
                 "Add --images.");
   return {};
@@ -74,12 +76,15 @@ Status check_job(const TeachArgs& args, const Stage& stage) {
 ExitCode teach(const TeachArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make("limo");
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (status) status = check_live_stage(*stage, args.anchor);
   if (status) status = check_job(args, *stage);
   if (!status) {
     console.say(status.error());
     return ExitCode::Usage;
   }
-  const Result<TeachReport> report = teach_lap(*stage, job_of(args, *stage), console);
+  const TeachJob job = job_of(args, *stage);
+  const Result<TeachReport> report =
+      stage->process.empty() ? teach_lap(*stage, job, console) : teach_live(*stage, job, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
@@ -112,9 +117,11 @@ Run prepare_teach(CLI::App& app) {
           ->check(CLI::Range(0.01, 5.0))
           ->type_name("FLOAT");
   app.add_option("--record-images", args->job.images,
-                 "Also record the pictures (with --images): jpeg, or raw, ten times as large")
+                 "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
+                 "times as large")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("HOW");
+  add_flags(app, args->anchor);
   app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return teach(*args, console); };
@@ -141,6 +148,11 @@ when the gamepad's left shoulder is let go. While somebody drives, the line on t
 blur, of abrupt starts and stops, and of fewer than two tags; at the end it says whether the lap can be mapped,
 on which few frames the map hangs, and what to do about it.
 
+--robot process:CMD drives any robot that a program of yours speaks for (docs/formats/robot-process.md), in
+real time, with keyboard or gamepad. Give its camera and body with --robot-file, and with --anchor and
+--tag-size-m what the map is to stand on. Where the robot also sends the truth, --world and --driver scripted
+let a script drive it.
+
 Exit code: 0 a lap that can be mapped, 1 one that cannot, or the file could not be written, 2 wrong usage,
 130 stopped by Ctrl-C.
 
@@ -149,6 +161,8 @@ Examples:
   waymark teach --world circuit24 --seed 2 -o lap2.mcap --json
   waymark teach --world circuit24 --images --exposure-ms 20 -o dim.mcap
   waymark teach --world limo-walls --driver keyboard -o mine.mcap
+  waymark teach --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 \
+    --driver gamepad -o mine.mcap
 )",
       .prepare = prepare_teach,
       .verbs = {}};

@@ -29,6 +29,7 @@ RobotHello hello_of(MessageFields& fields) {
                  fmt::format("{} is newer than this program's {}", hello.protocol_version, kRobotProtocol),
                  "Update waymark, or let the robot speak the older version.");
   hello.name = fields.text("name");
+  (void)fields.has("stamp_s");
   hello.lockstep = fields.flag_or_false("lockstep");
   if (fields.has("sends")) {
     const json* list = fields.array("sends", 100);
@@ -40,6 +41,11 @@ RobotHello hello_of(MessageFields& fields) {
     }
   }
   return hello;
+}
+
+RobotLog log_of(MessageFields& fields) {
+  (void)fields.has("stamp_s");  // may be there, says nothing
+  return {fields.text("text")};
 }
 
 SE2 pose_of(MessageFields& fields) {
@@ -195,7 +201,7 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
   if (name == "hello")
     message = hello_of(fields);
   else if (name == "log")
-    message = RobotLog{fields.text("text")};
+    message = log_of(fields);
   else if (!greeted_)
     return bad(fmt::format("'{}' came before 'hello'", name),
                R"(The first line is {"type":"hello","protocol_version":1,"name":"my robot"}.)");

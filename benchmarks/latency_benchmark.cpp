@@ -1,0 +1,210 @@
+// From the end of an exposure to the command at the robot, with its parts: a process that plays a robot sends
+// rendered pictures through the watchdog, and stamps the orders that come back. The same program is both.
+//
+// usage: latency_benchmark [PICTURES]
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/drivers/process/process_robot.hpp"
+#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/pipeline/replayer.hpp"
+#include "waymark/replay/route_builder.hpp"
+#include "waymark/simulation/path.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/refinement.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kSpeed_m_s = 0.4;
+constexpr Duration kFramePeriod = std::chrono::microseconds(66'667);
+constexpr int kOdometryPerFrame = 3;
+constexpr Duration kPause = std::chrono::milliseconds(60);
+
+struct Stage {
+  World world;
+  RobotDescription robot;
+  std::vector<PathPoint> path;  ///< a point a millimetre
+};
+
+Stage make_stage() {
+  const std::string share = WAYMARK_SHARE;
+  Stage stage{.world = read_world(share + "/worlds/circuit24.yaml").value(),
+              .robot = read_robot(share + "/robots/limo.yaml").value(),
+              .path = {}};
+  stage.path = sample_path(stage.world.path_m, stage.world.path_closed, 0.001);
+  return stage;
+}
+
+SE2 place(const Stage& stage, Duration time) {
+  const auto at = static_cast<std::size_t>(to_seconds(time) * kSpeed_m_s / 0.001);
+  return stage.path[at % stage.path.size()].map_T_path;
+}
+
+void write_line(const std::string& line) {
+  (void)std::fwrite(line.data(), 1, line.size(), stdout);
+  (void)std::fflush(stdout);
+}
+
+void say_odometry(const Stage& stage, Duration time) {
+  const Odometry odometry{SensorTime(time), place(stage, Duration{}).inverse() * place(stage, time),
+                          kSpeed_m_s, 0};
+  write_line(to_line(Sample(odometry)));
+}
+
+/// The robot: writes a picture, waits for the order that it causes, and says how long it took.
+int be_the_robot(int pictures) {
+  const Stage stage = make_stage();
+  const auto world = std::make_shared<const World>(stage.world);
+  auto eye = SceneEye::make(world, stage.robot.camera, stage.robot.model.base_T_cam, {}).value();
+  std::vector<std::vector<std::uint8_t>> jpegs;
+  for (int i = 0; i < pictures; ++i) {
+    const Duration time = kFramePeriod * i;
+    const auto seen = eye->look({.stamp = SensorTime(time),
+                                 .world = world,
+                                 .map_T_base = lift(place(stage, time)),
+                                 .twist = {kSpeed_m_s, 0, 0},
+                                 .seed = static_cast<std::uint64_t>(i)});
+    jpegs.push_back(encode_jpeg(seen->picture.image, 92).value());
+  }
+  write_line(to_line(RobotHello{.name = "latency"}));
+  std::string order;
+  std::int64_t answered = 0;
+  for (int i = 0; i < pictures; ++i) {
+    std::this_thread::sleep_for(kPause);
+    const Duration time = kFramePeriod * i;
+    for (int k = kOdometryPerFrame; k-- > 0;) {
+      if (i > 0 || k == 0) say_odometry(stage, time - k * kFramePeriod / kOdometryPerFrame);
+    }
+    const Duration exposed = steady_now();
+    write_line(to_line(Sample(CameraFrame{.stamp = SensorTime(time)}), jpegs[static_cast<std::size_t>(i)]));
+    while (std::getline(std::cin, order)) {
+      const RobotOrderLine read = parse_order_line(order);
+      if (read.kind == RobotOrderLine::Kind::Bye) return 0;
+      if (read.kind == RobotOrderLine::Kind::Velocity && !read.by_watchdog) break;
+    }
+    write_line(to_line(RobotLog{fmt::format("{}", (steady_now() - exposed).count())}));
+    ++answered;
+  }
+  return answered == pictures ? 0 : 1;
+}
+
+struct Part {
+  const char* name;
+  std::vector<double> ms{};
+};
+
+double percentile(std::vector<double> values, double share) {
+  std::ranges::sort(values);
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+class Meter {
+ public:
+  void measure(std::size_t part, Duration& since) {
+    const Duration now = steady_now();
+    parts_[part].ms.push_back(to_seconds(now - since) * 1e3);
+    since = now;
+  }
+  void whole(double ms) {
+    double ours = 0;
+    for (std::size_t i = 0; i < 4; ++i) ours += parts_[i].ms.back();
+    parts_[4].ms.push_back(ms - ours);
+    parts_[5].ms.push_back(ms);
+  }
+  int print() const {
+    fmt::print("exposure end to command at the robot, 640 x 480, {} pictures [ms]\n", parts_[5].ms.size());
+    fmt::print("{:<34} {:>7} {:>7} {:>7}\n", "", "median", "p99", "worst");
+    for (const Part& part : parts_)
+      fmt::print("{:<34} {:7.2f} {:7.2f} {:7.2f}\n", part.name, percentile(part.ms, 0.5),
+                 percentile(part.ms, 0.99), percentile(part.ms, 1));
+    return 0;
+  }
+
+ private:
+  std::array<Part, 6> parts_{{{"base64 and JPEG decoded"},
+                              {"tags found, corners refined"},
+                              {"localised"},
+                              {"followed, limited, handed over"},
+                              {"pipes and watchdog, both ways"},
+                              {"whole"}}};
+};
+
+/// The loop of a replay, with a clock between its parts.
+int be_waymark(const std::string& self, int pictures) {
+  const Stage stage = make_stage();
+  Trajectory taught;
+  for (std::size_t i = 0; i < stage.path.size(); i += 20)
+    taught.push_back(
+        {SensorTime(Duration(static_cast<std::int64_t>(i) * 2'500'000)), lift(stage.path[i].map_T_path)});
+  const RobotModel& model = stage.robot.model;
+  Replayer replayer(make_localization_method({.landmarks = Landmarks(stage.world.tags),
+                                              .tags = stage.world.tags,
+                                              .eye = {stage.robot.camera, model.base_T_cam}})
+                        .value(),
+                    build_route(taught).value(), stage.world.tags, model, {});
+  const auto detector = make_apriltag_detector({.min_white_black_diff = 20}).value();
+  auto wire =
+      WatchedProcess::start(fmt::format("exec '{}' --robot {}", self, pictures), WAYMARK_WATCHDOG).value();
+  RobotMessageReader reader("latency");
+  Meter meter;
+  while (true) {
+    const auto lines = wire->read(std::chrono::seconds(1));
+    if (!lines) break;  // it has ended
+    for (const Line& line : *lines) {
+      Duration since = steady_now();
+      const auto message = reader.read(line);
+      if (!message) {
+        fmt::print(stderr, "{}\n", to_string(message.error()));
+        return 1;
+      }
+      if (!*message) continue;
+      if (const auto* log = std::get_if<RobotLog>(&**message))
+        meter.whole(std::atof(log->text.c_str()) * 1e-6);
+      const auto* sample = std::get_if<Sample>(&**message);
+      if (sample == nullptr) continue;
+      if (const auto* odometry = std::get_if<Odometry>(sample)) replayer.add(*odometry);
+      const auto* picture = std::get_if<CameraFrame>(sample);
+      if (picture == nullptr) continue;
+      meter.measure(0, since);
+      TagFrame frame{picture->stamp, picture->camera, detector->detect(picture->image).value()};
+      for (TagDetection& detection : frame.detections) {
+        const RefinedCorners refined = refine_corners(picture->image, detection, {}, &stage.robot.camera);
+        detection.corners_px = refined.corners_px;
+        detection.corner_covariance_px2 = refined.covariance_px2;
+      }
+      meter.measure(1, since);
+      replayer.add(frame);
+      meter.measure(2, since);
+      const ReplayStep step = replayer.step(picture->stamp);
+      (void)wire->send(step.command.speed_m_s, step.command.yaw_rate_rad_s);
+      meter.measure(3, since);
+    }
+  }
+  return meter.print();
+}
+
+}  // namespace
+}  // namespace waymark
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> words(argv, argv + argc);
+  constexpr int kPictures = 300;
+  if (words.size() == 3 && words[1] == "--robot") return waymark::be_the_robot(std::atoi(argv[2]));
+  return waymark::be_waymark(words[0], words.size() > 1 ? std::atoi(argv[1]) : kPictures);
+}

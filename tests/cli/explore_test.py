@@ -1,0 +1,103 @@
+#!/usr/bin/python3
+"""`waymark explore`: a robot that wanders, meets nothing, and knows where it is; and `waymark run`."""
+import json
+import os
+import signal
+import subprocess
+import time
+
+from harness import PROGRAM, InFolder, unittest
+
+MINUTES = 60 if os.environ.get("WAYMARK_FULL") else 3
+
+
+class Explore(InFolder):
+    def test_meets_nothing_and_knows_where_it_is(self):
+        outcome = self.run_here("explore", "--world", "academy-house", "--minutes", MINUTES, "--seed", "1", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        report = outcome.records[0]
+        self.assertEqual(report["collisions"], 0)
+        self.assertGreater(report["nearest_m"], 0.02)
+        self.assertGreater(report["distance_m"], 5 * MINUTES)
+        self.assertGreaterEqual(len(report["tags_seen"]), 6 if MINUTES >= 60 else 3)
+        self.assertGreater(report["certain_fraction"], 0.5)
+        self.assertLess(report["position_rmse_m"], 0.15)
+
+    def test_the_same_seed_wanders_the_same_way(self):
+        first, again, other = (self.run_here("explore", "--minutes", "0.3", "--seed", seed, "--json").records[0]
+                               for seed in ("3", "3", "4"))
+        for report in (first, again, other):
+            del report["wall_s"]
+        self.assertEqual(first, again)
+        self.assertNotEqual(first, other)
+
+    def test_records_and_stops_by_ctrl_c(self):
+        process = subprocess.Popen([PROGRAM, "explore", "--minutes", "600", "-o", "walk.mcap", "--json"], cwd=self.folder,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        walk = self.folder / "walk.mcap"
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and (not walk.exists() or walk.stat().st_size < 100_000):
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, err)
+        self.assertGreater(json.loads(out)["distance_m"], 0)
+        topics = {topic["topic"] for topic in self.run_here("info", "walk.mcap", "--json").records[0]["topics"]}
+        self.assertLessEqual({"/scan", "/cmd_vel", "/truth/pose"}, topics)
+
+    def test_a_map_of_somewhere_else_is_not_there(self):
+        outcome = self.run_here("explore", "--map", "nowhere", "--minutes", "0.1")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("nowhere", outcome.err)
+
+
+class Story(InFolder):
+    def test_a_script_teaches_maps_and_replays(self):
+        outcome = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "-o", "story", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        report = outcome.records[0]
+        self.assertEqual((report["laps_taught"], len(report["mapping_s"]), len(report["replays"])), (1, 1, 1))
+        self.assertTrue(report["replays"][0]["finished"])
+        self.assertEqual(report["state"], "over")
+        for words in ("teaching. ", "mapping. ", "ready. ", "replaying. ", "done. "):
+            self.assertIn("waymark run: " + words, outcome.err)
+        self.assertTrue((self.folder / "story/map/route.yaml").exists())
+        self.assertTrue((self.folder / "story/replay.mcap").exists())
+
+    def test_a_program_is_in_charge_by_lines(self):
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "-o", "story", "--json"],
+                                   cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
+
+        def tell(line, wait_s=0.6):
+            process.stdin.write(line + "\n")
+            process.stdin.flush()
+            time.sleep(wait_s)
+
+        time.sleep(1.5)
+        tell("drive 0.3 0")  # idle: refused, nothing moves
+        tell("stop")
+        tell("go")
+        for _ in range(8):
+            tell("drive 0.3 0.1", 0.2)
+        tell("stop")  # the lap is dropped
+        tell("quit", 0)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 0, err)
+        self.assertIn("the robot stands already", err)
+        report = json.loads(out)
+        self.assertEqual((report["laps_taught"], report["state"]), (0, "over"))
+        lap = self.run_here("info", "story/lap.mcap", "--json").records[0]
+        self.assertGreater({topic["topic"]: topic for topic in lap["topics"]}["/odom"]["messages"], 20)
+
+    def test_usage(self):
+        for words, said in ((["--world", "circuit24", "--driver", "hands"], "no driver 'hands'"),
+                            (["--driver", "scripted"], "--world is required"),
+                            (["--world", "circuit24", "--driver", "keyboard"], "not a terminal")):
+            outcome = self.run_here("run", "-o", "story", *words, stdin=subprocess.DEVNULL)
+            self.assertIn(outcome.code, (1, 2), outcome.err)
+            self.assertIn(said, outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,155 @@
+#!/usr/bin/python3
+"""Robots as processes: the whole loop with one, robots that misbehave, and the example of the documents."""
+import json
+import os
+import pathlib
+import pty
+import signal
+import subprocess
+import sys
+import time
+
+from harness import PROGRAM, InFolder, unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SIM = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
+HELLO = """echo '{"type":"hello","protocol_version":1,"name":"tiny"}'; """
+
+
+class Loop(InFolder):
+    def test_teach_map_and_replay_over_a_process(self):
+        taught = self.run_here("teach", "--robot", SIM, "--world", "circuit24", "-o", "lap.mcap", "--json")
+        self.assertEqual(taught.code, 0, taught.err)
+        self.assertTrue(taught.records[0]["mappable"])
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+        replayed = self.run_here("replay", "map", "--robot", SIM + " --seed 7", "--world", "circuit24",
+                                 "-o", "replay.mcap", "--json")
+        self.assertEqual(replayed.code, 0, replayed.err)
+        report = replayed.records[0]
+        self.assertTrue(report["finished"])
+        inside = self.run_here("replay", "map", "--world", "circuit24", "--seed", "7", "--json").records[0]
+        # The same robot, the same noise: only what crosses the wire could differ.
+        self.assertAlmostEqual(report["cross_track_rmse_m"], inside["cross_track_rmse_m"], delta=0.002)
+        info = self.run_here("info", "replay.mcap", "--json").records[0]
+        topics = {topic["topic"] for topic in info["topics"]}
+        self.assertLessEqual({"/odom", "/tag_detections", "/cmd_vel", "/waymark/pose", "/truth/pose"}, topics)
+
+    def test_lockstep_gives_the_same_bytes_twice(self):
+        for name in ("a", "b"):
+            process = subprocess.Popen([PROGRAM, "robot-sim", "--world", "circuit24", "--lockstep"], stdin=subprocess.PIPE,
+                                       stdout=subprocess.PIPE, text=True)
+            said = []
+            for line in process.stdout:
+                said.append(line)
+                message = json.loads(line)
+                if message["type"] == "step":
+                    if message["step"] == 40:
+                        break
+                    order = {"type": "velocity", "speed_m_s": 0.3, "yaw_rate_rad_s": 0.1, "step": message["step"]}
+                    time.sleep(0.01 if name == "b" else 0)
+                    process.stdin.write(json.dumps({"type": "velocity", "speed_m_s": 0, "yaw_rate_rad_s": 0}) + "\n")
+                    process.stdin.write(json.dumps(order) + "\n")
+                    process.stdin.flush()
+            process.stdin.close()
+            self.assertEqual(process.wait(20), 0)
+            process.stdout.close()
+            if name == "a":
+                first = said
+        self.assertEqual(first, said)
+        truth = [json.loads(line) for line in said if '"type":"truth"' in line]
+        self.assertGreater(abs(truth[-1]["y_m"] - truth[0]["y_m"]), 0.3, "it drove")
+
+    def test_ctrl_c_in_the_middle_of_pictures(self):
+        process = subprocess.Popen([PROGRAM, "teach", "--robot", SIM + " --images", "--world", "circuit24", "-o", "lap.mcap"],
+                                   cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        lap = self.folder / "lap.mcap"
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not lap.exists():
+            time.sleep(0.05)
+        time.sleep(2)  # some pictures
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, out + err)
+        self.assertIn("the recording is whole up to here", err)
+        info = self.run_here("info", "lap.mcap", "--json")
+        self.assertEqual(info.code, 0, info.err)
+        topics = {topic["topic"]: topic for topic in info.records[0]["topics"]}
+        self.assertGreater(topics["/tag_detections"]["messages"], 1, "found in the pictures")
+
+    @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "takes minutes")
+    def test_the_loop_on_pictures_over_the_wire(self):
+        sim = SIM + " --images"
+        self.assertEqual(self.run_here("teach", "--robot", sim, "--world", "circuit24", "-o", "lap.mcap").code, 0)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+        replayed = self.run_here("replay", "map", "--robot", sim + " --seed 7", "--world", "circuit24", "--json")
+        self.assertEqual(replayed.code, 0, replayed.err)
+        print(replayed.out, file=sys.stderr)
+
+
+class Misbehaviour(InFolder):
+    def teach(self, command, *more):
+        return self.run_here("teach", "--robot", "process:" + command, "--world", "circuit24", "-o", "lap.mcap", *more)
+
+    def test_is_said_in_words(self):
+        odometry = """echo '{"type":"odometry","stamp_s":1,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'; """
+        for command, words in (("echo motors on", ":1: is no JSON object: 'motors on'"),
+                               ("exit 7", "ended with exit code 7"),
+                               ("no-such-robot-program", "no such program"),
+                               (HELLO + odometry + "sleep 0.1; kill -9 $$", "signal 9"),
+                               (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
+                               (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
+                               (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
+            (self.folder / "lap.mcap").unlink(missing_ok=True)
+            outcome = self.teach(command)
+            self.assertEqual(outcome.code, 1, outcome.err)
+            self.assertIn(words, outcome.err)
+
+    def test_words_pass_and_the_unknown_is_said_once(self):
+        strange = """for i in 1 2 3; do echo '{"type":"sonar","stamp_s":1}'; done; """
+        log = """echo '{"type":"log","text":"battery low"}'; echo from stderr >&2; exit 1"""
+        outcome = self.teach(HELLO + strange + log)
+        self.assertEqual(outcome.err.count("type 'sonar'"), 1, outcome.err)
+        self.assertIn("robot: battery low", outcome.err)
+        self.assertIn("from stderr", outcome.err)
+
+    def test_usage(self):
+        for words, said in ((["--robot", "process:"], "names no command"),
+                            (["--robot", "process:true"], "--anchor"),
+                            (["--robot", "process:true", "--anchor", "0"], "--tag-size-m"),
+                            (["--robot", "process:true", "--anchor", "zero", "--tag-size-m", "1"], "zero"),
+                            (["--robot", "gazebo", "--world", "circuit24"], "process:CMD"),
+                            (["--world", "circuit24", "--anchor", "0"], "already says"),
+                            (["--robot", "process:true", "--world", "circuit24", "--driver", "hands"], "no driver")):
+            outcome = self.run_here("teach", "-o", "x.mcap", *words)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(said, outcome.err)
+
+
+class Example(InFolder):
+    def test_a_person_teaches_the_example_with_keys(self):
+        keyboard, terminal = pty.openpty()
+        command = f"process:exec /usr/bin/python3 '{ROOT / 'examples/process_robot.py'}'"
+        process = subprocess.Popen([PROGRAM, "teach", "--robot", command, "--anchor", "0", "--tag-size-m", "0.3", "--driver",
+                                    "keyboard", "-o", "lap.mcap", "--json"], cwd=self.folder, stdin=terminal,
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        lap = self.folder / "lap.mcap"
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not lap.exists():
+            time.sleep(0.1)
+        for _ in range(20):
+            os.write(keyboard, b"w")
+            time.sleep(0.1)
+        os.write(keyboard, b"q")
+        out, err = process.communicate(timeout=60)
+        os.close(keyboard)
+        os.close(terminal)
+        self.assertIn(process.returncode, (0, 1), err)
+        report = json.loads(out)
+        self.assertTrue(report["finished"], err)
+        self.assertGreater(report["distance_m"], 0.1)
+        self.assertGreaterEqual(report["tags"], 2)
+        self.assertLessEqual(len((ROOT / "examples/process_robot.py").read_text().splitlines()), 67)
+
+
+if __name__ == "__main__":
+    unittest.main()

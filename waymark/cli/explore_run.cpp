@@ -1,0 +1,231 @@
+#include "waymark/cli/explore_run.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/estimate_message.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/simulation/collision.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// For robots whose file has no lidar: LIMO's turns eight times a second.
+constexpr double kUsualLidar_hz = 8;
+
+Result<TagMap> tags_of(const Stage& stage, const ExploreJob& job) {
+  if (job.map.empty()) return stage.simulated.world.tags;
+  std::error_code ignored;
+  const std::filesystem::path given(job.map);
+  const auto file = read_map(std::filesystem::is_directory(given, ignored) ? given / "map.yaml" : given);
+  if (!file) return tl::unexpected(file.error());
+  return file->tags;
+}
+
+double percentile(std::vector<double> values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, values.begin() + at);
+  return values[static_cast<std::size_t>(at)];
+}
+
+/// What the truth says of a robot that wanders.
+class Judge {
+ public:
+  Judge(const World& world, const Hull& hull) : world_(world), hull_(hull) {}
+
+  void hear(const TruthPose& truth) {
+    const SE2 map_T_base = project_to_plane(truth.map_T_base);
+    if (!path_.empty())
+      distance_m_ += (map_T_base.translation() - path_.rbegin()->second.translation()).norm();
+    path_[truth.stamp] = map_T_base;
+    constexpr std::size_t kOneSecond = 50;
+    if (path_.size() > kOneSecond) path_.erase(path_.begin());
+    const double near_m = obstacle_distance_m(world_, hull_, map_T_base);
+    if (near_m <= 0 && nearest_now_m_ > 0) ++collisions_;
+    nearest_now_m_ = near_m;
+    nearest_m_ = std::min(nearest_m_, near_m);
+  }
+  void hear(const LocalizationEstimate& estimate) {
+    ++estimates_;
+    if (!estimate.certain || path_.empty()) return;
+    const auto after = path_.lower_bound(estimate.stamp);
+    const SE2 error =
+        (after == path_.end() ? path_.rbegin()->second : after->second).inverse() * estimate.map_T_base;
+    position_m_.push_back(error.translation().norm());
+    heading_square_ += error.yaw() * error.yaw();
+  }
+  void fill(ExploreReport& report) const {
+    report.distance_m = distance_m_;
+    report.collisions = collisions_;
+    report.nearest_m = nearest_m_;
+    report.estimates = estimates_;
+    if (position_m_.empty()) return;
+    const auto n = static_cast<double>(position_m_.size());
+    report.certain_fraction = n / static_cast<double>(estimates_);
+    double square = 0;
+    for (const double e : position_m_) square += e * e;
+    report.position_rmse_m = std::sqrt(square / n);
+    report.position_p95_m = percentile(position_m_, 0.95);
+    report.position_max_m = std::ranges::max(position_m_);
+    report.heading_rmse_deg = std::sqrt(heading_square_ / n) * 180 / std::numbers::pi;
+  }
+
+ private:
+  const World& world_;
+  Hull hull_;
+  std::map<SensorTime, SE2> path_{};  ///< of the last second
+  double distance_m_ = 0;
+  int collisions_ = 0;
+  double nearest_now_m_ = std::numeric_limits<double>::infinity();
+  double nearest_m_ = std::numeric_limits<double>::infinity();
+  std::size_t estimates_ = 0;
+  std::vector<double> position_m_{};
+  double heading_square_ = 0;
+};
+
+/// A robot that wanders, as it goes on.
+class Wander {
+ public:
+  Wander(const Stage& stage, const ExploreJob& job, TagMap tags, Localizer localizer,
+         std::optional<SampleRecorder> recorder, Console& console)
+      : tags_(std::move(tags)),
+        localizer_(std::move(localizer)),
+        recorder_(std::move(recorder)),
+        console_(console),
+        judge_(stage.simulated.world, stage.simulated.model.hull),
+        explorer_(job.explore, stage.simulated.model,
+                  SE2(stage.simulated.robot.lidar.x_m, stage.simulated.robot.lidar.y_m,
+                      stage.simulated.robot.lidar.yaw_deg * std::numbers::pi / 180),
+                  Random(stage.simulated.robot.seed + kExploreSeed)) {}
+
+  Status hear(const Sample& sample) {
+    if (const auto* truth = std::get_if<TruthPose>(&sample)) judge_.hear(*truth);
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) explorer_.add(*scan);
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
+      for (const TagDetection& detection : frame->detections) {
+        if (tags_.find(detection.tag) != nullptr) ++seen_[detection.tag];
+      }
+    }
+    localizer_.add(sample);
+    return recorder_ ? recorder_->add(sample) : Status();
+  }
+
+  Result<DriverDecision> decide(SensorTime now, double seconds, double most_s) {
+    const ExploreStep step = explorer_.step(now);
+    stands_ = step.reason.value_or("");
+    const auto estimate = localizer_.estimate();
+    if (estimate) judge_.hear(*estimate);
+    console_.live(fmt::format(
+        "{:.0f} of {:.0f} s, {} of {} tags seen, {}. Ctrl-C stops the robot.", seconds, most_s, seen_.size(),
+        tags_.tags.size(), estimate && estimate->certain ? "the place is known" : "the place is not known"));
+    if (recorder_ && estimate && estimate->certain) {
+      Status status = recorder_->add_message(topics::kEstimate, now, estimate_message(*estimate));
+      if (!status) return tl::unexpected(status.error());
+    }
+    return DriverDecision{.command = step.command, .done = seconds >= most_s};
+  }
+
+  Status close() { return recorder_ ? recorder_->close() : Status(); }
+  void fill(ExploreReport& report) const {
+    judge_.fill(report);
+    report.stands = stands_;
+    report.turns = explorer_.turns();
+    report.tags = tags_.tags.size();
+    for (const auto& [tag, frames] : seen_) report.seen.push_back(to_string(tag));
+  }
+
+ private:
+  /// The wandering must not be in step with the sensors' noise.
+  static constexpr std::uint64_t kExploreSeed = 2000;
+  TagMap tags_;
+  Localizer localizer_;
+  std::optional<SampleRecorder> recorder_;
+  Console& console_;
+  Judge judge_;
+  Explorer explorer_;
+  std::map<TagId, int> seen_{};
+  std::string stands_{};
+};
+
+Result<std::optional<SampleRecorder>> recorder_of(const Stage& stage, const ExploreJob& job) {
+  if (job.output.empty()) return std::optional<SampleRecorder>();
+  Result<SampleRecorder> recorder = start_recording(
+      job.output,
+      {.verb = "explore", .driver = "explore", .options = "explore:\n" + write_fields(job.explore, 2)},
+      stage);
+  if (!recorder) return tl::unexpected(recorder.error());
+  return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+}  // namespace
+
+Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console& console) {
+  const Stopwatch watch;
+  SimulatedStage& simulated = stage.simulated;
+  if (simulated.robot.lidar.rate_hz <= 0) simulated.robot.lidar.rate_hz = kUsualLidar_hz;
+  auto tags = tags_of(stage, job);
+  if (!tags) return tl::unexpected(tags.error());
+  auto localizer = Localizer::make({.landmarks = Landmarks(*tags),
+                                    .tags = *tags,
+                                    .eye = {simulated.camera, simulated.model.base_T_cam},
+                                    .method = "riekf",
+                                    .filter = job.filter});
+  if (!localizer) return tl::unexpected(localizer.error());
+  auto recorder = recorder_of(stage, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  Wander wander(stage, job, std::move(*tags), std::move(*localizer), std::move(*recorder), console);
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) { return wander.hear(sample); };
+  listener.should_stop = [] { return interrupted(); };
+  const double most_s = 60 * job.minutes;
+  const auto end = drive_lap(
+      simulated,
+      [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) {
+        return wander.decide(now, to_seconds(uptime), most_s);
+      },
+      listener, most_s + 1);
+  const Status closed = wander.close();
+  console.end_progress();
+  if (!end) return tl::unexpected(end.error());
+  if (!closed) return tl::unexpected(closed.error());
+  ExploreReport report{.interrupted = end->interrupted, .seconds = end->lap_s};
+  wander.fill(report);
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+nlohmann::ordered_json to_json(const ExploreReport& r) {
+  const auto number = [](const std::optional<double>& value) -> nlohmann::ordered_json {
+    if (!value) return nullptr;
+    return *value;
+  };
+  return {{"seconds", r.seconds},
+          {"distance_m", r.distance_m},
+          {"turns", r.turns},
+          {"tags_seen", r.seen},
+          {"tags", r.tags},
+          {"collisions", r.collisions},
+          {"nearest_m", r.nearest_m},
+          {"certain_fraction", r.certain_fraction},
+          {"position_rmse_m", number(r.position_rmse_m)},
+          {"position_p95_m", number(r.position_p95_m)},
+          {"position_max_m", number(r.position_max_m)},
+          {"heading_rmse_deg", number(r.heading_rmse_deg)},
+          {"stands", r.stands},
+          {"wall_s", r.wall_s}};
+}
+
+}  // namespace waymark::cli

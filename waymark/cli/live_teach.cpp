@@ -1,0 +1,80 @@
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/cli/lesson.hpp"
+#include "waymark/cli/live_driver.hpp"
+#include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/robot_loop.hpp"
+
+namespace waymark::cli {
+
+void add_flags(CLI::App& app, LoneAnchorFlags& flags) {
+  app.add_option("--anchor", flags.anchor,
+                 "With --robot process: the tag on which the map will stand, for example tag36h11:0, or its "
+                 "number; it is seen where the lap begins and ends")
+      ->type_name("TAG");
+  app.add_option("--tag-size-m", flags.tag_size_m, "With --robot process: side of the tags' black squares")
+      ->check(CLI::Range(0.001, 10.0))
+      ->type_name("FLOAT");
+}
+
+Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags) {
+  if (stage.process.empty() || !stage.world_yaml.empty()) {
+    if (flags.anchor.empty() && flags.tag_size_m == 0) return {};
+    return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
+                {.key = flags.anchor.empty() ? "--tag-size-m" : "--anchor"},
+                "Leave it out, or --world with --robot process:CMD.");
+  }
+  if (flags.anchor.empty() || flags.tag_size_m == 0)
+    return fail(ErrorCode::InvalidArgument, "nobody knows the tags of this place",
+                {.key = flags.anchor.empty() ? "--anchor" : "--tag-size-m"},
+                "For example --anchor 0 --tag-size-m 0.16.");
+  const auto anchor = tag_named(flags.anchor);
+  if (!anchor) return tl::unexpected(anchor.error());
+  place_lone_anchor(stage.simulated.world, *anchor, flags.tag_size_m);
+  return {};
+}
+
+Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console& console) {
+  const Stopwatch watch;
+  const auto driver = LiveDriver::make(job.driver, job.speed_m_s, stage.simulated);
+  if (!driver) return tl::unexpected(driver.error());
+  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  if (!robot) return tl::unexpected(robot.error());
+  Result<SampleRecorder> recorder =
+      start_recording(job.output,
+                      {.verb = "teach",
+                       .driver = job.driver,
+                       .options = fmt::format("driver:\n  speed_m_s: {}\n", job.speed_m_s),
+                       .durable = job.durable},
+                      stage);
+  if (!recorder) return tl::unexpected(recorder.error());
+  Lesson lesson(teach_setup(stage.simulated), monitor_options(stage.simulated), job.images, *recorder,
+                console);
+  SimulatedLapEnd end;
+  RobotListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    (*driver)->hear(sample);
+    return lesson.on_sample(sample);
+  };
+  listener.decide = [&](Duration uptime, SensorTime now) -> Result<std::optional<VelocityCommand>> {
+    const Result<DriverDecision> decision = (*driver)->drive(uptime, now);
+    if (!decision) return tl::unexpected(decision.error());
+    if (decision->pad) {
+      if (Status status = lesson.on_sample(*decision->pad); !status) return tl::unexpected(status.error());
+    }
+    end.finished = decision->done;
+    return decision->done ? std::nullopt : std::optional(decision->command);
+  };
+  if (const std::string usage = (*driver)->usage(); !usage.empty()) console.say(usage);
+  const auto driven = (*robot)->drive(listener);
+  const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
+  console.end_progress();
+  if (!driven) return tl::unexpected(driven.error());
+  if (!closed) return tl::unexpected(closed.error());
+  end.interrupted = driven->interrupted;
+  end.lap_s = driven->seconds;
+  return report_of(lesson, end, watch);
+}
+
+}  // namespace waymark::cli

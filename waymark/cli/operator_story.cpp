@@ -1,0 +1,302 @@
+#include "waymark/cli/operator_story.hpp"
+
+#include <cstdio>
+#include <future>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/lesson.hpp"
+#include "waymark/cli/live_replay.hpp"
+#include "waymark/cli/pilot.hpp"
+#include "waymark/cli/robot_loop.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using A = OperatorAction;
+using E = OperatorEvent;
+using S = OperatorState;
+
+/// "lap.mcap", or "lap.2.mcap" where that is taken: nothing is written over.
+std::string free_name(const fs::path& folder, const std::string& stem) {
+  fs::path path = folder / (stem + ".mcap");
+  std::error_code ignored;
+  for (int number = 2; fs::exists(path, ignored); ++number)
+    path = folder / fmt::format("{}.{}.mcap", stem, number);
+  return path.string();
+}
+
+/// A lap that is being recorded.
+struct Taught {
+  SampleRecorder recorder;
+  std::unique_ptr<Lesson> lesson{};
+};
+
+/// A replay with everything it stands on.
+struct Replayed {
+  std::optional<SampleRecorder> recorder{};
+  std::unique_ptr<Replayer> replayer{};
+  std::unique_ptr<LiveReplay> live{};
+};
+
+class Story {
+ public:
+  Story(const Stage& stage, const StoryJob& job, std::unique_ptr<Pilot> pilot, Console& console)
+      : stage_(stage),
+        job_(job),
+        pilot_(std::move(pilot)),
+        console_(console),
+        operator_({}, job.map.empty() ? S::Idle : S::Ready),
+        map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)) {}
+
+  /// A map that is there already.
+  Status begin() {
+    console_.say(pilot_->usage());
+    Status status = job_.map.empty() ? Status() : load_map();
+    tell();
+    return status;
+  }
+
+  Status hear(const Sample& sample) {
+    pilot_->hear(sample);
+    if (taught_) return taught_->lesson->on_sample(sample);
+    return replayed_ ? replayed_->live->hear(sample) : Status();
+  }
+
+  Result<std::optional<VelocityCommand>> decide(Duration uptime, SensorTime now) {
+    const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
+    if (!act) return tl::unexpected(act.error());
+    Status status = act->pad && taught_ ? taught_->lesson->on_sample(*act->pad) : Status();
+    for (const E event : act->events) {
+      if (status) status = happen(event, uptime);
+    }
+    if (status) status = look_at_map(uptime);
+    VelocityCommand wanted{};
+    // While paused it is asked as well, so that it keeps its place; permit() lets nothing through.
+    const bool asked = operator_.state() == S::Replaying || operator_.state() == S::Paused;
+    if (status && asked) {
+      const auto command = replayed_->live->decide(uptime, now);
+      if (!command) return tl::unexpected(command.error());
+      wanted = command->value_or(VelocityCommand{});
+      if (operator_.state() == S::Paused) return std::optional(operator_.permit(act->command, wanted));
+      const SimulatedReplayEnd& end = replayed_->live->end;
+      if (!*command)
+        status = end.state == ReplayState::Finished ? happen(E::ReplayFinished, uptime)
+                                                    : happen(E::ReplayStopped, uptime, end.reason);
+    }
+    if (!status) return tl::unexpected(status.error());
+    if (operator_.state() == S::Over) return std::optional<VelocityCommand>();
+    return std::optional(operator_.permit(act->command, wanted));
+  }
+
+  /// Closes what is open, whatever happened.
+  Status finish() {
+    Status lap = end_lap();
+    Status replay = end_replay();
+    if (mapping_.valid()) {
+      mapping_.wait();
+      if (lap) lap = mapping_.get();
+    }
+    report.state = to_string(operator_.state());
+    report.reason = operator_.reason();
+    return lap ? replay : lap;
+  }
+
+  StoryReport report{};
+
+ private:
+  void tell() {
+    const S state = operator_.state();
+    if (state == S::Over) return;
+    console_.end_progress();
+    const std::string& reason = operator_.reason();
+    console_.say(
+        fmt::format("{}{}{}. {}", to_string(state), reason.empty() ? "" : ": ", reason, operator_.prompt()));
+  }
+
+  Status happen(E event, Duration uptime, std::string reason = {}) {
+    const S before = operator_.state();
+    const Result<A> action = operator_.handle(event, uptime, std::move(reason));
+    if (!action) {
+      if (event != E::StickMoved) console_.say(action.error().message);
+      return {};
+    }
+    Status status = act_on(*action);
+    if (operator_.state() != before) tell();
+    return status;
+  }
+
+  Status act_on(A action) {
+    switch (action) {
+      case A::StartLap:
+        return start_lap();
+      case A::FinishLap:
+        return map_lap_now();
+      case A::DropLap:
+      case A::Leave:
+      case A::EndReplay: {
+        Status status = end_lap();
+        return status ? end_replay() : status;
+      }
+      case A::StartReplay:
+        return start_replay();
+      case A::PauseReplay:
+        replayed_->live->pause();
+        return {};
+      case A::ResumeReplay:
+        replayed_->live->resume();
+        return {};
+      case A::Nothing:
+        break;
+    }
+    return {};
+  }
+
+  Status start_lap() {
+    lap_file_ = free_name(job_.folder, "lap");
+    Result<SampleRecorder> recorder =
+        start_recording(lap_file_,
+                        {.verb = "run",
+                         .driver = job_.driver,
+                         .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s)},
+                        stage_);
+    if (!recorder) return tl::unexpected(recorder.error());
+    taught_.emplace(Taught{.recorder = std::move(*recorder)});
+    taught_->lesson =
+        std::make_unique<Lesson>(teach_setup(stage_.simulated), monitor_options(stage_.simulated),
+                                 job_.images, taught_->recorder, console_);
+    return {};
+  }
+
+  Status end_lap() {
+    if (!taught_) return {};
+    const Status closed = taught_->recorder.close();
+    for (const std::string& warning : taught_->lesson->summary().warnings)
+      console_.say("warning: " + warning);
+    taught_.reset();
+    return closed;
+  }
+
+  /// On a thread of its own, so that the robot hears twenty times a second that it stands.
+  Status map_lap_now() {
+    if (Status status = end_lap(); !status) return status;
+    ++report.laps_taught;
+    mapping_watch_ = Stopwatch();
+    mapping_ = std::async(std::launch::async, [lap = lap_file_, folder = map_folder_]() -> Status {
+      std::FILE* nowhere = std::fopen("/dev/null", "w");
+      if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
+      Console quiet("waymark run", nowhere, nowhere);
+      const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, quiet);
+      (void)std::fclose(nowhere);
+      return mapped ? Status() : tl::unexpected(mapped.error());
+    });
+    return {};
+  }
+
+  Status look_at_map(Duration uptime) {
+    if (!mapping_.valid() || mapping_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      return {};
+    Status made = mapping_.get();
+    if (made) made = load_map();
+    report.map_failed = !made;
+    if (!made) return happen(E::MapFailed, uptime, to_string(made.error()));
+    report.mapping_s.push_back(mapping_watch_.seconds());
+    console_.say(
+        fmt::format("the map was made in {:.1f} s: {}", report.mapping_s.back(), map_folder_.string()));
+    return happen(E::MapMade, uptime);
+  }
+
+  Status load_map() {
+    ReplayJob job = job_.replay;
+    job.folder = map_folder_;
+    Result<ReplayFiles> files = load_replay(job);
+    if (!files) return tl::unexpected(files.error());
+    files_.emplace(std::move(*files));
+    return {};
+  }
+
+  Status start_replay() {
+    ReplayJob job = job_.replay;
+    job.folder = map_folder_;
+    job.output = free_name(job_.folder, "replay");
+    auto replayer =
+        make_replayer(*files_, stage_.simulated.model, stage_.simulated.camera, with_lidar(job, stage_));
+    if (!replayer) return tl::unexpected(replayer.error());
+    auto recorder = record_replay(as_known(stage_, files_->map), job);
+    if (!recorder) return tl::unexpected(recorder.error());
+    replayed_ = std::make_unique<Replayed>();
+    replayed_->recorder = std::move(*recorder);
+    replayed_->replayer = std::move(*replayer);
+    const Route& route = files_->route;
+    replayed_->live =
+        std::make_unique<LiveReplay>(*replayed_->replayer, replayed_->recorder,
+                                     route.length_m * (route.closed ? job.replay.laps : 1), console_);
+    return {};
+  }
+
+  Status end_replay() {
+    if (!replayed_) return {};
+    const Status closed = replayed_->recorder ? replayed_->recorder->close() : Status();
+    report.replays.push_back(
+        live_report(*replayed_->live, *replayed_->replayer, as_known(stage_, files_->map), *files_));
+    replayed_.reset();
+    return closed;
+  }
+
+  const Stage& stage_;
+  const StoryJob& job_;
+  std::unique_ptr<Pilot> pilot_;
+  Console& console_;
+  Operator operator_;
+  fs::path map_folder_;
+  std::string lap_file_{};
+  std::optional<Taught> taught_{};
+  std::unique_ptr<Replayed> replayed_{};
+  std::optional<ReplayFiles> files_{};
+  std::future<Status> mapping_{};
+  Stopwatch mapping_watch_{};
+};
+
+}  // namespace
+
+Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console) {
+  const Stopwatch watch;
+  auto pilot = Pilot::make(job.driver, job.speed_m_s, stage.simulated);
+  if (!pilot) return tl::unexpected(pilot.error());
+  std::error_code error;
+  fs::create_directories(job.folder, error);
+  if (error)
+    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
+                {.source = job.folder.string()});
+  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  if (!robot) return tl::unexpected(robot.error());
+  Story story(stage, job, std::move(*pilot), console);
+  if (Status status = story.begin(); !status) return tl::unexpected(status.error());
+  RobotListener listener;
+  listener.on_sample = [&](const Sample& sample) { return story.hear(sample); };
+  listener.decide = [&](Duration uptime, SensorTime now) { return story.decide(uptime, now); };
+  const auto driven = (*robot)->drive(listener);
+  const Status closed = story.finish();
+  console.end_progress();
+  if (!driven) return tl::unexpected(driven.error());
+  if (!closed) return tl::unexpected(closed.error());
+  StoryReport report = std::move(story.report);
+  report.interrupted = driven->interrupted;
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+nlohmann::ordered_json to_json(const StoryReport& report) {
+  auto replays = nlohmann::ordered_json::array();
+  for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
+  return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},
+          {"replays", std::move(replays)},     {"state", report.state},
+          {"reason", report.reason},           {"wall_s", report.wall_s}};
+}
+
+}  // namespace waymark::cli

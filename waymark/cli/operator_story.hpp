@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/cli/loop_steps.hpp"
+
+/// The operator's story with a robot that lives: teach, map, replay, with one button.
+namespace waymark::cli {
+
+struct StoryJob {
+  std::filesystem::path folder;  ///< of what is written: lap.mcap, map/, replay.mcap
+  std::string map{};             ///< folder of a map that is there already: the story begins with ready
+  std::string driver = "gamepad";
+  double speed_m_s = kUsualSpeed_m_s;
+  std::string images{};  ///< how pictures are recorded while teaching
+  ReplayJob replay{};    ///< method, options; folder and output are the story's
+};
+
+struct StoryReport {
+  int laps_taught = 0;
+  std::vector<double> mapping_s{};  ///< from the end of each lap to its map
+  bool map_failed = false;          ///< the last lap could not be mapped
+  std::vector<ReplayReport> replays{};
+  bool interrupted = false;
+  std::string state{};   ///< the last one
+  std::string reason{};  ///< of the last stop or failure
+  double wall_s = 0;
+};
+
+/// Runs the story until the pilot ends it, or Ctrl-C. The stage must have a process.
+[[nodiscard]] Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console);
+[[nodiscard]] nlohmann::ordered_json to_json(const StoryReport& report);
+
+}  // namespace waymark::cli

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/pipeline/operator.hpp"
+
+namespace waymark::cli {
+
+/// What a pilot does at this moment.
+struct PilotAct {
+  std::vector<OperatorEvent> events{};
+  VelocityCommand command{};  ///< what the hands ask for, whatever the story makes of it
+  std::optional<GamepadState> pad{};
+};
+
+/// Who runs the operator's story: a person with a gamepad or at the keys, a program that writes lines, or a
+/// script that knows the way.
+class Pilot {
+ public:
+  /// "gamepad", "keyboard", "lines" or "scripted".
+  static Result<std::unique_ptr<Pilot>> make(const std::string& name, double speed_m_s,
+                                             const SimulatedStage& stage);
+  virtual ~Pilot() = default;
+  Pilot(const Pilot&) = delete;
+  Pilot& operator=(const Pilot&) = delete;
+
+  virtual Result<PilotAct> act(Duration uptime, SensorTime now, OperatorState state) = 0;
+  /// The script looks at the truth.
+  virtual void hear(const Sample& /*sample*/) {}
+  /// How to do it, in one line.
+  [[nodiscard]] virtual std::string usage() const = 0;
+
+ protected:
+  Pilot() = default;
+};
+
+[[nodiscard]] std::vector<std::string> pilots();
+
+}  // namespace waymark::cli

@@ -1,0 +1,113 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/explore_run.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ExploreArgs {
+  explicit ExploreArgs(CLI::App& app)
+      : stage(app, "limo", "academy-house"),
+        pictures(app),
+        explore(app, "Wandering"),
+        filter(app, "Localisation") {}
+  StageFlags stage;
+  PictureFlags pictures;
+  OptionFlags<ExploreOptions> explore;
+  OptionFlags<RiekfOptions> filter;
+  ExploreJob job{};
+  bool json = false;
+};
+
+std::string explore_words(const ExploreReport& r) {
+  std::string text = fmt::format("{:.0f} s, {:.1f} m, {} turns; {} of {} tags seen\n", r.seconds,
+                                 r.distance_m, r.turns, r.seen.size(), r.tags);
+  text +=
+      fmt::format("{} collisions, nearest to anything {:.3f} m from the hull\n", r.collisions, r.nearest_m);
+  if (!r.position_rmse_m) return text + "the place was never known\n";
+  return text + fmt::format(
+                    "the place was known {:.1f} % of the time; then by the truth:\n"
+                    "  position  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  heading   {:.2f} deg rmse\n",
+                    100 * r.certain_fraction, *r.position_rmse_m, *r.position_p95_m, *r.position_max_m,
+                    *r.heading_rmse_deg);
+}
+
+ExitCode explore(const ExploreArgs& args, Console& console) {
+  ExploreJob job = args.job;
+  Status status = args.explore.apply(job.explore);
+  if (status) status = args.filter.apply(job.filter);
+  if (!status) {
+    console.say(naming_flag(status.error()));
+    return ExitCode::Usage;
+  }
+  Result<Stage> stage = args.stage.make("limo");
+  status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (!status) {
+    console.say(status.error());
+    return ExitCode::Usage;
+  }
+  const Result<ExploreReport> report = explore_world(std::move(*stage), job, console);
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report)) : explore_words(*report));
+  if (report->interrupted) {
+    console.say("stopped: the robot stands");
+    return ExitCode::Interrupted;
+  }
+  if (!report->stands.empty()) console.say("the robot stands: " + report->stands);
+  return report->collisions == 0 && report->stands.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_explore(CLI::App& app) {
+  const auto args = std::make_shared<ExploreArgs>(app);
+  app.add_option("--map", args->job.map,
+                 "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
+                 "measured them")
+      ->type_name("PATH");
+  app.add_option("--minutes", args->job.minutes, "How long it wanders")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 10000.0))
+      ->type_name("NUMBER");
+  app.add_option("-o,--output", args->job.output, "Also record it (.mcap)")
+      ->check(check_recording_name)
+      ->type_name("FILE");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return explore(*args, console); };
+}
+
+}  // namespace
+
+Verb explore_verb() {
+  return {
+      .name = "explore",
+      .sentence = "Wander about while the robot knows where it is",
+      .help =
+          R"(The robot drives forward with a heading that wanders at random, turns by a random angle where its lidar
+sees something near, and localises itself by the tags of the map: the exercise "Marker Based Visual Loc" of
+JdeRobot's Robotics Academy. What is reported of errors and collisions is by the truth of the simulator.
+A robot without a lidar gets one for it. Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 nothing was met, 1 something was, or a file was unusable, 2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark explore --world academy-house --minutes 3
+  waymark explore --world academy-house --robot-file turtlebot3-waffle --seed 2 --minutes 60 --json
+)",
+      .prepare = prepare_explore,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,137 @@
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/operator_story.hpp"
+#include "waymark/cli/verb.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct RunArgs {
+  explicit RunArgs(CLI::App& app) : stage(app, "limo", {}, true) {}
+  StageFlags stage;
+  LoneAnchorFlags anchor;
+  StoryJob job{};
+  std::string folder;
+  bool images = false;
+  bool json = false;
+};
+
+/// The simulated robot is a process like any other: this program again.
+Status let_us_be_the_robot(const RunArgs& args, Stage& stage) {
+  std::error_code error;
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
+  if (error)
+    return fail(ErrorCode::Unsupported, "this program does not know its own name: " + error.message());
+  // A script does not care how fast the time passes; a person does.
+  stage.process =
+      fmt::format("exec '{}' robot-sim {}{}{}", self, args.stage.as_words("limo"),
+                  args.images ? " --images" : "", args.job.driver == "scripted" ? " --lockstep" : "");
+  return {};
+}
+
+Result<Stage> stage_of(const RunArgs& args) {
+  Result<Stage> stage = args.stage.make("limo");
+  if (!stage) return stage;
+  Status status = stage->process.empty() ? let_us_be_the_robot(args, *stage) : Status();
+  if (status) status = check_live_stage(*stage, args.anchor);
+  if (!status) return tl::unexpected(status.error());
+  return stage;
+}
+
+std::string story_words(const StoryReport& report) {
+  std::string text = fmt::format("{} laps taught, {} replays\n", report.laps_taught, report.replays.size());
+  for (const ReplayReport& replay : report.replays) {
+    text += ending(replay);
+    if (replay.judgement)
+      text += fmt::format("; by the truth {:.3f} m rmse from the taught way, {:.3f} m worst",
+                          replay.judgement->cross_track_rmse_m, replay.judgement->cross_track_max_m);
+    text += '\n';
+  }
+  return text;
+}
+
+ExitCode run(const RunArgs& args, Console& console) {
+  const Result<Stage> stage = stage_of(args);
+  if (!stage) {
+    console.say(stage.error());
+    return ExitCode::Usage;
+  }
+  StoryJob job = args.job;
+  job.folder = args.folder;
+  job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
+  const Result<StoryReport> report = run_story(*stage, job, console);
+  if (!report) {
+    console.say(report.error());
+    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
+  console.print(args.json ? json_line(to_json(*report)) : story_words(*report));
+  if (report->interrupted) {
+    console.say("stopped: the robot stands, and the files are whole up to here");
+    return ExitCode::Interrupted;
+  }
+  const bool well = std::ranges::all_of(report->replays, succeeded);
+  return well && !report->map_failed ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_run(CLI::App& app) {
+  const auto args = std::make_shared<RunArgs>(app);
+  app.add_option("-o,--output", args->folder, "Folder for what is written: lap.mcap, map/, replay.mcap")
+      ->required()
+      ->type_name("FOLDER");
+  app.add_option("--driver", args->job.driver,
+                 "Who is in charge: gamepad, keyboard, lines (a program that writes go, stop, quit and drive "
+                 "0.3 -0.1 to standard input), scripted (with --world)")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--map", args->job.map, "Folder of a map that is there already: begin with ready")
+      ->type_name("FOLDER");
+  app.add_option("--speed-m-s", args->job.speed_m_s,
+                 "How fast a person drives with the stick all the way forward")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 5.0))
+      ->type_name("FLOAT");
+  app.add_option("--laps", args->job.replay.replay.laps, "How often a closed route is replayed")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1000.0))
+      ->type_name("NUMBER");
+  app.add_flag("--images", args->images, "The simulated robot sends pictures");
+  add_flags(app, args->anchor);
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return run(*args, console); };
+}
+
+}  // namespace
+
+Verb run_verb() {
+  return {
+      .name = "run",
+      .sentence = "Teach, map and replay in one go, with one button",
+      .help =
+          R"(The whole story with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
+the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and
+goes on; B (circle) or any stick stops. Keyboards and programs can do the same (--driver). The robot moves only
+while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
+Keys of --json: docs/reference/cli.md.
+
+Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2 wrong usage, 130 stopped by
+Ctrl-C.
+
+Examples:
+  waymark run --world circuit24 --driver scripted -o story
+  waymark run --world circuit24 --driver keyboard -o story
+  waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o story
+)",
+      .prepare = prepare_run,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

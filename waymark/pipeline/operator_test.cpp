@@ -1,0 +1,156 @@
+#include "waymark/pipeline/operator.hpp"
+
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using S = OperatorState;
+using E = OperatorEvent;
+using A = OperatorAction;
+
+constexpr std::array kStates{S::Idle,   S::Teaching, S::Mapping, S::Ready, S::Replaying,
+                             S::Paused, S::Done,     S::Stopped, S::Over};
+constexpr std::array kEvents{E::Go,        E::Stop,           E::StickMoved,    E::MapMade,
+                             E::MapFailed, E::ReplayFinished, E::ReplayStopped, E::Quit};
+constexpr VelocityCommand kPerson{0.3, 0.1};
+constexpr VelocityCommand kReplay{0.2, -0.1};
+
+TEST(Operator, TheStoryFromIdleToDone) {
+  Operator story;
+  Duration now{};
+  const auto then = [&](E event) { return story.handle(event, now += seconds(1)).value(); };
+  EXPECT_EQ(then(E::Go), A::StartLap);
+  EXPECT_EQ(then(E::StickMoved), A::Nothing);
+  EXPECT_EQ(then(E::Go), A::FinishLap);
+  EXPECT_EQ(story.state(), S::Mapping);
+  EXPECT_EQ(story.since(), now);
+  EXPECT_EQ(then(E::MapMade), A::Nothing);
+  EXPECT_EQ(then(E::Go), A::StartReplay);
+  EXPECT_EQ(then(E::Go), A::PauseReplay);
+  EXPECT_EQ(then(E::Go), A::ResumeReplay);
+  EXPECT_EQ(then(E::ReplayFinished), A::EndReplay);
+  EXPECT_EQ(story.state(), S::Done);
+  EXPECT_EQ(story.reason(), "");
+  EXPECT_EQ(then(E::Go), A::StartReplay) << "once more";
+  EXPECT_EQ(then(E::StickMoved), A::EndReplay);
+  EXPECT_EQ(story.state(), S::Stopped);
+  EXPECT_EQ(story.reason(), "stopped: a stick was moved");
+  EXPECT_EQ(then(E::Quit), A::Leave);
+}
+
+TEST(Operator, EveryTransitionAndEveryRefusal) {
+  // Written out a second time, by hand: state, event, what becomes of it.
+  const std::map<std::pair<S, E>, std::pair<S, A>> expected = {
+      {{S::Idle, E::Go}, {S::Teaching, A::StartLap}},
+      {{S::Teaching, E::Go}, {S::Mapping, A::FinishLap}},
+      {{S::Teaching, E::Stop}, {S::Idle, A::DropLap}},
+      {{S::Teaching, E::StickMoved}, {S::Teaching, A::Nothing}},
+      {{S::Mapping, E::MapMade}, {S::Ready, A::Nothing}},
+      {{S::Mapping, E::MapFailed}, {S::Idle, A::Nothing}},
+      {{S::Ready, E::Go}, {S::Replaying, A::StartReplay}},
+      {{S::Replaying, E::Go}, {S::Paused, A::PauseReplay}},
+      {{S::Replaying, E::Stop}, {S::Stopped, A::EndReplay}},
+      {{S::Replaying, E::StickMoved}, {S::Stopped, A::EndReplay}},
+      {{S::Replaying, E::ReplayFinished}, {S::Done, A::EndReplay}},
+      {{S::Replaying, E::ReplayStopped}, {S::Stopped, A::EndReplay}},
+      {{S::Paused, E::Go}, {S::Replaying, A::ResumeReplay}},
+      {{S::Paused, E::Stop}, {S::Stopped, A::EndReplay}},
+      {{S::Done, E::Go}, {S::Replaying, A::StartReplay}},
+      {{S::Stopped, E::Go}, {S::Replaying, A::StartReplay}}};
+  std::set<std::string> refusals;
+  for (const S state : kStates) {
+    for (const E event : kEvents) {
+      Operator story({}, state);
+      const auto action = story.handle(event, seconds(1), "why");
+      const std::string where = std::string(to_string(state)) + ", " + std::string(to_string(event));
+      const auto found = expected.find({state, event});
+      if (event == E::Quit && state != S::Over) {
+        EXPECT_EQ(action.value(), A::Leave) << where;
+        EXPECT_EQ(story.state(), S::Over) << where;
+      } else if (found != expected.end()) {
+        ASSERT_TRUE(action) << where;
+        EXPECT_EQ(*action, found->second.second) << where;
+        EXPECT_EQ(story.state(), found->second.first) << where;
+        EXPECT_EQ(story.reason(), story.state() == state ? "" : "why") << where;
+      } else {
+        ASSERT_FALSE(action) << where;
+        EXPECT_EQ(story.state(), state) << where << ": a refusal changes nothing";
+        EXPECT_GT(action.error().message.size(), 8U) << where;
+        refusals.insert(action.error().message);
+      }
+    }
+    EXPECT_EQ(Operator({}, state).prompt().empty(), state == S::Over);
+  }
+  EXPECT_TRUE(refusals.contains("the map is still being made: wait"));
+  EXPECT_TRUE(refusals.contains("sticks drive only while teaching"));
+  EXPECT_TRUE(refusals.contains("'map made' means nothing while idle"));
+}
+
+TEST(Operator, OnlyTeachingAndReplayingMoveTheRobot) {
+  for (const S state : kStates) {
+    const VelocityCommand sent = Operator({}, state).permit(kPerson, kReplay);
+    EXPECT_EQ(sent, state == S::Teaching    ? kPerson
+                    : state == S::Replaying ? kReplay
+                                            : VelocityCommand{})
+        << to_string(state);
+  }
+}
+
+TEST(Operator, NothingThatHappensMovesARobotThatWasStopped) {
+  Random random(20261122);
+  for (int run = 0; run < 200; ++run) {
+    Operator story;
+    Duration now{};
+    for (int i = 0; i < 200; ++i) {
+      const bool could_move = story.permit(kPerson, kReplay) != VelocityCommand{};
+      const E event = kEvents[random.index(kEvents.size() - 1)];  // all but Quit
+      (void)story.handle(event, now += milliseconds(400));
+      const bool can_move = story.permit(kPerson, kReplay) != VelocityCommand{};
+      ASSERT_TRUE(could_move || !can_move || event == E::Go) << "only a press of the button sets it moving";
+      ASSERT_TRUE(event != E::Stop || !can_move);
+      ASSERT_TRUE(event != E::StickMoved || !can_move || story.state() == S::Teaching);
+    }
+  }
+}
+
+TEST(Operator, AButtonThatBouncesCountsOnce) {
+  Operator story;
+  ASSERT_TRUE(story.handle(E::Go, seconds(1)));
+  EXPECT_FALSE(story.handle(E::Go, seconds(1) + milliseconds(299)));
+  EXPECT_EQ(story.state(), S::Teaching);
+  EXPECT_FALSE(story.handle(E::Go, seconds(1) + milliseconds(400))) << "it is still bouncing";
+  EXPECT_TRUE(story.handle(E::Go, seconds(1) + milliseconds(700)));
+}
+
+TEST(OperatorPad, AButtonCountsWhenItIsPressedAndSticksWhileTheyAreMoved) {
+  OperatorPad pad;
+  const auto state = [](int button, float stick) {
+    GamepadState pad_state{.axes = {0, stick, 0, 0, 1, 1}, .buttons = std::vector<std::int32_t>(15, 0)};
+    if (button >= 0) pad_state.buttons[static_cast<std::size_t>(button)] = 1;
+    return pad_state;
+  };
+  EXPECT_FALSE(pad.add(state(3, 0))) << "held since before";
+  EXPECT_FALSE(pad.add(state(3, 0)));
+  EXPECT_FALSE(pad.add(state(-1, 0.29F)));
+  EXPECT_EQ(pad.add(state(3, 0)), E::Go);
+  EXPECT_FALSE(pad.add(state(3, 0)));
+  EXPECT_EQ(pad.add(state(1, 1)), E::Stop) << "before the stick";
+  EXPECT_EQ(pad.add(state(1, 1)), E::StickMoved);
+  EXPECT_EQ(pad.add(state(-1, -0.5F)), E::StickMoved);
+  EXPECT_EQ(pad.add(state(-1, std::numeric_limits<float>::quiet_NaN())), E::StickMoved);
+  EXPECT_EQ(pad.add(state(4, 0)), E::Quit);
+  EXPECT_FALSE(pad.add(GamepadState{})) << "a pad without anything";
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/samples/robot_model.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+struct ExploreOptions {
+  double speed_m_s = 0.3;
+  double yaw_rate_rad_s = 0.8;
+  double ahead_m = 0.45;
+  double beside_m = 0.12;
+  double heading_noise_rad_s = 0.25;
+  double heading_noise_s = 2.0;
+  double least_turn_deg = 40;
+  double most_turn_deg = 170;
+  double max_scan_age_s = 0.5;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed where nothing is in the way.", 0.01, 2});
+    visit(self.yaw_rate_rad_s, Field{"yaw_rate_rad_s", "How fast it turns on the spot.", 0.05, 5});
+    visit(self.ahead_m, Field{"ahead_m", "Turn when something is so near ahead of the hull.", 0.05, 5});
+    visit(self.beside_m, Field{"beside_m", "Room that is wanted on either side of the hull.", 0, 2});
+    visit(self.heading_noise_rad_s,
+          Field{"heading_noise_rad_s", "Standard deviation of the wandering yaw rate on the way.", 0, 2});
+    visit(self.heading_noise_s, Field{"heading_noise_s", "How long it wanders the same way.", 0.05, 60});
+    visit(self.least_turn_deg, Field{"least_turn_deg", "Turns are drawn from this …", 0, 360});
+    visit(self.most_turn_deg, Field{"most_turn_deg", "… to this, and go on until the way is free.", 0, 360});
+    visit(self.max_scan_age_s, Field{"max_scan_age_s", "Stop when the newest scan is older.", 0.05, 10});
+  }
+};
+
+enum class ExploreState : std::uint8_t { Waiting, Forward, Turn };
+
+struct ExploreStep {
+  ExploreState state = ExploreState::Waiting;
+  VelocityCommand command{};
+  std::optional<std::string> reason{};  ///< of standing still
+};
+
+/// Wanders without a plan, as in the exercise "Marker Based Visual Loc" of JdeRobot's Robotics Academy:
+/// FORWARD with a heading that wanders at random, and, when the lidar sees something near, TURN on the spot
+/// by a random angle towards the side with more room. Pure: time and randomness come from outside.
+class Explorer {
+ public:
+  /// `base_T_lidar`: where the lidar sits in the plane of the base.
+  Explorer(const ExploreOptions& options, const RobotModel& robot, const SE2& base_T_lidar, Random random)
+      : options_(options), robot_(robot), base_T_lidar_(base_T_lidar), random_(random) {}
+
+  /// A scan without a single ray that was measured says that nothing is near. O(rays).
+  void add(const LaserScan& scan);
+  /// The command for now; call it at a steady rate.
+  [[nodiscard]] ExploreStep step(SensorTime now);
+
+  /// Of the newest scan: from the front of the hull to the nearest thing in its way, infinite when free [m].
+  [[nodiscard]] double free_ahead_m() const { return free_ahead_m_; }
+  [[nodiscard]] int turns() const { return turns_; }
+
+ private:
+  [[nodiscard]] VelocityCommand forward(double dt_s);
+  [[nodiscard]] VelocityCommand turn(double dt_s);
+  [[nodiscard]] bool blocked() const;
+
+  ExploreOptions options_;
+  RobotModel robot_;
+  SE2 base_T_lidar_;
+  Random random_;
+  ExploreState state_ = ExploreState::Waiting;
+  std::optional<SensorTime> scan_stamp_{};
+  std::optional<SensorTime> last_step_{};
+  double free_ahead_m_ = 0;
+  double near_left_m_ = 0;   ///< mean of what is seen on the left, each ray at most 3 m
+  double near_right_m_ = 0;  ///< … on the right
+  double wander_rad_s_ = 0;
+  double side_ = 1;  ///< of the turn that is being made, left positive
+  double left_to_turn_rad_ = 0;
+  int turns_ = 0;
+};
+
+}  // namespace waymark
