@@ -19,6 +19,7 @@ const browser = await chromium.launch({
 });
 const launched = Date.now();
 const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+page.setDefaultTimeout(60000); // a busy machine
 const troubles = [];
 page.on("console", (message) => message.type() === "error" && troubles.push(message.text()));
 page.on("pageerror", (error) => troubles.push(String(error)));
@@ -26,7 +27,7 @@ page.on("request", (request) => {
   if (!request.url().startsWith(url) && !/^(data|blob):/.test(request.url())) troubles.push(`asked ${request.url()}`);
 });
 
-const ready = () => page.waitForSelector("body[data-ready]", { state: "attached", timeout: 25000 });
+const ready = () => page.waitForSelector("body[data-ready]", { state: "attached", timeout: 60000 });
 const status = () => page.textContent("#status");
 const time = () => page.$eval("#time", (e) => Number(e.value));
 const fact = (name) => page.$$eval("#facts div", (rows, wanted) => rows.find((r) => r.children[0].textContent === wanted)?.children[1].textContent, name);
