@@ -1,13 +1,16 @@
 #!/usr/bin/python3
-"""Localises on two recordings of others and writes the table of docs/results.md.
+"""Localises on two recordings of others and in simulation, and writes the table of docs/results.md.
 
-usage: tools/localization_table.py PROGRAM DATA [--write docs/results.md]
+usage: tools/localization_table.py PROGRAM DATA [--laps FOLDER] [--write docs/results.md]
 
 DATA holds lcm/ (an MBot driving three times round a taped rectangle) and aer1513/ (University of Toronto). Without --write the
-table is printed.
+table is printed. Simulated laps take minutes (pictures are rendered); --laps keeps them, and uses those that are there.
 """
+import argparse
 import json
+import math
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -57,30 +60,107 @@ def mbot(program, folder, data):
 
 def aer1513(program, folder, data):
     where = data / "aer1513"
-    lines = ["| AER1513 | position RMSE, m | worst, m | yaw RMSE, deg | NEES (3) | odometry alone, m |", "|---|---|---|---|---|---|"]
+    lines = ["| AER1513 | position RMSE, m | worst, m | yaw RMSE, deg | NEES (3) | NIS (1) | smoother, m | odometry alone, m |",
+             "|---|---|---|---|---|---|---|---|"]
     for farthest in (5, 3, 1):
         output = f"aer{farthest}.mcap"
-        run(program, folder, "localize", where / "measurements.csv.gz", where / "odometry.csv.gz", "--map", where / "landmarks.csv",
-            "--farthest-m", farthest, "-o", output, *AER)
+        localize = ["localize", where / "measurements.csv.gz", where / "odometry.csv.gz", "--map", where / "landmarks.csv",
+                    "--farthest-m", farthest, *AER]
+        run(program, folder, *localize, "-o", output)
+        run(program, folder, *localize, "--method", "smoother", "-o", "smooth-" + output)
         scores, _ = run(program, folder, "evaluate", output, where / "truth.csv.gz", "--odometry", where / "odometry.csv.gz")
+        smoothed, _ = run(program, folder, "evaluate", "smooth-" + output, where / "truth.csv.gz")
         lines.append(f"| landmarks within {farthest} m | {metres(scores['ate_rmse_m'])} | {metres(scores['ate_max_m'])} | "
-                     f"{scores['heading_rmse_deg']:.2f} | {scores['nees_mean']:.2f} | {metres(scores['beside'][0]['ate_rmse_m'])} |")
+                     f"{scores['heading_rmse_deg']:.2f} | {scores['nees_mean']:.2f} | {scores['nis_mean']:.2f} | "
+                     f"{metres(smoothed['ate_rmse_m'])} | {metres(scores['beside'][0]['ate_rmse_m'])} |")
+    return lines
+
+
+def taught(program, laps, name, *flags):
+    lap = laps / name
+    if not lap.exists():
+        subprocess.run([program, "teach", *flags, "-o", str(lap)], check=True, capture_output=True)
+    return lap
+
+
+def judged(program, folder, lap, where, method, *flags):
+    """Scores of one method on one lap."""
+    output = f"{lap.stem}-{method}.mcap"
+    (folder / output).unlink(missing_ok=True)
+    run(program, folder, "localize", lap, "--map", where, "--method", method, "-o", output, *flags)
+    return run(program, folder, "evaluate", output, lap)[0]
+
+
+def number(value):
+    return "-" if value is None else f"{value:.2f}"
+
+
+def pictures(program, folder, laps):
+    """Rendered pictures of circuit24, and the map that is made of the same lap."""
+    lines = ["| circuit24, rendered pictures, map of the same lap | position RMSE, m | worst, m | NEES (3) | NIS (1) | anchor, m |",
+             "|---|---|---|---|---|---|"]
+    for seed in (1, 2, 3):
+        lap = taught(program, laps, f"lap{seed}.mcap", "--world", "circuit24", "--images", "--seed", str(seed))
+        done = subprocess.run([program, "map", str(lap), "-o", f"map{seed}"], cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            sys.exit(done.stderr)
+        scores = judged(program, folder, lap, f"map{seed}", "riekf")
+        anchor = judged(program, folder, lap, f"map{seed}", "anchor")
+        lines.append(f"| seed {seed} | {metres(scores['ate_rmse_m'])} | {metres(scores['ate_max_m'])} | {number(scores['nees_mean'])} | "
+                     f"{number(scores['nis_mean'])} | {metres(anchor['ate_rmse_m'])} |")
+    return lines
+
+
+def map_of_world(world):
+    """A map.yaml of the tags that stand in a world's file."""
+    size = re.search(r"^tag_size_m: (\S+)", world, re.M).group(1)
+    text = 'format: waymark-map-1\nanchor: "tag36h11:5"\ntags:\n'
+    for tag in re.finditer(r"id: (\d+), x_m: (\S+), y_m: (\S+), z_m: (\S+), facing_deg: ([-\d.]+)", world):
+        into = (float(tag[5]) + 180) * math.pi / 360  # half the direction of its z axis
+        c, s = math.cos(into) / 2, math.sin(into) / 2
+        text += (f'  - tag: "tag36h11:{tag[1]}"\n    size_m: {size}\n    position_m: [{tag[2]}, {tag[3]}, {tag[4]}]\n'
+                 f"    quaternion_xyzw: [{-c - s}, {c - s}, {-c + s}, {c + s}]\n    observations: 1\n")
+    return text
+
+
+def academy(program, folder, laps):
+    """The exercise: its tags, its odometry."""
+    world = pathlib.Path(__file__).resolve().parents[1] / "share/worlds/academy-house.yaml"
+    (folder / "academy.yaml").write_text(map_of_world(world.read_text(encoding="utf-8")))
+    lines = ["| academy-house, tags as the exercise gives them | riekf, m | NEES (3) | NIS (1) | anchor, m | odometry, m | anchor / riekf |",
+             "|---|---|---|---|---|---|---|"]
+    for seed in (1, 2, 3):
+        lap = taught(program, laps, f"house{seed}.mcap", "--world", "academy-house", "--robot-file", "turtlebot3-waffle", "--seed", str(seed))
+        flags = ["--robot", "turtlebot3-waffle"]
+        scores = judged(program, folder, lap, "academy.yaml", "riekf", *flags)
+        anchor = judged(program, folder, lap, "academy.yaml", "anchor", *flags)
+        beside, _ = run(program, folder, "evaluate", f"{lap.stem}-riekf.mcap", lap, "--odometry", lap)
+        lines.append(f"| seed {seed} | {metres(scores['ate_rmse_m'])} | {number(scores['nees_mean'])} | {number(scores['nis_mean'])} | "
+                     f"{metres(anchor['ate_rmse_m'])} | {metres(beside['beside'][0]['ate_rmse_m'])} | "
+                     f"{anchor['ate_rmse_m'] / scores['ate_rmse_m']:.1f} |")
     return lines
 
 
 def main():
-    if len(sys.argv) not in (3, 5):
-        sys.exit(__doc__)
-    program, data = str(pathlib.Path(sys.argv[1]).resolve()), pathlib.Path(sys.argv[2]).resolve()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program")
+    parser.add_argument("data", type=pathlib.Path)
+    parser.add_argument("--laps", type=pathlib.Path)
+    parser.add_argument("--write", type=pathlib.Path)
+    args = parser.parse_args()
+    program, data = str(pathlib.Path(args.program).resolve()), args.data.resolve()
     with tempfile.TemporaryDirectory(prefix="waymark-localization-") as name:
         folder = pathlib.Path(name)
-        table = "\n".join([*mbot(program, folder, data), "", *aer1513(program, folder, data)]) + "\n"
-    if len(sys.argv) == 3:
+        laps = args.laps.resolve() if args.laps else folder
+        laps.mkdir(parents=True, exist_ok=True)
+        parts = (mbot(program, folder, data), aer1513(program, folder, data), pictures(program, folder, laps),
+                 academy(program, folder, laps))
+        table = "\n\n".join("\n".join(part) for part in parts) + "\n"
+    if args.write is None:
         print(table, end="")
         return
-    page = pathlib.Path(sys.argv[4])
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    page.write_text(before + BEGIN + table + END + rest.split(END)[1], encoding="utf-8")
+    before, rest = args.write.read_text(encoding="utf-8").split(BEGIN)
+    args.write.write_text(before + BEGIN + table + END + rest.split(END)[1], encoding="utf-8")
 
 
 if __name__ == "__main__":

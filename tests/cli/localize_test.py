@@ -29,7 +29,15 @@ class OurRecordings(InFolder):
             self.assertEqual(judged.code, 0, judged.err)
             (figures,) = judged.records
             self.assertLess(figures["ate_rmse_m"], 0.1 if method == "anchor" else 0.03)
+            if method != "anchor":
+                self.assertGreater(figures["nis_mean"], 0.3)
+                self.assertLess(figures["nis_mean"], 1.5)
+                self.assertGreater(figures["sightings"], 1000)
+            self.assertEqual(figures["uncertain"], report["estimates"] - report["certain"])
+        self.assertIn("NIS ", self.run_here("evaluate", "riekf.mcap", "lap.mcap").out)
         self.assertEqual(self.run_here("localize", "lap.mcap", "--map", "map/map.yaml", "-o", "riekf.mcap").code, 1)
+        self.name_of_the_output_says_what_it_is()
+        self.what_does_not_fit_is_said()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "kalman")
         self.assertEqual(outcome.code, 2)
         self.assertIn("there is no method", outcome.err)
@@ -51,6 +59,31 @@ class OurRecordings(InFolder):
         self.assertIn("poses of tags", self.run_here("localize", "lap.mcap", "--map", "points.csv").err)
 
 
+    def name_of_the_output_says_what_it_is(self):
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        last = (self.folder / "poses.txt").read_text().splitlines()[-1]
+        self.assertEqual(len([float(word) for word in last.split()]), 8)
+        (figures,) = self.run_here("evaluate", "poses.txt", "lap.mcap", "--json").records
+        self.assertLess(figures["ate_rmse_m"], 0.03)
+        self.assertIsNone(figures["nis_mean"])
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.csv")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn(".tum", outcome.err)
+
+    def what_does_not_fit_is_said(self):
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--tag-size-m", 0.3)
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("--tag-size-m is not used", outcome.err)
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--start", 30, 30, 90)
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("start that was given", outcome.err)
+        self.run_here("teach", "--world", "circuit24", "--seed", 3, "-o", "other.mcap")
+        outcome = self.run_here("localize", "lap.mcap", "other.mcap", "--map", "map")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("two recordings with odometry", outcome.err)
+
+
 class Tables(InFolder):
     def write(self, landmarks=((1, 3, 1), (2, 3, -1), (3, 5, 0.5))):
         (self.folder / "landmarks.csv").write_text("id,x,y\n" + "".join(f"{n},{x},{y}\n" for n, x, y in landmarks))
@@ -70,6 +103,7 @@ class Tables(InFolder):
         (report,) = outcome.records
         self.assertAlmostEqual(report["last"]["x_m"], 0.02 * 99, delta=0.02)
         self.assertAlmostEqual(report["last"]["y_m"], 0, delta=0.02)
+        self.assertIn("--sensor-pose", outcome.err)
 
     def test_what_cannot_work_is_said(self):
         self.write()

@@ -5,6 +5,10 @@
 
 namespace waymark::cli {
 
+/// Topics of a recording of `waymark localize` beside that of its estimates.
+inline constexpr const char* kUncertainTopic = "/waymark/pose_uncertain";
+inline constexpr const char* kNisTopic = "/waymark/nis";
+
 /// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
 [[nodiscard]] ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& estimate);
 

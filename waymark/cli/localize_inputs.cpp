@@ -10,6 +10,7 @@
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
+#include "waymark/config/robot_motion_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/samples/camera_body.hpp"
 
@@ -63,6 +64,23 @@ Status read_log(const std::string& path, LocalizeInputs& inputs, Console& consol
   return {};
 }
 
+/// All of one drive: a robot counts its way once.
+Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, Console& console) {
+  std::string with_odometry;
+  for (const std::string& log : job.logs) {
+    const auto before = static_cast<std::ptrdiff_t>(inputs.samples.size());
+    if (Status status = read_log(log, inputs, console); !status) return status;
+    const bool moves = std::any_of(inputs.samples.begin() + before, inputs.samples.end(),
+                                   [](const Sample& s) { return std::holds_alternative<Odometry>(s); });
+    if (!moves) continue;
+    if (!with_odometry.empty())
+      return fail(ErrorCode::InvalidArgument, "two recordings with odometry, this one and " + with_odometry,
+                  {.source = log}, "Several recordings must be of one drive; localise each drive by itself.");
+    with_odometry = log;
+  }
+  return {};
+}
+
 Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   std::string robot = job.robot;
   std::error_code ignored;
@@ -76,6 +94,9 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   const Result<RobotDescription> description = read_robot(*path);
   if (!description) return tl::unexpected(description.error());
   inputs.setup.eye = {description->camera, description->model.base_T_cam};
+  const auto motion = read_robot_motion(*path);
+  if (!motion) return tl::unexpected(motion.error());
+  if (*motion) inputs.setup.filter.motion = **motion;
   return {};
 }
 
@@ -137,10 +158,14 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
   if (!map) return tl::unexpected(map.error());
   inputs.setup.landmarks = std::move(map->landmarks);
   inputs.setup.tags = std::move(map->tags);
-  for (const std::string& log : job.logs) {
-    if (Status status = read_log(log, inputs, console); !status) return tl::unexpected(status.error());
-  }
-  Status status = read_robot_of(job, inputs);
+  const bool sizes_known = std::ranges::none_of(
+      inputs.setup.tags.tags, [&](const auto& tag) { return tag.second.size_m == job.tag_size_m; });
+  if (job.tag_size_m && (sizes_known || map->format == "waymark"))
+    inputs.warnings.emplace_back(
+        "--tag-size-m is not used: the map says itself how large its tags are, or has points only");
+  Status status = read_logs(job, inputs, console);
+  if (!status) return tl::unexpected(status.error());
+  status = read_robot_of(job, inputs);
   if (status) status = read_calibration_of(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
@@ -155,6 +180,13 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
     inputs.warnings.emplace_back(
         "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");
   }
+  const bool ranges = std::ranges::any_of(
+      inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
+  if (ranges && job.sensor_pose.empty() && job.robot.empty() && job.calibration.empty())
+    inputs.warnings.emplace_back(
+        "nobody says where the sensor sits that measures ranges: taken as the middle of the base "
+        "(--sensor-pose "
+        "says more)");
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
   return inputs;
 }

@@ -9,14 +9,14 @@
 
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/geometry/planar.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark::cli {
 namespace {
-
-constexpr const char* kUncertain = "/waymark/pose_uncertain";
-constexpr const char* kNis = "/waymark/nis";
 
 /// What was compared, as diagnostics: one status a sighting.
 ros2::DiagnosticArray to_ros(const NisRecord& record) {
@@ -34,8 +34,9 @@ ros2::DiagnosticArray to_ros(const NisRecord& record) {
 /// Hears a run and keeps of it what is reported and written.
 class RunEar {
  public:
-  RunEar(std::optional<SampleRecorder> recorder, SensorTime start)
-      : recorder_(std::move(recorder)), start_(start) {}
+  /// `tum`: the certain estimates are kept for a file of poses.
+  RunEar(std::optional<SampleRecorder> recorder, SensorTime start, bool tum)
+      : recorder_(std::move(recorder)), start_(start), tum_(tum) {}
 
   Status on_sample(const Sample& sample) {
     const bool kept = std::holds_alternative<Odometry>(sample) || std::holds_alternative<TruthPose>(sample);
@@ -50,8 +51,9 @@ class RunEar {
       ++report_.certain;
       if (!report_.first_fix_s) report_.first_fix_s = to_seconds(estimate.stamp - start_);
     }
+    if (tum_ && estimate.certain) trajectory_.push_back({estimate.stamp, lift(estimate.map_T_base)});
     if (!recorder_) return {};
-    return recorder_->add_message(estimate.certain ? topics::kEstimate : kUncertain, estimate.stamp,
+    return recorder_->add_message(estimate.certain ? topics::kEstimate : kUncertainTopic, estimate.stamp,
                                   estimate_message(estimate));
   }
   Status on_news(LocalizationMethod& method) {
@@ -60,7 +62,7 @@ class RunEar {
       ++report_.compared;
       report_.believed += record.believed ? 1 : 0;
       if (record.believed) nis_sum_ += record.nis / record.rows;
-      if (recorder_ && status) status = recorder_->add_message(kNis, record.stamp, to_ros(record));
+      if (recorder_ && status) status = recorder_->add_message(kNisTopic, record.stamp, to_ros(record));
     }
     method.clear_news();
     return status;
@@ -71,17 +73,36 @@ class RunEar {
     if (!status) return tl::unexpected(status.error());
     return report_;
   }
+  [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
 
  private:
   std::optional<SampleRecorder> recorder_;
   SensorTime start_;
+  bool tum_;
+  Trajectory trajectory_{};
   std::optional<SensorTime> last_{};
   LocalizeReport report_{};
   double nis_sum_ = 0;
 };
 
+std::string extension_of(const LocalizeJob& job) {
+  return std::filesystem::path(job.output).extension().string();
+}
+
+/// Poses alone, as a text.
+bool writes_tum(const LocalizeJob& job) { return extension_of(job) == ".txt" || extension_of(job) == ".tum"; }
+
+Status check_output(const LocalizeJob& job) {
+  if (job.output.empty() || writes_tum(job) || extension_of(job) == ".mcap") return {};
+  return fail(
+      ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
+      {.source = job.output, .key = "--output"},
+      "End it with .mcap (a recording: poses with their doubt, sightings, odometry) or with .txt or .tum "
+      "(poses, one a line).");
+}
+
 Result<std::optional<SampleRecorder>> open_output(const LocalizeJob& job, const LocalizerSetup& setup) {
-  if (job.output.empty()) return std::optional<SampleRecorder>();
+  if (job.output.empty() || writes_tum(job)) return std::optional<SampleRecorder>();
   auto file = create_file(job.output);
   if (!file) return tl::unexpected(file.error());
   Result<SampleRecorder> recorder =
@@ -119,6 +140,7 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, R
 
 Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs) {
   const Stopwatch watch;
+  if (Status status = check_output(job); !status) return tl::unexpected(status.error());
   Result<Localizer> localizer = Localizer::make(inputs.setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (job.start.size() == 3) {
@@ -127,12 +149,15 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   }
   Result<std::optional<SampleRecorder>> recorder = open_output(job, inputs.setup);
   if (!recorder) return tl::unexpected(recorder.error());
-  RunEar ear(std::move(*recorder), stamp_of(inputs.samples.front()));
-  const Status status = run(*localizer, inputs, job.method == "smoother", ear);
+  RunEar ear(std::move(*recorder), stamp_of(inputs.samples.front()), writes_tum(job));
+  Status status = run(*localizer, inputs, job.method == "smoother", ear);
   Result<LocalizeReport> report = ear.close();
+  if (status && writes_tum(job)) status = write_text_file(job.output, to_tum(ear.trajectory()));
   if (!status) return tl::unexpected(status.error());
   if (!report) return report;
   report->problems = localizer->method().problems();
+  if (const auto* filter = dynamic_cast<const RiekfLocalizer*>(&localizer->method()))
+    report->lasting_nis = filter->tracker().lasting_nis();
   report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));
   report->wall_s = watch.seconds();
   return report;
@@ -153,6 +178,7 @@ nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& rep
           {"sightings", report.compared},
           {"believed", report.believed},
           {"nis_mean", report.nis_mean},
+          {"lasting_nis", report.lasting_nis ? Json(*report.lasting_nis) : Json(nullptr)},
           {"duration_s", report.duration_s},
           {"wall_s", report.wall_s},
           {"last", last},

@@ -19,7 +19,7 @@ struct LocalizeJob {
   std::string map;
   std::string robot{};        ///< file or name; empty: what the recording or the map's folder says
   std::string calibration{};  ///< calibration.yaml; empty: none
-  std::string output{};       ///< recording to write; empty: none
+  std::string output{};       ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
@@ -45,6 +45,7 @@ struct LocalizeReport {
   std::size_t compared = 0;             ///< sightings of mapped tags that were compared with an estimate
   std::size_t believed = 0;
   double nis_mean = 0;  ///< of those believed, over their degrees of freedom; 1 when all is as assumed
+  std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
   double duration_s = 0;
   double wall_s = 0;
   std::optional<LocalizationEstimate> last{};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,20 @@ namespace waymark::cli {
 /// An estimate from a recording of any kind (`topic`, else /waymark/pose, else its only topic of poses) or a
 /// TUM file, in order of time. Fails on a file that is neither, a topic that is not there, and no poses.
 [[nodiscard]] Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic);
+
+/// How well what was seen agreed with the estimate, as `waymark localize` notes it on /waymark/nis.
+struct NisSummary {
+  double mean = 0;            ///< of believed sightings, over their degrees of freedom; 1 when honest
+  std::size_t sightings = 0;  ///< believed
+  std::size_t not_believed = 0;
+};
+
+/// Of what EST was seen to agree with between two times; nothing when EST is no recording or has no such
+/// topic.
+[[nodiscard]] std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to);
+
+/// How many poses of EST stand on the topic of mere guesses, between two times.
+[[nodiscard]] std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to);
 
 /// What an estimate is held against.
 struct Reference {

@@ -55,6 +55,14 @@ std::string doubt_text(const Consistency& c) {
       c.refused > 0 ? fmt::format("; {} covariances are none", c.refused) : "");
 }
 
+std::string nis_text(const NisSummary& nis) {
+  const char* verdict = nis.mean > 1.5 ? "what it sees agrees worse than it expects: calibrate, or doubt more"
+                        : nis.mean < 0.5 ? "expects worse than it sees"
+                                         : "honest";
+  return fmt::format("sightings: NIS {:.2f} per degree of freedom of {} (should be 1), {} not believed: {}\n",
+                     nis.mean, nis.sightings, nis.not_believed, verdict);
+}
+
 Json statistics_json(const std::string& name, const std::string& unit,
                      const std::optional<ErrorStatistics>& statistics) {
   Json json;
@@ -121,6 +129,9 @@ std::string to_text(const TrajectoryReport& report) {
                         report.options.rpe_delta_m > 0 ? fmt::format("{} m", report.options.rpe_delta_m)
                                                        : fmt::format("{} s", report.options.rpe_delta_s));
   if (estimate.scores && estimate.scores->consistency) text += doubt_text(*estimate.scores->consistency);
+  if (report.nis) text += nis_text(*report.nis);
+  if (report.uncertain > 0)
+    text += fmt::format("not judged: {} estimates that were called uncertain\n", report.uncertain);
   if (estimate.jumps) text += fmt::format("jumps: {}\n", *estimate.jumps);
   if (report.coverage) text += fmt::format("cover: {:.1f} % of the time\n", 100 * *report.coverage);
   if (report.time_to_first_fix_s)
@@ -135,6 +146,9 @@ Json to_json(const TrajectoryReport& report) {
                {"reference", report.reference},
                {"alignment", to_string(report.alignment)}};
   json.update(row_json(report.rows.front(), report));
+  json["nis_mean"] = report.nis && report.nis->sightings > 0 ? Json(report.nis->mean) : Json(nullptr);
+  json["sightings"] = report.nis ? Json(report.nis->sightings) : Json(nullptr);
+  json["uncertain"] = report.uncertain;
   json["coverage"] = report.coverage ? Json(*report.coverage) : Json(nullptr);
   json["time_to_first_fix_s"] =
       report.time_to_first_fix_s ? Json(*report.time_to_first_fix_s) : Json(nullptr);

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/cli/trajectory_files.hpp"
 #include "waymark/evaluation/path_scores.hpp"
 #include "waymark/evaluation/trajectory_scores.hpp"
 
@@ -28,6 +29,8 @@ struct TrajectoryReport {
   TrajectoryScoreOptions options{};
   std::vector<TrajectoryRow> rows{};  ///< the estimate first
   std::optional<double> coverage{};
+  std::optional<NisSummary> nis{};
+  std::size_t uncertain = 0;  ///< mere guesses, which are not judged
   std::optional<double> time_to_first_fix_s{};
 };
 

@@ -146,6 +146,10 @@ Result<TrajectoryReport> score(const TrajectoryArgs& args, const Inputs& inputs)
     report.coverage = covered_share(chosen, from, to, duration_of(report.options.max_gap_s));
     report.time_to_first_fix_s = to_seconds(begin - when->first);
   }
+  report.nis = read_nis(args.estimate, chosen.front().stamp, chosen.back().stamp);
+  report.uncertain =
+      count_uncertain(args.estimate, args.from_s > 0 ? chosen.front().stamp : SensorTime::min(),
+                      begin + duration_of(args.to_s));
   Result<TrajectoryRow> row = score_row("estimate", std::move(chosen), inputs, report);
   if (!row) return tl::unexpected(row.error());
   report.rows.push_back(std::move(*row));
@@ -274,7 +278,8 @@ Verb evaluate_verb() {
 interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo
 defines them. path is the distance from REF's way whenever the robot was there; side the signed distance from the
 side of REF that points as the robot does. NEES says whether the estimate's covariance is honest: 3 on average is,
-more is too sure of itself. Keys of --json: docs/reference/cli.md.
+more is too sure of itself; NIS (of the recordings of `waymark localize`) says the same of each sighting: 1. Estimates
+that were called uncertain are counted, and not judged. Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.
 

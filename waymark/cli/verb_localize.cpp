@@ -39,6 +39,10 @@ std::string to_text(const LocalizeReport& report) {
     text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
                         report.last->map_T_base.x(), report.last->map_T_base.y(),
                         report.last->map_T_base.yaw() * 57.29577951308232, report.last->position_sigma_m());
+  if (report.lasting_nis)
+    text += fmt::format(
+        "means of 30 sightings of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
+        *report.lasting_nis);
   return text;
 }
 
@@ -51,10 +55,15 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
     console.say(naming_flag(flags.error()));
     return ExitCode::Usage;
   }
-  const Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
+  Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
   if (!inputs) {
     console.say(inputs.error());
     return inputs.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
+  // The robot's file may have said how it moves; what was asked for goes before.
+  if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked) {
+    console.say(naming_flag(asked.error()));
+    return ExitCode::Usage;
   }
   const Result<LocalizeReport> report = localize(job, *inputs);
   if (!report) {
@@ -65,6 +74,11 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
   if (report->certain == 0) console.say("never knew where it is");
+  if (report->lasting_nis.value_or(0) > 2)
+    console.say(
+        "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
+        "about "
+        "the robot and the map, and how well");
   if (report->compared > 0 && 10 * report->believed < report->compared)
     console.say(
         "warning: hardly a sighting agrees with the map: is it the map of this place, and the camera of this "
@@ -97,7 +111,10 @@ Run prepare_localize(CLI::App& app) {
                  "smoother, riekf in hindsight")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("-o,--output", job.output, "Record the estimates (.mcap)")->type_name("FILE");
+  app.add_option(
+         "-o,--output", job.output,
+         "Record the estimates (.mcap), or write the certain ones as poses, one a line (.txt, .tum: TUM)")
+      ->type_name("FILE");
   app.add_option("--tag-size-m", job.tag_size_m,
                  "Size of tags whose map does not say it (0.24 of the Academy's)")
       ->type_name("NUMBER");

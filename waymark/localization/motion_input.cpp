@@ -119,6 +119,17 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   return step;
 }
 
+/// A counter that was set back, or another drive: faster than anything that is taught a route.
+bool MotionInput::impossible(const MotionStep& step) {
+  constexpr double kFastest = 5;       // [m/s]
+  constexpr double kNoise = 0.1;       // [m]
+  constexpr double kTurn = 0.3;        // [rad]
+  constexpr double kFastestTurn = 15;  // [rad/s]
+  constexpr double kGap = 5;           // [s] in which anything can happen to a robot that says nothing
+  return step.twist.head<2>().norm() > kNoise + kFastest * step.dt_s ||
+         std::abs(step.twist.z()) > kTurn + kFastestTurn * step.dt_s || step.dt_s > kGap;
+}
+
 std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {
   if (!odometry.odom_T_base.matrix().allFinite()) {
     ++not_finite_;
@@ -132,7 +143,11 @@ std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {
     ++not_forwards_;
     return std::nullopt;
   }
-  const MotionSegment segment{last_->stamp, odometry.stamp, step_of(*last_, odometry)};
+  MotionSegment segment{last_->stamp, odometry.stamp, step_of(*last_, odometry)};
+  if (impossible(segment.step)) {
+    ++jumps_;
+    segment.step = {.dt_s = segment.step.dt_s, .jumped = true};
+  }
   last_ = odometry;
   last_step_ = segment.step;
   return segment;

@@ -32,6 +32,8 @@ class MotionInput {
   [[nodiscard]] MotionSegment guess(SensorTime from, SensorTime to) const;
 
   [[nodiscard]] int not_forwards() const { return not_forwards_; }
+  /// Steps that no robot can have driven.
+  [[nodiscard]] int jumps() const { return jumps_; }
   [[nodiscard]] int not_finite() const { return not_finite_; }
 
  private:
@@ -43,6 +45,7 @@ class MotionInput {
   [[nodiscard]] std::optional<double> gyro_angle(SensorTime stamp) const;
   [[nodiscard]] bool stands_still(const MotionStep& step, double wheel_turn_rad) const;
   [[nodiscard]] double dispute(double wheel_turn_rad, const MotionStep& step);
+  [[nodiscard]] static bool impossible(const MotionStep& step);
   [[nodiscard]] MotionStep step_of(const Odometry& a, const Odometry& b);
 
   static constexpr std::size_t kKept = 256;
@@ -60,6 +63,7 @@ class MotionInput {
   double wheel_rate_ = 0;
   int not_forwards_ = 0;
   int not_finite_ = 0;
+  int jumps_ = 0;
   MotionStep last_step_{};
 };
 

@@ -1,5 +1,6 @@
 #include "waymark/localization/riekf.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -14,6 +15,8 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using StateByBias = Eigen::Matrix<double, 8, 6>;
+
+constexpr Eigen::Index kCrab = 4;  ///< of the slow states
 
 SlowVector slow_variances(const MotionNoise& noise) {
   SlowVector sigma;
@@ -60,10 +63,11 @@ Riekf::Riekf(const RiekfOptions& options, ErrorState error, const std::vector<Ma
   const auto sq = [](double x) { return x * x; };
   const double m = sq(options.mounting_sigma_m);
   const double rad = sq(options.mounting_sigma_rad);
-  mount_ = (Eigen::Matrix<double, 6, 1>() << m, m, m, rad, rad, rad).finished().asDiagonal();
+  mount_ = (Eigen::Matrix<double, 6, 1>() << m, m, m, rad, rad, rad).finished();
   state_.P.diagonal() << 1e6, 1e6, 10, slow_variances(noise_);
   state_.C = Eigen::Matrix<double, 8, Eigen::Dynamic>::Zero(
       8, static_cast<Eigen::Index>(6 * (landmarks_.size() + 1)));
+  state_.met.assign(landmarks_.size(), 0);
 }
 
 Eigen::Matrix3d Riekf::to_error() const {
@@ -87,6 +91,7 @@ void Riekf::start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool
   state_.slow.setZero();
   state_.P.bottomRightCorner<5, 5>() = slow_variances(noise_).asDiagonal();
   state_.C.setZero();
+  std::ranges::fill(state_.met, std::uint8_t{0});
 }
 
 void Riekf::propagate(const MotionStep& step) {
@@ -99,20 +104,38 @@ void Riekf::propagate(const MotionStep& step) {
   Eigen::Matrix3d into_error = Eigen::Matrix3d::Identity();
   if (error_ == ErrorState::Coordinates) into_error = internal::coordinate_jacobian(state_.map_T_base, 1);
   const double kept = std::exp(-step.dt_s / noise_.slow_time_s);
+  SlowVector fades = SlowVector::Constant(kept);
+  if (noise_.crab_share > 0) fades[kCrab] = 1;
   transition_.setZero();
   transition_.topLeftCorner<3, 3>() = into_error * from_error;
   transition_.topRightCorner<3, 5>() = into_error * G_xi * J_u_slow;
-  transition_.bottomRightCorner<5, 5>().diagonal().setConstant(kept);
+  transition_.bottomRightCorner<5, 5>().diagonal() = fades;
   const Eigen::Matrix3d G = into_error * G_xi;
-  StateMatrix P = transition_ * state_.P * transition_.transpose();
-  P.topLeftCorner<3, 3>() += G * variances(step, noise_).asDiagonal() * G.transpose();
-  P.bottomRightCorner<5, 5>().diagonal() += (1 - kept * kept) * slow_variances(noise_);
+  const StateMatrix carried = transition_.lazyProduct(state_.P);
+  StateMatrix P = carried.lazyProduct(transition_.transpose());
+  const Eigen::Vector3d Q = variances(step, noise_);
+  P.topLeftCorner<3, 3>() += G * Q.asDiagonal() * G.transpose();
+  P.bottomRightCorner<5, 5>().diagonal() +=
+      (SlowVector::Ones() - fades.cwiseAbs2()).cwiseProduct(slow_variances(noise_));
+  // What the heading turns without odometry's way: the way is then askew to it by as much, the other way
+  // round.
+  const double askew = noise_.crab_share * Q.z();
+  P.col(3 + kCrab).head<3>() -= askew * G.col(2);
+  P.row(3 + kCrab).head<3>() -= askew * G.col(2).transpose();
+  P(3 + kCrab, 3 + kCrab) += noise_.crab_share * askew;
   state_.P = internal::symmetrized<8>(P);
-  state_.slow *= kept;
-  const double fades = std::exp(-step.dt_s / landmark_time_s_);
-  for (Eigen::Index i = 0; i < state_.C.cols(); ++i) {
-    const StateVector c = transition_ * state_.C.col(i);
-    state_.C.col(i) = i < 6 ? c : StateVector(fades * c);
+  state_.slow = state_.slow.cwiseProduct(fades);
+  carry_correlations(transition_, std::exp(-step.dt_s / landmark_time_s_));
+}
+
+void Riekf::carry_correlations(const StateMatrix& transition, double fades) {
+  const StateByBias mounting = state_.C.leftCols<6>();
+  state_.C.leftCols<6>() = transition.lazyProduct(mounting);
+  for (std::size_t i = 0; i < state_.met.size(); ++i) {
+    if (state_.met[i] == 0) continue;
+    auto C = state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(i) + 1));
+    const StateByBias before = fades * C;
+    C = transition.lazyProduct(before);
   }
 }
 
@@ -126,65 +149,9 @@ void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
   T.col(kBias) -= K;
   state_.P =
       internal::symmetrized<8>(T * state_.P * T.transpose() + sigma_rad_s * sigma_rad_s * K * K.transpose());
-  for (Eigen::Index i = 0; i < state_.C.cols(); ++i) state_.C.col(i) = StateVector(T * state_.C.col(i));
+  carry_correlations(T, 1);
   state_.map_T_base = corrected(correction);
   state_.slow += correction.tail<5>();
-}
-
-Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const { return z.H_pose * to_error(); }
-
-Eigen::Matrix<double, 8, 8> Riekf::cross(const Linearised& z) const {
-  Eigen::Matrix<double, 8, 8> A = state_.P.leftCols<3>() * H_of(z).transpose();
-  A += state_.C.leftCols<6>() * z.H_mount.transpose();
-  A += block(z.landmark) * z.H_tag.transpose();
-  return A;
-}
-
-Eigen::Matrix<double, 8, 8> Riekf::innovation(const Linearised& a, const Linearised& b,
-                                              const Eigen::Matrix<double, 8, 8>& cross_b) const {
-  Eigen::Matrix<double, 8, 8> S = H_of(a) * cross_b.topRows<3>();
-  const Matrix6 mount = mount_;
-  const Eigen::Matrix<double, 3, 8> H_b = H_of(b).transpose();
-  S += a.H_mount * (state_.C.topLeftCorner<3, 6>().transpose() * H_b + mount * b.H_mount.transpose());
-  S += a.H_tag * (block(a.landmark).topRows<3>().transpose() * H_b);
-  if (a.landmark == b.landmark)
-    S += a.H_tag * landmarks_[static_cast<std::size_t>(a.landmark)] * b.H_tag.transpose();
-  return S;
-}
-
-double Riekf::nis(const Linearised& z) const {
-  Eigen::Matrix<double, 8, 8> S = innovation(z, z, cross(z));
-  S.diagonal().array() += 1;
-  const Eigen::LLT<Eigen::Matrix<double, 8, 8>> llt(S);
-  if (llt.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
-  return z.residual.dot(llt.solve(z.residual));
-}
-
-StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& offset) {
-  const Eigen::Index rows = 8 * Eigen::Index{count};
-  S_.resize(rows, rows);
-  A_.resize(8, rows);
-  for (int j = 0; j < count; ++j) {
-    const Linearised& b = batch[static_cast<std::size_t>(j)];
-    const Eigen::Matrix<double, 8, 8> cross_b = cross(b);
-    A_.middleCols<8>(8 * Eigen::Index{j}) = cross_b;
-    for (int i = j; i < count; ++i)
-      S_.block<8, 8>(8 * Eigen::Index{i}, 8 * Eigen::Index{j}) =
-          innovation(batch[static_cast<std::size_t>(i)], b, cross_b);
-    r_.segment<8>(8 * Eigen::Index{j}) = b.residual - b.H_pose * offset;
-  }
-  S_.diagonal().array() += 1;
-  K_.resize(8, rows);
-  const Eigen::LLT<Eigen::Ref<Rows>> llt(S_);
-  if (llt.info() != Eigen::Success) {
-    K_.setZero();
-    return StateVector::Zero();
-  }
-  // K = A S^-1 = (S^-1 A^T)^T, by two triangular solves on the rows of A
-  K_ = A_;
-  llt.matrixL().transpose().solveInPlace<Eigen::OnTheRight>(K_);
-  llt.matrixL().solveInPlace<Eigen::OnTheRight>(K_);
-  return -(K_ * r_.head(rows));
 }
 
 SE2 Riekf::corrected(const StateVector& correction) const {
@@ -194,48 +161,18 @@ SE2 Riekf::corrected(const StateVector& correction) const {
   return {X.x() + e.x(), X.y() + e.y(), X.yaw() + e.z()};
 }
 
-void Riekf::correct(const Batch& batch, int count, const StateVector& correction) {
-  update_covariance(batch, count);
-  state_.map_T_base = corrected(correction);
-  state_.slow += correction.tail<5>();
-}
-
-/// Joseph's form with considered errors, (11): L = [I - K H, -K H_mount, -K H_tag] of the joint covariance.
-void Riekf::update_covariance(const Batch& batch, int count) {
-  StateMatrix T = StateMatrix::Identity();
-  StateByBias mounted = StateByBias::Zero();
-  std::array<StateByBias, kMost> tagged;
-  for (int i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const auto K = K_.middleCols<8>(8 * Eigen::Index{i});
-    T.leftCols<3>() -= K * H_of(batch[at]);
-    mounted += K * batch[at].H_mount;
-    tagged[at] = K * batch[at].H_tag;
-  }
-  const auto C_mount = state_.C.leftCols<6>();
-  StateMatrix half = -T * C_mount * mounted.transpose();
-  half += mounted * mount_ * mounted.transpose() / 2;
-  for (int i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    half -= T * block(batch[at].landmark) * tagged[at].transpose();
-    for (int j = 0; j < count; ++j) {
-      const auto other = static_cast<std::size_t>(j);
-      if (batch[other].landmark == batch[at].landmark)
-        half += tagged[at] * landmarks_[static_cast<std::size_t>(batch[at].landmark)] *
-                tagged[other].transpose() / 2;
-    }
-  }
-  StateMatrix P = T * state_.P * T.transpose() + half + half.transpose();
-  P.noalias() += K_.lazyProduct(K_.transpose());
-  state_.P = internal::symmetrized<8>(P);
-  for (Eigen::Index i = 0; i < state_.C.cols(); ++i) state_.C.col(i) = StateVector(T * state_.C.col(i));
-  state_.C.leftCols<6>() -= mounted * mount_;
-  for (int i = 0; i < count; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const int landmark = batch[at].landmark;
-    state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1)) -=
-        tagged[at] * landmarks_[static_cast<std::size_t>(landmark)];
-  }
+StateMatrix Riekf::covariance_but_for_lasting() const {
+  StateMatrix P = state_.P;
+  const auto without = [&P](const StateByBias& C, const Matrix6& Pi) {
+    // What is known exactly has no correlation; the pivot keeps its inverse finite.
+    const Matrix6 regular = Pi + 1e-12 * Matrix6::Identity();
+    P -= C * regular.ldlt().solve(C.transpose());
+  };
+  without(state_.C.leftCols<6>(), mount_.asDiagonal());
+  for (std::size_t i = 0; i < state_.met.size(); ++i)
+    if (state_.met[i] != 0)
+      without(state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(i) + 1)), landmarks_[i]);
+  return internal::symmetrized<8>(P);
 }
 
 }  // namespace waymark

@@ -25,6 +25,7 @@ struct MotionStep {
   double dt_s = 0;
   double yaw_dispute_rad = 0;  ///< how far gyro and wheels are apart in it
   bool standing = false;       ///< nothing moved; twist.z() is then what the gyro said nonetheless
+  bool jumped = false;         ///< nobody knows where to: the twist says nothing
   double extra_m2 = 0;         ///< further variance of x and y, of the heading: motion that is guessed
   double extra_rad2 = 0;
 };
@@ -50,6 +51,8 @@ struct RiekfState {
   StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
   /// 8 x 6(1 + landmarks): covariance with the errors that stay, of the mounting and of each landmark.
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
+  /// Of which landmarks anything was seen: the others' part of C is zero.
+  std::vector<std::uint8_t> met{};
 };
 
 /// Right-invariant EKF on SE(2) with slow states of the motion, and with the errors of the mounting and of
@@ -71,10 +74,14 @@ class Riekf {
   void propagate(const MotionStep& step);
   /// Squared Mahalanobis distance of a sighting from what is expected of it: chi-square with `rows` degrees
   /// of freedom when all is well, (9).
-  [[nodiscard]] double nis(const Linearised& z) const;
-  /// (8) to (11) for the first `count` of a batch, all linearised at the state `prior_offset` away from the
+  /// `place` is where it will stand in the batch if it is used.
+  [[nodiscard]] double nis(const Linearised& z, int place = 0);
+  /// (8) to (11) for the first `count` of a batch, all linearised at the state `offset` away from the
   /// present one (iterated update; zero: the present one). Gives the correction; does not apply it.
-  [[nodiscard]] StateVector gain(const Batch& batch, int count, const Eigen::Vector3d& offset);
+  /// `expected`: nis() has been asked of each at its place since the state changed, and need not be asked
+  /// again.
+  [[nodiscard]] StateVector gain(const Batch& batch, int count, const Eigen::Vector3d& offset,
+                                 bool expected = false);
   /// Applies the correction of the last gain() and its covariance, (10), (11).
   void correct(const Batch& batch, int count, const StateVector& correction);
   /// The state a correction leads to.
@@ -87,31 +94,47 @@ class Riekf {
   /// Of xi, in the left tangent, whatever the coordinates of the error.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
   /// d(error after) / d(error before) of the last propagate().
+  /// S of the last nis() of a place.
+  [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
+    return S_[static_cast<std::size_t>(kMost * place + place)];
+  }
+  /// P if the errors that stay were known: what looks teach and time takes away.
+  [[nodiscard]] StateMatrix covariance_but_for_lasting() const;
   [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
 
  private:
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8 * kMost, 8 * kMost>;
-  using Gain = Eigen::Matrix<double, 8, Eigen::Dynamic, Eigen::ColMajor, 8, 8 * kMost>;
+  using Block = Eigen::Matrix<double, 8, 8>;
+  /// A sighting's side of the innovation's covariance: block (a, b) is left(a) times right(b), (9).
+  struct Reach {
+    Block cross;                         ///< covariance of state and residual: P H' + C N'
+    Eigen::Matrix<double, 8, 12> left;   ///< H, M, T C_t'
+    Eigen::Matrix<double, 12, 8> right;  ///< of cross the pose; M's errors; H'
+  };
   [[nodiscard]] Eigen::Matrix3d to_error() const;  ///< d xi / d error
-  [[nodiscard]] Eigen::Matrix<double, 8, 8> cross(const Linearised& z) const;
-  [[nodiscard]] Eigen::Matrix<double, 8, 8> innovation(const Linearised& a, const Linearised& b,
-                                                       const Eigen::Matrix<double, 8, 8>& cross_b) const;
+  [[nodiscard]] Reach reach(const Linearised& z) const;
+  [[nodiscard]] Block innovation(const Linearised& a, const Reach& of_a, const Linearised& b,
+                                 const Reach& of_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
   [[nodiscard]] auto block(int landmark) const {
     return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
   }
-  void update_covariance(const Batch& batch, int count);
+  void expect(const Linearised& z, int place);
+  [[nodiscard]] bool factorize(int count);
+  [[nodiscard]] Block& S(int i, int j) { return S_[static_cast<std::size_t>(kMost * i + j)]; }
+  void carry_correlations(const StateMatrix& transition, double fades);
+  void correct_correlations(const Batch& batch, int count);
 
   MotionNoise noise_;
   double landmark_time_s_;
   ErrorState error_;
-  Eigen::Matrix<double, 6, 6> mount_;
+  Eigen::Matrix<double, 6, 1> mount_;  ///< variances
   std::vector<Eigen::Matrix<double, 6, 6>> landmarks_;
   RiekfState state_;
-  Rows S_;
-  Gain A_;
-  Gain K_;
-  Eigen::Matrix<double, 8 * kMost, 1> r_;
+  std::array<Reach, kMost> reach_;
+  std::array<Block, std::size_t{kMost} * kMost> S_;   ///< lower triangle by blocks; its factor L in place
+  std::array<Block, kMost> W_;                        ///< L^-1 (P H' + C N')'
+  std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
+  bool sound_ = false;                                ///< S could be factorized
   StateMatrix transition_ = StateMatrix::Identity();
 };
 

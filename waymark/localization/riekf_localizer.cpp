@@ -11,6 +11,7 @@ namespace {
 constexpr Duration kWindow = std::chrono::seconds(1);
 constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
 /// Longer than this nobody waits for odometry before a look is used.
+constexpr double kLastingTooLarge = 2;
 constexpr Duration kPatience = std::chrono::milliseconds(250);
 
 }  // namespace
@@ -29,19 +30,19 @@ void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double si
 
 void RiekfLocalizer::snapshot() {
   const SensorTime now = tracker_.state().stamp;
-  if (snapshot_count_ > 0 && now - snapshots_[snapshot_count_ - 1].stamp < kBetweenSnapshots) return;
+  if (snapshot_count_ > 0 && now - snapshot_at(snapshot_count_ - 1).stamp < kBetweenSnapshots) return;
   if (snapshot_count_ == kSnapshots) {
-    std::rotate(snapshots_.begin(), snapshots_.begin() + 1, snapshots_.end());
+    snapshot_first_ = (snapshot_first_ + 1) % kSnapshots;
     --snapshot_count_;
   }
-  tracker_.save(snapshots_[snapshot_count_++]);
+  tracker_.save(snapshot_at(snapshot_count_++));
 }
 
 /// Back to a moment before; false when that is too long ago.
 bool RiekfLocalizer::rewind(SensorTime before) {
-  while (snapshot_count_ > 0 && snapshots_[snapshot_count_ - 1].stamp >= before) --snapshot_count_;
+  while (snapshot_count_ > 0 && snapshot_at(snapshot_count_ - 1).stamp >= before) --snapshot_count_;
   if (snapshot_count_ == 0) return false;
-  tracker_.restore(snapshots_[snapshot_count_ - 1]);
+  tracker_.restore(snapshot_at(snapshot_count_ - 1));
   ++rewinds_;
   return true;
 }
@@ -54,7 +55,7 @@ Look* RiekfLocalizer::place(SensorTime stamp) {
     tracker_.start_at(stamp);
   }
   if (stamp < now.stamp) {
-    const bool reachable = snapshot_count_ > 0 && snapshots_[0].stamp < stamp;
+    const bool reachable = snapshot_count_ > 0 && snapshot_at(0).stamp < stamp;
     if (!reachable) {
       if (now.stamp - stamp > kWindow) ++too_late_;  // else it is from before anything was known
       return nullptr;
@@ -198,6 +199,19 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   say(input_.not_finite(), "{} motion samples were not numbers: left out");
   say(too_late_, "{} pictures came more than a second late: left out");
   say(crowded_, "{} tags beyond the sixteenth of a picture: left out");
+  say(input_.jumps(),
+      "odometry jumped {} times, further than a robot can drive or after seconds of silence (set back, "
+      "another "
+      "clock, or two drives in one recording): the robot was looked for anew after each");
+  if (tracker_.refused_starts() > 0)
+    all.emplace_back("the start that was given does not agree with the tags that were seen: it was given up");
+  if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge)
+    all.push_back(
+        fmt::format("errors of what is seen last, and are {:.1f} times as large as assumed: the estimate is "
+                    "surer than it "
+                    "should be. Where the sensor sits, what time it sees, or where the tags are is known "
+                    "worse than it was told",
+                    std::sqrt(*lasting)));
   say(tracker_.broken(), "the filter broke {} times and began anew");
   return all;
 }

@@ -38,6 +38,9 @@ class RiekfLocalizer final : public LocalizationMethod {
   Look* place(SensorTime stamp);
   void run();
   void advance_to(SensorTime stamp);
+  [[nodiscard]] TrackState& snapshot_at(std::size_t age) {
+    return snapshots_[(snapshot_first_ + age) % kSnapshots];
+  }
   void snapshot();
   bool rewind(SensorTime before);
   void cover(SensorTime stamp);
@@ -45,7 +48,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   MotionInput input_;
   Timeline timeline_;
   Tracker tracker_;
-  std::vector<TrackState> snapshots_;  ///< oldest first
+  std::vector<TrackState> snapshots_;  ///< a ring, oldest first
+  std::size_t snapshot_first_ = 0;
   std::size_t snapshot_count_ = 0;
   Duration latency_;
   bool moved_ = false;  ///< there was odometry

@@ -20,6 +20,7 @@ struct MotionNoise {
   double yaw_bias_sigma_rad_s = 0.005;
   double slip_sigma_s = 0.03;
   double crab_sigma_rad = 0;
+  double crab_share = 0;
   double slow_time_s = 300;
   double slip_share = 1;
 
@@ -53,6 +54,12 @@ struct MotionNoise {
                 "How far odometry may go askew to the robot's heading; 0: straight ahead. For odometry whose "
                 "heading error turns no distance.",
                 0, 1});
+    visit(
+        self.crab_share,
+        Field{"crab_share",
+              "What share of the heading noise leaves the direction of the way as it was; 1: odometry whose "
+              "heading error turns no distance, as of a simulator.",
+              0, 1});
     visit(self.slow_time_s, Field{"slow_time_s", "These five wander by their sigma in this time.", 1, 1e9});
     visit(self.slip_share,
           Field{"slip_share",
@@ -67,11 +74,11 @@ struct RiekfOptions {
   MotionNoise motion{};
   double corner_sigma_px = 0.3;
   double corner_noise_ratio = 1;
-  double tag_sigma_m = 0.003;
-  double tag_sigma_rad = 0.005;
+  double tag_sigma_m = 0.002;
+  double tag_sigma_rad = 0.003;
   double tag_time_s = 30;
-  double mounting_sigma_m = 0.002;
-  double mounting_sigma_rad = 0.003;
+  double mounting_sigma_m = 0.001;
+  double mounting_sigma_rad = 0.002;
   double farthest_m = 0;
   double gate = 0.9999;
   double uncertain_after_s = 0.3;

@@ -16,7 +16,8 @@ struct Smoothed {
   StateMatrix P = StateMatrix::Zero();
 };
 
-/// From step k + 1 to step k.
+/// From step k + 1 to step k, given the errors that stay: what later looks say is theirs must not move where
+/// the robot was.
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
   // What is known exactly (a slow state that is switched off) must not make the inverse blow up.
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
@@ -32,7 +33,7 @@ Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& af
 }
 
 LocalizationEstimate estimate_of(const TraceStep& step, const Smoothed& smoothed) {
-  const Uncertain<SE2> map_X_base{smoothed.map_T_base, smoothed.P.topLeftCorner<3, 3>()};
+  const Uncertain<SE2> map_X_base{smoothed.map_T_base, smoothed.P.topLeftCorner<3, 3>() + step.lasting_P};
   return {step.stamp, map_X_base.mean, coordinate_covariance(map_X_base), step.certain};
 }
 

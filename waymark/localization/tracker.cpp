@@ -35,7 +35,8 @@ Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& opt
       options_(options),
       filter_(options, error, covariances(landmarks_, options)),
       state_{.whereabouts = Whereabouts(options)},
-      watch_(landmarks_) {
+      watch_(landmarks_),
+      lasting_(landmarks_.size()) {
   for (std::size_t n = 1; n < gates_.size(); ++n)
     gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
   state_.filter = filter_.state();
@@ -63,11 +64,18 @@ void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad
       Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, sigma_rad * sigma_rad).asDiagonal();
   filter_.start(map_T_base, from_coordinate_covariance(map_T_base, P).covariance, true);
   state_.mode = TrackMode::Certain;
+  state_.given = true;
   ++state_.starts;
 }
 
 void Tracker::advance(const MotionStep& step, SensorTime to) {
   state_.stamp = to;
+  if (step.jumped) {  // what was believed is of another place, or of another drive
+    state_.mode = TrackMode::Lost;
+    state_.contradicted = false;
+    state_.whereabouts.clear();
+    return;
+  }
   // A candidate drifts by 5 % of the way and by 0.05 rad a metre, of a turn by as much; coarse on purpose.
   const double drift = 2.5e-3 * step.twist.norm() * std::max(step.twist.norm(), 0.02) + 1e-6 * step.dt_s;
   state_.whereabouts.propagate(step.twist,
@@ -81,7 +89,7 @@ void Tracker::advance(const MotionStep& step, SensorTime to) {
   TraceStep kept{.stamp = to, .chain = state_.starts, .transition = filter_.last_transition()};
   kept.predicted = filter_.state().map_T_base;
   kept.predicted_slow = filter_.state().slow;
-  kept.predicted_P = filter_.state().P;
+  kept.predicted_P = filter_.covariance_but_for_lasting();
   trace_.push_back(kept);
   keep_filtered();
 }
@@ -92,11 +100,12 @@ void Tracker::keep_filtered() {
   kept.certain = state_.mode == TrackMode::Certain;
   kept.filtered = filter_.state().map_T_base;
   kept.filtered_slow = filter_.state().slow;
-  kept.filtered_P = filter_.state().P;
+  kept.filtered_P = filter_.covariance_but_for_lasting();
+  kept.lasting_P = (filter_.state().P - kept.filtered_P).topLeftCorner<3, 3>();
 }
 
 void Tracker::report(const Look& look, const Sighting& sighting, const Linearised& z, double nis,
-                     bool believed) {
+                     bool believed, int place) {
   if (look.reported) return;
   const Landmark& landmark = landmarks_[sighting.landmark];
   if (news_.size() < kNewsKept)
@@ -115,6 +124,8 @@ void Tracker::report(const Look& look, const Sighting& sighting, const Linearise
         std::atan2(expected.x() * measured.y() - expected.y() * measured.x(), expected.dot(measured));
   }
   watch_.add(seen);
+  if (believed && state_.mode == TrackMode::Certain && !state_.given)
+    lasting_.add(z, filter_.innovation_covariance(place));
 }
 
 Tracker::Verdict Tracker::judge(Look& look) {
@@ -127,14 +138,17 @@ Tracker::Verdict Tracker::judge(Look& look) {
       if (usable) ++verdict.rejected_count;
       continue;
     }
-    const double nis = filter_.nis(*z);
+    const int place = static_cast<int>(std::min<std::size_t>(verdict.believed_count, Riekf::kMost - 1));
+    const double nis = filter_.nis(*z, place);
     const bool believed = nis <= gates_[static_cast<std::size_t>(z->rows)];
-    report(look, sighting, *z, nis, believed);
+    report(look, sighting, *z, nis, believed, place);
     if (!usable) continue;
-    if (believed)
+    if (believed) {
+      judged_[verdict.believed_count] = *z;
       verdict.believed[verdict.believed_count++] = &sighting;
-    else
+    } else {
       ++verdict.rejected_count;
+    }
   }
   return verdict;
 }
@@ -152,13 +166,20 @@ void Tracker::update(const Verdict& verdict) {
     for (int iteration = 0; iteration < kIterations; ++iteration) {
       Riekf::Batch& batch = batch_;
       count = 0;
+      const bool judged_here = first == 0 && iteration == 0;
       for (std::size_t i = first; i < last; ++i) {
+        if (judged_here) {
+          batch[static_cast<std::size_t>(count++)] = judged_[i];
+          continue;
+        }
         const auto z = linearise(*verdict.believed[i], landmarks_, eye_, at);
         if (z) batch[static_cast<std::size_t>(count++)] = *z;
       }
       if (count == 0) return;
       const Eigen::Vector3d offset = minus(at, prior);
-      correction = filter_.gain(batch, count, offset);
+      // judge() has just asked of each, and what it rejected stood behind them.
+      const bool expected = judged_here && verdict.believed_count < Riekf::kMost;
+      correction = filter_.gain(batch, count, offset, expected);
       const SE2 next = filter_.corrected(correction);
       const Eigen::Vector3d moved = minus(next, at);
       at = next;
@@ -180,6 +201,7 @@ void Tracker::search(const Look& look) {
   if (found == nullptr) return;
   filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
   state_.mode = TrackMode::Certain;
+  state_.given = false;
   state_.contradicted = false;
   ++state_.starts;
   state_.whereabouts.clear();
@@ -189,6 +211,13 @@ void Tracker::search(const Look& look) {
 void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
   if (verdict.believed_count == 0 && verdict.rejected_count == 0) return;
   const bool agrees = verdict.believed_count > 0 && verdict.believed_count >= verdict.rejected_count;
+  if (state_.given) {
+    state_.given = false;
+    if (!agrees) {
+      if (!look.reported) ++refused_starts_;
+      state_.mode = TrackMode::Uncertain;
+    }
+  }
   if (!agrees) {
     if (!state_.contradicted) {
       state_.contradicted = true;
@@ -258,8 +287,8 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   }
   const Uncertain<SE2> map_X_base{filter_.state().map_T_base, filter_.covariance()};
   LocalizationEstimate estimate{state_.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
-  estimate.certain =
-      state_.mode == TrackMode::Certain && estimate.position_sigma_m() < options_.certain_sigma_m;
+  estimate.certain = state_.mode == TrackMode::Certain && !state_.given &&
+                     estimate.position_sigma_m() < options_.certain_sigma_m;
   return estimate;
 }
 

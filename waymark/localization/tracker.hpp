@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "waymark/localization/lasting_errors.hpp"
 #include "waymark/localization/method.hpp"
 #include "waymark/localization/tag_watch.hpp"
 #include "waymark/localization/timeline.hpp"
@@ -24,6 +25,7 @@ struct TrackState {
   bool started = false;  ///< the stamp means something
   SensorTime look_stamp = SensorTime::min();
   std::uint64_t look_number = 0;
+  bool given = false;  ///< the start is somebody's word, and no tag has confirmed it yet
   bool contradicted = false;
   SensorTime contradicted_since{};
   int agreeing_looks = 0;         ///< since it became uncertain
@@ -39,12 +41,13 @@ struct TraceStep {
   int chain = 0;  ///< a new start begins a new chain
   bool certain = false;
   StateMatrix transition = StateMatrix::Identity();
-  SE2 predicted{};
+  SE2 predicted{};  ///< covariances: but for the errors that stay
   SlowVector predicted_slow = SlowVector::Zero();
   StateMatrix predicted_P = StateMatrix::Zero();
   SE2 filtered{};
   SlowVector filtered_slow = SlowVector::Zero();
   StateMatrix filtered_P = StateMatrix::Zero();
+  Eigen::Matrix3d lasting_P = Eigen::Matrix3d::Zero();  ///< what those errors add to that of the pose
 };
 
 /// The filter with what makes it survive: gates, contradiction, cold start, watching the tags. Time goes
@@ -57,7 +60,8 @@ class Tracker {
   /// A look at the time the track is at.
   void look(Look& look);
   void start_at(SensorTime stamp);
-  /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad].
+  /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad]. It is certain when
+  /// the first tags agree, and given up at once when they do not.
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
 
   [[nodiscard]] const TrackState& state() const { return state_; }
@@ -73,6 +77,11 @@ class Tracker {
   [[nodiscard]] std::vector<NisRecord>& news() { return news_; }
   [[nodiscard]] const std::vector<NisRecord>& news() const { return news_; }
   [[nodiscard]] int broken() const { return broken_; }
+  /// Starts that were given and given up.
+  [[nodiscard]] int refused_starts() const { return refused_starts_; }
+  /// NIS of means over many sightings of one tag, over their degrees of freedom: 1 when errors that stay are
+  /// known to stay, more when they are taken for noise that averages away. Nothing before there are enough.
+  [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
   /// Keeps every step from now on.
   void keep_trace() { tracing_ = true; }
   [[nodiscard]] const std::vector<TraceStep>& trace() const { return trace_; }
@@ -86,7 +95,8 @@ class Tracker {
   [[nodiscard]] Verdict judge(Look& look);
   void update(const Verdict& verdict);
   void judge_mode(const Verdict& verdict, const Look& look);
-  void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed);
+  void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed,
+              int place);
   void search(const Look& look);
   void keep_filtered();
   void check_sound();
@@ -100,10 +110,13 @@ class Tracker {
   TagWatch watch_;
   Riekf::Batch batch_{};
   std::array<Sighting, Look::kMost> usable_{};
+  std::array<Linearised, Look::kMost> judged_{};  ///< what is believed, at the estimate it was judged by
   std::vector<NisRecord> news_;
   bool tracing_ = false;
   std::vector<TraceStep> trace_;
   int broken_ = 0;
+  int refused_starts_ = 0;
+  LastingErrors lasting_;
 };
 
 }  // namespace waymark

@@ -1,0 +1,147 @@
+#include "tests/support/posterior_bound.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/LU>
+
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark::testing {
+namespace {
+
+/// x, y, yaw, scale, bias, slip, sliding speed, direction of frame odom; the errors of the yaw rate and of
+/// the speeds in frame odom from one message of odometry to the next.
+enum : Eigen::Index { kX, kY, kYaw, kScale, kBias, kSlip, kSlide, kAxes, kTurning, kWalkX, kWalkY, kStates };
+using State = Eigen::Matrix<double, kStates, kStates>;
+
+std::optional<SE2> true_pose(const std::vector<TruthPose>& truth, SensorTime stamp) {
+  const auto next = std::ranges::lower_bound(truth, stamp, {}, &TruthPose::stamp);
+  if (next == truth.end()) return std::nullopt;
+  if (next->stamp == stamp) return project_to_plane(next->map_T_base);
+  if (next == truth.begin()) return std::nullopt;
+  const TruthPose& before = *(next - 1);
+  const double u = to_seconds(stamp - before.stamp) / to_seconds(next->stamp - before.stamp);
+  return interpolate(project_to_plane(before.map_T_base), project_to_plane(next->map_T_base), u);
+}
+
+State at_the_start(const TrueNoise& noise) {
+  const auto sq = [](double x) { return x * x; };
+  State P = State::Zero();
+  P.diagonal() << sq(noise.start_m), sq(noise.start_m), sq(noise.start_rad), sq(noise.scale),
+      sq(noise.bias_rad_s), sq(noise.slip_s), 0, sq(noise.askew_rad) + sq(noise.start_rad), 0, 0, 0;
+  P(kYaw, kAxes) = P(kAxes, kYaw) = sq(noise.start_rad);
+  return P;
+}
+
+/// F P F' over a stretch of the true motion.
+State moved(const State& P, const SE2& from, const SE2& to, double dt_s, const TrueNoise& noise) {
+  const Eigen::Vector2d way = to.translation() - from.translation();
+  const Eigen::Vector2d turned(-way.y(), way.x());
+  const double yaw = from.yaw() + (from.inverse() * to).yaw() / 2;
+  const Eigen::Vector2d ahead(std::cos(yaw), std::sin(yaw));
+  const Eigen::Vector2d aside(-ahead.y(), ahead.x());
+  State F = State::Identity();
+  F.block<2, 1>(kX, noise.way_in_odom ? kAxes : kYaw) += turned;
+  if (noise.way_in_odom) {
+    F(kX, kWalkX) = F(kY, kWalkY) = dt_s;
+  } else {
+    const double turn_rate = (from.inverse() * to).yaw() / dt_s;
+    F.block<2, 1>(kX, kScale) = way.dot(ahead) * ahead;
+    F.block<2, 1>(kX, kSlip) = way.dot(ahead) * turn_rate * aside;
+    F.block<2, 1>(kX, kSlide) = dt_s * aside;
+    F.block<2, 1>(kX, kBias) = -dt_s * turned / 2;
+  }
+  F(kYaw, kBias) = -dt_s;
+  F(kYaw, kTurning) = dt_s;
+  return F * P * F.transpose();
+}
+
+/// Fisher information of one tag's corners about x, y and yaw.
+Eigen::Matrix3d information(const TagDetection& seen, const MappedTag& tag, const CameraModel& camera,
+                            const SE3& base_T_cam, const SE2& map_X_base) {
+  const auto corners = [&](const Eigen::Vector3d& off) {
+    const SE2 X(map_X_base.x() + off.x(), map_X_base.y() + off.y(), map_X_base.yaw() + off.z());
+    const SE3 cam_T_tag = (lift(X) * base_T_cam).inverse() * tag.map_T_tag;
+    Eigen::Matrix<double, 8, 1> px = Eigen::Matrix<double, 8, 1>::Zero();
+    Eigen::Index row = 0;
+    for (const Eigen::Vector3d& p : tag_corners(tag.size_m)) {
+      if (const auto projected = camera.project(cam_T_tag * p)) px.segment<2>(row) = *projected;
+      row += 2;
+    }
+    return px;
+  };
+  Eigen::Matrix<double, 8, 3> H;
+  constexpr double kStep = 1e-5;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Eigen::Vector3d off = kStep * Eigen::Vector3d::Unit(i);
+    H.col(i) = (corners(off) - corners(-off)) / (2 * kStep);
+  }
+  return H.transpose() * seen.corner_covariance_px2.value().inverse() * H;
+}
+
+/// (P^-1 + E J E')^-1 where P may be singular.
+State seen(const State& P, const Eigen::Matrix3d& J) {
+  const Eigen::Matrix<double, kStates, 3> A = P.leftCols<3>();
+  const Eigen::Matrix3d inner = (Eigen::Matrix3d::Identity() + J * P.topLeftCorner<3, 3>()).inverse() * J;
+  const State after = P - A * inner * A.transpose();
+  return (after + after.transpose()) / 2;
+}
+
+/// What holds for a while is drawn anew.
+void draw_anew(State& P, Eigen::Index state, double sigma) {
+  P.row(state).setZero();
+  P.col(state).setZero();
+  P(state, state) = sigma * sigma;
+}
+
+/// The next message of odometry is wrong by numbers of its own.
+void next_message(State& P, const TrueNoise& noise) {
+  const double seconds = std::sqrt(noise.message_s);
+  draw_anew(P, kTurning, noise.gyro_rad / seconds);
+  draw_anew(P, kWalkX, noise.walk_m / seconds);
+  draw_anew(P, kWalkY, noise.walk_m / seconds);
+}
+
+}  // namespace
+
+std::vector<BoundAt> posterior_bound(const std::vector<Sample>& samples, const std::vector<TruthPose>& truth,
+                                     const TagMap& map, const CameraModel& camera, const SE3& base_T_cam,
+                                     const TrueNoise& noise) {
+  constexpr Duration kSlideLasts = std::chrono::milliseconds(100);
+  std::vector<BoundAt> all;
+  State P = at_the_start(noise);
+  SensorTime now = truth.front().stamp;
+  SE2 at = project_to_plane(truth.front().map_T_base);
+  draw_anew(P, kSlide, noise.slide_m_s);
+  next_message(P, noise);
+  for (const Sample& sample : samples) {
+    const auto* frame = std::get_if<TagFrame>(&sample);
+    const bool odometry = std::holds_alternative<Odometry>(sample);
+    const SensorTime stamp = stamp_of(sample);
+    const auto next = true_pose(truth, stamp);
+    if ((frame == nullptr && !odometry) || !next || stamp < now) continue;
+    if (stamp > now) P = moved(P, at, *next, to_seconds(stamp - now), noise);
+    if (stamp.time_since_epoch() / kSlideLasts != now.time_since_epoch() / kSlideLasts)
+      draw_anew(P, kSlide, noise.slide_m_s);
+    now = stamp;
+    at = *next;
+    if (odometry) {
+      all.push_back({now, P.topLeftCorner<3, 3>()});
+      next_message(P, noise);
+    }
+    if (frame == nullptr) continue;
+    Eigen::Matrix3d J = Eigen::Matrix3d::Zero();
+    for (const TagDetection& detection : frame->detections) {
+      const MappedTag* tag = map.find(detection.tag);
+      if (tag != nullptr) J += information(detection, *tag, camera, base_T_cam, at);
+    }
+    P = seen(P, J);
+  }
+  return all;
+}
+
+}  // namespace waymark::testing

@@ -1,0 +1,26 @@
+#include "waymark/config/robot_motion_file.hpp"
+
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+
+namespace waymark {
+
+Result<std::optional<MotionNoise>> read_robot_motion(const std::filesystem::path& path) {
+  constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+  const Result<std::string> text = read_text_file(path, kLimits.bytes);
+  if (!text) return tl::unexpected(text.error());
+  const Result<YamlNode> tree = parse_yaml(*text, path.string(), kLimits);
+  if (!tree) return tl::unexpected(tree.error());
+  const auto motion = YamlCursor(*tree, path.string()).find("motion");
+  if (!motion) return std::optional<MotionNoise>();
+  const Result<MotionNoise> noise = read_fields<MotionNoise>(*motion);
+  if (!noise) return tl::unexpected(noise.error());
+  if (const Status status = check_ranges(*noise); !status) {
+    Error error = status.error();
+    error.place = {.source = path.string(), .line = motion->place().line, .key = "motion." + error.place.key};
+    return tl::unexpected(error);
+  }
+  return std::optional<MotionNoise>(*noise);
+}
+
+}  // namespace waymark

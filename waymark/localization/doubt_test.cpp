@@ -1,0 +1,171 @@
+// What the filter is told wrongly, it notices: a start, odometry that jumps, where the sensor sits.
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/localization/smoother.hpp"
+
+namespace waymark {
+namespace {
+
+SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+/// Eight points around, not evenly.
+std::vector<LandmarkPoint> points() {
+  std::vector<LandmarkPoint> all;
+  for (int i = 0; i < 8; ++i) {
+    const double angle = 0.785 * i + 0.3 * std::sin(5.0 * i);
+    all.push_back({i + 1, {(2.5 + 0.2 * i) * std::cos(angle), (3 - 0.15 * i) * std::sin(angle)}});
+  }
+  return all;
+}
+
+/// A robot with a laser that drives in circles.
+struct Robot {
+  SE2 truth{0, -1, 0};
+  SE2 odom{};
+  double seconds = 10;
+  double laser_x_m = 0;
+  Random random{3};
+
+  void drive(RiekfLocalizer& filter, double duration_s, bool sees = true) {
+    for (int i = 0; i < std::lround(duration_s * 50); ++i) {
+      const Eigen::Vector3d u(0.006, 0, 0.006);
+      truth = truth * SE2::exp(u);
+      odom = odom * SE2::exp({u.x() + 2e-4 * random.normal(), 0, u.z() + 2e-4 * random.normal()});
+      seconds += 0.02;
+      filter.add(Odometry{.stamp = at(seconds), .odom_T_base = odom});
+      if (i % 5 == 0 && sees) look(filter);
+      filter.clear_news();
+    }
+  }
+
+ private:
+  void look(RiekfLocalizer& filter) {
+    for (const LandmarkPoint& point : points()) {
+      const Eigen::Vector2d p = (truth * SE2(laser_x_m, 0, 0)).inverse() * point.map_p;
+      filter.add(RangeBearing{at(seconds), point.number, p.norm() + 0.03 * random.normal(),
+                              std::atan2(p.y(), p.x()) + 0.026 * random.normal()});
+    }
+  }
+};
+
+RiekfLocalizer filter_of(const RiekfOptions& options = {}) {
+  return {Landmarks::of_points(points()).value(), MountedSensor{}, options};
+}
+
+double off_m(const RiekfLocalizer& filter, const Robot& robot) {
+  return (filter.estimate()->map_T_base.translation() - robot.truth.translation()).norm();
+}
+
+bool says(const RiekfLocalizer& filter, const std::string& words) {
+  for (const std::string& problem : filter.problems())
+    if (problem.find(words) != std::string::npos) return true;
+  return false;
+}
+
+TEST(AStartThatIsGiven, IsCertainWhenTheFirstTagsAgree) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  filter.start_from(robot.truth, 0.05, 0.05);
+  robot.drive(filter, 1, false);
+  ASSERT_TRUE(filter.estimate());
+  EXPECT_FALSE(filter.estimate()->certain) << "nobody has confirmed it";
+  robot.drive(filter, 0.3);
+  EXPECT_TRUE(filter.estimate()->certain);
+  EXPECT_LT(off_m(filter, robot), 0.1);
+  EXPECT_TRUE(filter.problems().empty());
+}
+
+TEST(AStartThatIsGiven, IsGivenUpWhenTheyDoNot) {
+  for (const SE2& off : {SE2(1.5, 1, 1), SE2(0, 0, 3), SE2(-0.5, 0, 0)}) {
+    RiekfLocalizer filter = filter_of();
+    Robot robot;
+    filter.start_from(robot.truth * off, 0.05, 0.05);
+    int certain_and_wrong = 0;
+    for (int i = 0; i < 100; ++i) {
+      robot.drive(filter, 0.02);
+      certain_and_wrong += filter.estimate()->certain && off_m(filter, robot) > 0.2 ? 1 : 0;
+    }
+    EXPECT_EQ(certain_and_wrong, 0) << off.x();
+    EXPECT_TRUE(filter.estimate()->certain) << off.x();
+    EXPECT_LT(off_m(filter, robot), 0.1) << off.x();
+    EXPECT_TRUE(says(filter, "start that was given")) << off.x();
+  }
+}
+
+TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  robot.drive(filter, 3);
+  ASSERT_TRUE(filter.estimate() && filter.estimate()->certain);
+  robot.odom = SE2(40, -7, 2);  // the counter was set back, and the robot was carried
+  robot.truth = SE2(0.5, 0.5, -2);
+  int certain_and_wrong = 0;
+  for (int i = 0; i < 100; ++i) {
+    robot.drive(filter, 0.02);
+    certain_and_wrong +=
+        filter.estimate() && filter.estimate()->certain && off_m(filter, robot) > 0.3 ? 1 : 0;
+  }
+  EXPECT_EQ(certain_and_wrong, 0);
+  EXPECT_TRUE(filter.estimate()->certain);
+  EXPECT_LT(off_m(filter, robot), 0.1);
+  EXPECT_TRUE(says(filter, "odometry jumped 1 times"));
+}
+
+/// Single sightings look right when the laser sits elsewhere; their means do not.
+TEST(LastingErrors, OfASensorThatSitsElsewhereAreSaid) {
+  for (const double laser_x_m : {0.0, 0.5}) {
+    RiekfLocalizer filter = filter_of();
+    Robot robot{.laser_x_m = laser_x_m};
+    filter.start_from(robot.truth, 0.05, 0.05);
+    robot.drive(filter, 60);
+    const auto lasting = filter.tracker().lasting_nis();
+    ASSERT_TRUE(lasting);
+    if (laser_x_m > 0) {
+      EXPECT_GT(*lasting, 2);
+      EXPECT_TRUE(says(filter, "surer than it should be"));
+    } else {
+      EXPECT_GT(*lasting, 0.1);  // what is wrong with the estimate is in it as well
+      EXPECT_LT(*lasting, 1.5);
+      EXPECT_TRUE(filter.problems().empty());
+    }
+  }
+}
+
+/// Landmarks that hang elsewhere than the map says, each by a lasting error: hindsight is no worse.
+TEST(Smoother, LastingErrorsOfLandmarksDoNotMakeHindsightWorse) {
+  double filtered2 = 0;
+  double smoothed2 = 0;
+  for (int seed = 0; seed < 4; ++seed) {
+    RiekfOptions options;
+    options.tag_sigma_m = 0.05;
+    options.tag_time_s = 1e4;
+    std::vector<LandmarkPoint> told = points();
+    Robot robot{.random = Random(static_cast<std::uint64_t>(20 + seed))};
+    for (LandmarkPoint& point : told)
+      point.map_p += 0.05 * Eigen::Vector2d(robot.random.normal(), robot.random.normal());
+    RiekfLocalizer filter(Landmarks::of_points(told).value(), {}, options);
+    filter.tracker().keep_trace();
+    filter.start_from(robot.truth, 0.05, 0.05);
+    std::vector<std::pair<SensorTime, SE2>> truth;
+    for (int i = 0; i < 1000; ++i) {
+      robot.drive(filter, 0.02, i % 250 < 200);
+      truth.emplace_back(at(robot.seconds), robot.truth);
+      filtered2 += off_m(filter, robot) * off_m(filter, robot);
+    }
+    std::size_t next = 0;
+    for (const LocalizationEstimate& estimate : smooth(filter.tracker().trace())) {
+      while (next < truth.size() && truth[next].first < estimate.stamp) ++next;
+      if (next == truth.size() || truth[next].first != estimate.stamp) continue;
+      smoothed2 += (estimate.map_T_base.translation() - truth[next].second.translation()).squaredNorm();
+    }
+  }
+  EXPECT_LT(smoothed2, filtered2);
+}
+
+}  // namespace
+}  // namespace waymark

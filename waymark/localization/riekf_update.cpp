@@ -1,0 +1,181 @@
+// What a sighting does to the estimate, (8) to (11).
+#include <cmath>
+#include <limits>
+
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/localization/riekf.hpp"
+
+namespace waymark {
+namespace {
+
+using StateByBias = Eigen::Matrix<double, 8, 6>;
+
+/// S = L L' becomes the inverse of L; false when S is not positive definite.
+bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
+  Eigen::Matrix<double, 8, 8> inverse = Eigen::Matrix<double, 8, 8>::Zero();
+  for (Eigen::Index j = 0; j < 8; ++j) {
+    double pivot = S(j, j);
+    for (Eigen::Index k = 0; k < j; ++k) pivot -= S(j, k) * S(j, k);
+    if (!(pivot > 0)) return false;
+    const double root = 1 / std::sqrt(pivot);
+    S(j, j) = root;
+    for (Eigen::Index i = j + 1; i < 8; ++i) {
+      double below = S(i, j);
+      for (Eigen::Index k = 0; k < j; ++k) below -= S(i, k) * S(j, k);
+      S(i, j) = below * root;
+    }
+    inverse(j, j) = root;
+    for (Eigen::Index k = 0; k < j; ++k) {
+      double sum = 0;
+      for (Eigen::Index m = k; m < j; ++m) sum += S(j, m) * inverse(m, k);
+      inverse(j, k) = -root * sum;
+    }
+  }
+  S = inverse;
+  return true;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
+  if (error_ == ErrorState::RightInvariant) return z.H_pose;
+  return z.H_pose * to_error();
+}
+
+// Eigen takes its kernel for large matrices from eight by eight on, which costs more than such a product:
+// lazyProduct() multiplies on the spot.
+Riekf::Reach Riekf::reach(const Linearised& z) const {
+  const Eigen::Matrix<double, 8, 3> H = H_of(z);
+  const Eigen::Matrix<double, 3, 8> Ht = H.transpose();
+  const Eigen::Matrix<double, 6, 8> Mt = z.H_mount.transpose();
+  Reach all;
+  all.cross = state_.P.leftCols<3>().lazyProduct(Ht);
+  all.cross += state_.C.leftCols<6>().lazyProduct(Mt);
+  all.left.leftCols<3>() = H;
+  all.left.middleCols<6>(3) = z.H_mount;
+  if (state_.met[static_cast<std::size_t>(z.landmark)] != 0) {
+    const StateByBias C = block(z.landmark);
+    all.cross += C.lazyProduct(z.H_tag.transpose());
+    all.left.rightCols<3>() = z.H_tag.lazyProduct(C.topRows<3>().transpose());
+  } else {
+    all.left.rightCols<3>().setZero();
+  }
+  all.right.topRows<3>() = all.cross.topRows<3>();
+  all.right.middleRows<6>(3) = mount_.asDiagonal() * Mt;
+  all.right.middleRows<6>(3) += state_.C.topLeftCorner<3, 6>().transpose().lazyProduct(Ht);
+  all.right.bottomRows<3>() = Ht;
+  return all;
+}
+
+Riekf::Block Riekf::innovation(const Linearised& a, const Reach& of_a, const Linearised& b,
+                               const Reach& of_b) const {
+  Block S = of_a.left.lazyProduct(of_b.right);
+  if (a.landmark == b.landmark) {
+    const Eigen::Matrix<double, 8, 6> T =
+        a.H_tag.lazyProduct(landmarks_[static_cast<std::size_t>(a.landmark)]);
+    S += T.lazyProduct(b.H_tag.transpose());
+  }
+  return S;
+}
+
+void Riekf::expect(const Linearised& z, int place) {
+  Reach& of_z = reach_[static_cast<std::size_t>(place)];
+  of_z = reach(z);
+  S(place, place) = innovation(z, of_z, z, of_z);
+  S(place, place).diagonal().array() += 1;
+}
+
+double Riekf::nis(const Linearised& z, int place) {
+  expect(z, place);
+  Block L_inverse = S(place, place);
+  if (!invert_root(L_inverse)) return std::numeric_limits<double>::infinity();
+  return L_inverse.lazyProduct(z.residual).squaredNorm();
+}
+
+/// Cholesky by blocks of eight in place of the lower triangle, the inverse of L on the diagonal; false when S
+/// has none.
+bool Riekf::factorize(int count) {
+  for (int j = 0; j < count; ++j) {
+    for (int i = j; i < count; ++i) {
+      for (int k = 0; k < j; ++k) S(i, j) -= S(i, k).lazyProduct(S(j, k).transpose());
+      if (i == j && !invert_root(S(j, j))) return false;
+      if (i == j) continue;
+      const Block before = S(i, j);
+      S(i, j) = before.lazyProduct(S(j, j).transpose());
+    }
+  }
+  return true;
+}
+
+StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& offset, bool expected) {
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  for (int j = 0; j < count && !expected; ++j) expect(batch[at(j)], j);
+  for (int j = 0; j < count; ++j) {
+    for (int i = j + 1; i < count; ++i)
+      S(i, j) = innovation(batch[at(i)], reach_[at(i)], batch[at(j)], reach_[at(j)]);
+  }
+  sound_ = factorize(count);
+  StateVector correction = StateVector::Zero();
+  if (!sound_) return correction;
+  for (int i = 0; i < count; ++i) {
+    Block W = reach_[at(i)].cross.transpose();
+    Eigen::Matrix<double, 8, 1> y = batch[at(i)].residual - batch[at(i)].H_pose * offset;
+    for (int k = 0; k < i; ++k) {
+      W -= S(i, k).lazyProduct(W_[at(k)]);
+      y -= S(i, k).lazyProduct(y_[at(k)]);
+    }
+    W_[at(i)] = S(i, i).lazyProduct(W);
+    y_[at(i)] = S(i, i).lazyProduct(y);
+    correction -= W_[at(i)].transpose().lazyProduct(y_[at(i)]);
+  }
+  return correction;
+}
+
+void Riekf::correct(const Batch& batch, int count, const StateVector& correction) {
+  if (!sound_) return;
+  // With the best gain (11) is P - K S K': W is S^-1/2 of what K is made of.
+  for (int i = 0; i < count; ++i) {
+    const Block& W = W_[static_cast<std::size_t>(i)];
+    state_.P -= W.transpose().lazyProduct(W);
+  }
+  state_.P = internal::symmetrized<8>(state_.P);
+  correct_correlations(batch, count);
+  state_.map_T_base = corrected(correction);
+  state_.slow += correction.tail<5>();
+}
+
+/// C of (11).
+void Riekf::correct_correlations(const Batch& batch, int count) {
+  const auto at = [](int i) { return static_cast<std::size_t>(i); };
+  for (int i = count - 1; i >= 0; --i) {  // W becomes K'
+    Block W = W_[at(i)];
+    for (int k = i + 1; k < count; ++k) W -= S(k, i).transpose().lazyProduct(W_[at(k)]);
+    W_[at(i)] = S(i, i).transpose().lazyProduct(W);
+  }
+  Eigen::Matrix<double, 8, 3> KH = Eigen::Matrix<double, 8, 3>::Zero();
+  StateByBias mounted = StateByBias::Zero();
+  for (int i = 0; i < count; ++i) {
+    const Block K = W_[at(i)].transpose();
+    KH += K.lazyProduct(H_of(batch[at(i)]));
+    mounted += K.lazyProduct(batch[at(i)].H_mount);
+  }
+  const auto lose = [&KH](auto C) {
+    const Eigen::Matrix<double, 3, 6> top = C.template topRows<3>();
+    C -= KH.lazyProduct(top);
+  };
+  lose(state_.C.leftCols<6>());
+  state_.C.leftCols<6>() -= mounted * mount_.asDiagonal();
+  for (std::size_t l = 0; l < state_.met.size(); ++l) {
+    if (state_.met[l] != 0) lose(state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(l) + 1)));
+  }
+  for (int i = 0; i < count; ++i) {
+    const auto landmark = static_cast<std::size_t>(batch[at(i)].landmark);
+    const Block K = W_[at(i)].transpose();
+    const StateByBias tagged = K.lazyProduct(batch[at(i)].H_tag);
+    state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(landmark) + 1)) -=
+        tagged.lazyProduct(landmarks_[landmark]);
+    state_.met[landmark] = 1;
+  }
+}
+
+}  // namespace waymark
