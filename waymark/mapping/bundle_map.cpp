@@ -205,7 +205,7 @@ void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& fa
     const Eigen::Vector2d& at = factor.corners_px[static_cast<std::size_t>(c)];
     const int column = std::clamp(static_cast<int>(3 * at.x() / camera.width_px()), 0, 2);
     const int row = std::clamp(static_cast<int>(3 * at.y() / camera.height_px()), 0, 2);
-    ImageRegion& region = result.regions[static_cast<std::size_t>(3 * row + column)];
+    ResidualRegion& region = result.regions[static_cast<std::size_t>(3 * row + column)];
     ++region.corners;
     region.mean_px += r.segment<2>(2 * c);
     region.rms_px += r.segment<2>(2 * c).squaredNorm();
@@ -232,7 +232,7 @@ void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& resu
     if (r) add_to_regions(*r, term.factor, input.camera, result);
     numbers += 8;
   }
-  for (ImageRegion& region : result.regions) {
+  for (ResidualRegion& region : result.regions) {
     region.mean_px /= std::max(region.corners, 1);
     region.rms_px = std::sqrt(region.rms_px / std::max(region.corners, 1));
   }

@@ -48,7 +48,7 @@ struct RejectedSighting {
 };
 
 /// What is left over in a ninth of the picture.
-struct ImageRegion {
+struct ResidualRegion {
   int corners = 0;
   Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< projected less measured
   double rms_px = 0;
@@ -67,7 +67,7 @@ struct BundleMap {
   double noise_ratio = 1;  ///< corner noise found over what the detector claims
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
-  std::array<ImageRegion, 9> regions{};        ///< by rows, from the upper left
+  std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
   std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
   bool mounting_used = false;                  ///< the map rests on it
   double rms_px = 0;                           ///< root mean square of all corner coordinates in use

@@ -19,7 +19,7 @@ void check_regions(const BundleMap& map, std::vector<std::string>& words) {
   std::size_t worst = kNames.size();
   double farthest = kWorthSaying_px;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const ImageRegion& region = map.regions[i];
+    const ResidualRegion& region = map.regions[i];
     const double off = region.mean_px.norm();
     if (region.corners < kEnough || off < farthest || off < 0.5 * region.rms_px) continue;
     worst = i;
@@ -32,7 +32,7 @@ void check_regions(const BundleMap& map, std::vector<std::string>& words) {
                     "camera's, and are the tags flat? `waymark calibrate camera` measures it",
                     map.noise_ratio));
   if (worst == kNames.size()) return;
-  const ImageRegion& region = map.regions[worst];
+  const ResidualRegion& region = map.regions[worst];
   words.push_back(
       fmt::format("corners in the {} of the picture are all off by ({:+.2f}, {:+.2f}) px: is the calibration "
                   "this camera's? `waymark calibrate camera` measures it",
