@@ -48,8 +48,9 @@ Error WatchedProcess::ended() {
 Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step) {
   const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, step});
   std::size_t written = 0;
-  if (!watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended)
-    return tl::unexpected(ended());
+  const bool gone = !watchdog_.to.open() || write_some(watchdog_.to.number(), line, written) == Moved::Ended;
+  // Its last words are not read yet, and say better why: read() gives them, and then the end.
+  if (gone && !watchdog_.from.open()) return tl::unexpected(ended());
   return {};
 }
 

@@ -29,7 +29,7 @@ class WatchedProcess {
   WatchedProcess& operator=(const WatchedProcess&) = delete;
 
   /// Never waits: when the watchdog does not read, the command is lost, and the watchdog will stop the robot.
-  /// Fails when the watchdog is gone.
+  /// Fails when the watchdog is gone and read() has said so.
   Status send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step = 0);
   /// What the robot said since the last call; waits up to `most` for the first line. Fails, and says how the
   /// robot's process ended, when it has ended and everything was read.
