@@ -237,7 +237,7 @@ using Kind = OneOfMany (*)(RobotDescription, Random&);
 /// Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4.2).
 void consistent_and_efficient(const std::string& world_name, const std::string& robot_name, Kind kind) {
   const World world = world_named(world_name);
-  const int drives = full() ? 50 : 6;
+  const int drives = full() ? 50 : 20;
   Figures all;
   for (int seed = 1; seed <= drives; ++seed) {
     Random random(static_cast<std::uint64_t>(5000 + seed));
@@ -246,7 +246,7 @@ void consistent_and_efficient(const std::string& world_name, const std::string& 
     // takes the two parts of one that a frame divides for independent.
     robot.simulation.camera_rate_hz = 12.5;
     const OneOfMany one = kind(robot, random);
-    const Drive lap = drive(world, one.robot, static_cast<std::uint64_t>(seed), full() ? 60 : 20);
+    const Drive lap = drive(world, one.robot, static_cast<std::uint64_t>(seed), 60);
     run(lap, world, one, random, all);
   }
   std::erase_if(all.nees, [&](const Moment& m) { return m.freedom < 3 * drives; });

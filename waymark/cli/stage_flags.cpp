@@ -104,7 +104,8 @@ Result<Stage> StageFlags::make(const std::string& robot_file) const {
   }
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                processes_ ? "Known: sim, process:CMD." : suggestion(robot_, {"sim"}));
+                suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD"}
+                                              : std::vector<std::string>{"sim"}));
   if (world_.empty())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
                 {.key = "--world"}, "For example --world circuit24.");
