@@ -79,8 +79,8 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  Status status =
-      root.check_keys({"name", "hull", "limits", "wheels", "camera_mounting", "camera_info", "simulation", "motion"});
+  Status status = root.check_keys(
+      {"name", "hull", "limits", "wheels", "camera_mounting", "camera_info", "simulation", "motion"});
   if (!status) return tl::unexpected(status.error());
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());

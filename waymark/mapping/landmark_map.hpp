@@ -41,9 +41,8 @@ struct LandmarkMapOptions {
     visit(self.sight_sigma_per_m, Field{"sight_sigma_per_m", "What each metre of distance adds.", 0, 10});
     visit(self.way_sigma_m_per_sqrt_m,
           Field{"way_sigma_m_per_sqrt_m", "What each metre adds to the error of a way.", 1e-6, 10});
-    visit(
-        self.turn_sigma_rad_per_sqrt_rad,
-        Field{"turn_sigma_rad_per_sqrt_rad", "What each radian adds to the error of a turn.", 1e-6, 10});
+    visit(self.turn_sigma_rad_per_sqrt_rad,
+          Field{"turn_sigma_rad_per_sqrt_rad", "What each radian adds to the error of a turn.", 1e-6, 10});
     visit(self.distance_scale_sigma,
           Field{"distance_scale_sigma", "How wrong the wheels' distances may be, as a share.", 1e-9, 10});
     visit(self.yaw_scale_sigma,

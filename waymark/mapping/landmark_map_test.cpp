@@ -32,8 +32,8 @@ Drive drive(std::uint64_t seed, double noise_m) {
   std::int64_t ms = 0;
   const auto step = [&](double forward, double turn) {
     truth = truth * SE2::exp({forward, 0, turn});
-    odom = odom * SE2::exp({forward / 1.02 + 0.0005 * random.normal(), 0,
-                            turn / 0.92 + 0.001 * random.normal()});
+    odom = odom *
+           SE2::exp({forward / 1.02 + 0.0005 * random.normal(), 0, turn / 0.92 + 0.001 * random.normal()});
     ms += 40;
     const SensorTime stamp{std::chrono::milliseconds(ms)};
     d.odometry.push_back({stamp, odom});
@@ -42,8 +42,7 @@ Drive drive(std::uint64_t seed, double noise_m) {
       const Eigen::Vector2d base_p = truth.inverse() * map_p - Eigen::Vector2d(0, 0.03);
       const bool in_view = base_p.x() > 0.2 && std::abs(base_p.y()) < 0.6 * base_p.x() && base_p.norm() < 2.2;
       if (in_view)
-        frame.points.push_back(
-            {id, base_p + noise_m * Eigen::Vector2d(random.normal(), random.normal())});
+        frame.points.push_back({id, base_p + noise_m * Eigen::Vector2d(random.normal(), random.normal())});
     }
     d.frames.push_back(frame);
   };
