@@ -12,6 +12,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/replay/route_builder.hpp"
+#include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
 
 namespace waymark::replay_course {
@@ -44,6 +45,7 @@ struct Outcome {
   std::vector<std::string> reasons{};  ///< of all stops, each once
   double moved_after_stop_m = 0;       ///< true way, later than a second after a lasting stop or the goal
   double fastest_m_s = 0;              ///< command
+  double keep_out_breach_m = 0;        ///< how far the robot drove into the keep-out about the true tags
 };
 
 struct Trial {
@@ -52,6 +54,32 @@ struct Trial {
   std::vector<Fault> faults{};
   ReplayOptions replay{};
   double timeout_s = 900;
+};
+
+/// How far a robot came into the keep-out by driving. Whoever carries it may put it down inside: then it may
+/// still need its way to a standstill, and no more.
+class KeepOut {
+ public:
+  KeepOut(const TagMap& tags, const Hull& hull, double min_clearance_m)
+      : tags_(tags), hull_(hull), allowed_m_(min_clearance_m) {}
+
+  void add(const SE3& map_T_base) {
+    constexpr double kCarried_m = 0.1;
+    constexpr double kStandstill_m = 0.05;
+    const double clearance = clearance_m(hull_, map_T_base, tags_);
+    const bool carried = last_ && (map_T_base.translation() - *last_).norm() > kCarried_m;
+    if (carried) allowed_m_ = std::min(allowed_m_, clearance - kStandstill_m);
+    last_ = map_T_base.translation();
+    breach_m_ = std::max(breach_m_, allowed_m_ - clearance);
+  }
+  [[nodiscard]] double breach_m() const { return breach_m_; }
+
+ private:
+  const TagMap& tags_;
+  Hull hull_;
+  double allowed_m_;
+  std::optional<Eigen::Vector3d> last_{};
+  double breach_m_ = 0;
 };
 
 inline Outcome drive(const Course& course, const Trial& trial) {
@@ -69,6 +97,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
                     trial.replay);
   Outcome outcome;
+  KeepOut keep_out(course.world.tags, course.robot.model.hull, trial.replay.safety.min_clearance_m);
   Trajectory way;
   std::optional<SE2> stood_at;
   double lasting_s = 0;
@@ -77,6 +106,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
     const auto* truth = std::get_if<TruthPose>(&sample);
     if (truth == nullptr) return Status();
     way.push_back({truth->stamp, truth->map_T_base});
+    keep_out.add(truth->map_T_base);
     const SE2 here = project_to_plane(truth->map_T_base);
     if (lasting_s > 1 && !stood_at) stood_at = here;
     if (stood_at)
@@ -97,6 +127,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   // A jump of the clock would have the truth's stamps go back; the judge looks at places alone.
   const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
   if (judged) outcome.judged = *judged;
+  outcome.keep_out_breach_m = keep_out.breach_m();
   return outcome;
 }
 
