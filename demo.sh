@@ -7,7 +7,8 @@ usage() {
   cat <<'TXT'
 usage: ./demo.sh [OUT_DIR]          (default: out/demo)
 
-Installs the Debian packages it needs (says which; asks before sudo), builds the release preset, then
+Installs the Debian packages it needs (says which; asks before sudo), builds the release preset (and, where there is npm, the page of
+`waymark view`), then
   1. teaches a simulated robot a lap on rendered pictures, makes a map of it, lets the robot drive it again, and compares with the truth,
   2. renders a photograph of tags whose true corners are known,
   3. finds them, and leaves an annotated picture,
@@ -27,6 +28,9 @@ source tools/packages.sh
 waymark_install "${WAYMARK_BUILD_PACKAGES[@]}"
 export CCACHE_BASEDIR="$PWD" CCACHE_NOHASHDIR=1
 mkdir -p build "$out"
+if command -v npm >/dev/null; then  # the page of `waymark view`; without it the program says how to get it
+  tools/build_viewer.sh || echo "demo.sh: the page of waymark view is not built"
+fi
 [ -f build/release/build.ninja ] || echo "Building (the first time takes a few minutes) …"
 cmake --preset release -DWAYMARK_BUILD_BENCHMARKS=OFF -DWAYMARK_UNITY=ON >build/release.configure.log 2>&1 || { cat build/release.configure.log; exit 1; }
 cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph waymark_photograph_sheet -- --quiet
@@ -55,5 +59,5 @@ echo "\$ waymark detect --camera $out/sheet/camera.yaml --tag-size-m 0.16 $out/s
 "$waymark" detect --camera "$out/sheet/camera.yaml" --tag-size-m 0.16 --annotate "$out/annotated" "$out/sheet/sheet_photo.png"
 
 echo
-echo "Look at it: $out/loop/trajectory.svg, $out/annotated/"
+echo "Look at it: $out/loop/report.html, $out/annotated/, or in the browser: $waymark view $out/loop"
 echo "The program:  export PATH=\"$PWD/build/release/waymark/cli:\$PATH\""

@@ -66,7 +66,7 @@ def run(command, scratch, program):
     else:
         return "is not of a kind this check can run; fence the block as ```text"
     if bare.startswith("waymark view"):
-        bare = "timeout --preserve-status -s INT 5 " + bare
+        bare = "timeout --foreground --preserve-status -s INT 5 " + bare  # once: not also to its group
     path = f"{pathlib.Path(program).resolve().parent}:{os.environ['PATH']}"
     try:
         done = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", bare], cwd=folder, env={**os.environ, "PATH": path},

@@ -141,6 +141,10 @@ class CalibrateRobot(unittest.TestCase):
         self.assertEqual(values["sight_scale"]["verdict"], "unobservable")  # all tags are seen from the same distance
         self.assertIn("from near and from afar", values["sight_scale"]["advice"])
         self.assertNotIn("yaw_gain", values)  # the gyro turns it
+        lap = (self.folder / "lap.mcap").read_bytes()
+        spoilt = waymark(*words[:-1], "lap.mcap", cwd=self.folder)
+        self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (1, True))
+        self.assertIn("not written over", spoilt.err)
         localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
                             cwd=self.folder)
         self.assertEqual(localized.code, 0, localized.err)

@@ -193,6 +193,9 @@ class Replay(WithLap):
         self.assertIn("the clock jumped by +0.65 s", outcome.records[0]["reason"])
 
     def test_an_optimised_route_is_faster_and_can_be_driven(self):
+        missing = self.run_here("replay", "map", "--world", "circuit24", "--route", "fast")
+        self.assertEqual(missing.code, 2)
+        self.assertIn("waymark optimize map --name fast", missing.err)
         outcome = self.run_here("optimize", "map", "--name", "fast", "--speed-m-s", 0.8, "--rounds", 1, "--json")
         self.assertEqual((outcome.code, outcome.err), (0, ""))
         (summary,) = outcome.records
@@ -204,6 +207,9 @@ class Replay(WithLap):
         (driven,) = self.replay("--route", "fast", "--json").records
         self.assertTrue(driven["finished"])
         self.assertLess(driven["cross_track_rmse_m"], 0.03)
+        self.run_here("map", "lap.mcap", "-o", "map")  # another map: the routes of the old one step aside
+        self.assertFalse((self.folder / "map/route-fast.yaml").exists())
+        self.assertTrue((self.folder / "map/route-fast.1.yaml").exists())
         (self.folder / "weights.yaml").write_text("corridor: 0.1\n")
         wrong = self.run_here("optimize", "map", "--weights", "weights.yaml")
         self.assertEqual(wrong.code, 2)

@@ -106,6 +106,9 @@ class Report(unittest.TestCase):
         text.write_text("no recording")
         self.assertIn("text.txt", run("report", text, code=1).err)
         self.assertIn("nowhere", run("report", self.folder / "nowhere", code=1).err)
+        before = (self.demo / "lap.mcap").read_bytes()
+        self.assertIn(".html", run("report", self.demo, "-o", self.demo / "lap.mcap", code=2).err)
+        self.assertEqual((self.demo / "lap.mcap").read_bytes(), before)
         unwritable = self.folder / "no" / "such" / "folder" / "page.html"
         self.assertIn("page.html", run("report", self.demo / "lap.mcap", "-o", unwritable, code=1).err)
 

@@ -85,7 +85,7 @@ class Sheet(InFolder):
                 ("tags sheet --ids 0 --tag-size-m 160 -o t.pdf", "Sizes are in metres: 160 mm is 0.16."),
                 ("tags sheet --ids 0 --tag-size-m 0 -o t.pdf", "(--tag-size-m): 0 m is no size"),
                 ("tags sheet --ids 0 --tag-size-m -0.1 -o t.pdf", "(--tag-size-m): -0.1 m is no size"),
-                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): nan m is no size"),
+                ("tags sheet --ids 0 --tag-size-m nan -o t.pdf", "(--tag-size-m): nan is not a number"),
                 ("tags sheet --ids 0 --tag-size-m inf -o t.pdf", "(--tag-size-m): inf m is no size"),
                 ("tags sheet --ids 0 --tag-size-m big -o t.pdf", "--tag-size-m"),
                 ("tags sheet --ids 0 -o t.pdf", "--tag-size-m is required"),

@@ -56,6 +56,7 @@ class Teach(InFolder):
                 (["teach", "--world", "circuit24", "--driver", "scriptd", "-o", "x"], 2, "Did you mean 'scripted'?"),
                 ([*TEACH, "-o", "x.bag"], 2, "x.bag: recordings are written as MCAP"),
                 ([*TEACH, "-o", "x", "--speed-m-s", "3"], 2, "limo drives at most 1 m/s"),
+                ([*TEACH, "-o", "x", "--speed-m-s", "nan"], 2, "(--speed-m-s): nan is not a number"),
                 ([*TEACH, "-o", "x", "--exposure-ms", "20"], 2, "Add --images"),
                 (["teach", "--world", "circuit24"], 2, "--output is required"),
                 (["teach", "-o", "x"], 2, "--world is required")):

@@ -35,6 +35,44 @@ Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags) {
   return {};
 }
 
+namespace {
+
+/// Says, once each time, when a robot that is being taught has fallen silent.
+class SilenceWatch {
+ public:
+  explicit SilenceWatch(Console& console) : console_(console) {}
+
+  void hear(const Sample& sample) {
+    odometry_.heard = odometry_.heard || std::holds_alternative<Odometry>(sample);
+    camera_.heard = camera_.heard || std::holds_alternative<TagFrame>(sample) ||
+                    std::holds_alternative<CameraFrame>(sample);
+  }
+  void look(Duration uptime) {
+    check(odometry_, uptime, "odometry");
+    check(camera_, uptime, "frame of the camera");
+  }
+
+ private:
+  struct Stream {
+    bool heard = false;  ///< since the last look
+    bool said = false;
+    Duration last{};
+  };
+  void check(Stream& stream, Duration uptime, const char* what) {
+    constexpr double kSilent_s = 2;
+    if (stream.heard) stream = {.heard = false, .said = false, .last = uptime};
+    if (stream.said || to_seconds(uptime - stream.last) < kSilent_s) return;
+    stream.said = true;
+    console_.say(fmt::format("no {} for {:.0f} s: does the robot still run?", what, kSilent_s));
+  }
+
+  Console& console_;
+  Stream odometry_{};
+  Stream camera_{};
+};
+
+}  // namespace
+
 Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console& console) {
   const Stopwatch watch;
   const auto driver = LiveDriver::make(job.driver, job.speed_m_s, stage.simulated);
@@ -52,12 +90,15 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
   Lesson lesson(teach_setup(stage.simulated), monitor_options(stage.simulated), job.images, *recorder,
                 console);
   SimulatedLapEnd end;
+  SilenceWatch silence(console);
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) {
     (*driver)->hear(sample);
+    silence.hear(sample);
     return lesson.on_sample(sample);
   };
   listener.decide = [&](Duration uptime, SensorTime now) -> Result<std::optional<VelocityCommand>> {
+    silence.look(uptime);
     const Result<DriverDecision> decision = (*driver)->drive(uptime, now);
     if (!decision) return tl::unexpected(decision.error());
     if (decision->pad) {

@@ -145,6 +145,11 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
+  std::error_code ignored;
+  if (!job.route.empty() && !fs::exists(job.folder / route_file(job), ignored))
+    return fail(ErrorCode::NotFound, fmt::format("this map has no route '{}'", job.route),
+                {.source = (job.folder / route_file(job)).string(), .key = "--route"},
+                fmt::format("`waymark optimize {} --name {}` makes one.", job.folder.string(), job.route));
   Result<Route> route = read_route(job.folder / route_file(job));
   if (!route) return tl::unexpected(route.error());
   Result<Trajectory> taught = job.route.empty() ? taught_path(job) : Result<Trajectory>(path_of(*route));

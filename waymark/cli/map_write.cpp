@@ -15,6 +15,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Optimised routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml.
+void move_named_routes(const fs::path& folder, int version, std::error_code& error) {
+  std::vector<fs::path> found;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    const bool numbered = fs::path(entry->path().stem()).has_extension();
+    if (name.starts_with("route-") && name.ends_with(".yaml") && !numbered) found.push_back(entry->path());
+  }
+  for (const fs::path& path : found) {
+    if (!error) fs::rename(path, folder / fmt::format("{}.{}.yaml", path.stem().string(), version), error);
+  }
+}
+
 /// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
 Status keep_versions(const fs::path& folder) {
   std::error_code error;
@@ -26,6 +39,7 @@ Status keep_versions(const fs::path& folder) {
     const fs::path now = folder / fmt::format("{}.yaml", name);
     if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
   }
+  if (!error) move_named_routes(folder, version, error);
   if (!error) return {};
   return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
               {.source = folder.string()});

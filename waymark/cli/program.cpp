@@ -105,6 +105,17 @@ ExitCode misused(Console& console, const std::string& name, const std::string& w
   return ExitCode::Usage;
 }
 
+/// The flag that was given "nan", which passes every test of a range; empty when none was.
+std::string flag_without_number(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty()) continue;
+    for (const std::string& word : option->results()) {
+      if (word.size() <= 4 && CLI::detail::to_lower(word).ends_with("nan")) return option->get_name();
+    }
+  }
+  return {};
+}
+
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
   app.formatter(std::make_shared<WrappingFormatter>());
@@ -137,6 +148,8 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
   } catch (const CLI::ParseError& error) {
     return misused(console, chosen.name, explain(error, app, *chosen.node->app));
   }
+  if (const std::string flag = flag_without_number(*chosen.node->app); !flag.empty())
+    return misused(console, chosen.name, fmt::format("({}): nan is not a number.", flag));
   return console.finish(chosen.node->run(console));
 }
 

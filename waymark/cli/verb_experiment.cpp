@@ -150,15 +150,18 @@ nlohmann::ordered_json summary_of(const std::string& cell, const std::vector<con
     rmse.push_back(run->judged->cross_track_rmse_m);
     largest.push_back(run->judged->cross_track_max_m);
   }
+  const auto middle = [](const std::vector<double>& v) {
+    return v.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(median(v));
+  };
   const auto worst = [](const std::vector<double>& v) {
-    return v.empty() ? 0.0 : *std::ranges::max_element(v);
+    return v.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(*std::ranges::max_element(v));
   };
   return {{"what", cell},
           {"runs", runs.size()},
           {"completed", finished},
-          {"cross_track_rmse_median_m", median(rmse)},
+          {"cross_track_rmse_median_m", middle(rmse)},
           {"cross_track_rmse_worst_m", worst(rmse)},
-          {"cross_track_max_median_m", median(largest)},
+          {"cross_track_max_median_m", middle(largest)},
           {"cross_track_max_worst_m", worst(largest)},
           {"endings", endings}};
 }
@@ -167,11 +170,13 @@ std::string table_of(const nlohmann::ordered_json& cells) {
   std::string text = fmt::format("{:<52}{:>6}{:>11}{:>22}{:>22}\n", "", "runs", "completed",
                                  "rmse median/worst [m]", "max median/worst [m]");
   for (const auto& cell : cells) {
-    text += fmt::format(
-        "{:<52}{:>6}{:>11}{:>14.4f} /{:>6.4f}{:>14.4f} /{:>6.4f}\n", cell["what"].get<std::string>(),
-        cell["runs"].get<int>(), cell["completed"].get<int>(),
-        cell["cross_track_rmse_median_m"].get<double>(), cell["cross_track_rmse_worst_m"].get<double>(),
-        cell["cross_track_max_median_m"].get<double>(), cell["cross_track_max_worst_m"].get<double>());
+    const auto metres = [&](const char* key) {  // nothing to judge is no zero
+      return cell[key].is_null() ? std::string("-") : fmt::format("{:.4f}", cell[key].get<double>());
+    };
+    text += fmt::format("{:<52}{:>6}{:>11}{:>14} /{:>6}{:>14} /{:>6}\n", cell["what"].get<std::string>(),
+                        cell["runs"].get<int>(), cell["completed"].get<int>(),
+                        metres("cross_track_rmse_median_m"), metres("cross_track_rmse_worst_m"),
+                        metres("cross_track_max_median_m"), metres("cross_track_max_worst_m"));
     for (const auto& words : cell["endings"]) text += "    " + words.get<std::string>() + "\n";
   }
   return text;

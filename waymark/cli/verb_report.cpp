@@ -19,6 +19,13 @@ struct ReportArgs {
 };
 
 ExitCode report(const ReportArgs& args, Console& console) {
+  const std::string suffix = std::filesystem::path(args.output).extension().string();
+  if (suffix != ".html" && suffix != ".htm") {
+    console.say(Error{ErrorCode::InvalidArgument,
+                      "a report is a page: its name ends with .html",
+                      {.source = args.output, .key = "--output"}});
+    return ExitCode::Usage;
+  }
   const Result<Runs> runs = read_runs(args.runs, console);
   if (!runs) {
     console.say(runs.error());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -164,6 +165,10 @@ Status write_calibration(const std::filesystem::path& path, const Calibration& c
                   fmt::format("{} of '{}': not written", named ? "a number" : "the name", name),
                   {.source = path.string()});
   }
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored) && !read_calibration(path))
+    return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
+                {.source = path.string()}, "Give another name, or remove it.");
   return write_text_file(path, to_yaml(calibration));
 }
 
