@@ -43,7 +43,7 @@ class RobotLoop {
 
  private:
   RobotLoop(std::unique_ptr<ProcessRobot> robot, TagFinder finder, CameraModel camera, Console& console)
-      : robot_(std::move(robot)), finder_(std::move(finder)), camera_(std::move(camera)), console_(console) {}
+      : robot_(std::move(robot)), finder_(std::move(finder)), camera_(camera), console_(console) {}
   Status hear(RobotMessage message, const RobotListener& listener);
   Status look(const RobotListener& listener);
   Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);

@@ -96,7 +96,7 @@ class Riekf {
   /// d(error after) / d(error before) of the last propagate().
   /// S of the last nis() of a place.
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
-    return S_[static_cast<std::size_t>(kMost * place + place)];
+    return S_[index_of(place, place)];
   }
   /// P if the errors that stay were known: what looks teach and time takes away.
   [[nodiscard]] StateMatrix covariance_but_for_lasting() const;
@@ -120,7 +120,10 @@ class Riekf {
   }
   void expect(const Linearised& z, int place);
   [[nodiscard]] bool factorize(int count);
-  [[nodiscard]] Block& S(int i, int j) { return S_[static_cast<std::size_t>(kMost * i + j)]; }
+  [[nodiscard]] static std::size_t index_of(int i, int j) {
+    return static_cast<std::size_t>(kMost) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
+  }
+  [[nodiscard]] Block& S(int i, int j) { return S_[index_of(i, j)]; }
   void carry_correlations(const StateMatrix& transition, double fades);
   void correct_correlations(const Batch& batch, int count);
 
