@@ -112,7 +112,7 @@ Lanes blurred_row(const CellRow& row, int cells, const Lanes& u, const Lanes& in
   Lanes share = Lanes::Constant(row[0]);
   for (int j = 1; j < cells; ++j) {
     const float jump = row[static_cast<std::size_t>(j)] - row[static_cast<std::size_t>(j) - 1];
-    if (jump != 0.0F) share += jump * bell_cdf((u - static_cast<float>(j)) * inverse_sigma);
+    if (jump != 0.0F) share += jump * bell_cdf<Lanes>((u - static_cast<float>(j)) * inverse_sigma);
   }
   return share;
 }
@@ -241,8 +241,8 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
       const Lanes from_after = after.at(start.major_px, minor_px);
       const Lanes distance_px = band.first_px[b] + static_cast<float>(d) * band.step_px;
       Lanes& weight = band.weight[b][j];
-      weight =
-          start.live * positive((-margin - from_before).min(-margin - from_after).min(outside - distance_px));
+      weight = start.live *
+               positive<Lanes>((-margin - from_before).min(-margin - from_after).min(outside - distance_px));
       read_pixels(image, s, start, all_there, d, band.value[b][j], weight);
       pixels += weight;
       darkest = darkest.min(255.0F + weight * (band.value[b][j] - 255.0F));
@@ -257,7 +257,8 @@ void read_band(const ImageView& image, const EdgeFrame& edge, const Surroundings
       band.beyond[b][j] = near.beyond_known
                               ? Lanes(blurred_row(near.beyond, near.cells, u, inverse_sigma) - 1.0F)
                               : Lanes(Lanes::Zero());
-      band.inside[b][j] = bell_cdf(-from_before * inverse_blur) * bell_cdf(-from_after * inverse_blur);
+      band.inside[b][j] =
+          bell_cdf<Lanes>(-from_before * inverse_blur) * bell_cdf<Lanes>(-from_after * inverse_blur);
     }
   }
   band.pixels = static_cast<int>(std::lround(pixels.sum()));

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "waymark/image/image.hpp"
+#include "waymark/tags/edge_sums.hpp"
 #include "waymark/tags/lanes.hpp"
 #include "waymark/tags/surroundings.hpp"
 
@@ -13,10 +14,6 @@ namespace waymark::refinement {
 inline constexpr int kMaxSlices = 64;  ///< of one edge; longer edges are sampled sparsely
 inline constexpr int kMaxDepth = 24;   ///< pixels in one slice
 inline constexpr int kMaxBlocks = kMaxSlices / kLanes;
-
-/// Grey levels at or beyond these are what the sensor could not show.
-inline constexpr float kDarkest = 1.0F;
-inline constexpr float kBrightest = 253.0F;
 
 using Quad = std::array<Eigen::Vector2d, 4>;
 

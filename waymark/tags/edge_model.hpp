@@ -5,21 +5,10 @@
 #include <Eigen/Core>
 
 #include "waymark/tags/edge_band.hpp"
+#include "waymark/tags/edge_sums.hpp"
 
 namespace waymark::refinement {
 
-/// Parameters of one edge. The first four belong to the edge alone; the last three are nearly the same for
-/// all edges of a tag.
-enum Parameter : int {
-  kFrom,    ///< [px] outward displacement of the edge at its first corner
-  kTo,      ///< [px] at its second corner
-  kBend,    ///< [px] outward bulge halfway between
-  kBeyond,  ///< [grey level] step from the ring outside the border to what lies beyond it, where not printed
-  kInnerLevel,  ///< [grey level] of the border
-  kStep,        ///< [grey level] from the border to the ring outside it
-  kLogBlur,     ///< ln of the blur's standard deviation in pixels
-  kParameters
-};
 inline constexpr int kOwn = 4;     ///< parameters an edge has to itself
 inline constexpr int kCommon = 3;  ///< parameters the edges of a tag nearly share
 
@@ -57,6 +46,6 @@ using SliceCosts = std::array<Lanes, kMaxBlocks>;
 /// d is the signed distance from the edge, Phi the normal distribution function; behind, beyond, inside are
 /// as in Band. O(pixels).
 [[nodiscard]] NormalEquations linearize(const Band& band, const EdgeVector& parameters, double light,
-                                        SliceCosts& costs);
+                                        SliceCosts& costs, SumEdge sum_edge = quickest_sum_edge());
 
 }  // namespace waymark::refinement

@@ -17,15 +17,15 @@ using waymark::testing::render;
 
 TEST(NormalLanes, AreTheNormalDistribution) {
   for (double z = -8; z <= 8; z += 0.013) {
-    const NormalLanes found = normal_lanes(Lanes::Constant(static_cast<float>(z)));
+    const NormalLanes<Lanes> found = normal_lanes<Lanes>(Lanes::Constant(static_cast<float>(z)));
     EXPECT_NEAR(static_cast<double>(found.cdf[3]), 0.5 * std::erfc(-z / std::sqrt(2.0)), 3e-5);
     EXPECT_NEAR(static_cast<double>(found.pdf[5]), std::exp(-z * z / 2) / std::sqrt(2 * std::numbers::pi),
                 3e-5);
-    EXPECT_NEAR(static_cast<double>(bell_cdf(Lanes::Constant(static_cast<float>(z)))[0]),
+    EXPECT_NEAR(static_cast<double>(bell_cdf<Lanes>(Lanes::Constant(static_cast<float>(z)))[0]),
                 0.5 * std::erfc(-z / std::sqrt(2.0)), 1.2e-2);
   }
-  EXPECT_EQ(bell_cdf(Lanes::Constant(-9.0F))[0], 0.0F);
-  EXPECT_EQ(bell_cdf(Lanes::Constant(9.0F))[0], 1.0F);
+  EXPECT_EQ(bell_cdf<Lanes>(Lanes::Constant(-9.0F))[0], 0.0F);
+  EXPECT_EQ(bell_cdf<Lanes>(Lanes::Constant(9.0F))[0], 1.0F);
 }
 
 std::unique_ptr<Band> band_of(const Print& print, const BandLimits& limits, int k) {
@@ -138,6 +138,36 @@ TEST(Surroundings, AreWhatIsPrinted) {
   }
   EXPECT_FALSE(tag_surroundings({FamilyId::Tag36h11, 0})[0].beyond_known);
   EXPECT_TRUE(tag_surroundings({FamilyId::TagStandard41h12, 0})[0].beyond_known);
+}
+
+/// Where the processor has AVX2 the two are different code; elsewhere one.
+TEST(SumEdge, TheQuickestAgreesWithThePortableOne) {
+  for (const double white : {200.0, 255.0}) {  // clipped too
+    for (const bool cells_matter : {false, true}) {
+      const Print print{.side_px = cells_matter ? 24.0 : 70.0, .white = white, .noise = 2};
+      const auto band = band_of(
+          print, {.inside_px = 2, .outside_px = 2, .corner_margin_px = 1.5, .cells_matter = cells_matter}, 0);
+      EdgeVector x = truth_of(print);
+      x[kFrom] += 0.1;
+      x[kLogBlur] += 0.1;
+      SliceCosts portable_costs;
+      SliceCosts quick_costs;
+      const NormalEquations portable = linearize(*band, x, 0.1, portable_costs, sum_edge_portable);
+      const NormalEquations quick = linearize(*band, x, 0.1, quick_costs);
+      for (int i = 0; i < kParameters; ++i) {
+        for (int k = 0; k < kParameters; ++k) {
+          // Off the diagonal terms of both signs cancel.
+          const double scale = std::sqrt(portable.information(i, i) * portable.information(k, k));
+          EXPECT_NEAR(quick.information(i, k), portable.information(i, k), 2e-5 * scale) << i << " " << k;
+        }
+        EXPECT_NEAR(quick.gradient[i], portable.gradient[i],
+                    2e-5 * std::sqrt(portable.information(i, i) * portable.cost))
+            << i;
+      }
+      EXPECT_NEAR(quick.cost, portable.cost, 2e-5 * portable.cost);
+      EXPECT_EQ(portable.pixels(), quick.pixels());
+    }
+  }
 }
 
 }  // namespace
