@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 usage() {
   cat <<'TXT'
-usage: ./test.sh [--full] [--require-data] [--quick] [--tidy-base REV]
+usage: ./test.sh [--full] [--only PARTS] [--require-data] [--quick] [--tidy-base REV]
 
 Installs what it needs (Debian packages, said by name), builds, and runs
   1. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
@@ -15,9 +15,11 @@ Installs what it needs (Debian packages, said by name), builds, and runs
   5. clang-tidy on the files changed since the main branch (or in the last commit)
 
   --quick           only 1 and 2
-  --full            also: long Monte Carlo runs, all tests under the sanitizers, every header compiled alone,
-                    clang-tidy on everything, the thread
-                    sanitizer, coverage, fuzzers for five minutes each, benchmarks with their ratios
+  --full            also what takes hours: long Monte Carlo runs, all tests under the sanitizers, clang-tidy on everything,
+                    all fuzzers for minutes, every header compiled alone, the thread sanitizer, coverage, benchmarks with
+                    their ratios
+  --only PARTS      only these, separated by commas: tests, house, sanitizers, fuzzers, tidy, headers, threads, coverage,
+                    benchmarks; with --full in their long form (./test.sh --full --only tests,tidy)
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
                     folder that WAYMARK_DATA names
   --tidy-base REV   what "changed" means for clang-tidy
@@ -26,11 +28,12 @@ Exit code 0 when everything passed. Build folders are build/<preset>; the second
 TXT
 }
 
-full=""; quick=""; tidy_base=""
+full=""; quick=""; only=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
     --full) full=1 ;;
     --quick) quick=1 ;;
+    --only) only="${2:?--only needs the names of parts; see --help}"; shift ;;
     --require-data) export WAYMARK_REQUIRE_DATA=1 ;;
     --tidy-base) tidy_base="${2:?--tidy-base needs a revision}"; shift ;;
     -h|--help) usage; exit 0 ;;
@@ -39,6 +42,15 @@ while [ $# -gt 0 ]; do
   shift
 done
 [ -n "$full" ] && export WAYMARK_FULL=1
+everything="tests,house,sanitizers,fuzzers,tidy,headers,threads,coverage,benchmarks"
+if [ -n "$only" ]; then parts="$only"
+elif [ -n "$full" ]; then parts="$everything"
+elif [ -n "$quick" ]; then parts="tests,house"
+else parts="tests,house,sanitizers,fuzzers,tidy"; fi
+for part in ${parts//,/ }; do
+  [[ ",$everything," == *",$part,"* ]] || { echo "test.sh: unknown part '$part'. There are $everything." >&2; exit 2; }
+done
+wanted() { [[ ",$parts," == *",$1,"* ]]; }
 if [ -n "${WAYMARK_REQUIRE_DATA:-}" ] && [ ! -d "${WAYMARK_DATA:-}" ]; then
   echo "test.sh: --require-data, but WAYMARK_DATA ('${WAYMARK_DATA:-}') is not a folder" >&2
   exit 2
@@ -60,7 +72,7 @@ build() {  # build PRESET [targets...]
 run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals
   local preset="$1"; shift
   local report="$PWD/build/$preset/tests.xml" outcome=0
-  ctest --preset "$preset" -j "$jobs" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
+  ctest --preset "$preset" -j "$jobs" --timeout "$([ -n "$full" ] && echo 7200 || echo 600)" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
   [ "$outcome" -eq 0 ] || sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "build/$preset/tests.log" | tail -150
   read -r total bad skip < <(sed -n 's/.*tests="\([0-9]*\)".*/\1/p;s/.*failures="\([0-9]*\)".*/\1/p;s/.*skipped="\([0-9]*\)".*/\1/p' \
     "$report" | head -3 | tr '\n' ' ') || true  # no newline at the end is no failure
@@ -77,16 +89,21 @@ command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is on
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
-step "build"
-build check
-step "unit, system and consumer tests"
-run_tests check
+if wanted tests; then
+  step "build"
+  build check
+  step "unit, system and consumer tests"
+  run_tests check
+fi
+unset WAYMARK_FULL  # what follows looks for other things than long runs do
 
-step "house rules: includes, formatting"
-tools/check_includes.py
-git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
+if wanted house; then
+  step "house rules: includes, formatting"
+  tools/check_includes.py
+  git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
+fi
 
-if [ -z "$quick" ]; then
+if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"
   if [ -n "$full" ]; then
     build asan-ubsan
@@ -99,26 +116,36 @@ if [ -z "$quick" ]; then
       "build/asan-ubsan/waymark/$room/$tests" --gtest_brief=1 | tail -3
     done
   fi
+fi
 
+if wanted fuzzers; then
   step "fuzzers"
   if [ -n "$full" ]; then build fuzz; else build fuzz image_fuzz camera_yaml_fuzz yaml_fields_fuzz; fi
-  tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 300 || echo 10)"
+  tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 120 || echo 10)"
+fi
 
+if wanted tidy; then
   step "clang-tidy"
   tools/tidy.sh ${full:+--all} ${tidy_base:+--base "$tidy_base"}
 fi
 
-if [ -n "$full" ]; then
+if wanted headers; then
   step "every header compiled alone"
   cmake --preset dev -DCMAKE_VERIFY_INTERFACE_HEADER_SETS=ON >/dev/null
   cmake --build --preset dev -j "$jobs" --target all_verify_interface_header_sets -- --quiet
+fi
+if wanted threads; then
   step "thread sanitizer"
   build tsan
   run_tests tsan -L threads
+fi
+if wanted coverage; then
   step "coverage"
   build coverage
   run_tests coverage
   gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25
+fi
+if wanted benchmarks; then
   step "benchmarks"
   build release
   tools/benchmark_ratios.py build/release/benchmarks
