@@ -88,4 +88,11 @@ inline TagDetection with_noise(TagDetection seen, double sigma_px, Random& rando
   return seen;
 }
 
+/// Some positive definite covariance of four corners.
+inline CornerCovariance some_covariance(Random& random) {
+  CornerCovariance A;
+  for (double& entry : A.reshaped()) entry = 0.05 * random.normal();
+  return A * A.transpose() + 0.0025 * CornerCovariance::Identity();
+}
+
 }  // namespace waymark::testing

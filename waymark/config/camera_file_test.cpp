@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "tests/support/camera_texts.hpp"
 #include "tests/support/data.hpp"
 #include "tests/support/random_camera.hpp"
 #include "waymark/config/text_file.hpp"
@@ -14,70 +15,16 @@
 namespace waymark {
 namespace {
 
+using testing::camera_error;
+using testing::exchanged;
 using ::testing::HasSubstr;
+using testing::kCamchain;
+using testing::kCameraInfo;
 using ::testing::SizeIs;
 using ::testing::StartsWith;
 
-const char* const kCameraInfo = R"(image_width: 640
-image_height: 480
-camera_name: dabai
-camera_matrix:
-  rows: 3
-  cols: 3
-  data: [442.17, 0.000000, 323.0, 0.0, 443.88, 246.5, 0, 0, 1]
-distortion_model: plumb_bob
-distortion_coefficients:
-  rows: 1
-  cols: 5
-  data: [0.045, -0.077, 0.001, -0.002, 0.0]
-rectification_matrix:
-  rows: 3
-  cols: 3
-  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]
-projection_matrix:
-  rows: 3
-  cols: 4
-  data: [445.0, 0, 322.1, 0, 0, 446.2, 246.9, 0, 0, 0, 1, 0]
-)";
-
-const char* const kCamchain = R"(cam0:
-  T_cam_imu:
-  - [0.0, -1.0, 0.0, 0.01]
-  - [1.0, 0.0, 0.0, -0.02]
-  - [0.0, 0.0, 1.0, 0.03]
-  - [0.0, 0.0, 0.0, 1.0]
-  cam_overlaps: [1]
-  camera_model: pinhole
-  distortion_coeffs: [-0.01, 0.02, -0.003, 0.0004]
-  distortion_model: equidistant
-  intrinsics: [286.7, 286.8, 420.9, 396.9]
-  resolution: [848, 800]
-  rostopic: /t265/fisheye1/image_raw
-  timeshift_cam_imu: -0.0025
-cam1:
-  T_cn_cnm1: [[1, 0, 0, -0.064], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-  camera_model: pinhole
-  distortion_coeffs: [-0.2, 0.1, 0.001, 0.002]
-  distortion_model: radtan
-  intrinsics: [500.0, 501.0, 319.5, 239.5]
-  resolution: [640, 480]
-)";
-
-/// The text with its one `from` exchanged for `to`.
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-std::string error_of(const std::string& text, std::string_view name = {}) {
-  const auto camera = parse_camera(text, "c.yaml", name);
-  return camera ? "" : to_string(camera.error());
-}
 std::string info_error(const std::string& from, const std::string& to) {
-  return error_of(with(kCameraInfo, from, to));
-}
-std::string chain_error(const std::string& from, const std::string& to, const char* name = "cam1") {
-  return error_of(with(kCamchain, from, to), name);
+  return camera_error(exchanged(kCameraInfo, from, to));
 }
 
 TEST(CameraInfo, GainsHalfAPixelWhenRead) {
@@ -110,17 +57,18 @@ TEST(CameraInfo, LosesHalfAPixelWhenWritten) {
 }
 
 TEST(CameraInfo, ReadsEveryModel) {
-  const auto rational =
-      parse_camera(with(with(with(kCameraInfo, "plumb_bob", "rational_polynomial"), "cols: 5", "cols: 8"),
-                        "-0.002, 0.0]", "-0.002, 0.1, 0.2, 0.3, 0.4]"),
-                   "c.yaml");
+  const auto rational = parse_camera(
+      exchanged(exchanged(exchanged(kCameraInfo, "plumb_bob", "rational_polynomial"), "cols: 5", "cols: 8"),
+                "-0.002, 0.0]", "-0.002, 0.1, 0.2, 0.3, 0.4]"),
+      "c.yaml");
   ASSERT_TRUE(rational) << to_string(rational.error());
   EXPECT_EQ(std::get<PinholeRadtan>(rational->camera.projection()).k,
             (std::array{0.045, -0.077, 0.001, -0.002, 0.1, 0.2, 0.3, 0.4}));
   for (const char* name : {"equidistant", "fisheye"}) {
-    const auto fisheye = parse_camera(
-        with(with(with(kCameraInfo, "plumb_bob", name), "cols: 5", "cols: 4"), "-0.002, 0.0]", "-0.002]"),
-        "c.yaml");
+    const auto fisheye =
+        parse_camera(exchanged(exchanged(exchanged(kCameraInfo, "plumb_bob", name), "cols: 5", "cols: 4"),
+                               "-0.002, 0.0]", "-0.002]"),
+                     "c.yaml");
     ASSERT_TRUE(fisheye) << to_string(fisheye.error());
     EXPECT_EQ(std::get<Equidistant>(fisheye->camera.projection()).k,
               (std::array{0.045, -0.077, 0.001, -0.002}));
@@ -190,91 +138,13 @@ TEST(CameraInfo, NoticesAProjectionOfAnotherResolution) {
             "c.yaml:20 (projection_matrix.data): 11 numbers in a 3x4 matrix. Give 12 numbers, row by row.");
 }
 
-TEST(Camchain, ReadsWhatKalibrWrites) {
-  const auto cameras = parse_cameras(kCamchain, "c.yaml");
-  ASSERT_TRUE(cameras) << to_string(cameras.error());
-  ASSERT_THAT(*cameras, SizeIs(2));
-  const NamedCamera& first = cameras->at(0);
-  EXPECT_EQ(first.name, "cam0");
-  EXPECT_EQ(first.topic, "/t265/fisheye1/image_raw");
-  EXPECT_EQ(first.imu_minus_cam_time_s, -0.0025);
-  ASSERT_TRUE(first.cam_T_imu);
-  EXPECT_EQ((*first.cam_T_imu)(1, 3), -0.02);
-  EXPECT_EQ((*first.cam_T_imu)(0, 1), -1.0);
-  const Equidistant fisheye{
-      .fx = 286.7, .fy = 286.8, .cx = 421.4, .cy = 397.4, .k = {-0.01, 0.02, -0.003, 0.0004}};
-  EXPECT_EQ(first.camera.projection(), CameraModel::Projection(fisheye));
-  const NamedCamera& second = cameras->at(1);
-  EXPECT_EQ(std::get<PinholeRadtan>(second.camera.projection()).cx, 320.0);
-  EXPECT_FALSE(second.cam_T_imu);
-  ASSERT_TRUE(second.cam_T_previous);
-  EXPECT_EQ((*second.cam_T_previous)(0, 3), -0.064);
-}
-
-TEST(Camchain, AsksWhichCameraIsMeant) {
-  EXPECT_EQ(error_of(kCamchain), "c.yaml:1: the file holds 2 cameras. Choose one of cam0, cam1.");
-  EXPECT_EQ(error_of(kCamchain, "cam2"), "c.yaml:1: no camera 'cam2' in the file. There is cam0, cam1.");
-  EXPECT_EQ(error_of(kCameraInfo, "cam0"), "c.yaml:1: no camera 'cam0' in the file. There is dabai.");
-  EXPECT_EQ(error_of(kCameraInfo, "dabai"), "");
-  EXPECT_EQ(error_of(kCamchain, "cam1"), "");
-}
-
-TEST(Camchain, OnlyTheChosenCameraMustBeUsable) {
-  const std::string text = with(kCamchain, "equidistant", "fov");
-  EXPECT_EQ(error_of(text, "cam1"), "");
-  EXPECT_THAT(error_of(text, "cam0"),
-              StartsWith("c.yaml:10 (cam0.distortion_model): unknown distortion model 'fov'."));
-  EXPECT_FALSE(parse_cameras(text, "c.yaml"));
-}
-
-TEST(Camchain, SaysWhatIsWrong) {
-  EXPECT_EQ(chain_error("rostopic", "rostopik", "cam0"),
-            "c.yaml:13 (cam0.rostopik): unknown key 'rostopik'. Did you mean 'rostopic'?");
-  EXPECT_EQ(chain_error("  resolution: [640, 480]\n", ""),
-            "c.yaml:16 (cam1.resolution): 'resolution' is missing. Add `resolution:` with its value.");
-  EXPECT_EQ(chain_error("[640, 480]", "[640]"), "c.yaml:21 (cam1.resolution): 1 numbers where 2 are needed");
-  EXPECT_EQ(chain_error("[640, 480]", "[640, 480.5]"),
-            "c.yaml:21 (cam1.resolution[1]): '480.5' is not a whole number");
-  EXPECT_EQ(chain_error("[500.0, 501.0, 319.5, 239.5]", "[500.0, 501.0, 319.5]"),
-            "c.yaml:20 (cam1.intrinsics): 3 numbers where 4 are needed");
-  EXPECT_THAT(chain_error("[500.0,", "[-500.0,"),
-              StartsWith("c.yaml:20 (cam1.intrinsics): fx: the focal length -500 is not possible."));
-  EXPECT_EQ(chain_error("radtan", "radtn"),
-            "c.yaml:19 (cam1.distortion_model): unknown distortion model 'radtn'. Did you mean 'radtan'?");
-  EXPECT_EQ(chain_error("radtan", "none"),
-            "c.yaml:18 (cam1.distortion_coeffs): 4 distortion coefficients, but the model 'none' has 0. "
-            "4 coefficients belong to plumb_bob, radtan, equidistant, fisheye.");
-  EXPECT_EQ(chain_error("camera_model: pinhole", "camera_model: omni", "cam0"),
-            "c.yaml:8 (cam0.camera_model): the camera model 'omni' is not supported. Calibrate with "
-            "pinhole-radtan, or "
-            "pinhole-equi for a fisheye.");
-  EXPECT_EQ(chain_error("camera_model: pinhole", "camera_model: pinhol", "cam0"),
-            "c.yaml:8 (cam0.camera_model): unknown camera model 'pinhol'. Did you mean 'pinhole'?");
-  EXPECT_EQ(chain_error("[0.0, 0.0, 1.0, 0.03]", "[0.0, 0.0, -1.0, 0.03]", "cam0"),
-            "c.yaml:3 (cam0.T_cam_imu): not a rotation and a translation. Its rows are [R t] with a rotation "
-            "R, and [0, 0, 0, "
-            "1].");
-  EXPECT_EQ(chain_error("  - [0.0, 0.0, 1.0, 0.03]\n", "", "cam0"),
-            "c.yaml:3 (cam0.T_cam_imu): not a 4x4 matrix. Give four rows of four numbers.");
-  EXPECT_EQ(chain_error("cam1:", "Cam1: {}\ncam1:"),
-            "c.yaml:15 (Cam1): unknown key 'Cam1'. Did you mean 'cam1'?");
-}
-
-TEST(Camchain, WithoutDistortionNeedsNoCoefficients) {
-  const std::string text =
-      with(with(kCamchain, "radtan", "none"), "  distortion_coeffs: [-0.2, 0.1, 0.001, 0.002]\n", "");
-  const auto camera = parse_camera(text, "c.yaml", "cam1");
-  ASSERT_TRUE(camera) << to_string(camera.error());
-  EXPECT_EQ(std::get<PinholeRadtan>(camera->camera.projection()).coefficients, 0);
-}
-
 TEST(CameraFile, SaysWhenItIsSomethingElse) {
   const std::string expected =
       "c.yaml:1: not a camera calibration. Give a ROS camera_info YAML (image_width, camera_matrix, …) or a "
       "kalibr camchain "
       "(cam0: …).";
   for (const char* text : {"", "42", "[1, 2]", "options: {a: 1}"})
-    EXPECT_EQ(error_of(text), expected) << text;
+    EXPECT_EQ(camera_error(text), expected) << text;
   EXPECT_EQ(read_camera("/nowhere/c.yaml").error().code, ErrorCode::NotFound);
   EXPECT_EQ(read_cameras("/nowhere/c.yaml").error().code, ErrorCode::NotFound);
 }
@@ -297,7 +167,7 @@ TEST(CameraFile, ACamchainHasNoRationalModel) {
 
 TEST(CameraFile, ReadingAndWritingKeepsTheDigitsOfTheFile) {
   for (const char* centre : {"323.1", "255.7", "511.9999", "0.1", "1023.123456789"}) {
-    const auto named = parse_camera(with(kCameraInfo, "323.0", centre), "c.yaml");
+    const auto named = parse_camera(exchanged(kCameraInfo, "323.0", centre), "c.yaml");
     ASSERT_TRUE(named) << to_string(named.error());
     EXPECT_THAT(to_camera_info_yaml(*named), HasSubstr("[442.17, 0.0, " + std::string(centre) + ", 0.0, "));
   }

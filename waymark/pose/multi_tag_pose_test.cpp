@@ -10,7 +10,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/geometry_matchers.hpp"
-#include "tests/support/tag_views.hpp"
+#include "tests/support/mapped_view.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/uncertain_draw.hpp"
 #include "waymark/geometry/uncertainty.hpp"
@@ -19,60 +19,19 @@ namespace waymark {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::estimate;
 using ::testing::HasSubstr;
+using testing::id;
 using ::testing::IsEmpty;
+using testing::kSigma;
 using testing::kTagSize;
+using testing::MappedView;
 using testing::MatrixNear;
+using testing::random_pose;
+using testing::random_scene;
 using testing::SE3Near;
 using testing::see_tag;
 using testing::with_noise;
-
-constexpr double kSigma = 0.1;
-constexpr MultiTagOptions kOptions{.corner_sigma_px = kSigma};
-
-/// A camera in a map of tags it sees.
-struct Scene {
-  CameraModel camera = testing::plain_camera();
-  SE3 map_T_cam{};
-  TagMap map{};
-  std::vector<TagDetection> seen{};
-};
-
-TagId id(int number) { return {FamilyId::Tag36h11, number}; }
-
-SE3 random_pose(Random& random, double size = 3.0) {
-  const Eigen::Vector3d phi(random.normal(), random.normal(), random.normal());
-  return {SO3::exp(phi), size * Eigen::Vector3d(random.normal(), random.normal(), random.normal())};
-}
-
-constexpr testing::ViewRange kViews{
-    .min_size_px = 25, .max_size_px = 100, .max_tilt_deg = 60, .max_off_axis = 0.35};
-
-Scene random_scene(Random& random, int tags, double sigma_px = kSigma,
-                   const testing::ViewRange& views = kViews) {
-  Scene scene{.map_T_cam = random_pose(random)};
-  for (int i = 0; i < tags; ++i) {
-    const double size = i % 2 == 0 ? kTagSize : kTagSize / 2;
-    SE3 cam_T_tag = testing::random_view(random, views, size);
-    scene.map.tags[id(i)] = {.map_T_tag = scene.map_T_cam * cam_T_tag, .size_m = size};
-    scene.seen.push_back(with_noise(see_tag(scene.camera, cam_T_tag, size, i).value(), sigma_px, random));
-  }
-  return scene;
-}
-
-MultiTagPose estimate(const Scene& scene, const MultiTagOptions& options = kOptions) {
-  auto pose = estimate_camera_pose(scene.seen, scene.map, scene.camera, options);
-  EXPECT_TRUE(pose) << to_string(pose.error());
-  return pose.value();
-}
-
-/// A tag that stands elsewhere than the map says.
-void displace(Scene& scene, int number, Random& random, double metres = 0.2) {
-  SE3& map_T_tag = scene.map.tags.at(id(number)).map_T_tag;
-  const Eigen::Vector3d by =
-      metres * Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
-  map_T_tag = SE3(map_T_tag.rotation(), map_T_tag.translation() + by);
-}
 
 double nees(const CameraPoseEstimate& estimate, const SE3& map_T_cam) {
   const SE3::Tangent error = minus(map_T_cam, estimate.map_T_cam);
@@ -82,7 +41,7 @@ double nees(const CameraPoseEstimate& estimate, const SE3& map_T_cam) {
 TEST(MultiTagPose, ExactWithoutNoise) {
   Random random(1);
   for (int trial = 0; trial < 200; ++trial) {
-    const Scene scene = random_scene(random, 2 + trial % 7, 0.0);
+    const MappedView scene = random_scene(random, 2 + trial % 7, 0.0);
     const MultiTagPose pose = estimate(scene);
     ASSERT_TRUE(pose.usable());
     EXPECT_THAT(pose.estimates[0].map_T_cam, SE3Near(scene.map_T_cam, 1e-9, 1e-9));
@@ -97,7 +56,7 @@ TEST(MultiTagPose, TheCovarianceSaysHowGoodItIs) {
   double sum = 0;
   const int count = std::getenv("WAYMARK_FULL") == nullptr ? 1500 : 30000;
   for (int trial = 0; trial < count; ++trial) {
-    const Scene scene = random_scene(random, 4);
+    const MappedView scene = random_scene(random, 4);
     const MultiTagPose pose = estimate(scene);
     ASSERT_FALSE(pose.estimates.empty());
     sum += nees(pose.estimates[0], scene.map_T_cam);
@@ -111,7 +70,7 @@ TEST(MultiTagPose, AMapWithUncertaintyWidensIt) {
   const int count = std::getenv("WAYMARK_FULL") == nullptr ? 600 : 6000;
   int used = 0;
   for (int trial = 0; trial < count; ++trial) {
-    Scene scene = random_scene(random, 4);
+    MappedView scene = random_scene(random, 4);
     for (auto& [tag, mapped] : scene.map.tags) {
       // A few millimetres and a quarter of a degree, about the tag; moved to the map frame by the adjoint.
       SE3::Tangent sigma;
@@ -133,7 +92,7 @@ TEST(MultiTagPose, AMapWithUncertaintyWidensIt) {
 TEST(MultiTagPose, MovesWithTheMapFrame) {
   Random random(4);
   for (int trial = 0; trial < 50; ++trial) {
-    Scene scene = random_scene(random, 5);
+    MappedView scene = random_scene(random, 5);
     const MultiTagPose before = estimate(scene);
     const SE3 world_T_map = random_pose(random);
     for (auto& [tag, mapped] : scene.map.tags) mapped.map_T_tag = world_T_map * mapped.map_T_tag;
@@ -150,7 +109,7 @@ TEST(MultiTagPose, MovesWithTheMapFrame) {
 TEST(MultiTagPose, TheOrderOfDetectionsDoesNotMatter) {
   Random random(5);
   for (int trial = 0; trial < 30; ++trial) {
-    Scene scene = random_scene(random, 6);
+    MappedView scene = random_scene(random, 6);
     displace(scene, 2, random);
     const MultiTagPose forward = estimate(scene);
     std::reverse(scene.seen.begin(), scene.seen.end());
@@ -167,7 +126,7 @@ TEST(MultiTagPose, OutliersAreFoundNamedAndLeftOut) {
   Random random(6);
   for (const int outliers : {1, 2, 3}) {
     for (int trial = 0; trial < 60; ++trial) {
-      Scene scene = random_scene(random, 8);
+      MappedView scene = random_scene(random, 8);
       for (int i = 0; i < outliers; ++i) displace(scene, i, random);
       const MultiTagPose pose = estimate(scene);
       ASSERT_TRUE(pose.usable());
@@ -191,7 +150,7 @@ TEST(MultiTagPose, AgreementSettlesTheTwoPosesOfSmallTags) {
       .min_size_px = 12, .max_size_px = 25, .max_tilt_deg = 45, .max_off_axis = 0.35};
   int resolved = 0, alone_ambiguous = 0;
   for (int trial = 0; trial < 200; ++trial) {
-    Scene scene = random_scene(random, 3, kSigma, far);
+    MappedView scene = random_scene(random, 3, kSigma, far);
     const MultiTagPose pose = estimate(scene);
     if (pose.usable() && nees(pose.estimates[0], scene.map_T_cam) < 40) ++resolved;
     scene.seen.resize(1);
@@ -205,7 +164,7 @@ TEST(MultiTagPose, OneSmallTagIsToldToBeAmbiguous) {
   const CameraModel camera = testing::plain_camera();
   const SE3 cam_T_tag(SO3::exp({0.3, 0.2, 0.3}), {0.2, 0.1, 6.0});
   Random random(8);
-  Scene scene{.map_T_cam = random_pose(random)};
+  MappedView scene{.map_T_cam = random_pose(random)};
   scene.map.tags[id(0)] = {.map_T_tag = scene.map_T_cam * cam_T_tag, .size_m = kTagSize};
   scene.seen = {with_noise(see_tag(camera, cam_T_tag).value(), kSigma, random)};
   const MultiTagPose pose = estimate(scene);
@@ -225,7 +184,7 @@ TEST(MultiTagPose, OneSmallTagIsToldToBeAmbiguous) {
 
 TEST(MultiTagPose, OneLargeTiltedTagIsNotAmbiguous) {
   Random random(9);
-  const Scene scene = random_scene(
+  const MappedView scene = random_scene(
       random, 1, kSigma, {.min_size_px = 150, .max_size_px = 150, .min_tilt_deg = 40, .max_tilt_deg = 50});
   EXPECT_TRUE(estimate(scene).usable());
 }
@@ -233,7 +192,7 @@ TEST(MultiTagPose, OneLargeTiltedTagIsNotAmbiguous) {
 TEST(MultiTagPose, TwoTagsThatContradictEachOtherAreNotDecided) {
   Random random(10);
   for (int trial = 0; trial < 100; ++trial) {
-    Scene scene = random_scene(random, 2);
+    MappedView scene = random_scene(random, 2);
     displace(scene, 0, random);
     const MultiTagPose pose = estimate(scene);
     ASSERT_TRUE(pose.ambiguous());
@@ -242,143 +201,6 @@ TEST(MultiTagPose, TwoTagsThatContradictEachOtherAreNotDecided) {
           return nees(e, scene.map_T_cam) < 60 && e.detections == std::vector<std::size_t>{1};
         });
     EXPECT_TRUE(truth_is_among_them);
-  }
-}
-
-TEST(MultiTagPose, TagsThatAreNotInTheMapAreSaid) {
-  Random random(11);
-  Scene scene = random_scene(random, 4);
-  scene.map.tags.erase(id(1));
-  const MultiTagPose pose = estimate(scene);
-  ASSERT_EQ(pose.rejected.size(), 1U);
-  EXPECT_EQ(pose.rejected[0].reason, RejectReason::NotInMap);
-  EXPECT_EQ(pose.rejected[0].detection, 1U);
-  EXPECT_THAT(pose.rejected[0].words, HasSubstr("tag36h11:1 is not in the map"));
-  EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(0, 2, 3));
-}
-
-TEST(MultiTagPose, ContradictoryDuplicatesAreBothLeftOut) {
-  Random random(12);
-  Scene scene = random_scene(random, 5);
-  TagDetection copy = scene.seen[2];
-  for (auto& corner : copy.corners_px) corner.x() += 40;
-  scene.seen.push_back(copy);
-  const MultiTagPose pose = estimate(scene);
-  EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(0, 1, 3, 4));
-  ASSERT_EQ(pose.rejected.size(), 2U);
-  for (const RejectedTag& rejected : pose.rejected) {
-    EXPECT_EQ(rejected.tag, id(2));
-    EXPECT_EQ(rejected.reason, RejectReason::ContradictoryDuplicate);
-    EXPECT_THAT(rejected.words, HasSubstr("seen 2 times in one image, up to 40.0 px apart"));
-  }
-}
-
-TEST(MultiTagPose, ADuplicateInOnePlaceCountsOnce) {
-  Random random(13);
-  Scene scene = random_scene(random, 4);
-  scene.seen.push_back(scene.seen[1]);
-  const MultiTagPose pose = estimate(scene);
-  EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(0, 1, 2, 3));
-  ASSERT_EQ(pose.rejected.size(), 1U);
-  EXPECT_EQ(pose.rejected[0].reason, RejectReason::Duplicate);
-  EXPECT_EQ(pose.rejected[0].detection, 4U);
-}
-
-TEST(MultiTagPose, ATagThatWouldLieBehindTheCameraIsSaid) {
-  Random random(14);
-  Scene scene = random_scene(random, 4);
-  SE3& map_T_tag = scene.map.tags.at(id(0)).map_T_tag;
-  map_T_tag = scene.map_T_cam * SE3(SO3(), {0.1, 0.1, -2.0});
-  const MultiTagPose pose = estimate(scene);
-  EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(1, 2, 3));
-  ASSERT_EQ(pose.rejected.size(), 1U);
-  EXPECT_EQ(pose.rejected[0].reason, RejectReason::NotVisible);
-  EXPECT_THAT(pose.rejected[0].words, HasSubstr("behind the camera"));
-}
-
-TEST(MultiTagPose, OneBadCornerIsEnough) {
-  Random random(15);
-  Scene scene = random_scene(random, 5);
-  scene.seen[3].corners_px[1].x() += 6 * kSigma;
-  const MultiTagPose pose = estimate(scene);
-  ASSERT_EQ(pose.rejected.size(), 1U);
-  EXPECT_EQ(pose.rejected[0].tag, id(3));
-}
-
-TEST(MultiTagPose, BadDetectionsAndMapEntriesAreSaid) {
-  Random random(16);
-  Scene scene = random_scene(random, 8);
-  scene.seen[0].corners_px[2].x() = std::numeric_limits<double>::quiet_NaN();
-  auto& turned = scene.seen[1].corners_px;
-  std::rotate(turned.begin(), turned.begin() + 1, turned.end());
-  std::swap(scene.seen[2].corners_px[0], scene.seen[2].corners_px[1]);
-  scene.map.tags.at(id(3)).size_m = -1;
-  scene.map.tags.at(id(4)).covariance = -PoseCovariance::Identity();
-  scene.seen[5].corner_covariance_px2 = CornerCovariance::Zero();
-  const MultiTagPose pose = estimate(scene);
-  EXPECT_THAT(pose.estimates.at(0).detections, ElementsAre(6, 7));
-  ASSERT_EQ(pose.rejected.size(), 6U);
-  const RejectReason reasons[] = {RejectReason::BadDetection, RejectReason::Outlier,
-                                  RejectReason::BadDetection, RejectReason::BadMapEntry,
-                                  RejectReason::BadMapEntry,  RejectReason::BadDetection};
-  for (std::size_t i = 0; i < 6; ++i) {
-    EXPECT_EQ(pose.rejected[i].detection, i);
-    EXPECT_EQ(pose.rejected[i].reason, reasons[i]) << i << ": " << pose.rejected[i].words;
-    EXPECT_FALSE(pose.rejected[i].words.empty());
-  }
-}
-
-TEST(MultiTagPose, NothingSeenIsNoError) {
-  const Scene nothing;
-  const MultiTagPose pose = estimate(nothing);
-  EXPECT_THAT(pose.estimates, IsEmpty());
-  EXPECT_THAT(pose.rejected, IsEmpty());
-  EXPECT_FALSE(pose.usable());
-  EXPECT_FALSE(pose.ambiguous());
-}
-
-TEST(MultiTagPose, AQuadThatIsNoSquareGivesNoPose) {
-  Random random(17);
-  Scene scene = random_scene(random, 1, 0.0, {.min_size_px = 100, .max_size_px = 100, .max_tilt_deg = 10});
-  scene.seen[0].corners_px[0] -= Eigen::Vector2d(30, 0);
-  scene.seen[0].corners_px[1] -= Eigen::Vector2d(30, 0);
-  scene.seen[0].corners_px[2] += Eigen::Vector2d(0, 20);
-  const MultiTagPose pose = estimate(scene);
-  EXPECT_THAT(pose.estimates, IsEmpty());
-  ASSERT_EQ(pose.rejected.size(), 1U);
-  EXPECT_EQ(pose.rejected[0].reason, RejectReason::Outlier);
-}
-
-TEST(MultiTagPose, OptionsOutOfRangeAreAnError) {
-  const Scene nothing;
-  for (const MultiTagOptions& bad :
-       {MultiTagOptions{.corner_sigma_px = 0}, MultiTagOptions{.tag_gate_chi2 = -1},
-        MultiTagOptions{.duplicate_px = -1}, MultiTagOptions{.max_iterations = 0}}) {
-    EXPECT_FALSE(estimate_camera_pose(nothing.seen, nothing.map, nothing.camera, bad));
-  }
-}
-
-TEST(MultiTagPose, GarbageGivesFiniteNumbers) {
-  Random random(18);
-  for (int trial = 0; trial < 300; ++trial) {
-    Scene scene = random_scene(random, 4);
-    for (auto& seen : scene.seen) {
-      if (random.index(2) == 0) continue;
-      for (auto& corner : seen.corners_px)
-        corner += std::pow(10, random.uniform(-2, 6)) * Eigen::Vector2d(random.normal(), random.normal());
-    }
-    for (auto& [tag, mapped] : scene.map.tags) {
-      if (random.index(2) == 0)
-        mapped.map_T_tag = SE3(SO3(), Eigen::Vector3d::Constant(std::pow(10, random.uniform(-9, 9))));
-    }
-    const MultiTagPose pose = estimate(scene);
-    std::size_t accounted = pose.rejected.size();
-    for (const auto& e : pose.estimates) {
-      EXPECT_TRUE(e.map_T_cam.matrix().allFinite() && e.covariance.allFinite());
-      EXPECT_TRUE(std::isfinite(e.chi2) && std::isfinite(e.rms_px));
-    }
-    if (!pose.estimates.empty()) accounted += pose.estimates[0].detections.size();
-    EXPECT_EQ(accounted, scene.seen.size()) << "every detection is used or its absence explained";
   }
 }
 
