@@ -175,7 +175,7 @@ TEST(AprilTagDetector, RegionsFindWhatTheWholeImageShows) {
     for (std::size_t i = 0; i < whole.size(); ++i) {
       EXPECT_EQ(found[i].tag, whole[i].tag);
       // libapriltag keeps corners as float, whose step is 6e-5 px at 640 px.
-      EXPECT_LT(max_corner_error_px(found[i].corners_px, whole[i].corners_px), 2e-4);
+      EXPECT_LT(max_corner_error_px(found[i].corners_px, whole[i].corners_px), 1e-4);
     }
   }
 }
@@ -205,7 +205,7 @@ TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
     }
   }
   for (std::size_t d = 0; d < detectors.size(); ++d) {
-    EXPECT_LT(mean.at(d).cwiseAbs().maxCoeff(), 0.03) << kDecimations.at(d) << ": " << mean.at(d).transpose();
+    EXPECT_LT(mean.at(d).cwiseAbs().maxCoeff(), 0.015) << kDecimations.at(d) << ": " << mean.at(d).transpose();
   }
 }
 

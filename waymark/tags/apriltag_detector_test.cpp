@@ -37,7 +37,7 @@ TEST_P(EveryFamily, PrintedTagIsReadWithItsCornersInOrder) {
       EXPECT_EQ(found[0].tag, (TagId{GetParam(), number}));
       EXPECT_EQ(found[0].hamming, 0);
       EXPECT_GT(found[0].decision_margin, 50);
-      EXPECT_LT(max_corner_error_px(found[0].corners_px, truth), 0.5) << number << " turned " << angle;
+      EXPECT_LT(max_corner_error_px(found[0].corners_px, truth), 0.4) << number << " turned " << angle;
     }
   }
 }
