@@ -136,7 +136,8 @@ if wanted headers; then
 fi
 if wanted threads; then
   step "thread sanitizer"
-  build tsan
+  mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)
+  build tsan "${programs[@]}"
   run_tests tsan -L threads
 fi
 if wanted coverage; then

@@ -20,7 +20,7 @@ PhotographScene a_dozen_tags(Random& random) {
   PhotographScene scene;
   for (int i = 0; i < 12; ++i) {
     const double distance = 0.9 * std::pow(1.13, i);  // 0.16 m at 0.9 m to 3.5 m: 160 to 41 px
-    const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * (i / 4), 1);
+    const Eigen::Vector3d direction(-0.48 + 0.32 * (i % 4), -0.26 + 0.26 * static_cast<double>(i / 4), 1);
     const SO3 cam_R_facing = SO3::from_rpy(-std::atan(direction.y()), std::atan(direction.x()), 0);
     const SO3 turned =
         SO3::from_rpy(random.uniform(-0.75, 0.75), random.uniform(-0.75, 0.75), random.uniform(-3, 3));
