@@ -12,6 +12,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/replay/route_builder.hpp"
+#include "waymark/replay/route_progress.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
 
@@ -46,6 +47,8 @@ struct Outcome {
   double moved_after_stop_m = 0;       ///< true way, later than a second after a lasting stop or the goal
   double fastest_m_s = 0;              ///< command
   double keep_out_breach_m = 0;        ///< how far the robot drove into the keep-out about the true tags
+  double after_carry_m = 0;            ///< driven since it was carried last
+  double reaction_m = 0;               ///< what it needs for a standstill at best, from its speed
 };
 
 struct Trial {
@@ -56,28 +59,58 @@ struct Trial {
   double timeout_s = 900;
 };
 
-/// How far a robot came into the keep-out by driving. Whoever carries it may put it down inside: then it may
-/// still need its way to a standstill, and no more.
+/// What a robot needs from a carry to its standstill at best: a picture after it, its way through the camera
+/// and to the motors, and the brakes.
+struct Reaction {
+  double time_s = 0;
+  double way_m = 0;
+};
+
+inline Reaction reaction(const SimulatedRobotOptions& robot, const SafetyOptions& safety, double speed_m_s) {
+  constexpr double kControlPeriod_s = 0.05;
+  const double blind_s =
+      robot.camera_latency_s + 1 / robot.camera_rate_hz + kControlPeriod_s + robot.dynamics.command_delay_s;
+  const double brakes_s = speed_m_s / safety.max_deceleration_m_s2;
+  const double lag_s = robot.dynamics.speed_lag_s;
+  return {.time_s = blind_s + brakes_s + 3 * lag_s, .way_m = speed_m_s * (blind_s + brakes_s / 2 + lag_s)};
+}
+
+/// How far a robot came into the keep-out by driving. Whoever carries it may put it down inside, or before a
+/// tag while it drives: then it may still need its reaction, and from then on must come no nearer.
 class KeepOut {
  public:
-  KeepOut(const TagMap& tags, const Hull& hull, double min_clearance_m)
-      : tags_(tags), hull_(hull), allowed_m_(min_clearance_m) {}
+  KeepOut(const TagMap& tags, const Hull& hull, double min_clearance_m, const Reaction& reaction)
+      : tags_(tags), hull_(hull), reaction_(reaction), min_clearance_m_(min_clearance_m) {}
 
-  void add(const SE3& map_T_base) {
+  /// The truth, so many seconds after the one before.
+  void add(const SE3& map_T_base, double dt_s) {
     constexpr double kCarried_m = 0.1;
-    constexpr double kStandstill_m = 0.05;
+    constexpr double kStands_m = 0.005;
     const double clearance = clearance_m(hull_, map_T_base, tags_);
-    const bool carried = last_ && (map_T_base.translation() - *last_).norm() > kCarried_m;
-    if (carried) allowed_m_ = std::min(allowed_m_, clearance - kStandstill_m);
+    const double moved = last_ ? (map_T_base.translation() - *last_).norm() : 0;
+    after_carry_m_ = moved > kCarried_m ? 0 : after_carry_m_ + moved;
+    if (moved > kCarried_m) {
+      allowed_m_ = std::min(min_clearance_m_, clearance - reaction_.way_m);
+      reacts_s_ = reaction_.time_s;
+    } else if (reacts_s_ > 0) {
+      reacts_s_ -= dt_s;
+      if (reacts_s_ <= 0) allowed_m_ = std::min(min_clearance_m_, clearance - kStands_m);
+    }
     last_ = map_T_base.translation();
     breach_m_ = std::max(breach_m_, allowed_m_ - clearance);
   }
   [[nodiscard]] double breach_m() const { return breach_m_; }
+  [[nodiscard]] double after_carry_m() const { return after_carry_m_; }
+  [[nodiscard]] const Reaction& needs() const { return reaction_; }
 
  private:
   const TagMap& tags_;
   Hull hull_;
-  double allowed_m_;
+  Reaction reaction_;
+  double min_clearance_m_;
+  double allowed_m_ = min_clearance_m_;
+  double reacts_s_ = 0;
+  double after_carry_m_ = 0;
   std::optional<Eigen::Vector3d> last_{};
   double breach_m_ = 0;
 };
@@ -97,7 +130,8 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
                     trial.replay);
   Outcome outcome;
-  KeepOut keep_out(course.world.tags, course.robot.model.hull, trial.replay.safety.min_clearance_m);
+  KeepOut keep_out(course.world.tags, course.robot.model.hull, trial.replay.safety.min_clearance_m,
+                   reaction(stage.robot, trial.replay.safety, trial.replay.profile.speed_m_s));
   Trajectory way;
   std::optional<SE2> stood_at;
   double lasting_s = 0;
@@ -106,7 +140,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
     const auto* truth = std::get_if<TruthPose>(&sample);
     if (truth == nullptr) return Status();
     way.push_back({truth->stamp, truth->map_T_base});
-    keep_out.add(truth->map_T_base);
+    keep_out.add(truth->map_T_base, 1 / stage.robot.truth_rate_hz);
     const SE2 here = project_to_plane(truth->map_T_base);
     if (lasting_s > 1 && !stood_at) stood_at = here;
     if (stood_at)
@@ -128,6 +162,8 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
   if (judged) outcome.judged = *judged;
   outcome.keep_out_breach_m = keep_out.breach_m();
+  outcome.after_carry_m = keep_out.after_carry_m();
+  outcome.reaction_m = keep_out.needs().way_m;
   return outcome;
 }
 

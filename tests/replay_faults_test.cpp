@@ -135,6 +135,20 @@ TEST(Faults, ATagThatWasMovedIsLivedWithOrNamed) {
   }
 }
 
+// Put before a tag while it drives, a robot stands within its reaction: the first frame that contradicts
+// brakes.
+TEST(Faults, WhoIsCarriedBrakesAtTheFirstFrame) {
+  for (const SE2& put : {SE2(0.6, 0, 0), SE2(-0.5, 0.3, 0.4), SE2(0, -0.6, -0.3)}) {
+    const Trial trial{.seed = 8,
+                      .faults = {{.kind = FaultKind::Kidnapped, .at_s = 15, .for_s = 0, .base_T_put = put}},
+                      .replay = at_speed(0.4)};
+    const Outcome outcome = drive(course(), trial);
+    print("carried", outcome);
+    EXPECT_GT(outcome.after_carry_m, 0.05);
+    EXPECT_LT(outcome.after_carry_m, outcome.reaction_m);
+  }
+}
+
 struct Script {
   std::vector<Fault> faults;
   bool survivable = true;
@@ -196,19 +210,23 @@ Script random_script(Random& random) {
   return script;
 }
 
-// A thousand under WAYMARK_FULL.
+// A thousand under WAYMARK_FULL; WAYMARK_SCRIPT=945 drives that one alone.
 TEST(Faults, RandomScripts) {
-  const int count = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 30;
+  const char* const only = std::getenv("WAYMARK_SCRIPT");
+  const int count = only != nullptr || std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 30;
   Random random(20261121);
   int survivable = 0;
   int survived = 0;
   int stopped = 0;
   for (int i = 0; i < count; ++i) {
     const Script script = random_script(random);
-    const Outcome outcome = drive(course(), {.seed = static_cast<std::uint64_t>(100 + i),
-                                             .yaw_gain = random.uniform(0.6, 1),
-                                             .faults = script.faults,
-                                             .replay = at_speed(0.4)});
+    const Trial trial{.seed = static_cast<std::uint64_t>(100 + i),
+                      .yaw_gain = random.uniform(0.6, 1),
+                      .faults = script.faults,
+                      .replay = at_speed(0.4)};
+    if (only != nullptr && std::atoi(only) != i) continue;
+    const Outcome outcome = drive(course(), trial);
+    if (only != nullptr) print("script", outcome);
     EXPECT_LE(outcome.keep_out_breach_m, 0) << "script " << i;
     EXPECT_LT(outcome.moved_after_stop_m, 0.005) << "script " << i;
     EXPECT_LE(outcome.fastest_m_s, 0.5) << "script " << i;

@@ -45,7 +45,36 @@ Status check_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("'{}' is not a format of routes known here", *format),
                                         fmt::format("Known: {}.", kFormat));
-  return root.check_keys({"format", "closed", "length_m", "points"});
+  return root.check_keys({"format", "closed", "length_m", "stations", "points"});
+}
+
+Status read_station(const YamlCursor& entry, Route& route) {
+  if (Status status = entry.check_keys({"name", "arc_length_m", "pause_s"}); !status) return status;
+  const Result<std::string> name = entry.read_at("name", &YamlCursor::text);
+  if (!name) return tl::unexpected(name.error());
+  const Result<double> arc_length_m = entry.read_at("arc_length_m", &YamlCursor::number);
+  if (!arc_length_m) return tl::unexpected(arc_length_m.error());
+  const Result<double> pause_s = entry.read_at("pause_s", &YamlCursor::number);
+  if (!pause_s) return tl::unexpected(pause_s.error());
+  const Station station{.name = *name, .arc_length_m = *arc_length_m, .pause_s = *pause_s};
+  if (Status status = check_station(route, station); !status)
+    return entry.fail_here(status.error().code, status.error().message, status.error().hint);
+  if (!route.stations.empty() && station.arc_length_m <= route.stations.back().arc_length_m)
+    return entry.fail_here(ErrorCode::InvalidArgument, "the arc length of stations does not grow");
+  route.stations.push_back(station);
+  return {};
+}
+
+Status read_stations(const YamlCursor& root, Route& route) {
+  const auto stations = root.find("stations");
+  if (!stations) return {};
+  if (!stations->is_sequence())
+    return stations->fail_here(ErrorCode::InvalidArgument, "stations are a list",
+                               "For example - {name: shelf, arc_length_m: 3.2, pause_s: 5}.");
+  for (const YamlCursor& entry : stations->children()) {
+    if (Status status = read_station(entry, route); !status) return status;
+  }
+  return {};
 }
 
 }  // namespace
@@ -76,7 +105,26 @@ Result<Route> parse_route(std::string_view text, const std::string& source) {
     return root.at("length_m")
         ->fail_here(ErrorCode::InvalidArgument,
                     fmt::format("a length of {} m does not fit a last point at {} m", route.length_m, last));
+  if (Status status = read_stations(root, route); !status) return tl::unexpected(status.error());
   return route;
+}
+
+Status check_station(const Route& route, const Station& station) {
+  constexpr double kLongestPause_s = 86400;
+  const auto wrong = [&](std::string message, std::string hint = {}) {
+    return fail(ErrorCode::InvalidArgument, std::move(message), {.key = "stations"}, std::move(hint));
+  };
+  if (station.name.empty()) return wrong("a station without a name");
+  for (const Station& other : route.stations) {
+    if (other.name == station.name) return wrong(fmt::format("two stations are called '{}'", station.name));
+  }
+  if (!(station.arc_length_m >= 0 && station.arc_length_m <= route.length_m))
+    return wrong(fmt::format("'{}' at {:g} m is not on a route of {:.2f} m", station.name,
+                             station.arc_length_m, route.length_m));
+  if (!(station.pause_s >= 0 && station.pause_s <= kLongestPause_s))
+    return wrong(fmt::format("a pause of {:g} s at '{}'", station.pause_s, station.name),
+                 "From 0 to 86400 s, a day.");
+  return {};
 }
 
 Result<Route> read_route(const std::filesystem::path& path) {
@@ -88,9 +136,14 @@ Result<Route> read_route(const std::filesystem::path& path) {
 std::string to_yaml(const Route& route) {
   std::string text = fmt::format(
       "# A route by Waymark, in the frame map. A closed one goes on from its last point to its first.\n"
-      "format: {}\nclosed: {}\nlength_m: {}\n"
-      "# [arc_length_m, x_m, y_m, yaw_rad, curvature_1_m, speed_m_s]\npoints:\n",
+      "format: {}\nclosed: {}\nlength_m: {}\n",
       kFormat, route.closed ? "true" : "false", yaml_number(route.length_m));
+  if (!route.stations.empty())
+    text += "# Here the robot stands so long and then goes on by itself.\nstations:\n";
+  for (const Station& station : route.stations)
+    text += fmt::format("  - {{name: {}, arc_length_m: {}, pause_s: {}}}\n", yaml_text(station.name),
+                        yaml_number(station.arc_length_m), yaml_number(station.pause_s));
+  text += "# [arc_length_m, x_m, y_m, yaw_rad, curvature_1_m, speed_m_s]\npoints:\n";
   for (const RoutePoint& point : route.points) text += "  - " + yaml_list(row_of(point)) + "\n";
   return text;
 }

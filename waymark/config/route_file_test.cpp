@@ -75,5 +75,35 @@ TEST(RouteFile, NoNanIsWritten) {
   EXPECT_FALSE(write_route(testing::fresh_folder("route") / "route.yaml", route));
 }
 
+TEST(RouteFile, StationsComeBackAndMistakesAreNamed) {
+  Route route{.length_m = 2};
+  route.points = {{SE2(), 0, 0, 0.3}, {SE2(2, 0, 0), 2, 0, 0.3}};
+  route.stations = {{"shelf", 0.5, 3}, {"door: \"left\", {1}", 1.25, 0}};
+  const auto back = parse_route(to_yaml(route), "route.yaml");
+  ASSERT_TRUE(back) << to_string(back.error());
+  ASSERT_EQ(back->stations.size(), 2U);
+  EXPECT_EQ(back->stations[1].name, route.stations[1].name);
+  EXPECT_EQ(back->stations[0].arc_length_m, 0.5);
+  EXPECT_EQ(back->stations[0].pause_s, 3);
+
+  const auto message = [&](const std::string& stations) {
+    const std::string text = to_yaml(Route{.points = route.points, .length_m = 2});
+    const auto read = parse_route(text + "stations: " + stations + "\n", "route.yaml");
+    EXPECT_FALSE(read);
+    return read ? "" : to_string(read.error());
+  };
+  EXPECT_NE(message("[{name: a, arc_length_m: 3, pause_s: 1}]").find("is not on a route of 2.00 m"),
+            std::string::npos);
+  EXPECT_NE(message("[{name: a, arc_length_m: 1, pause_s: -1}]").find("a pause of -1 s"), std::string::npos);
+  EXPECT_NE(message("[{name: a, arc_length_m: 1, pause: 1}]").find("unknown key 'pause'"), std::string::npos);
+  EXPECT_NE(message("{a: 1}").find("stations are a list"), std::string::npos);
+  EXPECT_NE(message("[{name: a, arc_length_m: 1, pause_s: 1}, {name: a, arc_length_m: 1.5, pause_s: 1}]")
+                .find("two stations are called 'a'"),
+            std::string::npos);
+  EXPECT_NE(message("[{name: a, arc_length_m: 1, pause_s: 1}, {name: b, arc_length_m: 0.5, pause_s: 1}]")
+                .find("does not grow"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace waymark

@@ -19,6 +19,9 @@ struct LocalizationEstimate {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// False: a guess. What is seen contradicts it, or does not suffice; nothing should drive by it.
   bool certain = true;
+  /// Looks in a row, up to the newest, most of which contradict it; 0 when the newest agrees. A method that
+  /// cannot tell says 0.
+  int contradicting_looks = 0;
 
   /// The larger standard deviation of the position in the plane [m].
   [[nodiscard]] double position_sigma_m() const;

@@ -73,6 +73,7 @@ void Tracker::advance(const MotionStep& step, SensorTime to) {
   if (step.jumped) {  // what was believed is of another place, or of another drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
+    state_.contradicting_looks = 0;
     state_.whereabouts.clear();
     return;
   }
@@ -203,6 +204,7 @@ void Tracker::search(const Look& look) {
   state_.mode = TrackMode::Certain;
   state_.given = false;
   state_.contradicted = false;
+  state_.contradicting_looks = 0;
   ++state_.starts;
   state_.whereabouts.clear();
   watch_.forget_pending();
@@ -218,6 +220,7 @@ void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
       state_.mode = TrackMode::Uncertain;
     }
   }
+  state_.contradicting_looks = agrees ? 0 : state_.contradicting_looks + 1;
   if (!agrees) {
     if (!state_.contradicted) {
       state_.contradicted = true;
@@ -289,6 +292,7 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   LocalizationEstimate estimate{state_.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
   estimate.certain = state_.mode == TrackMode::Certain && !state_.given &&
                      estimate.position_sigma_m() < options_.certain_sigma_m;
+  estimate.contradicting_looks = state_.contradicting_looks;
   return estimate;
 }
 

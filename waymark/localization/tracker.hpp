@@ -28,6 +28,7 @@ struct TrackState {
   bool given = false;  ///< the start is somebody's word, and no tag has confirmed it yet
   bool contradicted = false;
   SensorTime contradicted_since{};
+  int contradicting_looks = 0;    ///< in a row, up to the newest
   int agreeing_looks = 0;         ///< since it became uncertain
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;

@@ -33,6 +33,7 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
       options_(options),
       predictor_(options.actuators),
       follower_(options.follower),
+      stations_(route_),
       watch_(options.watch) {}
 
 void Replayer::add(const TagFrame& frame) {
@@ -66,9 +67,11 @@ void Replayer::resume() {
 void Replayer::track(const LocalizationEstimate& estimate) {
   if (!progress_) {
     progress_ = locate(route_, estimate.map_T_base);
+    start_way_m_ = progress_->arc_length_m;
     return;
   }
   const double before = progress_->arc_length_m;
+  const bool goes_on = find_ahead_;
   if (find_ahead_) {
     constexpr double kBehind = 0.1;
     progress_ = locate(route_, estimate.map_T_base, route_.closed ? 0 : before - kBehind);
@@ -80,6 +83,7 @@ void Replayer::track(const LocalizationEstimate& estimate) {
   double moved = progress_->arc_length_m - before;
   if (route_.closed) moved = std::remainder(moved, route_.length_m);
   driven_m_ += moved;
+  if (goes_on) stations_.begin(way_m());
   if (state_ == ReplayState::Driving) follower_.integrate(*progress_, moved);
 }
 
@@ -87,7 +91,10 @@ void Replayer::track(const LocalizationEstimate& estimate) {
 void Replayer::pass_start_gate() {
   const auto refusal = start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
   if (!refusal) {
-    if (state_ == ReplayState::Waiting) state_ = ReplayState::Driving;
+    if (state_ == ReplayState::Waiting) {
+      state_ = ReplayState::Driving;
+      stations_.begin(way_m());
+    }
     return;
   }
   const SE2& there = progress_->map_T_route;
@@ -97,11 +104,21 @@ void Replayer::pass_start_gate() {
 }
 
 double Replayer::remaining_m(const RouteProgress& at) const {
-  if (at.leg_end_m < route_.length_m || at.leg_begin_m > 0) return at.leg_end_m - at.arc_length_m;
-  if (!route_.closed) return route_.length_m - at.arc_length_m;
-  const double ahead =
-      progress_ ? std::remainder(at.arc_length_m - progress_->arc_length_m, route_.length_m) : 0.0;
-  return options_.laps * route_.length_m - driven_m_ - ahead;
+  double ahead = progress_ ? at.arc_length_m - progress_->arc_length_m : 0.0;
+  if (route_.closed) ahead = std::remainder(ahead, route_.length_m);
+  const double station_m = stations_.left_m(way_m() + ahead);
+  if (at.leg_end_m < route_.length_m || at.leg_begin_m > 0)
+    return std::min(station_m, at.leg_end_m - at.arc_length_m);
+  if (!route_.closed) return std::min(station_m, route_.length_m - at.arc_length_m);
+  return std::min(station_m, options_.laps * route_.length_m - driven_m_ - ahead);
+}
+
+/// For controllers that know of no standstill but the goal's.
+VelocityCommand Replayer::slow_for_station(VelocityCommand command) const {
+  const double left = stations_.left_m(way_m()) - options_.follower.stop_within_m;
+  const double most = std::max(0.05, std::sqrt(std::max(0.0, 2 * options_.follower.brake_m_s2 * left)));
+  const double share = std::min(1.0, most / std::max(std::abs(command.speed_m_s), 1e-6));
+  return {share * command.speed_m_s, share * command.yaw_rate_rad_s};
 }
 
 bool Replayer::at_goal() const {
@@ -111,9 +128,9 @@ bool Replayer::at_goal() const {
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
   if (options_.controller == "pursuit")
-    return pure_pursuit(route_, estimate.map_T_base, *progress_, options_.pursuit);
+    return slow_for_station(pure_pursuit(route_, estimate.map_T_base, *progress_, options_.pursuit));
   if (options_.controller == "pose")
-    return go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal);
+    return slow_for_station(go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal));
   const PredictedMotion then = predictor_.predict(predictor_.acts_at(now));
   const RouteProgress at = advance(route_, then.map_T_base, *progress_);
   return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turn_gain());
@@ -146,6 +163,8 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   if (!estimate) return inputs;
   inputs.localized = true;
   inputs.position_sigma_m = estimate->position_sigma_m();
+  inputs.contradicting_looks = estimate->contradicting_looks;
+  inputs.unsure = unsure_;
   inputs.cross_track_m = progress_->cross_track_m;
   inputs.clearance_m = clearance_m(robot_.hull, lift(estimate->map_T_base), map_);
   return inputs;
@@ -153,17 +172,30 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
 
 void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   VelocityCommand wanted{};
-  if (step.estimate) wanted = steer(now, *step.estimate);
+  if (step.estimate && stations_.standing() == nullptr) wanted = steer(now, *step.estimate);
   SafetyInputs inputs = inputs_of(now, step.estimate, wanted);
   inputs.dt_s = dt_s;
   const SafetyVerdict verdict = limit(wanted, inputs, options_.safety);
   step.command = last_command_ = verdict.command;
+  unsure_ = verdict.unsure;
   step.reason = verdict.stopped;
   if (verdict.stopped) step.lasting = watch_.lasting() || !pause_.empty();
   if (state_ == ReplayState::Waiting) return;
-  const ReplayState next = verdict.stopped ? ReplayState::Stopped : ReplayState::Driving;
-  if (next == ReplayState::Stopped && state_ == ReplayState::Driving) ++stops_;
-  state_ = next;
+  if (verdict.stopped) {
+    if (state_ != ReplayState::Stopped) ++stops_;
+    state_ = ReplayState::Stopped;
+    return;
+  }
+  state_ = ReplayState::Driving;
+  if (stations_.standing() != nullptr) stand(dt_s, step);
+}
+
+/// The pause counts from the standstill on.
+void Replayer::stand(double dt_s, ReplayStep& step) {
+  state_ = ReplayState::AtStation;
+  step.station = *stations_.standing();
+  step.reason = fmt::format("at '{}': goes on in {:.1f} s", step.station->name, stations_.left_s());
+  if (last_command_ == VelocityCommand{}) stations_.stand(std::clamp(dt_s, 0.0, 0.5));
 }
 
 ReplayStep Replayer::step(SensorTime now) {
@@ -184,6 +216,7 @@ ReplayStep Replayer::step(SensorTime now) {
     track(*step.estimate);
     if (state_ == ReplayState::Waiting) pass_start_gate();
     if (state_ == ReplayState::Driving && at_goal()) state_ = ReplayState::Finished;
+    if (state_ == ReplayState::Driving) stations_.arrive(way_m(), options_.follower.stop_within_m);
   }
   if (step.estimate) step.progress = progress_;
   if (state_ == ReplayState::Finished || state_ == ReplayState::Refused) {

@@ -14,6 +14,7 @@
 #include "waymark/replay/route_progress.hpp"
 #include "waymark/replay/safety_limiter.hpp"
 #include "waymark/replay/speed_profile.hpp"
+#include "waymark/replay/station_stops.hpp"
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/samples/tag_map.hpp"
 
@@ -39,7 +40,8 @@ enum class ReplayState : std::uint8_t {
   Waiting,  ///< for the first estimate
   Refused,  ///< the start gate said no
   Driving,
-  Stopped,  ///< the limiter stopped it; goes on when the reason is gone, unless a person has to look
+  AtStation,  ///< stands where the route says so, and goes on by itself
+  Stopped,    ///< the limiter stopped it; goes on when the reason is gone, unless a person has to look
   Finished,
 };
 
@@ -47,8 +49,9 @@ enum class ReplayState : std::uint8_t {
 struct ReplayStep {
   ReplayState state = ReplayState::Waiting;
   VelocityCommand command{};
-  std::optional<std::string> reason{};  ///< of a refusal or a stop
+  std::optional<std::string> reason{};  ///< of a refusal, a stop, or a pause at a station
   bool lasting = false;                 ///< of a stop: only resume() ends it
+  std::optional<Station> station{};     ///< at which it stands
   std::optional<LocalizationEstimate> estimate{};
   std::optional<RouteProgress> progress{};
   double driven_m = 0;   ///< along the route since the start
@@ -84,11 +87,15 @@ class Replayer {
   void pass_start_gate();
   [[nodiscard]] bool at_goal() const;
   [[nodiscard]] double remaining_m(const RouteProgress& at) const;
+  /// Arc length, going on where a closed route begins again.
+  [[nodiscard]] double way_m() const { return start_way_m_ + driven_m_; }
+  [[nodiscard]] VelocityCommand slow_for_station(VelocityCommand command) const;
   [[nodiscard]] VelocityCommand steer(SensorTime now, const LocalizationEstimate& estimate);
   [[nodiscard]] SafetyInputs inputs_of(SensorTime now, const std::optional<LocalizationEstimate>& estimate,
                                        const VelocityCommand& wanted) const;
   [[nodiscard]] std::string alarm() const;
   void drive(SensorTime now, double dt_s, ReplayStep& step);
+  void stand(double dt_s, ReplayStep& step);
 
   std::unique_ptr<LocalizationMethod> method_;
   Route route_;
@@ -97,12 +104,14 @@ class Replayer {
   ReplayOptions options_;
   MotionPredictor predictor_;
   PathFollower follower_;
+  StationStops stations_;
   ReplayWatch watch_;
   ReplayState state_ = ReplayState::Waiting;
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
   std::optional<LaserScan> scan_{};
+  double start_way_m_ = 0;
   double driven_m_ = 0;
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};
@@ -110,6 +119,7 @@ class Replayer {
   std::string pause_{};
   bool knew_ = false;        ///< a certain estimate was there once
   bool doubts_ = false;      ///< and is not now
+  bool unsure_ = false;      ///< it stands for want of a position
   bool find_ahead_ = false;  ///< after resume()
   int stops_ = 0;
 };

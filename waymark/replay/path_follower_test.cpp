@@ -211,5 +211,41 @@ TEST(ReplayWatch, SaysJumpsOfClocksRobotsThatAreCarriedAndFrozenCameras) {
   EXPECT_TRUE(eye.alarm().empty());
 }
 
+/// Commands and odometry each 50 ms, but for a second in which nobody is asked.
+class AfterASecond {
+ public:
+  AfterASecond() {
+    for (int i = 0; i <= 10; ++i) hear(50 * i);
+    watch.tick(at(500));
+  }
+  void hear(int ms) { watch.add(Odometry{.stamp = at(ms), .odom_T_base = SE2()}); }
+  static SensorTime at(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
+  ReplayWatch watch{{}};
+};
+
+TEST(ReplayWatch, AComputerThatWasLateIsNoClockThatJumped) {
+  AfterASecond late;
+  late.watch.tick(AfterASecond::at(1500));
+  EXPECT_NE(late.watch.alarm().find("for 1.00 s: this computer was busy"), std::string::npos);
+  for (int ms = 550; ms < 1200; ms += 50) late.hear(ms);
+  late.watch.tick(AfterASecond::at(1520));
+  EXPECT_FALSE(late.watch.alarm().empty()) << "not everything has come yet";
+  EXPECT_FALSE(late.watch.lasting());
+  for (int ms = 1200; ms <= 1500; ms += 50) late.hear(ms);
+  EXPECT_EQ(late.watch.alarm(), "");
+
+  for (const bool odometry_first : {true, false}) {
+    AfterASecond jump;
+    if (odometry_first) jump.hear(1500);
+    jump.watch.tick(AfterASecond::at(1500));
+    if (!odometry_first) jump.hear(1500);
+    EXPECT_NE(jump.watch.alarm().find("clock jumped by +1.00 s"), std::string::npos) << jump.watch.alarm();
+    EXPECT_TRUE(jump.watch.lasting());
+    jump.watch.forget();
+    jump.watch.tick(AfterASecond::at(1550));
+    EXPECT_EQ(jump.watch.alarm(), "");
+  }
+}
+
 }  // namespace
 }  // namespace waymark

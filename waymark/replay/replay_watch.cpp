@@ -16,19 +16,49 @@ bool same_picture(const std::vector<TagDetection>& a, const std::vector<TagDetec
 
 }  // namespace
 
-void ReplayWatch::tick(SensorTime now) {
-  if (tick_ && alarm_.empty()) {
-    const double passed_s = to_seconds(now - *tick_);
-    if (passed_s < 0 || passed_s > options_.clock_jump_s)
-      alarm_ = fmt::format(
-          "the clock jumped by {:+.2f} s: what is known of the way may be wrong. Look at the "
-          "robot, then start again",
-          passed_s);
-  }
-  tick_ = now;
+std::string ReplayWatch::alarm() const {
+  if (!alarm_.empty()) return alarm_;
+  if (late_)
+    return fmt::format("no command was sent for {:.2f} s: this computer was busy, or a clock jumped",
+                       to_seconds(late_->to - late_->from));
+  return frozen_words_;
 }
 
-void ReplayWatch::add(const Odometry& odometry) { odometry_ = odometry; }
+void ReplayWatch::jumped(Duration by) {
+  if (!alarm_.empty()) return;
+  alarm_ = fmt::format(
+      "the clock jumped by {:+.2f} s: what is known of the way may be wrong. Look at the "
+      "robot, then start again",
+      to_seconds(by));
+}
+
+void ReplayWatch::tick(SensorTime now) {
+  if (tick_) {
+    const double passed_s = to_seconds(now - *tick_);
+    if (passed_s < 0) jumped(now - *tick_);
+    if (passed_s > options_.clock_jump_s) late_ = Gap{late_ ? late_->from : *tick_, now};
+  }
+  tick_ = now;
+  settle();
+}
+
+/// A clock that jumped has odometry jump as well; a computer that was late has not.
+void ReplayWatch::settle() {
+  if (!late_) return;
+  if (silent_ && silent_->overlaps(*late_)) {
+    jumped(late_->to - late_->from);
+    late_.reset();
+  } else if (odometry_ && to_seconds(late_->to - odometry_->stamp) < options_.clock_jump_s) {
+    late_.reset();
+  }
+}
+
+void ReplayWatch::add(const Odometry& odometry) {
+  if (odometry_ && to_seconds(odometry.stamp - odometry_->stamp) > options_.clock_jump_s)
+    silent_ = Gap{odometry_->stamp, odometry.stamp};
+  odometry_ = odometry;
+  settle();
+}
 
 bool ReplayWatch::add(const TagFrame& frame) {
   constexpr double kMovedMetres = 0.01;
@@ -71,6 +101,8 @@ void ReplayWatch::forget() {
   alarm_.clear();
   frozen_words_.clear();
   tick_.reset();
+  late_.reset();
+  silent_.reset();
   map_T_checked_.reset();
 }
 

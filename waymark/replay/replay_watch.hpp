@@ -18,8 +18,10 @@ struct WatchOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.clock_jump_s,
-          Field{"clock_jump_s", "A clock that goes on by more from one command to the next has jumped.", 0.05,
-                10});
+          Field{"clock_jump_s",
+                "A clock that goes on by more from one command to the next, and from one odometry sample to "
+                "the next, has jumped.",
+                0.05, 10});
     visit(self.carried_m,
           Field{"carried_m", "An estimate that jumps by more against odometry: the robot was carried.", 0.01,
                 10});
@@ -32,7 +34,8 @@ struct WatchOptions {
 
 /// Sees what no single measurement shows: clocks that jump, a robot that is carried, a camera that froze.
 /// Pure but for what it remembers; time is an argument. An alarm about clocks or carrying stays until
-/// forget(): a person has to look.
+/// forget(): a person has to look. A command that is merely late (a computer that was busy) is told from a
+/// clock that jumped by the odometry that was taken meanwhile and comes after: its stamps have no gap.
 class ReplayWatch {
  public:
   explicit ReplayWatch(const WatchOptions& options) : options_(options) {}
@@ -47,15 +50,26 @@ class ReplayWatch {
   void check(const SE2& map_T_base);
 
   /// The reason to stop, in words; empty when there is none. `lasting`: until forget().
-  [[nodiscard]] std::string alarm() const { return alarm_.empty() ? frozen_words_ : alarm_; }
+  [[nodiscard]] std::string alarm() const;
   [[nodiscard]] bool lasting() const { return !alarm_.empty(); }
   void forget();
 
  private:
+  /// From one moment to a later one.
+  struct Gap {
+    SensorTime from{};
+    SensorTime to{};
+    [[nodiscard]] bool overlaps(const Gap& other) const { return from < other.to && other.from < to; }
+  };
+  void jumped(Duration by);
+  void settle();
+
   WatchOptions options_;
   std::string alarm_{};
   std::string frozen_words_{};
   std::optional<SensorTime> tick_{};
+  std::optional<Gap> late_{};    ///< between two commands, as long as nobody knows why
+  std::optional<Gap> silent_{};  ///< the newest between two samples of odometry
   std::optional<Odometry> odometry_{};
   SE2 odom_T_checked_{};
   std::optional<SE2> map_T_checked_{};

@@ -69,6 +69,21 @@ double look_up(const std::array<double, kOffsets>& grid, double offset_m, double
   return (1 - u) * grid[k] + u * grid[k + 1];
 }
 
+/// Stations stay beside the places they were at; both routes have the same points, one beside the other.
+void take_stations(const Route& like, Route& route) {
+  const auto arc_at = [](const Route& of, std::size_t i) {
+    return i < of.points.size() ? of.points[i].arc_length_m : of.length_m;
+  };
+  for (waymark::Station station : like.stations) {
+    std::size_t i = 0;
+    while (i + 1 < like.points.size() && like.points[i + 1].arc_length_m <= station.arc_length_m) ++i;
+    const double stretch = std::max(arc_at(like, i + 1) - arc_at(like, i), 1e-12);
+    const double u = std::clamp((station.arc_length_m - arc_at(like, i)) / stretch, 0.0, 1.0);
+    station.arc_length_m = (1 - u) * arc_at(route, i) + u * arc_at(route, i + 1);
+    route.stations.push_back(std::move(station));
+  }
+}
+
 Route route_along(const Line& line, const Route& like) {
   Route route{.closed = like.closed};
   const std::vector<double> bent = internal::curvatures(line, like.closed);
@@ -85,6 +100,7 @@ Route route_along(const Line& line, const Route& like) {
                             .speed_m_s = like.points[i].speed_m_s});
   }
   route.length_m = like.closed ? arc + (line.front() - line.back()).norm() : arc;
+  take_stations(like, route);
   return route;
 }
 

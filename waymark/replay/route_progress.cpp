@@ -53,16 +53,22 @@ RouteProgress foot_on(const Route& route, std::size_t i, const SE2& map_T_base) 
 
 bool backwards(const Route& route, std::size_t i) { return route.points[i].speed_m_s < 0; }
 
+/// How the stretch behind a point is driven: as the point at its end. The point where the direction changes
+/// is the last of one leg, and what comes behind it is the next.
+bool stretch_backwards(const Route& route, std::size_t i) {
+  return backwards(route, (i + 1) % route.points.size());
+}
+
 /// Fills in the leg of a foot point. A closed route that changes direction is taken to begin a leg at its
 /// first point.
 void find_leg(const Route& route, RouteProgress& progress) {
+  const bool way = stretch_backwards(route, progress.index);
   std::size_t first = progress.index;
   std::size_t last = progress.index;
-  while (first > 0 && backwards(route, first - 1) == backwards(route, progress.index)) --first;
-  while (last + 1 < route.points.size() && backwards(route, last + 1) == backwards(route, progress.index))
-    ++last;
+  while (first > 0 && stretch_backwards(route, first - 1) == way) --first;
+  while (last + 1 < segments(route) && stretch_backwards(route, last + 1) == way) ++last;
   progress.leg_begin_m = route.points[first].arc_length_m;
-  progress.leg_end_m = last + 1 < route.points.size() ? route.points[last].arc_length_m : route.length_m;
+  progress.leg_end_m = segment(route, last).arc_to;
 }
 
 bool changes_direction(const Route& route) {
@@ -100,7 +106,8 @@ RouteProgress advance(const Route& route, const SE2& map_T_base, const RouteProg
       std::min<std::ptrdiff_t>(count - 1, static_cast<std::ptrdiff_t>(std::ceil(window_m / step)));
   const std::ptrdiff_t back = std::min<std::ptrdiff_t>(count - 1 - ahead, 2);
   const bool legs = before.leg_end_m > 0 && (before.leg_begin_m > 0 || before.leg_end_m < route.length_m);
-  const bool turning = legs && before.leg_end_m - before.arc_length_m <= turn_within_m;
+  const bool another = before.leg_end_m < route.length_m - 1e-9;
+  const bool turning = legs && another && before.leg_end_m - before.arc_length_m <= turn_within_m;
   const auto in_reach = [&](std::size_t i) {
     if (!legs) return true;
     const double middle = route.points[i].arc_length_m;

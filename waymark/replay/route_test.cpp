@@ -8,6 +8,7 @@
 #include "waymark/replay/pure_pursuit.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/replay/route_progress.hpp"
+#include "waymark/replay/speed_profile.hpp"
 
 namespace waymark {
 namespace {
@@ -86,6 +87,31 @@ TEST(RouteProgress, GoesRoundWithoutAJump) {
     last = progress.arc_length_m;
   }
   EXPECT_NEAR(travelled, 8 * kPi, 0.1);
+}
+
+/// A metre ahead, then a metre back to the start.
+Route there_and_back() {
+  Route route{.length_m = 2};
+  for (int i = 0; i <= 40; ++i) {
+    const double x = i <= 20 ? 0.05 * i : 0.05 * (40 - i);
+    route.points.push_back({SE2(x, 0, 0), 0.05 * i, 0, i <= 20 ? 0.3 : -0.3});
+  }
+  return route;
+}
+
+TEST(RouteProgress, WhoDrivesBeyondATurningPointIsOnTheNextLeg) {
+  const Route route = there_and_back();
+  RouteProgress progress = locate(route, SE2(0.01, 0, 0));
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9);
+  double x = 0.01;
+  for (; x < 0.975; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.leg_end_m, 1, 1e-9) << "not yet there";
+  for (; x < 1.05; x += 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.leg_begin_m, 1, 1e-9);
+  EXPECT_NEAR(progress.leg_end_m, 2, 1e-9);
+  EXPECT_LT(speed_at(route, progress.index, progress.arc_length_m), 0) << "backwards from there";
+  for (; x > -0.05; x -= 0.01) progress = advance(route, SE2(x, 0, 0), progress);
+  EXPECT_NEAR(progress.arc_length_m, 2, 1e-9) << "beyond the end it is at the end";
 }
 
 TEST(PurePursuit, SteersTowardsTheRoute) {

@@ -9,6 +9,13 @@
 namespace waymark {
 namespace {
 
+/// A robot that stopped for want of a position goes on when it knows it well, not at the limit itself: there
+/// it would creep from stop to stop.
+double most_sigma_m(const SafetyInputs& in, const SafetyOptions& options) {
+  return in.unsure ? std::min(options.slow_position_sigma_m, options.stop_position_sigma_m)
+                   : options.stop_position_sigma_m;
+}
+
 /// The first reason to stop. Written so that a NaN is a reason.
 std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const SafetyInputs& in,
                                           const SafetyOptions& options) {
@@ -31,9 +38,11 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
     return fmt::format("the lidar's scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
                        options.max_scan_age_s);
   if (!in.localized) return "the position is not known: no mapped tag was seen yet";
-  if (!(in.position_sigma_m <= options.stop_position_sigma_m)) {
-    return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m)", in.position_sigma_m,
-                       options.stop_position_sigma_m);
+  if (in.contradicting_looks > options.max_contradicting_looks)
+    return "what is seen contradicts where the robot believes to be: was it carried?";
+  if (const double most = most_sigma_m(in, options); !(in.position_sigma_m <= most)) {
+    return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m{})", in.position_sigma_m, most,
+                       in.unsure ? " to go on" : "");
   }
   if (!(std::abs(in.cross_track_m) <= options.max_cross_track_m)) {
     return fmt::format("{:.2f} m from the route (limit {:.2f} m)", std::abs(in.cross_track_m),
@@ -68,17 +77,20 @@ VelocityCommand braked(const SafetyInputs& in, const SafetyOptions& options, dou
   return {speed, std::clamp(yaw_rate, -options.max_yaw_rate_rad_s, options.max_yaw_rate_rad_s)};
 }
 
+constexpr double kLeastShare = 0.2;
+
 /// 1 where slowing begins, falling to a fifth where it would be a stop.
 double share_of(double value, double slow, double stop) {
   const double between = slow - stop;
-  return std::abs(between) > 1e-9 ? std::clamp((value - stop) / between, 0.2, 1.0) : 0.2;
+  return std::abs(between) > 1e-9 ? std::clamp((value - stop) / between, kLeastShare, 1.0) : kLeastShare;
 }
 
 /// How much of the wanted speed the doubts leave.
 double share_left(const VelocityCommand& wanted, const SafetyInputs& in, const SafetyOptions& options) {
-  double share = 1;
+  double share = in.contradicting_looks > 0 ? kLeastShare : 1;
   if (in.position_sigma_m > options.slow_position_sigma_m)
-    share = share_of(in.position_sigma_m, options.slow_position_sigma_m, options.stop_position_sigma_m);
+    share = std::min(
+        share, share_of(in.position_sigma_m, options.slow_position_sigma_m, options.stop_position_sigma_m));
   if (in.obstacle_m < options.slow_obstacle_m && wanted.speed_m_s != 0)
     share = std::min(share, share_of(in.obstacle_m, options.slow_obstacle_m, options.stop_obstacle_m));
   return share;
@@ -91,6 +103,7 @@ SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, c
   const double dt_s = std::isfinite(inputs.dt_s) ? std::clamp(inputs.dt_s, 0.0, 0.5) : 0.0;
   verdict.stopped = reason_to_stop(wanted, inputs, options);
   if (verdict.stopped) {
+    verdict.unsure = !(inputs.position_sigma_m <= most_sigma_m(inputs, options));
     verdict.command = braked(inputs, options, dt_s);
     return verdict;
   }

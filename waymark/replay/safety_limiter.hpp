@@ -21,6 +21,7 @@ struct SafetyOptions {
   double max_scan_age_s = 0.5;
   double slow_position_sigma_m = 0.05;
   double stop_position_sigma_m = 0.10;
+  int max_contradicting_looks = 1;
   double max_cross_track_m = 0.30;
   double min_clearance_m = 0.15;
   double slow_obstacle_m = 0.60;
@@ -46,7 +47,13 @@ struct SafetyOptions {
     visit(self.slow_position_sigma_m,
           Field{"slow_position_sigma_m", "Slow down when the position is known no better.", 0, 10});
     visit(self.stop_position_sigma_m,
-          Field{"stop_position_sigma_m", "Stop when the position is known no better.", 0, 10});
+          Field{"stop_position_sigma_m",
+                "Stop when the position is known no better; then go on when it is known better than "
+                "slow_position_sigma_m.",
+                0, 10});
+    visit(self.max_contradicting_looks,
+          Field{"max_contradicting_looks",
+                "Stop when more frames in a row contradict the position; slow down from the first.", 0, 100});
     visit(self.max_cross_track_m, Field{"max_cross_track_m", "Stop when farther from the route.", 0, 10});
     visit(self.min_clearance_m,
           Field{"min_clearance_m", "Stop when the hull comes nearer to a tag, in space.", 0, 10});
@@ -67,6 +74,8 @@ struct SafetyInputs {
   double scan_age_s = 0;  ///< 0 for a robot without a lidar
   bool localized = false;
   double position_sigma_m = 0;  ///< largest standard deviation in the plane
+  int contradicting_looks = 0;  ///< frames in a row, up to the newest, that contradict the position
+  bool unsure = false;          ///< the last verdict's: the robot already stands for want of a position
   double cross_track_m = 0;
   double clearance_m = 0;
   double obstacle_m = std::numeric_limits<double>::infinity();  ///< free way before the hull
@@ -79,6 +88,7 @@ struct SafetyVerdict {
   VelocityCommand command{};             ///< what may be sent
   std::optional<std::string> stopped{};  ///< why it is a stop, in words; the command then brakes to zero
   bool slowed = false;
+  bool unsure = false;  ///< stopped because the position is not known well enough
 };
 
 /// The last word before the motors. Pure: the same inputs give the same verdict; a NaN anywhere is a stop. A

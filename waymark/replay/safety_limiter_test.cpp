@@ -52,6 +52,8 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),
             "the position is known only to 0.20 m (limit 0.10 m)");
+  EXPECT_EQ(words([](auto& in) { in.contradicting_looks = 2; }),
+            "what is seen contradicts where the robot believes to be: was it carried?");
   EXPECT_EQ(words([](auto& in) { in.cross_track_m = -0.4; }), "0.40 m from the route (limit 0.30 m)");
   EXPECT_EQ(words([](auto& in) { in.clearance_m = 0.1; }), "a tag is 0.10 m from the hull (limit 0.15 m)");
   EXPECT_EQ(words([](auto& in) { in.obstacle_m = 0.1; }), "something stands 0.10 m ahead (limit 0.20 m)");
@@ -77,6 +79,32 @@ TEST(SafetyLimiter, NaNIsAStop) {
   inputs = all_well();
   inputs.dt_s = nan;
   EXPECT_TRUE(std::isfinite(limit({0.4, 0.1}, inputs, kOptions).command.speed_m_s));
+}
+
+TEST(SafetyLimiter, OneFrameThatContradictsSlowsDown) {
+  SafetyInputs inputs = all_well();
+  inputs.contradicting_looks = 1;
+  const SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
+  EXPECT_FALSE(verdict.stopped);
+  EXPECT_TRUE(verdict.slowed);
+  EXPECT_NEAR(verdict.command.speed_m_s, 0.3 - kOptions.max_deceleration_m_s2 * inputs.dt_s, 1e-9);
+  inputs.dt_s = 0.2;
+  EXPECT_NEAR(limit({0.3, 0.1}, inputs, kOptions).command.speed_m_s, 0.06, 1e-9);
+}
+
+TEST(SafetyLimiter, WhoStoppedForWantOfAPositionDoesNotCreepOn) {
+  SafetyInputs inputs = all_well();
+  inputs.position_sigma_m = 0.101;
+  SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
+  EXPECT_TRUE(verdict.stopped && verdict.unsure);
+  inputs.unsure = verdict.unsure;
+  inputs.position_sigma_m = 0.099;
+  verdict = limit({0.3, 0.1}, inputs, kOptions);
+  EXPECT_EQ(verdict.stopped, "the position is known only to 0.10 m (limit 0.05 m to go on)");
+  EXPECT_TRUE(verdict.unsure);
+  inputs.position_sigma_m = 0.049;
+  verdict = limit({0.3, 0.1}, inputs, kOptions);
+  EXPECT_FALSE(verdict.stopped || verdict.unsure);
 }
 
 /// Anything that may come: values from far below to far above the limits, now and then no number at all.

@@ -60,12 +60,12 @@ double speed_at(const Route& route, std::size_t index, double arc_length_m) {
   const bool has_next = index + 1 < n || route.closed;
   if (!has_next) return a.speed_m_s;
   const RoutePoint& b = route.points[(index + 1) % n];
-  if (!same_way(a, b)) return a.speed_m_s;
   const double stretch = std::max(distance_to_next(route, index), 1e-12);
   const double u = std::clamp((arc_length_m - a.arc_length_m) / stretch, 0.0, 1.0);
   // Even acceleration: the square of the speed is what is linear in the way.
   const double squared = (1 - u) * a.speed_m_s * a.speed_m_s + u * b.speed_m_s * b.speed_m_s;
-  return std::copysign(std::sqrt(squared), a.speed_m_s);
+  // Where the direction changes, the stretch behind the turning point is the next leg's.
+  return std::copysign(std::sqrt(squared), b.speed_m_s);
 }
 
 double duration_s(const Route& route) {

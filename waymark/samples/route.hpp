@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "waymark/geometry/se2.hpp"
@@ -14,12 +15,20 @@ struct RoutePoint {
   double speed_m_s = 0;      ///< reference speed; negative where the robot reverses
 };
 
+/// A place of a route where the robot stands for a while and then goes on by itself.
+struct Station {
+  std::string name{};
+  double arc_length_m = 0;
+  double pause_s = 0;
+};
+
 /// A path to drive, points in order of arc length. Closed: the first point follows the last, `length_m` after
 /// the start.
 struct Route {
   std::vector<RoutePoint> points{};
   bool closed = false;
   double length_m = 0;
+  std::vector<Station> stations{};  ///< in order of arc length; on a closed route served in every lap
 };
 
 }  // namespace waymark

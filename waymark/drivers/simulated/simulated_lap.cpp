@@ -140,7 +140,8 @@ class ReplayDrive {
     const ReplayStep step = replayer_.step(robot_.now());
     end_.state = step.state;
     end_.reason = step.reason.value_or("");
-    if (step.state == ReplayState::Driving) last_driving_ = robot_.uptime();
+    const bool goes_on = step.state == ReplayState::Driving || step.state == ReplayState::AtStation;
+    if (goes_on) last_driving_ = robot_.uptime();
     if (Status status = listener_.on_step(robot_.now(), step); !status) return status;
     return send(robot_, step.command, *line_);
   }

@@ -1,0 +1,172 @@
+// A lap with changes of direction: taught, mapped, and driven again cusps and all, by wheels that skid and by
+// wheels that steer; and a robot that stands at the stations of its route.
+#include <array>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "replay_course.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
+
+namespace waymark::replay_course {
+namespace {
+
+struct Taught {
+  TaughtLap data{};
+  Trajectory truth{};
+};
+
+struct Manoeuvre {
+  double for_s;
+  VelocityCommand command;
+};
+
+/// Forwards, backwards round a corner, forwards out of it.
+constexpr std::array kManoeuvres{Manoeuvre{6, {0.3, 0.18}},   Manoeuvre{1, {0, 0}},
+                                 Manoeuvre{5, {-0.2, -0.12}}, Manoeuvre{1, {0, 0}},
+                                 Manoeuvre{5, {0.25, 0.3}},   Manoeuvre{1, {0, 0}}};
+
+SimulatedStage stage_of(const Course& course, std::uint64_t seed) {
+  SimulatedStage stage{.world = course.world,
+                       .model = course.robot.model,
+                       .camera = course.robot.camera,
+                       .robot = course.robot.simulation};
+  stage.robot.seed = seed;
+  stage.robot.camera_latency_s = 0.08;
+  return stage;
+}
+
+Taught teach(const SimulatedStage& stage) {
+  Taught taught;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) taught.data.frames.push_back(*frame);
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) taught.data.odometry.push_back(*odometry);
+    if (const auto* truth = std::get_if<TruthPose>(&sample))
+      taught.truth.push_back({truth->stamp, truth->map_T_base});
+    return Status();
+  };
+  const auto drive = [](const SE2&, Duration uptime, SensorTime) -> Result<DriverDecision> {
+    double at_s = to_seconds(uptime);
+    for (const Manoeuvre& manoeuvre : kManoeuvres) {
+      if (at_s < manoeuvre.for_s) return DriverDecision{.command = manoeuvre.command};
+      at_s -= manoeuvre.for_s;
+    }
+    return DriverDecision{.done = true};
+  };
+  EXPECT_TRUE(drive_lap(stage, drive, listener).value().finished);
+  return taught;
+}
+
+MappedLap map(const SimulatedStage& stage, const Taught& taught) {
+  const World& world = stage.world;
+  const TeachSetup setup{.camera = stage.camera,
+                         .base_T_cam = stage.model.base_T_cam,
+                         .sizes = {.default_size_m = 0.16},
+                         .anchor = world.anchor,
+                         .map_T_anchor = world.tags.find(world.anchor)->map_T_tag};
+  return map_lap(taught.data, setup).value();
+}
+
+double least_distance_m(const Trajectory& way, const Eigen::Vector3d& place) {
+  double least = 1e9;
+  for (const StampedPose& pose : way) least = std::min(least, (pose.map_T_base.translation() - place).norm());
+  return least;
+}
+
+class Reversing : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Robots, Reversing, ::testing::Values("limo", "limo-ackermann"));
+
+TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
+  const Course course = circuit24(GetParam());
+  const Taught taught = teach(stage_of(course, 21));
+  const MappedLap mapped = map(stage_of(course, 21), taught);
+  std::vector<double> cusps_m;
+  for (std::size_t i = 1; i < mapped.route.points.size(); ++i) {
+    const RoutePoint& a = mapped.route.points[i - 1];
+    if ((a.speed_m_s < 0) != (mapped.route.points[i].speed_m_s < 0)) cusps_m.push_back(a.arc_length_m);
+  }
+  ASSERT_EQ(cusps_m.size(), 2U);
+  EXPECT_FALSE(mapped.route.closed);
+  const ReplayJudgement itself =
+      judge_replay(taught.truth, taught.truth, course.world.tags, course.robot.model.hull).value();
+  ASSERT_GT(itself.min_clearance_m, 0.25) << "the lap that is taught leads past the tags";
+
+  SimulatedStage stage = stage_of(course, 1021);
+  LocalizerSetup setup{
+      .landmarks = Landmarks(mapped.map), .tags = mapped.map, .eye = {stage.camera, stage.model.base_T_cam}};
+  ReplayOptions options;
+  if (std::string(GetParam()) == "limo-ackermann") options.safety.max_curvature_1_m = 2.5;
+  Replayer replayer(make_localization_method(setup).value(), mapped.route, mapped.map, stage.model, options);
+  Trajectory way;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    if (const auto* truth = std::get_if<TruthPose>(&sample)) way.push_back({truth->stamp, truth->map_T_base});
+    return Status();
+  };
+  const SimulatedReplayEnd end = drive_replay(stage, replayer, listener).value();
+  ASSERT_TRUE(end.finished) << end.reason;
+  EXPECT_EQ(end.stops, 0);
+  const ReplayJudgement judged =
+      judge_replay(way, taught.truth, course.world.tags, course.robot.model.hull).value();
+  std::printf("%s: rmse %.4f p95 %.4f max %.4f m, %.2f deg\n", GetParam(), judged.cross_track_rmse_m,
+              judged.cross_track_p95_m, judged.cross_track_max_m, judged.heading_rmse_deg);
+  EXPECT_LT(judged.cross_track_rmse_m, 0.015);
+  EXPECT_LT(judged.cross_track_max_m, 0.04);
+  EXPECT_LT(judged.heading_rmse_deg, 2);
+  // Each turning point was reached, and the end.
+  for (const double cusp_m : cusps_m)
+    EXPECT_LT(least_distance_m(way, lift(pose_at(mapped.route, cusp_m)).translation()), 0.04) << cusp_m;
+  EXPECT_LT((way.back().map_T_base.translation() - taught.truth.back().map_T_base.translation()).norm(),
+            0.05);
+}
+
+TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
+  Course course = circuit24();
+  course.route.stations = {{.name = "shelf", .arc_length_m = 3, .pause_s = 6},  // longer than it is given up
+                           {.name = "door", .arc_length_m = 3.4, .pause_s = 0.5}};
+  const SimulatedStage stage = stage_of(course, 5);
+  LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
+                       .tags = course.world.tags,
+                       .eye = {stage.camera, stage.model.base_T_cam}};
+  ReplayOptions options;
+  options.laps = 2;
+  Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
+                    options);
+  std::vector<std::string> visits;
+  double stood_s = 0;
+  double moved_m = 0;  // while it was to stand: after the half second it needs to a standstill
+  double backwards_m = 0;
+  bool stands = false;
+  std::optional<SE2> last;
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    const auto* truth = std::get_if<TruthPose>(&sample);
+    if (truth == nullptr) return Status();
+    const SE2 here = project_to_plane(truth->map_T_base);
+    const double ahead = last ? (last->inverse() * here).x() : 0;
+    backwards_m = std::max(backwards_m, -ahead);
+    if (stands && stood_s > 0.5) moved_m = std::max(moved_m, std::abs(ahead));
+    last = here;
+    return Status();
+  };
+  listener.on_step = [&](SensorTime, const ReplayStep& step) {
+    stands = step.state == ReplayState::AtStation;
+    if (stands && stood_s == 0) visits.push_back(step.station->name);
+    stood_s = stands ? stood_s + 0.05 : 0;
+    if (stands) {
+      EXPECT_NE(step.reason.value_or("").find("at '" + step.station->name), std::string::npos);
+      EXPECT_NEAR(step.progress->arc_length_m, step.station->arc_length_m, 0.03);
+    }
+    return Status();
+  };
+  const SimulatedReplayEnd end = drive_replay(stage, replayer, listener).value();
+  EXPECT_TRUE(end.finished) << end.reason;
+  EXPECT_EQ(end.stops, 0);
+  EXPECT_EQ(visits, (std::vector<std::string>{"shelf", "door", "shelf", "door"}));
+  EXPECT_LT(moved_m, 0.0005) << "in 20 ms";
+  EXPECT_LT(backwards_m, 0.002);
+}
+
+}  // namespace
+}  // namespace waymark::replay_course
