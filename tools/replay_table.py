@@ -1,13 +1,16 @@
 #!/usr/bin/python3
 """Teaches, maps and replays in simulation and writes the section "Replay" of docs/results.md.
 
-usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--write docs/results.md]
+usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--images-fast-seeds 1]
+       [--keep FOLDER] [--only circuit,pictures,recorded,faults] [--write docs/results.md]
 
 DATA holds paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are left out. --images-seeds 0 leaves out
-the rows with rendered pictures. Without --write the section is printed.
+the rows with rendered pictures; these take minutes a lap. With --keep every outcome is kept in FOLDER, by the program's bytes, and a run
+that was stopped goes on where it was. Without --write the section is printed.
 """
 import argparse
 import csv
+import hashlib
 import json
 import math
 import pathlib
@@ -28,8 +31,20 @@ HEAD = ("| what | runs | completed | cross-track RMSE, cm: median / worst | P95,
 
 
 class Bench:
+    """Runs the program in a folder; what came of replays is kept there."""
     def __init__(self, program, folder):
         self.program, self.folder = program, folder
+        self.kept = folder / "outcomes.json"
+        self.outcomes = json.loads(self.kept.read_text()) if self.kept.exists() else {}
+
+    def outcome(self, *words):
+        key = " ".join(map(str, words)).replace(str(self.folder), ".")
+        if key not in self.outcomes:
+            self.outcomes[key] = self.run(*words)
+            fresh = self.kept.with_suffix(".new")
+            fresh.write_text(json.dumps(self.outcomes, indent=1))
+            fresh.replace(self.kept)
+        return self.outcomes[key]
 
     def run(self, *words):
         done = subprocess.run([self.program, *map(str, words), "--json"], cwd=self.folder, capture_output=True, text=True, check=False)
@@ -46,14 +61,15 @@ class Bench:
     def lap(self, name, world, seed, *flags, speed=0.3, closed=True):
         """A taught and mapped lap: the folder of the map."""
         folder = self.folder / f"{name}-{seed}"
-        if not folder.exists():
+        if not (folder / "summary.json").exists():
+            (self.folder / f"{name}-{seed}.mcap").unlink(missing_ok=True)  # of a run that was stopped
             self.run("teach", "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed", seed,
                      "--speed-m-s", speed, "-o", f"{name}-{seed}.mcap", *flags)
             self.run("map", f"{name}-{seed}.mcap", "-o", folder, *([] if closed else ["--closing-distance-m", 0]))
         return folder
 
     def replay(self, folder, world, seed, *flags):
-        return self.run("replay", folder, "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed",
+        return self.outcome("replay", folder, "--world", world, "--robot-file", self.robot(GAINS[(seed - 1) % len(GAINS)]), "--seed",
                         seed + ANOTHER_DAY, *flags)
 
 
@@ -82,14 +98,17 @@ def circuit(bench, args):
 
 
 def pictures(bench, args):
-    lines, outcomes = [], []
-    cases = [("", []), (", light halved", ["--white-level-dn", 95])]
-    for words, flags in cases:
+    lines = []
+    fast = ["--max-speed-m-s", 1, "--max-yaw-rate-rad-s", 2]
+    cases = [("", 0.4, args.images_laps, args.images_seeds, []),
+             ("", 0.8, 1, min(args.images_seeds, args.images_fast_seeds), fast),
+             (", light halved", 0.4, 1, min(args.images_seeds, args.images_fast_seeds), ["--white-level-dn", 95])]
+    for words, speed, laps, seeds, flags in cases:
         outcomes = []
-        for seed in range(1, args.images_seeds + 1):
+        for seed in range(1, seeds + 1):
             folder = bench.lap("pictures", "circuit24", seed, "--images")
-            outcomes.append(bench.replay(folder, "circuit24", seed, "--images", "--laps", args.images_laps, "--speed-m-s", 0.4, *flags))
-        lines.append(row(f"circuit24, follower, 0.4 m/s, rendered pictures{words}", outcomes))
+            outcomes.append(bench.replay(folder, "circuit24", seed, "--images", "--laps", laps, "--speed-m-s", speed, *flags))
+        lines.append(row(f"circuit24, follower, {speed} m/s, {laps} {'lap' if laps == 1 else 'laps'}, rendered pictures{words}", outcomes))
     return lines
 
 
@@ -163,7 +182,7 @@ FAULTS = {
 def faults(bench, args):
     lines = ["", "| fault | completed | largest cross-track, cm: median / worst | what it said when it stopped |", "|---|---|---|---|"]
     for name, script in FAULTS.items():
-        file = bench.folder / "faults.yaml"
+        file = bench.folder / f"{name.replace(' ', '-')}.yaml"
         file.write_text(f"faults: [{script}]\n")
         outcomes = [bench.replay(bench.lap("circuit", "circuit24", seed), "circuit24", seed, "--speed-m-s", 0.4, "--faults", file)
                     for seed in range(1, args.seeds + 1)]
@@ -183,17 +202,28 @@ def main():
     parser.add_argument("--laps", type=int, default=10)
     parser.add_argument("--images-seeds", type=int, default=1)
     parser.add_argument("--images-laps", type=int, default=1)
+    parser.add_argument("--images-fast-seeds", type=int, default=1)
+    parser.add_argument("--keep")
+    parser.add_argument("--only", default="circuit,pictures,recorded,faults")
     parser.add_argument("--write")
     args = parser.parse_args()
+    if args.data:
+        args.data = str(pathlib.Path(args.data).resolve())
+    parts = {"circuit": circuit, "pictures": pictures if args.images_seeds > 0 else None, "recorded": recorded if args.data else None,
+             "faults": faults}
+    if args.write and set(args.only.split(",")) != set(parts):
+        sys.exit("--only and --write: the page holds all parts")
     with tempfile.TemporaryDirectory(prefix="waymark-replay-") as name:
-        bench = Bench(str(pathlib.Path(args.program).resolve()), pathlib.Path(name))
-        lines = [HEAD, *circuit(bench, args)]
-        if args.images_seeds > 0:
-            lines += pictures(bench, args)
-        if args.data:
-            args.data = str(pathlib.Path(args.data).resolve())
-            lines += recorded(bench, args)
-        text = "\n".join(lines + faults(bench, args)) + "\n"
+        folder = pathlib.Path(name)
+        if args.keep:
+            folder = pathlib.Path(args.keep).resolve() / hashlib.sha256(pathlib.Path(args.program).read_bytes()).hexdigest()[:12]
+            folder.mkdir(parents=True, exist_ok=True)
+        bench = Bench(str(pathlib.Path(args.program).resolve()), folder)
+        lines = [HEAD]
+        for part in args.only.split(","):
+            if parts[part]:
+                lines += parts[part](bench, args)
+        text = "\n".join(lines) + "\n"
     if not args.write:
         print(text, end="")
         return
