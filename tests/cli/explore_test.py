@@ -2,8 +2,10 @@
 """`waymark explore`: a robot that wanders, meets nothing, and knows where it is; and `waymark run`."""
 import json
 import os
+import pty
 import signal
 import subprocess
+import threading
 import time
 
 from harness import PROGRAM, InFolder, unittest
@@ -63,6 +65,16 @@ class Story(InFolder):
             self.assertIn("waymark run: " + words, outcome.err)
         self.assertTrue((self.folder / "story/map/route.yaml").exists())
         self.assertTrue((self.folder / "story/replay.mcap").exists())
+        before = (self.folder / "story/map/map.yaml").read_bytes()
+        again = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "--seed", 2, "-o", "story")
+        self.assertEqual(again.code, 0, again.err)
+        self.assertIn("--map story/map begins with it", again.err)
+        self.assertIn("the map that was there is kept: story/map.1", again.err)
+        self.assertEqual((self.folder / "story/map.1/map.yaml").read_bytes(), before)
+        for name in ("lap.mcap", "lap.2.mcap", "replay.mcap", "replay.2.mcap"):
+            self.assertTrue((self.folder / "story" / name).exists(), name)
+        older = self.run_here("replay", "story/map.1", "--world", "circuit24", "--json")
+        self.assertTrue(older.records[0]["finished"], older.err)
 
     def test_a_program_is_in_charge_by_lines(self):
         process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "-o", "story", "--json"],
@@ -76,6 +88,7 @@ class Story(InFolder):
 
         time.sleep(1.5)
         tell("drive 0.3 0")  # idle: refused, nothing moves
+        tell("drvie 0.3 0")
         tell("stop")
         tell("go")
         for _ in range(8):
@@ -85,6 +98,7 @@ class Story(InFolder):
         out, err = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 0, err)
         self.assertIn("the robot stands already", err)
+        self.assertIn("this line says nothing: 'drvie 0.3 0'. Known: go, stop, quit", err)
         report = json.loads(out)
         self.assertEqual((report["laps_taught"], report["state"]), (0, "over"))
         lap = self.run_here("info", "story/lap.mcap", "--json").records[0]
@@ -97,6 +111,50 @@ class Story(InFolder):
             outcome = self.run_here("run", "-o", "story", *words, stdin=subprocess.DEVNULL)
             self.assertIn(outcome.code, (1, 2), outcome.err)
             self.assertIn(said, outcome.err)
+        outcome = self.run_here("run", "-o", "story", "--world", "circuit24", "--driver", "lines", "--map", "nomap", stdin=subprocess.DEVNULL)
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("nomap: there is no such folder", outcome.err)
+        self.assertNotIn("ready", outcome.err)
+
+
+class Keyboard(InFolder):
+    def test_y_replays_pauses_and_goes_on(self):
+        for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
+            self.assertEqual(self.run_here(*words).code, 0)
+        keyboard, terminal = pty.openpty()
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "keyboard", "--map", "map", "-o", "story", "--json"],
+                                   cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        said = []
+        reader = threading.Thread(target=lambda: said.extend(process.stderr))
+        reader.start()
+
+        def press(key, until):
+            time.sleep(0.5)  # the button bounces
+            os.write(keyboard, key)
+            deadline = time.monotonic() + 60
+            while not any(until in line for line in said) and time.monotonic() < deadline:
+                time.sleep(0.05)
+            self.assertTrue(any(until in line for line in said), (key, said))
+            said.clear()
+
+        press(b"", "ready. ")
+        press(b"y", "replaying. ")
+        time.sleep(2.5)
+        press(b"y", "paused. ")
+        press(b"y", "replaying. ")
+        time.sleep(1)
+        press(b"b", "stopped: stopped by the operator")
+        os.write(keyboard, b"q")
+        out = process.stdout.read()
+        self.assertEqual(process.wait(60), 1, "the replay did not come to its end")
+        reader.join()
+        process.stdout.close()
+        process.stderr.close()
+        os.close(keyboard)
+        os.close(terminal)
+        (replay,) = json.loads(out)["replays"]
+        self.assertFalse(replay["finished"])
+        self.assertGreater(replay["distance_m"], 0.5)
 
 
 if __name__ == "__main__":

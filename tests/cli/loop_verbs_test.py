@@ -3,18 +3,23 @@
 
 usage: loop_verbs_test.py PROGRAM [unittest options]
 """
+import pathlib
 import shutil
 import unittest
 import xml.etree.ElementTree
 
 from harness import InFolder
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientation_rmse_deg", "trajectory_rmse_m", "wall_s",
             "peak_rss_mib", "warnings"}
 REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cross_track_max_m", "heading_rmse_deg",
                "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
 MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
              "robot.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
+
+
+CALIBRATION = "format: waymark-calibration-1\nvalues:\n  yaw_gain: {value: 0.6, sigma: 0.01, verdict: known}\n"
 
 
 class WithLap(InFolder):
@@ -250,6 +255,99 @@ class Replay(WithLap):
             self.assertIn(part, outcome.err)
 
 
+class Routes(WithLap):
+    """Several routes in one map, and places where the robot pauses."""
+
+    def setUp(self):
+        super().setUp()
+        self.run_here("map", "lap.mcap", "-o", "map")
+
+    def replay(self, *words):
+        return self.run_here("replay", "map", "--world", "circuit24", "--json", *words)
+
+    def test_the_robot_stands_at_stations_and_goes_on_by_itself(self):
+        for words in (["--station", "shelf", "--at-m", 4.5, "--pause-s", 6], ["--station", "door", "--at-tag", 9, "--pause-s", 1.5],
+                      ["--station", "gone", "--at-m", 1]):
+            outcome = self.run_here("routes", "map", *words)
+            self.assertEqual(outcome.code, 0, outcome.err)
+        (listed,) = self.run_here("routes", "map", "--remove-station", "gone", "--json").records
+        self.assertEqual([(s["name"], s["pause_s"]) for s in listed["stations"]], [("shelf", 6), ("door", 1.5)])
+        for controller in ("follower", "pursuit", "pose"):
+            outcome = self.replay("--seed", 12, "--laps", 2 if controller == "follower" else 1, "--controller", controller, "-o", f"{controller}.mcap")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            (driven,) = outcome.records
+            self.assertEqual((driven["finished"], driven["stops"]), (True, 0))
+            laps = 2 if controller == "follower" else 1
+            self.assertEqual([s["name"] for s in driven["stations"]], ["shelf", "door"] * laps)
+            for stood, pause in zip(driven["stations"], [6, 1.5] * laps):
+                self.assertGreaterEqual(stood["stood_s"], pause)
+                self.assertLess(stood["stood_s"], pause + 1.2)
+            self.assertIn("at 'shelf', 4.50 m along the route: stands for 6 s", outcome.err)
+            self.assertIn("goes on from 'door'", outcome.err)
+        said = self.run_here("play", "--speed", 0, "--messages", "--topics", "/diagnostics", "follower.mcap").out
+        # Waiting, driving, four times at a station and on again, finished: each change is a message.
+        self.assertEqual(said.count("DiagnosticArray"), 2 + 4 * 2 + 1, said)
+
+    def test_another_lap_is_another_route_of_the_map(self):
+        text = (ROOT / "share/worlds/circuit24.yaml").read_text().split("path_closed:")[0]
+        (self.folder / "across.yaml").write_text(text + "path_closed: false\npath_m: [[2.53, -1.45], [2.89, -0.98], [3.04, -0.4], "
+                                                "[3.02, 0.2], [2.6, 0.8], [1.8, 1.1], [0.8, 1.0], [0, 0.6]]\n")
+        self.assertEqual(self.run_here("teach", "--world", "across.yaml", "--seed", 5, "-o", "across.mcap").code, 0)
+        taught = (self.folder / "map/route.yaml").read_bytes()
+        outcome = self.run_here("map", "across.mcap", "-o", "map", "--extend", "map", "--route-name", "across", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertEqual((self.folder / "map/route.yaml").read_bytes(), taught, "the taught route stays")
+        routes = self.run_here("routes", "map", "--json").records
+        self.assertEqual([(r["route"], r["closed"]) for r in routes], [("", True), ("across", False)])
+        self.assertIn("across", self.run_here("routes", "map").out)
+        (first,) = self.replay("--seed", 12).records
+        outcome = self.run_here("replay", "map", "--world", "across.yaml", "--route", "across", "--seed", 12, "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (second,) = outcome.records
+        for driven in (first, second):
+            self.assertTrue(driven["finished"])
+            self.assertLess(driven["cross_track_rmse_m"], 0.02)
+        self.assertLess(second["distance_m"], 7)
+        moved = self.run_here("map", "across.mcap", "-o", "map2", "--extend", "map", "--route-name", "again")
+        self.assertEqual(moved.code, 0, moved.err)
+        self.assertEqual([r["route"] for r in self.run_here("routes", "map2", "--json").records], ["", "across", "again"])
+        self.assertEqual((self.folder / "map2/route.yaml").read_bytes(), taught)
+
+    def test_mistakes(self):
+        self.run_here("optimize", "map", "--name", "fast", "--rounds", 1)
+        for words, code, part in (
+                (["replay", "map", "--world", "circuit24", "--route", "fats"], 2, "has no route 'fats'. Did you mean 'fast'?"),
+                (["routes", "map", "--route", "fats"], 2, "Did you mean 'fast'?"),
+                (["routes", "nowhere"], 1, "holds no route.yaml"),
+                (["routes", "map", "--station", "a"], 2, "where is the station?"),
+                (["routes", "map", "--at-m", 3], 2, "Name it with --station"),
+                (["routes", "map", "--station", "a", "--at-m", 99], 1, "'a' at 99 m is not on a route of"),
+                (["routes", "map", "--station", "a", "--at-tag", "99"], 2, "99 is not in the map"),
+                (["routes", "map", "--remove-station", "a"], 2, "has no station 'a'"),
+                (["map", "lap.mcap", "-o", "m", "--route-name", "a"], 2, "Give the map with --extend"),
+                (["map", "lap.mcap", "-o", "m", "--extend", "map", "--route-name", "a/b"], 2, "'a/b' is no name for a route")):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn(part, outcome.err)
+        self.edit("map/route.yaml", "points:", "stations:\n  - {name: a, arc_length_m: 3, pause: 1}\npoints:")
+        self.assertRegex(self.replay().err, r"route.yaml:\d+ \(stations\[0\].pause\): unknown key 'pause'. Did you mean 'pause_s'")
+
+    def test_a_speed_that_is_not_driven_is_said(self):
+        self.assertIn("0.8 m/s are asked for, but the limiter lets no more than 0.5 m/s pass", self.replay("--speed-m-s", 0.8).err)
+        self.assertEqual(self.replay("--speed-m-s", 0.8, "--max-speed-m-s", 1).err, "")
+
+    def test_a_calibrated_turn_gain_is_where_learning_begins(self):
+        (self.folder / "robot.yaml").write_text((ROOT / "share/robots/limo.yaml").read_text() + "simulation:\n  dynamics: {yaw_gain: 0.6}\n")
+        (self.folder / "calibration.yaml").write_text(CALIBRATION)
+        begins = []
+        for flags in ([], ["--calibration", "calibration.yaml"]):
+            (driven,) = self.replay("--robot-file", "robot.yaml", "--turn-gain-time-s", 0, *flags).records  # nothing is learnt
+            self.assertTrue(driven["finished"])
+            begins.append(driven["cross_track_rmse_m"])
+        self.assertLess(begins[1], 0.7 * begins[0])
+        self.assertEqual(self.replay("--calibration", "none.yaml").code, 2)
+
+
 class Experiment(InFolder):
     def test_a_grid_is_driven(self):
         (self.folder / "dark.yaml").write_text("faults: [{fault: camera_lost, at_s: 5}]")
@@ -262,6 +360,9 @@ class Experiment(InFolder):
         self.assertEqual(dark["completed"], 0)
         self.assertIn("known only to", dark["endings"][0])
         self.assertTrue((self.folder / "out/experiment.json").exists())
+        again = self.run_here("experiment", "grid.yaml", "-o", "out")
+        self.assertEqual(again.code, 1)
+        self.assertIn("an experiment was written here already. Give another folder", again.err)
         (self.folder / "grid.yaml").write_text("{seed: [1]}")
         outcome = self.run_here("experiment", "grid.yaml")
         self.assertEqual(outcome.code, 2)

@@ -76,6 +76,23 @@ class Loop(InFolder):
         topics = {topic["topic"]: topic for topic in info.records[0]["topics"]}
         self.assertGreater(topics["/tag_detections"]["messages"], 1, "found in the pictures")
 
+    def test_a_short_way_on_pictures_over_the_wire(self):
+        """Pictures as base64 JPEG, five a second, and a way of two metres: the detector in the loop of a process."""
+        world = (ROOT / "share/worlds/circuit24.yaml").read_text().split("path_closed:")[0]
+        (self.folder / "short.yaml").write_text(world + "path_closed: false\npath_m: [[2.53, -1.45], [2.89, -0.98], [3.04, -0.4], [3.02, 0.2]]\n")
+        robot = (ROOT / "share/robots/limo.yaml").read_text() + "simulation: {camera_rate_hz: 5}\n"
+        (self.folder / "slow-eye.yaml").write_text(robot)
+        sim = f"process:exec '{PROGRAM}' robot-sim --world short.yaml --robot-file slow-eye.yaml --lockstep --images"
+        words = ["--world", "short.yaml", "--robot-file", "slow-eye.yaml"]
+        taught = self.run_here("teach", "--robot", sim, *words, "-o", "lap.mcap", "--record-images", "jpeg")
+        self.assertEqual(taught.code, 0, taught.err)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+        replayed = self.run_here("replay", "map", "--robot", sim + " --seed 7", *words, "--json")
+        self.assertEqual(replayed.code, 0, replayed.err)
+        (report,) = replayed.records
+        self.assertTrue(report["finished"])
+        self.assertLess(report["cross_track_max_m"], 0.05)
+
     @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "takes minutes")
     def test_the_loop_on_pictures_over_the_wire(self):
         sim = SIM + " --images"
@@ -99,10 +116,22 @@ class Misbehaviour(InFolder):
                                (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
                                (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
                                (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
-            (self.folder / "lap.mcap").unlink(missing_ok=True)
             outcome = self.teach(command)
             self.assertEqual(outcome.code, 1, outcome.err)
             self.assertIn(words, outcome.err)
+            if '"odometry"' not in command:
+                self.assertFalse((self.folder / "lap.mcap").exists(), "nothing was recorded, nothing is left")
+            if "kill" in command:
+                self.assertTrue((self.folder / "lap.mcap").exists(), "what was recorded is kept")
+            (self.folder / "lap.mcap").unlink(missing_ok=True)
+
+    def test_a_file_that_cannot_be_written_is_said_before_the_robot_starts(self):
+        (self.folder / "lap.mcap").write_text("mine")
+        outcome = self.teach("touch started; sleep 5")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("File exists", outcome.err)
+        self.assertFalse((self.folder / "started").exists())
+        self.assertEqual((self.folder / "lap.mcap").read_text(), "mine")
 
     def test_words_pass_and_the_unknown_is_said_once(self):
         strange = """for i in 1 2 3; do echo '{"type":"sonar","stamp_s":1}'; done; """

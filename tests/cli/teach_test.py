@@ -81,7 +81,17 @@ class Teach(InFolder):
         self.assertEqual(outcome.code, 2)
         self.assertIn("bad.yaml:6 (tags[0].x_n): unknown key 'x_n'. Did you mean 'x_m'?", outcome.err)
 
-    def test_ctrl_c_stops_the_robot_and_closes_the_file(self):
+    def test_a_name_without_an_ending_gets_one(self):
+        outcome = self.teach("lap")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertIn("waymark map lap.mcap", outcome.out)
+        self.assertTrue((self.folder / "lap.mcap").exists())
+
+    def test_ctrl_c_and_a_closed_terminal_stop_the_robot_and_close_the_file(self):
+        for number in (signal.SIGINT, signal.SIGHUP):
+            self.stop_by(number)
+
+    def stop_by(self, number):
         # A line so long that the lap is still being driven when the signal comes.
         points = ", ".join(f"[{20 * i}, {i % 2}]" for i in range(200))
         (self.folder / "long.yaml").write_text(
@@ -94,12 +104,13 @@ class Teach(InFolder):
         while time.monotonic() < deadline and not ((self.folder / "long.mcap").exists()
                                                    and (self.folder / "long.mcap").stat().st_size > 30_000):
             time.sleep(0.005)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, words = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, words)
         self.assertIn("stopped: the robot stands", words)
         (info,) = self.run_here("info", "--json", "long.mcap").records
         self.assertTrue(info["complete"])
+        (self.folder / "long.mcap").unlink()
 
 
 class Info(InFolder):

@@ -17,6 +17,9 @@ void watch_signals() {
   on_interrupt.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   sigaction(SIGINT, &on_interrupt, nullptr);
   sigaction(SIGTERM, &on_interrupt, nullptr);
+  struct sigaction on_hangup {};  // the terminal was closed; under nohup it does not matter
+  if (sigaction(SIGHUP, nullptr, &on_hangup) == 0 && on_hangup.sa_handler != SIG_IGN)
+    sigaction(SIGHUP, &on_interrupt, nullptr);
   struct sigaction ignore {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, nullptr);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/estimate_message.hpp"
+#include "waymark/cli/fresh_file.hpp"
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/robot_loop.hpp"
 
@@ -32,8 +33,11 @@ Result<std::optional<VelocityCommand>> LiveReplay::decide(Duration uptime, Senso
   const ReplayStep step = replayer_.step(now);
   end.state = step.state;
   end.reason = step.reason.value_or("");
-  if (step.state == ReplayState::Driving || !last_driving_) last_driving_ = uptime;
+  const bool goes_on = step.state == ReplayState::Driving || step.state == ReplayState::AtStation;
+  if (goes_on || !last_driving_) last_driving_ = uptime;
   driven_m = step.driven_m;
+  if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status)
+    return tl::unexpected(status.error());
   if (paused_) last_driving_ = uptime;
   console_.live(fmt::format("{:.1f} of {:.1f} m{}{}. Ctrl-C stops the robot.", step.driven_m, goal_m_,
                             step.reason ? ", stands: " : "", step.reason.value_or("")));
@@ -71,7 +75,8 @@ ReplayReport live_report(LiveReplay& replay, const Replayer& replayer, const Sta
                       .route_length_m = files.route.length_m,
                       .driven_m = replay.driven_m,
                       .true_path = std::move(replay.true_path),
-                      .taught_path = files.taught};
+                      .taught_path = files.taught,
+                      .visits = replay.visits()};
   report.end.finished = report.end.state == ReplayState::Finished;
   report.end.stops = replayer.stops();
   if (report.true_path.empty())
@@ -89,14 +94,18 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
       make_replayer(*files, stage.simulated.model, stage.simulated.camera, with_lidar(job, stage));
   if (!replayer) return tl::unexpected(replayer.error());
   const Stage known = as_known(stage, files->map);
-  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
-  if (!robot) return tl::unexpected(robot.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(known, job);
   if (!recorder) return tl::unexpected(recorder.error());
+  FreshFile fresh(job.output);
+  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  if (!robot) return tl::unexpected(robot.error());
   const Route& route = files->route;
   LiveReplay replay(**replayer, *recorder, route.length_m * (route.closed ? job.replay.laps : 1), console);
   RobotListener listener;
-  listener.on_sample = [&](const Sample& sample) { return replay.hear(sample); };
+  listener.on_sample = [&](const Sample& sample) {
+    fresh.hear(sample);
+    return replay.hear(sample);
+  };
   listener.decide = [&](Duration uptime, SensorTime now) { return replay.decide(uptime, now); };
   const auto driven = (*robot)->drive(listener);
   const Status closed = *recorder ? (*recorder)->close() : Status();
@@ -104,6 +113,7 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
   if (!driven) return tl::unexpected(driven.error());
   if (!closed) return tl::unexpected(closed.error());
   ReplayReport report = live_report(replay, **replayer, known, *files);
+  for (std::string& words : speed_warnings(job, route)) report.warnings.push_back(std::move(words));
   report.end.interrupted = driven->interrupted;
   report.end.lap_s = driven->seconds;
   report.wall_s = watch.seconds();

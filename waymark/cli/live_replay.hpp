@@ -10,7 +10,7 @@ namespace waymark::cli {
 class LiveReplay {
  public:
   LiveReplay(Replayer& replayer, std::optional<SampleRecorder>& recorder, double goal_m, Console& console)
-      : replayer_(replayer), recorder_(recorder), goal_m_(goal_m), console_(console) {}
+      : replayer_(replayer), recorder_(recorder), goal_m_(goal_m), console_(console), notes_(console) {}
 
   Status hear(const Sample& sample);
   /// Nothing when it is over: at the goal, refused, or stood for five seconds.
@@ -19,6 +19,7 @@ class LiveReplay {
   void pause();
   /// It goes on from the nearest point of the route that it has not passed yet.
   void resume();
+  [[nodiscard]] const std::vector<StationVisit>& visits() const { return notes_.visits(); }
 
   SimulatedReplayEnd end{};
   Trajectory true_path{};
@@ -29,6 +30,7 @@ class LiveReplay {
   std::optional<SampleRecorder>& recorder_;
   double goal_m_;
   Console& console_;
+  ReplayNotes notes_;
   bool paused_ = false;
   std::optional<Duration> last_driving_{};
 };

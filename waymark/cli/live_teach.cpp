@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
+#include "waymark/cli/fresh_file.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_driver.hpp"
 #include "waymark/cli/live_steps.hpp"
@@ -77,8 +79,7 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
   const Stopwatch watch;
   const auto driver = LiveDriver::make(job.driver, job.speed_m_s, stage.simulated);
   if (!driver) return tl::unexpected(driver.error());
-  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
-  if (!robot) return tl::unexpected(robot.error());
+  // Before the robot starts: a file that cannot be written should not cost a drive.
   Result<SampleRecorder> recorder =
       start_recording(job.output,
                       {.verb = "teach",
@@ -87,12 +88,16 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                        .durable = job.durable},
                       stage);
   if (!recorder) return tl::unexpected(recorder.error());
+  FreshFile fresh(job.output);
+  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  if (!robot) return tl::unexpected(robot.error());
   Lesson lesson(teach_setup(stage.simulated), monitor_options(stage.simulated), job.images, *recorder,
                 console);
   SimulatedLapEnd end;
   SilenceWatch silence(console);
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) {
+    fresh.hear(sample);
     (*driver)->hear(sample);
     silence.hear(sample);
     return lesson.on_sample(sample);
@@ -111,10 +116,12 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
   const auto driven = (*robot)->drive(listener);
   const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
   console.end_progress();
-  if (!driven) return tl::unexpected(driven.error());
+  const bool hung_up = !driven && interrupted();  // the terminal went, and the keys with it
+  if (!driven && !hung_up) return tl::unexpected(driven.error());
+  fresh.keep();
   if (!closed) return tl::unexpected(closed.error());
-  end.interrupted = driven->interrupted;
-  end.lap_s = driven->seconds;
+  end.interrupted = hung_up || driven->interrupted;
+  end.lap_s = hung_up ? 0 : driven->seconds;
   return report_of(lesson, end, watch);
 }
 

@@ -100,15 +100,11 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
-  if (job.calibration.empty()) return {};
-  const Result<Calibration> calibration = read_calibration(job.calibration);
-  if (!calibration) return tl::unexpected(calibration.error());
-  if (calibration->camera) inputs.setup.eye.camera = calibration->camera;
-  inputs.setup.eye.base_T_sensor = calibrated_mounting(inputs.setup.eye.base_T_sensor, *calibration);
-  RiekfOptions& filter = inputs.setup.filter;
+}  // namespace
+
+void take_calibrated(const Calibration& calibration, RiekfOptions& filter) {
   const auto take = [&](const char* name, double& value) {
-    if (const auto known = calibration->known(name)) value = *known;
+    if (const auto known = calibration.known(name)) value = *known;
   };
   take("odometry_scale", filter.odometry_scale);
   take("yaw_gain", filter.yaw_gain);
@@ -117,6 +113,17 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   take("camera_latency_s", filter.camera_latency_s);
   take("corner_sigma_px", filter.corner_sigma_px);
   take("sight_scale", filter.sight_scale);
+}
+
+namespace {
+
+Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
+  if (job.calibration.empty()) return {};
+  const Result<Calibration> calibration = read_calibration(job.calibration);
+  if (!calibration) return tl::unexpected(calibration.error());
+  if (calibration->camera) inputs.setup.eye.camera = calibration->camera;
+  inputs.setup.eye.base_T_sensor = calibrated_mounting(inputs.setup.eye.base_T_sensor, *calibration);
+  take_calibrated(*calibration, inputs.setup.filter);
   return {};
 }
 

@@ -8,6 +8,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/pipeline/localizer.hpp"
+#include "waymark/samples/calibration.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 /// `waymark localize`: what it reads, and what it writes.
@@ -37,6 +38,9 @@ struct LocalizeInputs {
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& console);
+
+/// The numbers of a calibration that the filters are told.
+void take_calibrated(const Calibration& calibration, RiekfOptions& filter);
 
 struct LocalizeReport {
   std::size_t estimates = 0;

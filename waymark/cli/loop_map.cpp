@@ -5,6 +5,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/route_files.hpp"
 #include "waymark/config/text_file.hpp"
 
 namespace waymark::cli {
@@ -98,7 +99,7 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
     return tl::unexpected(status.error());
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
-  report.files.push_back((job.folder / "summary.json").string());
+  report.files.push_back((job.folder / file_name_for_route("summary", job.route_name, ".json")).string());
   if (Status status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n"); !status)
     return tl::unexpected(status.error());
   return report;

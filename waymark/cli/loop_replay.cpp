@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 
@@ -7,8 +9,11 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/recording_input.hpp"
+#include "waymark/cli/route_files.hpp"
+#include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
@@ -30,10 +35,6 @@ Status check_name(const std::string& name, const std::vector<std::string>& known
               suggestion(name, known));
 }
 
-std::string route_file(const ReplayJob& job) {
-  return job.route.empty() ? "route.yaml" : "route-" + job.route + ".yaml";
-}
-
 /// A route that nobody drove is held against itself; closed, a little beyond its end.
 Trajectory path_of(const Route& route) {
   Trajectory path;
@@ -44,7 +45,7 @@ Trajectory path_of(const Route& route) {
   return path;
 }
 
-/// The true way of the teach lap; empty when nobody knows it.
+/// The true way of the lap that was taught; empty when nobody knows it.
 Result<Trajectory> taught_path(const ReplayJob& job) {
   if (!job.taught.empty()) {
     Result<RecordedLap> lap = read_lap_file(job.taught);
@@ -54,7 +55,7 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
                   {.source = job.taught});
     return std::move(lap->truth);
   }
-  const fs::path beside = job.folder / "truth_trajectory.txt";
+  const fs::path beside = job.folder / file_name_for_route("truth_trajectory", job.route, ".txt");
   std::error_code ignored;
   if (!fs::exists(beside, ignored)) return Trajectory();
   return read_trajectory(beside);
@@ -64,7 +65,7 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
 class ReplayEar {
  public:
   ReplayEar(std::optional<SampleRecorder> recorder, double goal_m, Console& console)
-      : recorder_(std::move(recorder)), goal_m_(goal_m), console_(console) {}
+      : recorder_(std::move(recorder)), goal_m_(goal_m), console_(console), notes_(console) {}
 
   Status on_sample(const Sample& sample) {
     if (const auto* truth = std::get_if<TruthPose>(&sample))
@@ -73,6 +74,7 @@ class ReplayEar {
   }
   Status on_step(SensorTime now, const ReplayStep& step) {
     driven_m_ = step.driven_m;
+    if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status) return status;
     console_.live(fmt::format("{:.1f} s, {:.1f} of {:.1f} m{}{}. Ctrl-C stops the robot.",
                               to_seconds(now.time_since_epoch()), step.driven_m, goal_m_,
                               step.reason ? ", stands: " : "", step.reason.value_or("")));
@@ -85,11 +87,13 @@ class ReplayEar {
   }
   [[nodiscard]] Trajectory& true_path() { return true_path_; }
   [[nodiscard]] double driven_m() const { return driven_m_; }
+  [[nodiscard]] const std::vector<StationVisit>& visits() const { return notes_.visits(); }
 
  private:
   std::optional<SampleRecorder> recorder_;
   double goal_m_;
   Console& console_;
+  ReplayNotes notes_;
   Trajectory true_path_;
   double driven_m_ = 0;
 };
@@ -145,24 +149,37 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
-  std::error_code ignored;
-  if (!job.route.empty() && !fs::exists(job.folder / route_file(job), ignored))
-    return fail(ErrorCode::NotFound, fmt::format("this map has no route '{}'", job.route),
-                {.source = (job.folder / route_file(job)).string(), .key = "--route"},
-                fmt::format("`waymark optimize {} --name {}` makes one.", job.folder.string(), job.route));
-  Result<Route> route = read_route(job.folder / route_file(job));
+  if (status = check_route_exists(job.folder, job.route); !status) return tl::unexpected(status.error());
+  Result<Route> route = read_route(job.folder / route_file_name(job.route));
   if (!route) return tl::unexpected(route.error());
-  Result<Trajectory> taught = job.route.empty() ? taught_path(job) : Result<Trajectory>(path_of(*route));
+  Result<Trajectory> taught = taught_path(job);
   if (!taught) return tl::unexpected(taught.error());
+  if (taught->empty() && !job.route.empty()) *taught = path_of(*route);
   return ReplayFiles{std::move(*map), std::move(*route), std::move(*taught)};
+}
+
+Status take_calibration(const std::string& path, ReplayJob& job) {
+  if (path.empty()) return {};
+  Result<Calibration> calibration = read_calibration(path);
+  if (!calibration) return tl::unexpected(calibration.error());
+  take_calibrated(*calibration, job.filter);
+  // Both are shares of what was asked: wheels that are controlled turn as asked, the robot by the gain less.
+  if (const auto gain = calibration->known("yaw_gain")) job.replay.actuators.turn_gain = *gain;
+  job.calibration = std::move(*calibration);
+  return {};
 }
 
 Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const RobotModel& robot,
                                                 const CameraModel& camera, const ReplayJob& job) {
+  MountedSensor eye{camera, robot.base_T_cam};
+  if (job.calibration) {
+    if (job.calibration->camera) eye.camera = job.calibration->camera;
+    eye.base_T_sensor = calibrated_mounting(eye.base_T_sensor, *job.calibration);
+  }
   Result<std::unique_ptr<LocalizationMethod>> method =
       make_localization_method({.landmarks = Landmarks(files.map.tags),
                                 .tags = files.map.tags,
-                                .eye = {camera, robot.base_T_cam},
+                                .eye = eye,
                                 .method = job.method,
                                 .filter = job.filter,
                                 .anchor = job.anchor});
@@ -198,13 +215,26 @@ Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const Re
        .durable = job.durable},
       stage);
   if (!recorder) return tl::unexpected(recorder.error());
-  for (const std::string& name : {std::string("map.yaml"), route_file(job)}) {  // what it was driven by
+  for (const std::string& name :
+       {std::string("map.yaml"), route_file_name(job.route)}) {  // what it was driven by
     const auto text = read_text_file(job.folder / name, kMostMapBytes);
     if (!text) return tl::unexpected(text.error());
     Status status = recorder->add_attachment(name, "application/yaml", {}, *text);
     if (!status) return tl::unexpected(status.error());
   }
   return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route) {
+  const double most = job.replay.safety.max_speed_m_s;
+  double asked = job.replay.profile.speed_m_s;
+  for (const RoutePoint& point : route.points) {
+    if (job.replay.profile.speed_m_s <= 0) asked = std::max(asked, std::abs(point.speed_m_s));
+  }
+  if (asked <= most) return {};
+  return {
+      fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (--max-speed-m-s)",
+                  asked, most)};
 }
 
 ReplayJob with_lidar(ReplayJob job, const Stage& stage) {
@@ -237,7 +267,9 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
                       .route_length_m = route.length_m,
                       .driven_m = ear.driven_m(),
                       .true_path = std::move(ear.true_path()),
-                      .taught_path = taught};
+                      .taught_path = taught,
+                      .visits = ear.visits(),
+                      .warnings = speed_warnings(job, route)};
   judge(stage, report);
   report.wall_s = watch.seconds();
   return report;
@@ -260,6 +292,16 @@ std::string ending(const ReplayReport& report) {
 
 bool succeeded(const ReplayReport& report) { return report.end.finished; }
 
+nlohmann::ordered_json visits_json(const ReplayReport& report) {
+  auto visits = nlohmann::ordered_json::array();
+  for (const StationVisit& visit : report.visits)
+    visits.push_back({{"name", visit.name},
+                      {"arc_length_m", visit.arc_length_m},
+                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
+                      {"stood_s", visit.stood_s}});
+  return visits;
+}
+
 nlohmann::ordered_json to_json(const ReplayReport& report) {
   const SimulatedReplayEnd& end = report.end;
   const auto judged = [&](auto member) -> nlohmann::ordered_json {
@@ -279,6 +321,7 @@ nlohmann::ordered_json to_json(const ReplayReport& report) {
           {"stops", end.stops},
           {"distance_m", judged(&ReplayJudgement::distance_m)},
           {"lap_s", end.lap_s},
+          {"stations", visits_json(report)},
           {"wall_s", report.wall_s},
           {"warnings", report.warnings}};
 }

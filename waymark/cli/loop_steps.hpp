@@ -11,6 +11,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/replay_notes.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/map_errors.hpp"
@@ -18,6 +19,7 @@
 #include "waymark/pipeline/lap_mapper.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/pipeline/pose_lap_mapper.hpp"
+#include "waymark/samples/calibration.hpp"
 
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
 /// Each takes options and gives a report; the words and the exit code are the verb's.
@@ -71,11 +73,13 @@ struct MapJob {
   std::optional<World> truth{};  ///< when given; otherwise what the recording holds
   const TagFinder* finder =
       nullptr;  ///< for the pictures of the recording, when its tags are not to be taken
-  std::optional<LandmarksFile> prior{};  ///< an older map of the place, to say what changed since
-  std::optional<MapFile> extend{};       ///< a map that the lap is to improve
-  std::set<TagId> freeze{};              ///< its tags that stay exactly where it has them
-  std::set<TagId> remove{};              ///< its tags that are gone
-  LandmarkMapOptions points{};           ///< for recordings with poses of tags and no corners
+  std::optional<LandmarksFile> prior{};     ///< an older map of the place, to say what changed since
+  std::optional<MapFile> extend{};          ///< a map that the lap is to improve
+  std::filesystem::path extended_folder{};  ///< where it came from
+  std::string route_name{};     ///< the lap becomes the route of this name, beside those of the extended map
+  std::set<TagId> freeze{};     ///< its tags that stay exactly where it has them
+  std::set<TagId> remove{};     ///< its tags that are gone
+  LandmarkMapOptions points{};  ///< for recordings with poses of tags and no corners
 };
 
 struct MapReport {
@@ -104,15 +108,21 @@ struct MapReport {
 
 struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
-  std::string route{};           ///< name of another route of the folder (route-NAME.yaml); judged by itself
+  std::string route{};           ///< name of another route of the folder (route-NAME.yaml)
   std::string method = "riekf";
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< of the recording: also a power cut loses at most a second
-  std::string taught{};  ///< recording of the lap to judge against; empty: truth_trajectory.txt of the folder
+  std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
+                         ///< in the folder; a route without one (an optimised one) is held against itself
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  ReplayOptions replay{};  ///< laps, follower, limits
+  ReplayOptions replay{};                    ///< laps, follower, limits
+  std::optional<Calibration> calibration{};  ///< of the robot's camera
 };
+
+/// What calibration.yaml knows better than the robot's file: camera and mounting, the filter's scales, and
+/// where the follower begins to learn the turn gain. An empty name changes nothing.
+[[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
 
 /// The names that --method takes; for --controller see waymark::replay_controllers().
 [[nodiscard]] std::vector<std::string> replay_methods();
@@ -139,9 +149,13 @@ struct ReplayReport {
   Trajectory true_path{};
   Trajectory taught_path{};                    ///< empty when not known
   std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
+  std::vector<StationVisit> visits{};
   std::vector<std::string> warnings{};
   double wall_s = 0;
 };
+
+/// What is asked for and will not be driven: faster than the limiter lets pass.
+[[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);
 
 /// The job, with the lidar where the robot's file says it sits.
 [[nodiscard]] ReplayJob with_lidar(ReplayJob job, const Stage& stage);

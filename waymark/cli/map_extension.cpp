@@ -47,6 +47,7 @@ Status read_extension(const std::string& extend, const std::vector<std::string>&
   Result<MapFile> map = read_map(std::filesystem::is_directory(path, ignored) ? path / "map.yaml" : path);
   if (!map) return tl::unexpected(map.error());
   job.extend = std::move(*map);
+  job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
   Status status = tags_named(freeze, job.freeze);
   if (status) status = tags_named(remove, job.remove);
   return status;

@@ -4,6 +4,7 @@
 
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/route_files.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
@@ -15,21 +16,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Optimised routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml.
-void move_named_routes(const fs::path& folder, int version, std::error_code& error) {
-  std::vector<fs::path> found;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
-    const bool numbered = fs::path(entry->path().stem()).has_extension();
-    if (name.starts_with("route-") && name.ends_with(".yaml") && !numbered) found.push_back(entry->path());
-  }
-  for (const fs::path& path : found) {
-    if (!error) fs::rename(path, folder / fmt::format("{}.{}.yaml", path.stem().string(), version), error);
+/// Named routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml. A lap
+/// that extends the map as a route of its own leaves them, but for the one of its name.
+void move_named_routes(const MapJob& job, int version, std::error_code& error) {
+  for (const std::string& name : route_names(job.folder)) {
+    if (!job.route_name.empty() && name != job.route_name) continue;
+    const std::string stem = file_name_for_route("route", name, "");
+    if (!error)
+      fs::rename(job.folder / (stem + ".yaml"), job.folder / fmt::format("{}.{}.yaml", stem, version), error);
   }
 }
 
 /// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
-Status keep_versions(const fs::path& folder) {
+Status keep_versions(const MapJob& job) {
+  const fs::path& folder = job.folder;
   std::error_code error;
   if (!fs::exists(folder / "map.yaml", error)) return {};
   int version = 1;
@@ -39,10 +39,33 @@ Status keep_versions(const fs::path& folder) {
     const fs::path now = folder / fmt::format("{}.yaml", name);
     if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
   }
-  if (!error) move_named_routes(folder, version, error);
+  if (!error) move_named_routes(job, version, error);
   if (!error) return {};
   return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
               {.source = folder.string()});
+}
+
+/// A lap that becomes one more route of a map elsewhere: the map's other routes come along.
+Status take_routes_along(const MapJob& job) {
+  std::error_code error;
+  if (job.route_name.empty() || fs::equivalent(job.extended_folder, job.folder, error)) return {};
+  error.clear();
+  std::vector<std::string> routes = route_names(job.extended_folder);
+  routes.emplace_back();
+  for (const std::string& route : routes) {
+    if (route == job.route_name) continue;
+    for (const char* stem : {"route", "trajectory", "truth_trajectory"}) {
+      const std::string suffix = std::string_view(stem) == "route" ? ".yaml" : ".txt";
+      const std::string name = file_name_for_route(stem, route, suffix);
+      std::error_code ignored;
+      if (error || !fs::exists(job.extended_folder / name, ignored)) continue;
+      fs::copy_file(job.extended_folder / name, job.folder / name, fs::copy_options::overwrite_existing,
+                    error);
+    }
+  }
+  if (!error) return {};
+  return fail(ErrorCode::Unwritable, "cannot take the map's other routes along: " + error.message(),
+              {.source = job.folder.string()});
 }
 
 /// The trajectory's covariances, one line a pose: what coordinates and axes say of it, lower triangle by
@@ -64,7 +87,10 @@ std::string covariance_csv(const MappedLap& lap) {
 }
 
 Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, MapReport& report) {
-  const auto keep = [&](const char* name, auto&& write) -> Status {
+  const auto of_route = [&](const char* stem, const char* suffix) {
+    return file_name_for_route(stem, job.route_name, suffix);
+  };
+  const auto keep = [&](const std::string& name, auto&& write) -> Status {
     const fs::path path = job.folder / name;
     Status status = write(path);
     if (status) report.files.push_back(path.string());
@@ -75,13 +101,14 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   };
   Status status = keep("map.yaml", [&](const fs::path& path) { return write_map(path, map); });
   if (status)
-    status = keep("route.yaml", [&](const fs::path& path) { return write_route(path, report.lap.route); });
-  if (status) status = keep("trajectory.txt", text(to_tum(report.lap.trajectory)));
+    status = keep(of_route("route", ".yaml"),
+                  [&](const fs::path& path) { return write_route(path, report.lap.route); });
+  if (status) status = keep(of_route("trajectory", ".txt"), text(to_tum(report.lap.trajectory)));
   if (status && !report.lap.trajectory_covariance.empty())
-    status = keep("trajectory_covariance.csv", text(covariance_csv(report.lap)));
+    status = keep(of_route("trajectory_covariance", ".csv"), text(covariance_csv(report.lap)));
   if (const auto robot = robot_yaml_of(recorded); status && robot) status = keep("robot.yaml", text(*robot));
   if (status && !report.true_path.empty())
-    status = keep("truth_trajectory.txt", text(to_tum(report.true_path)));
+    status = keep(of_route("truth_trajectory", ".txt"), text(to_tum(report.true_path)));
   return status;
 }
 
@@ -94,7 +121,7 @@ Status write_before_and_after(const MapJob& job, MapReport& report) {
   layers.push_back(
       {"before: from tag to tag", figures.start_trajectory, figures.start_map, plot::kTaughtColor});
   layers.push_back({"after: adjusted", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
-  return write_figure(job.folder / "before_after.svg",
+  return write_figure(job.folder / file_name_for_route("before_after", job.route_name, ".svg"),
                       plot::path_figure("Before and after adjustment", layers), {".svg"}, report.files);
 }
 
@@ -105,17 +132,17 @@ Status write_figures(const RecordedLap& recorded, const MapJob& job, MapReport& 
     layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
   layers.push_back({"map", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
   const std::vector<std::string> svg = {".svg"};
-  Status status = write_figure(job.folder / "map.svg", plot::path_figure("Map and trajectory", layers), svg,
-                               report.files);
+  Status status = write_figure(job.folder / file_name_for_route("map", job.route_name, ".svg"),
+                               plot::path_figure("Map and trajectory", layers), svg, report.files);
   if (status && report.lap.bundle) status = write_before_and_after(job, report);
   if (status && !report.true_path.empty()) {
     status = write_figure(
-        job.folder / "error.svg",
+        job.folder / file_name_for_route("error", job.route_name, ".svg"),
         plot::trajectory_error_figure("Error of the trajectory", report.lap.trajectory, report.true_path),
         svg, report.files);
   }
   if (!status || recorded.frames.empty()) return status;
-  return write_figure(job.folder / "tags_in_view.svg",
+  return write_figure(job.folder / file_name_for_route("tags_in_view", job.route_name, ".svg"),
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
@@ -128,7 +155,8 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
-  Status status = keep_versions(job.folder);
+  Status status = keep_versions(job);
+  if (status) status = take_routes_along(job);
   if (status) status = write_texts(recorded, job, map, report);
   if (status) status = write_figures(recorded, job, report);
   return status;

@@ -54,12 +54,15 @@ class Story {
         operator_({}, job.map.empty() ? S::Idle : S::Ready),
         map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)) {}
 
-  /// A map that is there already.
-  Status begin() {
+  /// With a map that is there already, when the job names one.
+  Status load() { return job_.map.empty() ? Status() : load_map(); }
+  void begin() {
     console_.say(pilot_->usage());
-    Status status = job_.map.empty() ? Status() : load_map();
+    std::error_code ignored;
+    if (job_.map.empty() && fs::exists(map_folder_ / "map.yaml", ignored))
+      console_.say(fmt::format("the map of an earlier story is in {0}: --map {0} begins with it",
+                               map_folder_.string()));
     tell();
-    return status;
   }
 
   Status hear(const Sample& sample) {
@@ -71,6 +74,7 @@ class Story {
   Result<std::optional<VelocityCommand>> decide(Duration uptime, SensorTime now) {
     const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
     if (!act) return tl::unexpected(act.error());
+    for (const std::string& words : act->words) console_.say(words);
     Status status = act->pad && taught_ ? taught_->lesson->on_sample(*act->pad) : Status();
     for (const E event : act->events) {
       if (status) status = happen(event, uptime);
@@ -99,8 +103,9 @@ class Story {
     Status lap = end_lap();
     Status replay = end_replay();
     if (mapping_.valid()) {
-      mapping_.wait();
-      if (lap) lap = mapping_.get();
+      const Status made = mapping_.get();
+      if (lap) lap = made;
+      if (lap) lap = put_map_in_place();
     }
     report.state = to_string(operator_.state());
     report.reason = operator_.reason();
@@ -185,9 +190,11 @@ class Story {
   /// On a thread of its own, so that the robot hears twenty times a second that it stands.
   Status map_lap_now() {
     if (Status status = end_lap(); !status) return status;
+    std::error_code ignored;
+    fs::remove_all(new_map_folder(), ignored);  // of a story that was cut off while it was made
     ++report.laps_taught;
     mapping_watch_ = Stopwatch();
-    mapping_ = std::async(std::launch::async, [lap = lap_file_, folder = map_folder_]() -> Status {
+    mapping_ = std::async(std::launch::async, [lap = lap_file_, folder = new_map_folder()]() -> Status {
       std::FILE* nowhere = std::fopen("/dev/null", "w");
       if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
       Console quiet("waymark run", nowhere, nowhere);
@@ -202,6 +209,7 @@ class Story {
     if (!mapping_.valid() || mapping_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
       return {};
     Status made = mapping_.get();
+    if (made) made = put_map_in_place();
     if (made) made = load_map();
     report.map_failed = !made;
     if (!made) return happen(E::MapFailed, uptime, to_string(made.error()));
@@ -209,6 +217,24 @@ class Story {
     console_.say(
         fmt::format("the map was made in {:.1f} s: {}", report.mapping_s.back(), map_folder_.string()));
     return happen(E::MapMade, uptime);
+  }
+
+  [[nodiscard]] fs::path new_map_folder() const { return job_.folder / "map.new"; }
+
+  /// The map of an earlier lap becomes map.1, or the next number that is free, whole as it is.
+  Status put_map_in_place() {
+    std::error_code error;
+    if (fs::exists(map_folder_, error)) {
+      int number = 1;
+      const auto kept = [&] { return job_.folder / fmt::format("map.{}", number); };
+      while (fs::exists(kept(), error)) ++number;
+      fs::rename(map_folder_, kept(), error);
+      if (!error) console_.say(fmt::format("the map that was there is kept: {}", kept().string()));
+    }
+    if (!error) fs::rename(new_map_folder(), map_folder_, error);
+    if (!error) return {};
+    return fail(ErrorCode::Unwritable, "cannot put the new map in its place: " + error.message(),
+                {.source = map_folder_.string()});
   }
 
   Status load_map() {
@@ -265,18 +291,24 @@ class Story {
 }  // namespace
 
 Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console) {
-  const Stopwatch watch;
   auto pilot = Pilot::make(job.driver, job.speed_m_s, stage.simulated);
   if (!pilot) return tl::unexpected(pilot.error());
+  return run_story(stage, job, std::move(*pilot), console);
+}
+
+Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::unique_ptr<Pilot> pilot,
+                              Console& console) {
+  const Stopwatch watch;
   std::error_code error;
   fs::create_directories(job.folder, error);
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
+  Story story(stage, job, std::move(pilot), console);
+  if (Status status = story.load(); !status) return tl::unexpected(status.error());
   const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
   if (!robot) return tl::unexpected(robot.error());
-  Story story(stage, job, std::move(*pilot), console);
-  if (Status status = story.begin(); !status) return tl::unexpected(status.error());
+  story.begin();
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) { return story.hear(sample); };
   listener.decide = [&](Duration uptime, SensorTime now) { return story.decide(uptime, now); };

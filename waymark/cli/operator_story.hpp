@@ -8,6 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/pilot.hpp"
 
 /// The operator's story with a robot that lives: teach, map, replay, with one button.
 namespace waymark::cli {
@@ -34,6 +35,9 @@ struct StoryReport {
 
 /// Runs the story until the pilot ends it, or Ctrl-C. The stage must have a process.
 [[nodiscard]] Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console);
+/// The same with somebody in charge who is there already; `driver` is then a name for the recordings.
+[[nodiscard]] Result<StoryReport> run_story(const Stage& stage, const StoryJob& job,
+                                            std::unique_ptr<Pilot> pilot, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const StoryReport& report);
 
 }  // namespace waymark::cli

@@ -98,8 +98,7 @@ class LinePilot final : public Pilot {
     const Moved moved = read_some(STDIN_FILENO, bytes);
     lines_.add(bytes);
     while (const auto line = lines_.next()) {
-      Status status = obey(line->text, uptime, state, act);
-      if (!status) return tl::unexpected(status.error());
+      obey(line->text, uptime, state, act);
     }
     if (moved == Moved::Ended) act.events.push_back(E::Quit);
     constexpr Duration kHold = std::chrono::milliseconds(500);
@@ -109,12 +108,12 @@ class LinePilot final : public Pilot {
   std::string usage() const override { return "lines: go, stop, quit, drive SPEED_M_S YAW_RATE_RAD_S"; }
 
  private:
-  Status obey(const std::string& line, Duration uptime, S state, PilotAct& act) {
+  void obey(const std::string& line, Duration uptime, S state, PilotAct& act) {
     constexpr std::string_view kDrive = "drive ";
     if (line == "go") act.events.push_back(E::Go);
     if (line == "stop") act.events.push_back(E::Stop);
     if (line == "quit") act.events.push_back(E::Quit);
-    if (line == "go" || line == "stop" || line == "quit" || line.empty()) return {};
+    if (line == "go" || line == "stop" || line == "quit" || line.empty()) return;
     VelocityCommand command;
     const char* end = line.data() + line.size();
     bool understood = line.starts_with(kDrive);
@@ -126,13 +125,15 @@ class LinePilot final : public Pilot {
         understood = turn.ec == std::errc() && turn.ptr == end;
       }
     }
-    if (!understood || !std::isfinite(command.speed_m_s) || !std::isfinite(command.yaw_rate_rad_s))
-      return fail(ErrorCode::Unreadable, fmt::format("this line says nothing: '{}'", line.substr(0, 60)),
-                  {.source = "standard input"}, "Known: go, stop, quit, drive 0.3 -0.1.");
+    if (!understood || !std::isfinite(command.speed_m_s) || !std::isfinite(command.yaw_rate_rad_s)) {
+      // A robot that drives on what was said before the slip goes no further than that held anyway.
+      act.words.push_back(fmt::format("this line says nothing: '{}'. Known: go, stop, quit, drive 0.3 -0.1",
+                                      line.substr(0, 60)));
+      return;
+    }
     if (state != S::Teaching && command != VelocityCommand{}) act.events.push_back(E::StickMoved);
     command_ = command;
     told_ = uptime;
-    return {};
   }
 
   LineSplitter lines_{1024};
@@ -177,12 +178,16 @@ class ScriptPilot final : public Pilot {
 
 std::vector<std::string> pilots() { return {"gamepad", "keyboard", "lines", "scripted"}; }
 
+std::unique_ptr<Pilot> pilot_with_pad(std::unique_ptr<Gamepad> pad, double speed_m_s) {
+  return std::make_unique<PadPilot>(std::move(pad), speed_m_s);
+}
+
 Result<std::unique_ptr<Pilot>> Pilot::make(const std::string& name, double speed_m_s,
                                            const SimulatedStage& stage) {
   if (name == "gamepad") {
     auto pad = open_gamepad();
     if (!pad) return tl::unexpected(pad.error());
-    return std::make_unique<PadPilot>(std::move(*pad), speed_m_s);
+    return pilot_with_pad(std::move(*pad), speed_m_s);
   }
   if (name == "keyboard") {
     auto keys = TerminalKeys::open(STDIN_FILENO);

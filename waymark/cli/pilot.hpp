@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/drivers/gamepad/gamepad.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/pipeline/operator.hpp"
 
@@ -16,6 +17,7 @@ struct PilotAct {
   std::vector<OperatorEvent> events{};
   VelocityCommand command{};  ///< what the hands ask for, whatever the story makes of it
   std::optional<GamepadState> pad{};
+  std::vector<std::string> words{};  ///< for whoever is in charge: what was not understood
 };
 
 /// Who runs the operator's story: a person with a gamepad or at the keys, a program that writes lines, or a
@@ -40,5 +42,8 @@ class Pilot {
 };
 
 [[nodiscard]] std::vector<std::string> pilots();
+
+/// A person with this pad in hand.
+[[nodiscard]] std::unique_ptr<Pilot> pilot_with_pad(std::unique_ptr<Gamepad> pad, double speed_m_s);
 
 }  // namespace waymark::cli

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/share.hpp"
@@ -53,10 +54,17 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
                .robot_yaml = robot_text->text};
 }
 
-std::string check_recording_name(const std::string& path) {
-  const std::string suffix = std::filesystem::path(path).extension().string();
-  if (suffix.empty() || suffix == ".mcap") return {};
-  return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
+CLI::Validator recording_name() {
+  const auto complete = [](std::string& path) {
+    const std::string suffix = std::filesystem::path(path).extension().string();
+    std::error_code ignored;
+    const bool device =
+        std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
+    if (suffix.empty() && !device) path += ".mcap";
+    if (suffix.empty() || suffix == ".mcap") return std::string();
+    return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
+  };
+  return {complete, "", "recording"};
 }
 
 StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world,

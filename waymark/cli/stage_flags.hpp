@@ -9,7 +9,8 @@
 
 namespace CLI {
 class App;
-}
+class Validator;
+}  // namespace CLI
 
 namespace waymark::cli {
 
@@ -33,9 +34,9 @@ struct Stage {
 [[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
                                        std::uint64_t seed);
 
-/// For CLI11: what is wrong with the name of a recording to be written; empty when nothing is. What we write
-/// is MCAP, and its name must not promise anything else.
-[[nodiscard]] std::string check_recording_name(const std::string& path);
+/// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
+/// ending gets .mcap, and one must not promise anything else.
+[[nodiscard]] CLI::Validator recording_name();
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.

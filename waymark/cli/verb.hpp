@@ -37,6 +37,7 @@ struct Verb {
 [[nodiscard]] Verb map_verb();
 [[nodiscard]] Verb map_convert_verb();
 [[nodiscard]] Verb replay_verb();
+[[nodiscard]] Verb routes_verb();
 [[nodiscard]] Verb optimize_verb();
 [[nodiscard]] Verb experiment_verb();
 [[nodiscard]] Verb localize_verb();

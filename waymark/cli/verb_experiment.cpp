@@ -54,6 +54,7 @@ struct ExperimentGrid {
 struct ExperimentArgs {
   std::string grid;
   std::string output = "experiment";
+  bool force = false;
   bool json = false;
 };
 
@@ -200,12 +201,28 @@ Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid, const fs
   return runs;
 }
 
+/// What an experiment found takes hours: it is written over only when that is asked for.
+Status check_output(const ExperimentArgs& args) {
+  const fs::path folder = args.output;
+  std::error_code ignored;
+  for (const fs::path& path : {folder / "experiment.json", folder / "lap-1"}) {
+    if (!args.force && fs::exists(path, ignored))
+      return fail(ErrorCode::Unwritable, "an experiment was written here already", {.source = path.string()},
+                  "Give another folder with --output, or --force to write over it.");
+  }
+  return {};
+}
+
 ExitCode experiment(const ExperimentArgs& args, Console& console) {
   const auto text = read_text_file(args.grid, kMostGridBytes);
   const auto grid = text ? parse_fields<ExperimentGrid>(*text, args.grid) : tl::unexpected(text.error());
   if (!grid) {
     console.say(grid.error());
     return ExitCode::Usage;
+  }
+  if (Status status = check_output(args); !status) {
+    console.say(status.error());
+    return ExitCode::SomeFailed;
   }
   const auto runs = run_grid(*grid, args.output, console);
   if (!runs) {
@@ -237,6 +254,7 @@ Run prepare_experiment(CLI::App& app) {
   app.add_option("-o,--output", args->output, "Folder for laps, maps and experiment.json")
       ->capture_default_str()
       ->type_name("FOLDER");
+  app.add_flag("--force", args->force, "Write over an experiment that is in the folder");
   app.add_flag("--json", args->json, "One JSON object instead of a table");
   return [args](Console& console) { return experiment(*args, console); };
 }

@@ -82,7 +82,7 @@ Run prepare_explore(CLI::App& app) {
       ->check(CLI::Range(0.01, 10000.0))
       ->type_name("NUMBER");
   app.add_option("-o,--output", args->job.output, "Also record it (.mcap)")
-      ->check(check_recording_name)
+      ->transform(recording_name())
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return explore(*args, console); };

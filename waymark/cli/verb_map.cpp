@@ -19,6 +19,7 @@
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/route_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/share.hpp"
@@ -43,6 +44,7 @@ struct MapArgs {
   std::string world;
   std::string prior;
   std::string extend;
+  std::string route_name;
   std::vector<std::string> freeze;
   std::vector<std::string> remove;
   std::string tagslam;
@@ -56,6 +58,15 @@ struct MapArgs {
   OptionFlags<RouteOptions> route;
   DetectorFlags detector;
 };
+
+Status name_route(const MapArgs& args, MapJob& job) {
+  if (args.route_name.empty()) return {};
+  if (args.extend.empty())
+    return fail(ErrorCode::InvalidArgument, "a named route is one more of a map that is there",
+                {.key = "--route-name"}, "Give the map with --extend.");
+  job.route_name = args.route_name;
+  return check_route_name(args.route_name, "--route-name");
+}
 
 Result<MapJob> job_of(const MapArgs& args) {
   MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
@@ -91,6 +102,7 @@ Result<MapJob> job_of(const MapArgs& args) {
   }
   if (Status status = read_extension(args.extend, args.freeze, args.remove, job); !status)
     return tl::unexpected(status.error());
+  if (Status status = name_route(args, job); !status) return tl::unexpected(status.error());
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());
@@ -219,6 +231,11 @@ Run prepare_map(CLI::App& app) {
                  "both are "
                  "adjusted together; what the lap did not see stays. The older one is kept")
       ->type_name("MAP");
+  app.add_option(
+         "--route-name", args->route_name,
+         "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
+         "map, which stay")
+      ->type_name("NAME");
   app.add_option("--freeze", args->freeze,
                  "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
       ->delimiter(',')
@@ -261,7 +278,8 @@ and that the pictures count also where the recording holds tags.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
 With --extend MAP a lap improves a map that is there: what both know is weighed by their covariances, tags that
-are not where the map has them are named and get their new place, tags the lap did not see stay.
+are not where the map has them are named and get their new place, tags the lap did not see stay. With
+--route-name NAME the lap is one more route of that map: `waymark replay MAP --route NAME` drives it.
 A recording that holds poses of tags and no corners (an LCM log of an MBot) is mapped with its odometry, in the
 frame of the base where it begins.
 
@@ -277,6 +295,7 @@ Examples:
   waymark map lap.mcap -o map2 --method chain --smoothing-m 0.2 --json
   waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
   waymark map lap2.mcap -o map --extend map --remove 7
+  waymark map lap3.mcap -o map --extend map --route-name kitchen
   waymark map tags.bag --tagslam config -o scene
 )",
       .prepare = prepare_map,

@@ -10,6 +10,7 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/route_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -38,15 +39,6 @@ struct OptimizeArgs {
   OptionFlags<OptimizerOptions> weights;
   OptionFlags<ProfileOptions> profile;
 };
-
-Status check_route_name(const std::string& name) {
-  const auto allowed = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  };
-  if (!name.empty() && std::ranges::all_of(name, allowed)) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", name), {.key = "--name"},
-              "Use letters, digits, - and _.");
-}
 
 Result<OptimizerOptions> weights_of(const OptimizeArgs& args) {
   OptimizerOptions options;
@@ -118,7 +110,7 @@ Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptio
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, profile, options);
   if (!found) return tl::unexpected(found.error());
   Optimized result{.found = std::move(*found)};
-  const fs::path file = folder / ("route-" + args.name + ".yaml");
+  const fs::path file = folder / route_file_name(args.name);
   Status status = write_route(file, result.found.route);
   result.files.push_back(file.string());
   if (status)
@@ -134,7 +126,7 @@ Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptio
 
 ExitCode optimize(const OptimizeArgs& args, Console& console) {
   ProfileOptions profile;
-  Status status = check_route_name(args.name);
+  Status status = check_route_name(args.name, "--name");
   if (status) status = args.profile.apply(profile);
   const auto options = status ? weights_of(args) : tl::unexpected(status.error());
   if (!options) {

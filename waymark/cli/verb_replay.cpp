@@ -37,6 +37,7 @@ struct ReplayArgs {
   PictureFlags pictures;
   ReplayJob job{};
   std::string folder;
+  std::string calibration;
   bool json = false;
   OptionFlags<RiekfOptions> filter;
   OptionFlags<MotionNoise> motion;
@@ -50,9 +51,11 @@ struct ReplayArgs {
   OptionFlags<SafetyOptions> safety;
 };
 
+/// Flags count more than the calibration.
 Result<ReplayJob> job_of(const ReplayArgs& args) {
   ReplayJob job = args.job;
   job.folder = args.folder;
+  if (Status status = take_calibration(args.calibration, job); !status) return tl::unexpected(status.error());
   if (!(job.replay.laps > 0 && job.replay.laps <= 1000))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
                 {.key = "--laps"});
@@ -73,6 +76,9 @@ Result<ReplayJob> job_of(const ReplayArgs& args) {
 std::string to_text(const ReplayReport& report) {
   const SimulatedReplayEnd& end = report.end;
   std::string text = fmt::format("{}; {:.1f} s, {} stops\n", ending(report), end.lap_s, end.stops);
+  for (const StationVisit& visit : report.visits)
+    text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
+                        visit.arc_length_m, visit.stood_s);
   if (end.frames > 0)
     text += fmt::format("two or more tags in view {:.1f} % of the time\n",
                         100.0 * end.frames_with_two_tags / end.frames);
@@ -88,17 +94,13 @@ std::string to_text(const ReplayReport& report) {
 }
 
 ExitCode replay(const ReplayArgs& args, Console& console) {
-  const Result<ReplayJob> job = job_of(args);
-  if (!job) {
-    console.say(naming_flag(job.error()));
-    return ExitCode::Usage;
-  }
-  const std::filesystem::path beside = job->folder / "robot.yaml";
+  const std::filesystem::path beside = std::filesystem::path(args.folder) / "robot.yaml";
   std::error_code ignored;
   Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
   const Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
-  if (!seen) {
-    console.say(seen.error());
+  const Result<ReplayJob> job = seen ? job_of(args) : tl::unexpected(seen.error());
+  if (!job) {
+    console.say(naming_flag(job.error()));
     return ExitCode::Usage;
   }
   const Result<ReplayReport> report =
@@ -131,13 +133,18 @@ Run prepare_replay(CLI::App& app) {
       ->type_name("NAME");
   app.add_option(
          "--route", args->job.route,
-         "Another route of the folder, of that name (`waymark optimize` makes one); then judged by itself")
+         "Another route of the folder, of that name: of another lap (`waymark map --route-name`), or an "
+         "optimised one (`waymark optimize`), which is judged by itself; `waymark routes` lists them")
       ->type_name("NAME");
+  app.add_option("--calibration", args->calibration,
+                 "calibration.yaml: what is better known of this robot; its yaw gain is where the follower "
+                 "begins to learn")
+      ->type_name("FILE");
   app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")
       ->capture_default_str()
       ->type_name("NUMBER");
   app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")
-      ->check(check_recording_name)
+      ->transform(recording_name())
       ->type_name("FILE");
   app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_option("--taught", args->job.taught,

@@ -21,6 +21,7 @@ struct RunArgs {
   LoneAnchorFlags anchor;
   StoryJob job{};
   std::string folder;
+  std::string calibration;
   bool images = false;
   bool json = false;
 };
@@ -60,13 +61,17 @@ std::string story_words(const StoryReport& report) {
 }
 
 ExitCode run(const RunArgs& args, Console& console) {
-  const Result<Stage> stage = stage_of(args);
-  if (!stage) {
-    console.say(stage.error());
-    return ExitCode::Usage;
-  }
+  Result<Stage> stage = stage_of(args);
   StoryJob job = args.job;
   job.folder = args.folder;
+  Status status = stage ? take_calibration(args.calibration, job.replay) : tl::unexpected(stage.error());
+  if (status && !job.replay.route.empty() && job.map.empty())
+    status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
+                  "Give --map with the map that has this route.");
+  if (!status) {
+    console.say(status.error());
+    return ExitCode::Usage;
+  }
   job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
   const Result<StoryReport> report = run_story(*stage, job, console);
   if (!report) {
@@ -94,6 +99,15 @@ Run prepare_run(CLI::App& app) {
       ->type_name("NAME");
   app.add_option("--map", args->job.map, "Folder of a map that is there already: begin with ready")
       ->type_name("FOLDER");
+  app.add_option("--route", args->job.replay.route, "With --map: a route of that name (`waymark routes`)")
+      ->type_name("NAME");
+  app.add_option("--record-images", args->job.images,
+                 "Also record the pictures of the lap that is taught: jpeg, or raw, ten times as large")
+      ->check(CLI::IsMember({"jpeg", "raw"}))
+      ->type_name("HOW");
+  app.add_option("--calibration", args->calibration,
+                 "calibration.yaml: what is better known of this robot, and where its replays begin to learn")
+      ->type_name("FILE");
   app.add_option("--speed-m-s", args->job.speed_m_s,
                  "How fast a person drives with the stick all the way forward")
       ->capture_default_str()

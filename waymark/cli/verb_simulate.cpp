@@ -147,7 +147,7 @@ Run prepare_simulate(CLI::App& app) {
       ->type_name("RECORDING");
   app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
       ->required()
-      ->check(check_recording_name)
+      ->transform(recording_name())
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return simulate(*args, console); };

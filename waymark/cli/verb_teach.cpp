@@ -104,7 +104,7 @@ Run prepare_teach(CLI::App& app) {
   const auto args = std::make_shared<TeachArgs>(app);
   app.add_option("-o,--output", args->job.output, "Recording to write (.mcap); never written over another")
       ->required()
-      ->check(check_recording_name)
+      ->transform(recording_name())
       ->type_name("FILE");
   app.add_option("--driver", args->job.driver,
                  "Who drives: scripted (like a person who knows the way), keyboard, gamepad")

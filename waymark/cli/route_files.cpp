@@ -1,0 +1,69 @@
+#include "waymark/cli/route_files.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/base/suggest.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kPrefix = "route-";
+
+}  // namespace
+
+std::string file_name_for_route(const std::string& stem, const std::string& route,
+                                const std::string& suffix) {
+  return route.empty() ? stem + suffix : stem + "-" + route + suffix;
+}
+
+std::string route_file_name(const std::string& route) { return file_name_for_route("route", route, ".yaml"); }
+
+std::vector<std::string> route_names(const fs::path& folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    const fs::path& path = entry->path();
+    const std::string stem = path.stem().string();
+    const bool numbered = fs::path(stem).has_extension();
+    if (path.extension() == ".yaml" && stem.starts_with(kPrefix) && !numbered)
+      names.push_back(stem.substr(kPrefix.size()));
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+Status check_route_name(const std::string& route, const char* flag) {
+  const auto allowed = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
+  };
+  if (!route.empty() && std::ranges::all_of(route, allowed)) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = flag},
+              "Use letters, digits, - and _.");
+}
+
+Status check_route_exists(const fs::path& folder, const std::string& route) {
+  std::error_code ignored;
+  if (fs::exists(folder / route_file_name(route), ignored)) return {};
+  const std::vector<std::string> names = route_names(folder);
+  const Place place{.source = folder.string(), .key = "--route"};
+  if (route.empty())
+    return fail(ErrorCode::NotFound, "the folder holds no route.yaml", {.source = folder.string()},
+                names.empty() ? "Map a recorded lap into it: waymark map lap.mcap -o " + folder.string() + "."
+                              : fmt::format("It has {}: give --route.", fmt::join(names, ", ")));
+  return fail(
+      ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
+      names.empty()
+          ? fmt::format("Besides the taught one it has none; `waymark map LAP --extend {0} "
+                        "--route-name {1}` adds a lap's, `waymark optimize {0} --name {1}` makes one.",
+                        folder.string(), route)
+          : suggestion(route, names));
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/samples/route.hpp"
+
+/// The routes of a map's folder: route.yaml, the one that was taught first, and route-NAME.yaml.
+namespace waymark::cli {
+
+/// "route.yaml", or "route-NAME.yaml".
+[[nodiscard]] std::string route_file_name(const std::string& route);
+/// "trajectory.txt", or "trajectory-NAME.txt": what belongs to one route of a folder.
+[[nodiscard]] std::string file_name_for_route(const std::string& stem, const std::string& route,
+                                              const std::string& suffix);
+/// The names of the named routes of a folder, in order; routes of older maps (route-NAME.1.yaml) are not
+/// among them.
+[[nodiscard]] std::vector<std::string> route_names(const std::filesystem::path& folder);
+
+/// Letters, digits, - and _; the error names the flag.
+[[nodiscard]] Status check_route_name(const std::string& route, const char* flag);
+/// Fails, with the names there are, when the folder has no route of this name. Empty: route.yaml.
+[[nodiscard]] Status check_route_exists(const std::filesystem::path& folder, const std::string& route);
+
+}  // namespace waymark::cli
