@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/route_files.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -35,9 +36,13 @@ Status tags_named(const std::vector<std::string>& names, std::set<TagId>& tags) 
 
 }  // namespace
 
-Status read_extension(const std::string& extend, const std::vector<std::string>& freeze,
-                      const std::vector<std::string>& remove, MapJob& job) {
+Status read_extension(const std::string& extend, const std::string& route_name,
+                      const std::vector<std::string>& freeze, const std::vector<std::string>& remove,
+                      MapJob& job) {
   if (extend.empty()) {
+    if (!route_name.empty())
+      return fail(ErrorCode::InvalidArgument, "a named route is one more of a map that is there",
+                  {.key = "--route-name"}, "Give the map with --extend.");
     if (freeze.empty() && remove.empty()) return {};
     return fail(ErrorCode::InvalidArgument, "--freeze and --remove are about the tags of a map",
                 {.key = freeze.empty() ? "--remove" : "--freeze"}, "Give the map with --extend.");
@@ -48,7 +53,9 @@ Status read_extension(const std::string& extend, const std::vector<std::string>&
   if (!map) return tl::unexpected(map.error());
   job.extend = std::move(*map);
   job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
-  Status status = tags_named(freeze, job.freeze);
+  job.route_name = route_name;
+  Status status = route_name.empty() ? Status() : check_route_name(route_name, "--route-name");
+  if (status) status = tags_named(freeze, job.freeze);
   if (status) status = tags_named(remove, job.remove);
   return status;
 }

@@ -6,8 +6,9 @@
 /// The parts of map_recording().
 namespace waymark::cli {
 
-/// What --extend, --freeze and --remove say, read into the job.
-[[nodiscard]] Status read_extension(const std::string& extend, const std::vector<std::string>& freeze,
+/// What --extend, --route-name, --freeze and --remove say, read into the job.
+[[nodiscard]] Status read_extension(const std::string& extend, const std::string& route_name,
+                                    const std::vector<std::string>& freeze,
                                     const std::vector<std::string>& remove, MapJob& job);
 
 /// A lap that is to improve a map: tags to be removed are taken out of both, sizes are the map's, and the

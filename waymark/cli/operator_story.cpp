@@ -1,18 +1,17 @@
 #include "waymark/cli/operator_story.hpp"
 
-#include <cstdio>
 #include <future>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/pilot.hpp"
 #include "waymark/cli/robot_loop.hpp"
+#include "waymark/cli/story_files.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -21,15 +20,6 @@ namespace fs = std::filesystem;
 using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
-
-/// "lap.mcap", or "lap.2.mcap" where that is taken: nothing is written over.
-std::string free_name(const fs::path& folder, const std::string& stem) {
-  fs::path path = folder / (stem + ".mcap");
-  std::error_code ignored;
-  for (int number = 2; fs::exists(path, ignored); ++number)
-    path = folder / fmt::format("{}.{}.mcap", stem, number);
-  return path.string();
-}
 
 /// A lap that is being recorded.
 struct Taught {
@@ -190,18 +180,9 @@ class Story {
   /// On a thread of its own, so that the robot hears twenty times a second that it stands.
   Status map_lap_now() {
     if (Status status = end_lap(); !status) return status;
-    std::error_code ignored;
-    fs::remove_all(new_map_folder(), ignored);  // of a story that was cut off while it was made
     ++report.laps_taught;
     mapping_watch_ = Stopwatch();
-    mapping_ = std::async(std::launch::async, [lap = lap_file_, folder = new_map_folder()]() -> Status {
-      std::FILE* nowhere = std::fopen("/dev/null", "w");
-      if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
-      Console quiet("waymark run", nowhere, nowhere);
-      const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, quiet);
-      (void)std::fclose(nowhere);
-      return mapped ? Status() : tl::unexpected(mapped.error());
-    });
+    mapping_ = map_in_the_background(lap_file_, new_map_folder(job_.folder));
     return {};
   }
 
@@ -219,22 +200,11 @@ class Story {
     return happen(E::MapMade, uptime);
   }
 
-  [[nodiscard]] fs::path new_map_folder() const { return job_.folder / "map.new"; }
-
-  /// The map of an earlier lap becomes map.1, or the next number that is free, whole as it is.
   Status put_map_in_place() {
-    std::error_code error;
-    if (fs::exists(map_folder_, error)) {
-      int number = 1;
-      const auto kept = [&] { return job_.folder / fmt::format("map.{}", number); };
-      while (fs::exists(kept(), error)) ++number;
-      fs::rename(map_folder_, kept(), error);
-      if (!error) console_.say(fmt::format("the map that was there is kept: {}", kept().string()));
-    }
-    if (!error) fs::rename(new_map_folder(), map_folder_, error);
-    if (!error) return {};
-    return fail(ErrorCode::Unwritable, "cannot put the new map in its place: " + error.message(),
-                {.source = map_folder_.string()});
+    const Result<std::string> kept = replace_folder(map_folder_, new_map_folder(job_.folder));
+    if (!kept) return tl::unexpected(kept.error());
+    if (!kept->empty()) console_.say("the map that was there is kept: " + *kept);
+    return {};
   }
 
   Status load_map() {
@@ -321,14 +291,6 @@ Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::uniq
   report.interrupted = driven->interrupted;
   report.wall_s = watch.seconds();
   return report;
-}
-
-nlohmann::ordered_json to_json(const StoryReport& report) {
-  auto replays = nlohmann::ordered_json::array();
-  for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
-  return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},
-          {"replays", std::move(replays)},     {"state", report.state},
-          {"reason", report.reason},           {"wall_s", report.wall_s}};
 }
 
 }  // namespace waymark::cli

@@ -19,7 +19,6 @@
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/route_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/share.hpp"
@@ -59,15 +58,6 @@ struct MapArgs {
   DetectorFlags detector;
 };
 
-Status name_route(const MapArgs& args, MapJob& job) {
-  if (args.route_name.empty()) return {};
-  if (args.extend.empty())
-    return fail(ErrorCode::InvalidArgument, "a named route is one more of a map that is there",
-                {.key = "--route-name"}, "Give the map with --extend.");
-  job.route_name = args.route_name;
-  return check_route_name(args.route_name, "--route-name");
-}
-
 Result<MapJob> job_of(const MapArgs& args) {
   MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
   if (Status status = args.bundle.apply(job.options.bundle); !status) return tl::unexpected(status.error());
@@ -100,9 +90,8 @@ Result<MapJob> job_of(const MapArgs& args) {
     if (!prior) return tl::unexpected(prior.error());
     job.prior = std::move(*prior);
   }
-  if (Status status = read_extension(args.extend, args.freeze, args.remove, job); !status)
+  if (Status status = read_extension(args.extend, args.route_name, args.freeze, args.remove, job); !status)
     return tl::unexpected(status.error());
-  if (Status status = name_route(args, job); !status) return tl::unexpected(status.error());
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());

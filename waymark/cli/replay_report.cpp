@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/operator_story.hpp"
+
+namespace waymark::cli {
+
+std::string ending(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  const std::string where =
+      fmt::format("after {:.2f} m of a route of {:.2f} m", report.driven_m, report.route_length_m);
+  if (end.finished) return "the route was driven to its end";
+  if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
+  if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting)
+    return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
+                                          "map. Is it the map of this place?"
+                                        : "never knew where it is: no two tags of the map were seen at once";
+  if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
+  return "ran out of time " + where;
+}
+
+bool succeeded(const ReplayReport& report) { return report.end.finished; }
+
+namespace {
+
+nlohmann::ordered_json visits_json(const ReplayReport& report) {
+  auto visits = nlohmann::ordered_json::array();
+  for (const StationVisit& visit : report.visits)
+    visits.push_back({{"name", visit.name},
+                      {"arc_length_m", visit.arc_length_m},
+                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
+                      {"stood_s", visit.stood_s}});
+  return visits;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const ReplayReport& report) {
+  const SimulatedReplayEnd& end = report.end;
+  const auto judged = [&](auto member) -> nlohmann::ordered_json {
+    if (!report.judgement) return nullptr;
+    return (*report.judgement).*member;
+  };
+  const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
+  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
+          {"finished", end.finished},
+          {"reason", end.reason},
+          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
+          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
+          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
+          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
+          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
+          {"two_tags_fraction", two_tags},
+          {"stops", end.stops},
+          {"distance_m", judged(&ReplayJudgement::distance_m)},
+          {"lap_s", end.lap_s},
+          {"stations", visits_json(report)},
+          {"wall_s", report.wall_s},
+          {"warnings", report.warnings}};
+}
+
+nlohmann::ordered_json to_json(const StoryReport& report) {
+  auto replays = nlohmann::ordered_json::array();
+  for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
+  return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},
+          {"replays", std::move(replays)},     {"state", report.state},
+          {"reason", report.reason},           {"wall_s", report.wall_s}};
+}
+
+}  // namespace waymark::cli
