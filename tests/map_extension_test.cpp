@@ -51,7 +51,11 @@ TEST(MapExtension, ASecondLapImprovesTheMapAndSaysByHowMuch) {
       "%.3f in their 95 %% ellipsoids\n",
       pairs, std::sqrt(before), std::sqrt(after), score.ratio(), score.coverage());
   EXPECT_LT(std::sqrt(after), 0.9 * std::sqrt(before));
-  EXPECT_GT(score.coverage(), 0.85);
+  EXPECT_GT(score.coverage(), 0.92);
+  constexpr int kEnoughToTell = 10;  // the tags of one map err together
+  if (pairs >= kEnoughToTell) {
+    EXPECT_LT(score.coverage(), 0.98);
+  }
 }
 
 TEST(MapExtension, NamesATagThatWasMovedSinceAndTakesItsNewPlace) {

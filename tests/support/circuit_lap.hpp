@@ -26,7 +26,7 @@ struct Lap {
   Trajectory truth{};
 };
 
-inline Lap drive(std::uint64_t seed) {
+inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}) {
   static const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   const World& world = circuit();
   Lap lap{.input = {.camera = robot.camera,
@@ -42,7 +42,7 @@ inline Lap drive(std::uint64_t seed) {
       lap.truth.push_back({truth->stamp, truth->map_T_base});
     return Status();
   };
-  EXPECT_TRUE(drive_scripted_lap({world, robot.model, robot.camera, {.seed = seed}}, {}, listener));
+  EXPECT_TRUE(drive_scripted_lap({world, robot.model, robot.camera, {.seed = seed}}, driver, listener));
   return lap;
 }
 

@@ -45,6 +45,7 @@ struct TeachJob {
   std::string output;  ///< recording to write
   std::string driver = "scripted";
   double speed_m_s = kUsualSpeed_m_s;  ///< that the driver means to drive
+  double second_speed_m_s = 0;         ///< another in turn with it (scripted); 0: none
   bool durable = false;                ///< also a power cut loses at most a second
   std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
 };

@@ -4,6 +4,7 @@
 
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/route_files.hpp"
+#include "waymark/mapping/tag_ties.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -68,7 +69,8 @@ Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverride
     if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--freeze"));
   }
   for (const TagId& tag : job.remove) {
-    if (prior.map.tags.erase(tag) == 0) return tl::unexpected(not_in_the_map(tag, "--remove"));
+    if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--remove"));
+    remove_tag(prior.map, tag);
   }
   for (TagFrame& frame : recorded.frames)
     std::erase_if(frame.detections, [&](const TagDetection& d) { return job.remove.contains(d.tag); });

@@ -8,6 +8,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/calibrate_lap.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
@@ -78,7 +79,7 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   return calibration;
 }
 
-std::string calibration_text(const Calibration& calibration, const InnovationFit& fit) {
+std::string values_text(const Calibration& calibration) {
   std::string text;
   for (const std::string& name : calibration_names()) {
     const auto found = calibration.values.find(name);
@@ -88,11 +89,16 @@ std::string calibration_text(const Calibration& calibration, const InnovationFit
                 ? fmt::format("{:<18}{:>12.5f} +- {:.5f}\n", name, v.value, v.sigma)
                 : fmt::format("{:<18}{:>12}    {}\n", name, "unobservable", v.advice);
   }
-  return text + fmt::format("innovations squared, per degree of freedom: {:.3f} before, {:.3f} after\n",
-                            fit.cost_before, fit.cost_after);
+  return text;
 }
 
-nlohmann::ordered_json calibration_json(const Calibration& calibration, const InnovationFit& fit) {
+std::string calibration_text(const Calibration& calibration, const InnovationFit& fit) {
+  return values_text(calibration) +
+         fmt::format("innovations squared, per degree of freedom: {:.3f} before, {:.3f} after\n",
+                     fit.cost_before, fit.cost_after);
+}
+
+nlohmann::ordered_json values_json(const Calibration& calibration) {
   nlohmann::ordered_json json;
   for (const std::string& name : calibration_names()) {
     const auto found = calibration.values.find(name);
@@ -103,13 +109,50 @@ nlohmann::ordered_json calibration_json(const Calibration& calibration, const In
                             {"verdict", v.verdict == CalibrationVerdict::Known ? "known" : "unobservable"},
                             {"advice", v.advice}};
   }
+  return json;
+}
+
+nlohmann::ordered_json calibration_json(const Calibration& calibration, const InnovationFit& fit) {
+  nlohmann::ordered_json json = values_json(calibration);
   json["innovations_before"] = fit.cost_before;
   json["innovations_after"] = fit.cost_after;
   json["runs"] = fit.runs;
   return json;
 }
 
+/// Without a map: the lap tells both.
+ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
+  Result<LapCalibration> found = calibrate_recorded_lap(args.job, args.from_s, args.to_s, console);
+  if (interrupted()) {
+    console.say("stopped: nothing was written");
+    return ExitCode::Interrupted;
+  }
+  if (!found) {
+    Error error = found.error();
+    if (error.place.source.empty() && error.place.key.empty()) error.place.source = args.job.logs.front();
+    console.say(error);
+    return ExitCode::SomeFailed;
+  }
+  found->calibration.provenance.emplace_back("recording", args.job.logs.front());
+  nlohmann::ordered_json json = values_json(found->calibration);
+  json["tags"] = found->map.map.tags.size();
+  json["corners_rms_px"] = found->map.rms_px;
+  console.print(args.json
+                    ? json_line(json)
+                    : values_text(found->calibration) +
+                          fmt::format("found together with the places of {} tags; corners within {:.2f} px "
+                                      "(rms)\n",
+                                      found->map.map.tags.size(), found->map.rms_px));
+  if (args.job.output.empty()) return ExitCode::Ok;
+  if (const Status written = write_calibration(args.job.output, found->calibration); !written) {
+    console.say(written.error());
+    return ExitCode::SomeFailed;
+  }
+  return ExitCode::Ok;
+}
+
 ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
+  if (args.job.map.empty()) return calibrate_lap(args, console);
   LocalizeJob job = args.job;
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
@@ -156,9 +199,10 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
 Run prepare_calibrate_robot(CLI::App& app) {
   const auto args = std::make_shared<CalibrateRobotArgs>(app);
   LocalizeJob& job = args->job;
-  app.add_option("LOG", job.logs, "Recordings of one drive past mapped tags")->required()->type_name("");
-  app.add_option("--map", job.map, "Where the tags are: as for `waymark localize`")
-      ->required()
+  app.add_option("LOG", job.logs, "Recordings of one drive past tags")->required()->type_name("");
+  app.add_option(
+         "--map", job.map,
+         "Where the tags are: as for `waymark localize`. Without it they are found together with the rest")
       ->type_name("FILE");
   app.add_option("--robot", job.robot, "Camera and where it sits, as far as known: a robot's file, or a name")
       ->type_name("FILE");
@@ -183,15 +227,18 @@ Run prepare_calibrate_robot(CLI::App& app) {
 Verb calibrate_robot_verb() {
   return {
       .name = "robot",
-      .sentence = "Find where the camera sits, scales, gains and latency from a drive past mapped tags",
+      .sentence = "Find where the camera sits, scales, gains and latency from a drive past tags",
       .help =
-          R"(No truth is needed, only a map: the numbers are those under which the filter's predictions fit best what was
-seen. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
+          R"(No truth is needed. With a map the numbers are those under which the filter's predictions fit best what was
+seen. Without one (one recording, with corners of tags and odometry) tags, way and numbers are found together; drive it at
+two speeds and with turns to both sides, for at one speed a robot that slips looks like one whose camera sits elsewhere. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
 result to `waymark localize --calibration`; judge it on another lap than it was made from (--from, --to).
 
 Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
+  waymark teach --speed-m-s 0.2 --second-speed-m-s 0.6 -o lap.mcap
+  waymark calibrate robot lap.mcap -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
 )",

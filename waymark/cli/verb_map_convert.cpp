@@ -15,6 +15,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/mapping/tag_ties.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -33,8 +34,9 @@ Status remove_tags(const ConvertMapArgs& args, MapFile& map) {
   for (const std::string& name : args.remove) {
     const Result<TagId> tag = tag_named(name);
     if (!tag) return tl::unexpected(tag.error());
-    if (map.tags.tags.erase(*tag) == 0)
+    if (map.tags.find(*tag) == nullptr)
       return fail(ErrorCode::InvalidArgument, to_string(*tag) + " is not in the map", {.key = "--remove"});
+    remove_tag(map.tags, *tag);
     map.observations.erase(*tag);
   }
   if (map.tags.tags.empty())

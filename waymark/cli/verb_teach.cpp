@@ -67,6 +67,14 @@ Status check_job(const TeachArgs& args, const Stage& stage) {
                 fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
                 {.key = "--speed-m-s"},
                 "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
+  if (args.job.second_speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                {.key = "--second-speed-m-s"}, "Ask for less.");
+  if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !stage.process.empty()))
+    return fail(ErrorCode::InvalidArgument,
+                "only the scripted driver of a simulated robot changes its speed by itself",
+                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
   if (!args.job.images.empty() && !stage.simulated.pictures && stage.process.empty())
     return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
                 "Add --images.");
@@ -116,6 +124,11 @@ Run prepare_teach(CLI::App& app) {
           ->capture_default_str()
           ->check(CLI::Range(0.01, 5.0))
           ->type_name("FLOAT");
+  app.add_option(
+         "--second-speed-m-s", args->job.second_speed_m_s,
+         "Another speed, driven in turn with the first every three metres: for `waymark calibrate robot`")
+      ->check(CLI::Range(0.01, 5.0))
+      ->type_name("FLOAT");
   app.add_option("--record-images", args->job.images,
                  "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
                  "times as large")

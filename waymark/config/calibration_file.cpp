@@ -107,6 +107,7 @@ const std::vector<std::string>& calibration_names() {
                                                  "yaw_gain",
                                                  "gyro_gain",
                                                  "gyro_bias_rad_s",
+                                                 "side_slip_s",
                                                  "camera_latency_s",
                                                  "sight_scale"};
   return names;

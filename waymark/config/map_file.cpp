@@ -1,5 +1,7 @@
 #include "waymark/config/map_file.hpp"
 
+#include <set>
+
 #include <fmt/format.h>
 
 #include "waymark/config/text_file.hpp"
@@ -55,9 +57,51 @@ Result<TagId> read_id(const YamlCursor& cursor) {
   return *tag;
 }
 
+Status read_tie(const YamlCursor& entry, MappedTag& mapped) {
+  if (!entry.find("tied_to") && !entry.find("tied_covariance")) return {};
+  const Result<TagId> to = entry.read_at("tied_to", read_id);
+  if (!to) return tl::unexpected(to.error());
+  const auto values =
+      entry.read_at("tied_covariance", [](const YamlCursor& c) { return c.exactly_numbers(36); });
+  if (!values) return tl::unexpected(values.error());
+  if (Status status = internal::check_proportion(*entry.at("tied_covariance"), *values); !status)
+    return status;
+  mapped.tie = TagTie{.to = *to};
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) mapped.tie->covariance(i, j) = (*values)[static_cast<std::size_t>(6 * i + j)];
+  }
+  return {};
+}
+
+/// Ties lead from tag to tag of the map and end at one that is tied to none.
+Status check_ties(const YamlCursor& root, const TagMap& map) {
+  std::set<TagId> fine;
+  for (const auto& [id, mapped] : map.tags) {
+    std::vector<TagId> path;
+    std::set<TagId> on_path;
+    for (TagId at = id; !fine.contains(at);) {
+      path.push_back(at);
+      const bool circle = !on_path.insert(at).second;
+      const MappedTag& tag = map.tags.at(at);
+      const MappedTag* to = tag.tie ? map.find(tag.tie->to) : nullptr;
+      if (circle || (tag.tie && (to == nullptr || !tag.covariance || !to->covariance)))
+        return root.fail_here(
+            ErrorCode::InvalidArgument,
+            circle ? fmt::format("the ties of {} lead in a circle", to_string(at))
+                   : fmt::format("{} is tied to {}, but not both are among the tags with a covariance",
+                                 to_string(at), to_string(tag.tie->to)),
+            "Leave out tied_to and tied_covariance.");
+      if (!tag.tie) break;
+      at = tag.tie->to;
+    }
+    fine.insert(path.begin(), path.end());
+  }
+  return {};
+}
+
 Status read_tag(const YamlCursor& entry, MapFile& map) {
-  Status status =
-      entry.check_keys({"tag", "size_m", "position_m", "quaternion_xyzw", "observations", "covariance"});
+  Status status = entry.check_keys({"tag", "size_m", "position_m", "quaternion_xyzw", "observations",
+                                    "covariance", "tied_to", "tied_covariance"});
   if (!status) return status;
   const Result<TagId> tag = entry.read_at("tag", read_id);
   if (!tag) return tl::unexpected(tag.error());
@@ -77,6 +121,7 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
     if (!values) return tl::unexpected(values.error());
     mapped.covariance = *values;
   }
+  if (Status tied = read_tie(entry, mapped); !tied) return tied;
   if (const auto observations = entry.find("observations")) {
     const auto count = observations->integer(0, 1'000'000'000);
     if (!count) return tl::unexpected(count.error());
@@ -108,6 +153,15 @@ std::string covariance_line(const Covariance& covariance) {
   return "    covariance: " + yaml_list(upper) + "\n";
 }
 
+std::string tie_lines(const TagTie& tie) {
+  std::vector<double> rows;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) rows.push_back(tie.covariance(i, j));
+  }
+  return fmt::format("    tied_to: {}\n    tied_covariance: {}\n", yaml_text(to_string(tie.to)),
+                     yaml_list(rows));
+}
+
 }  // namespace
 
 Result<MapFile> parse_map(std::string_view text, const std::string& source) {
@@ -125,6 +179,7 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
   for (const YamlCursor& entry : tags->children()) {
     if (status = read_tag(entry, map); !status) return tl::unexpected(status.error());
   }
+  if (status = check_ties(*tags, map.tags); !status) return tl::unexpected(status.error());
   const Result<TagId> anchor = root.read_at("anchor", read_id);
   if (!anchor) return tl::unexpected(anchor.error());
   map.anchor = *anchor;
@@ -157,6 +212,7 @@ std::string to_yaml(const MapFile& map) {
     if (const auto seen = map.observations.find(tag); seen != map.observations.end())
       text += fmt::format("    observations: {}\n", seen->second);
     if (mapped.covariance) text += covariance_line(*mapped.covariance);
+    if (mapped.tie) text += tie_lines(*mapped.tie);
   }
   return text;
 }
@@ -164,7 +220,8 @@ std::string to_yaml(const MapFile& map) {
 Status write_map(const std::filesystem::path& path, const MapFile& map) {
   for (const auto& [tag, mapped] : map.tags.tags) {
     const bool finite = mapped.map_T_tag.matrix().allFinite() && is_tag_size(mapped.size_m) &&
-                        (!mapped.covariance || mapped.covariance->allFinite());
+                        (!mapped.covariance || mapped.covariance->allFinite()) &&
+                        (!mapped.tie || mapped.tie->covariance.allFinite());
     if (!finite)
       return fail(ErrorCode::InvalidArgument,
                   fmt::format("a number of {} is not finite: not written", to_string(tag)),

@@ -24,6 +24,9 @@ MapFile some_map() {
   Eigen::Matrix<double, 6, 6> root;
   for (double& x : root.reshaped()) x = random.normal();
   map.tags.tags.begin()->second.covariance = (root * root.transpose()).selfadjointView<Eigen::Upper>();
+  MappedTag& tied = std::next(map.tags.tags.begin())->second;
+  tied.covariance = map.tags.tags.begin()->second.covariance;
+  tied.tie = TagTie{map.tags.tags.begin()->first, root};
   return map;
 }
 
@@ -53,6 +56,10 @@ TEST(MapFile, WhatIsWrittenReadsBack) {
     EXPECT_EQ(other->map_T_tag.translation(), mapped.map_T_tag.translation());
     EXPECT_LT((other->map_T_tag.inverse() * mapped.map_T_tag).log().norm(), 1e-15);
     EXPECT_EQ(other->covariance, mapped.covariance);
+    ASSERT_EQ(other->tie.has_value(), mapped.tie.has_value());
+    if (!mapped.tie) continue;
+    EXPECT_EQ(other->tie->to, mapped.tie->to);
+    EXPECT_EQ(other->tie->covariance, mapped.tie->covariance);
   }
   EXPECT_EQ(to_yaml(*parse_map(to_yaml(*back), "again")), to_yaml(*back));
 }
@@ -82,6 +89,12 @@ TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "size_m: 0", "size_m: 1e100 # ")).find("no kilometre"),
             std::string::npos);
+  EXPECT_NE(error_of(replaced(text, "tied_to: \"tag36h11:3\"", "tied_to: \"tag36h11:9\""))
+                .find("tied to tag36h11:9, but"),
+            std::string::npos);
+  EXPECT_NE(
+      error_of(replaced(text, "tied_to: \"tag36h11:3\"", "tied_to: \"tag36h11:4\"")).find("lead in a circle"),
+      std::string::npos);
   EXPECT_NE(error_of(replaced(text, "tag36h11:4", "tag36h11:4000")).find("(tags[1].tag)"), std::string::npos);
 }
 

@@ -8,15 +8,19 @@
 namespace waymark {
 namespace {
 
-using Matrix26 = Eigen::Matrix<double, 2, 6>;
-
 /// d(px)/d(xi) for a point that the perturbation carries: J_px_q [I, -p^], J_px_q the derivative for the
 /// point in the axes of the perturbed frame, p the point there.
-Matrix26 carried(const Matrix23& J_px_q, const Eigen::Vector3d& p, double sign) {
-  Matrix26 J;
-  J.leftCols<3>() = sign * J_px_q;
-  J.rightCols<3>().noalias() = -sign * J_px_q * SO3::hat(p);
-  return J;
+void carry(const Matrix23& J_px_q, const Eigen::Vector3d& p, double sign, int row,
+           Eigen::Matrix<double, 8, 6>& J) {
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector3d a = sign * J_px_q.row(i).transpose();
+    J.row(row + i) << a.transpose(), p.cross(a).transpose();
+  }
+}
+
+void whiten(const CornerCovariance& W, Eigen::Matrix<double, 8, 6>& J) {
+  // Products of this size go faster term by term than through the kernels for large matrices.
+  J = W.lazyProduct(J).eval();
 }
 
 }  // namespace
@@ -31,6 +35,7 @@ Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
     return fail(ErrorCode::InvalidArgument, "the size of " + to_string(detection.tag) + " is not positive");
   if (!detection.corner_covariance_px2) {
     factor.whitening /= corner_sigma_px;
+    factor.isotropic = true;
     return factor;
   }
   const Eigen::LLT<CornerCovariance> llt(*detection.corner_covariance_px2);
@@ -44,36 +49,39 @@ Result<CornerFactor> corner_factor(const TagDetection& detection, double size_m,
 std::optional<Eigen::Matrix<double, 8, 1>> corner_residual(const CornerFactor& factor,
                                                            const CameraModel& camera,
                                                            const CornerPoses& poses, CornerJacobians* J) {
-  const SE3 cam_T_rig = poses.rig_T_cam.inverse();
-  const SE3 rig_T_map = poses.map_T_rig.inverse();
-  const Eigen::Matrix3d cam_R_rig = cam_T_rig.rotation().matrix();
-  const Eigen::Matrix3d cam_R_map = cam_R_rig * rig_T_map.rotation().matrix();
-  const Eigen::Matrix3d cam_R_body = cam_R_map * poses.map_T_body.rotation().matrix();
+  const Eigen::Matrix3d cam_R_rig = poses.rig_T_cam.rotation().matrix().transpose();
+  const Eigen::Matrix3d rig_R_map = poses.map_T_rig.rotation().matrix().transpose();
+  const Eigen::Matrix3d map_R_body = poses.map_T_body.rotation().matrix();
+  const Eigen::Matrix3d body_R_tag = poses.body_T_tag.rotation().matrix();
+  const double scale = factor.isotropic ? factor.whitening(0, 0) : 1;
   const std::array<Eigen::Vector3d, 4> tag_p = tag_corners(factor.size_m);
   Eigen::Matrix<double, 8, 1> r;
-  for (Eigen::Index i = 0; i < 4; ++i) {
+  for (int i = 0; i < 4; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    const Eigen::Vector3d body_p = poses.body_T_tag * tag_p[at];
-    const Eigen::Vector3d map_p = poses.map_T_body * body_p;
-    const Eigen::Vector3d rig_p = rig_T_map * map_p;
-    Matrix23 J_px_p;
-    const auto px = camera.project(cam_T_rig * rig_p, J == nullptr ? nullptr : &J_px_p);
+    const Eigen::Vector3d body_p = body_R_tag * tag_p[at] + poses.body_T_tag.translation();
+    const Eigen::Vector3d map_p = map_R_body * body_p + poses.map_T_body.translation();
+    const Eigen::Vector3d rig_p = rig_R_map * (map_p - poses.map_T_rig.translation());
+    Matrix23 J_px_cam;
+    const auto px = camera.project(cam_R_rig * (rig_p - poses.rig_T_cam.translation()),
+                                   J == nullptr ? nullptr : &J_px_cam);
     if (!px) return std::nullopt;
-    r.segment<2>(2 * i) = *px - factor.corners_px[at];
+    r.segment<2>(2 * i) = scale * (*px - factor.corners_px[at]);
     if (J == nullptr) continue;
-    J->rig.middleRows<2>(2 * i) = carried(J_px_p * cam_R_map, map_p, -1);
-    J->cam.middleRows<2>(2 * i) = carried(J_px_p * cam_R_rig, rig_p, -1);
-    J->tag.middleRows<2>(2 * i) = carried(J_px_p * cam_R_body, body_p, 1);
+    const Matrix23 J_px_rig = scale * J_px_cam * cam_R_rig;
+    const Matrix23 J_px_map = J_px_rig * rig_R_map;
+    if (J->wants_cam) carry(J_px_rig, rig_p, -1, 2 * i, J->cam);
+    if (J->wants_rig) carry(J_px_map, map_p, -1, 2 * i, J->rig);
+    if (J->wants_body) carry(J_px_map, map_p, 1, 2 * i, J->body);
+    if (J->wants_tag) carry(J_px_map * map_R_body, body_p, 1, 2 * i, J->tag);
   }
-  // Products of this size go faster term by term than through the kernels for large matrices.
-  const CornerCovariance& W = factor.whitening;
+  if (factor.isotropic) return r;
   if (J != nullptr) {
-    J->rig = W.lazyProduct(J->rig).eval();
-    J->cam = W.lazyProduct(J->cam).eval();
-    J->body = -J->rig;
-    J->tag = W.lazyProduct(J->tag).eval();
+    if (J->wants_rig) whiten(factor.whitening, J->rig);
+    if (J->wants_cam) whiten(factor.whitening, J->cam);
+    if (J->wants_body) whiten(factor.whitening, J->body);
+    if (J->wants_tag) whiten(factor.whitening, J->tag);
   }
-  return W.lazyProduct(r).eval();
+  return factor.whitening.lazyProduct(r).eval();
 }
 
 }  // namespace waymark

@@ -18,6 +18,7 @@ struct CornerFactor {
   double size_m = 0;                            ///< side of the square where black border meets white border
   /// L^-1 of the corners' covariance L L^T [1/px]: whitens the residual.
   CornerCovariance whitening = CornerCovariance::Identity();
+  bool isotropic = false;  ///< the whitening is a multiple of the identity, which saves work
 };
 
 /// Of a detection; `corner_sigma_px` where it has no covariance of its own. Fails on corners that are not
@@ -34,8 +35,9 @@ struct CornerPoses {
   SE3 body_T_tag{};
 };
 
-/// J_r_X (8x6) of the whitened residual for a left perturbation of each pose.
+/// J_r_X (8x6) of the whitened residual for a left perturbation of each pose that is wanted.
 struct CornerJacobians {
+  bool wants_rig = true, wants_cam = true, wants_body = true, wants_tag = true;
   Eigen::Matrix<double, 8, 6> rig;
   Eigen::Matrix<double, 8, 6> cam;
   Eigen::Matrix<double, 8, 6> body;

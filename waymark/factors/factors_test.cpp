@@ -170,6 +170,11 @@ TEST(PoseFactors, JacobiansAgainstNumeric) {
     (void)on_floor_residual({}, a, near, &K_a, &K_b);
     expect_jacobians<3>([&](const SE3& x, const SE3& y) { return on_floor_residual({}, x, y); }, a, near, K_a,
                         K_b);
+    const PosePairPriorFactor pair{random_pose(random, 0.2, 0.3) * a, random_pose(random, 0.2, 0.3) * b,
+                                   random_covariance(random), whitening_of(random_covariance(random))};
+    (void)pose_pair_prior_residual(pair, a, b, &J_a, &J_b);
+    expect_jacobians<6>([&](const SE3& x, const SE3& y) { return pose_pair_prior_residual(pair, x, y); }, a,
+                        b, J_a, J_b);
     const PosePriorFactor prior{random_pose(random, 0.5, 0.8) * a, whitening_of(random_covariance(random))};
     (void)pose_prior_residual(prior, a, &J_a);
     const auto of_a = [&](const SE3::Tangent& xi) { return pose_prior_residual(prior, plus(xi, a)); };
@@ -184,20 +189,18 @@ TEST(OdometryFactor, JacobiansAgainstNumeric) {
     const SE3 a = random_pose(random, 3, 1.5);
     const SE3 b = a * lift(SE2(0.3, 0.1, 0.4)) * random_pose(random, 0.05, 0.1);
     const OdometryFactor factor{
-        SE2(0.28, 0.12, 0.45),
-        whitening_of(Eigen::Matrix3d(random_covariance(random).topLeftCorner<3, 3>()))};
-    const OdometryScales scales{1.1, 0.8};
+        SE2(0.28, 0.12, 0.45), whitening_of(Eigen::Matrix3d(random_covariance(random).topLeftCorner<3, 3>())),
+        0.7, SE2::Tangent(0.4, -0.1, 0.6)};
+    const OdometryScales scales{1.1, 0.8, -0.2, 0.1};
     OdometryJacobians J;
     (void)odometry_residual(factor, scales, a, b, &J);
     expect_jacobians<3>([&](const SE3& x, const SE3& y) { return odometry_residual(factor, scales, x, y); },
                         a, b, J.a, J.b);
-    const auto of_scales = [&](const Eigen::Vector2d& s) {
-      return odometry_residual(factor, {s[0], s[1]}, a, b);
+    const auto of_scales = [&](const Eigen::Vector4d& s) {
+      return odometry_residual(factor, {s[0], s[1], s[2], s[3]}, a, b);
     };
-    EXPECT_LT(
-        (numeric_jacobian<3, 2>(of_scales, Eigen::Vector2d(scales.distance, scales.yaw), 1e-3) - J.scales)
-            .norm(),
-        1e-8 * (1 + J.scales.norm()));
+    const Eigen::Vector4d at(scales.distance, scales.yaw, scales.slip_s, scales.latency_s);
+    EXPECT_LT((numeric_jacobian<3, 4>(of_scales, at, 1e-3) - J.scales).norm(), 1e-8 * (1 + J.scales.norm()));
   }
 }
 
@@ -232,6 +235,16 @@ TEST(PoseFactors, WhatIsAsMeasuredLeavesNothing) {
   const SE2 motion(0.2, -0.05, 0.3);
   EXPECT_LT(odometry_residual({motion}, {}, a, a * lift(motion)).norm(), 1e-12);
   EXPECT_LT(odometry_residual({SE2::exp(motion.log() / 2)}, {2, 2}, a, a * lift(motion)).norm(), 1e-12);
+  const SE2 slipped = SE2::exp({0.2, 0.05 * 0.2 * 0.3 / 0.5, 0.3});  // to the left by 0.05 s v yaw_rate
+  EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5}, {1, 1, 0.05, 0}, a,
+                              a * lift(slipped))
+                .norm(),
+            1e-12);
+  const SE2 earlier = SE2::exp({0.2 - 0.1 * 0.3, 0, 0.3});  // 0.1 s earlier it was slower by 0.3 m/s
+  EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0.3, 0, 0}},
+                              {1, 1, 0, 0.1}, a, a * lift(earlier))
+                .norm(),
+            1e-12);
   EXPECT_LT(on_floor_residual({}, a, a * lift(motion)).norm(), 1e-9);
   EXPECT_NEAR(on_floor_residual({.height_sigma_m = 0.01}, {}, SE3({}, {1, 2, 0.03}))[0], 3, 1e-12);
   EXPECT_LT(pose_prior_residual({a}, a).norm(), 1e-15);

@@ -16,12 +16,30 @@ Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vecto
   return J;
 }
 
+/// What the base truly did, and its derivative for (distance, yaw, slip, latency).
+SE2::Tangent scaled_twist(const OdometryFactor& factor, const OdometryScales& scales,
+                          const SE2::Tangent& twist, Eigen::Matrix<double, 3, 4>& J) {
+  const double per_s = factor.duration_s > 0 ? 1 / factor.duration_s : 0;
+  const double way = scales.distance * twist[0];
+  const double turn = scales.yaw * twist[2];
+  const SE2::Tangent late = -factor.rate_change;
+  const double slip = scales.slip_s * per_s;
+  J.col(0) << twist[0], twist[1] + slip * twist[0] * turn, 0;
+  J.col(1) << 0, slip * way * twist[2], twist[2];
+  J.col(2) << 0, way * turn * per_s, 0;
+  J.col(3) << scales.distance * late[0],
+      scales.distance * late[1] + slip * (scales.distance * late[0] * turn + way * scales.yaw * late[2]),
+      scales.yaw * late[2];
+  return {way, scales.distance * twist[1] + slip * way * turn, turn};
+}
+
 }  // namespace
 
 Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                   const SE3& map_T_a, const SE3& map_T_b, OdometryJacobians* J) {
-  const SE2::Tangent twist = factor.measured.log();
-  const SE2::Tangent scaled(scales.distance * twist[0], scales.distance * twist[1], scales.yaw * twist[2]);
+  const SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
+  Eigen::Matrix<double, 3, 4> J_scaled;
+  const SE2::Tangent scaled = scaled_twist(factor, scales, twist, J_scaled);
   const SE2 a_X_b = SE2::exp(scaled);
   const SE3 a_T_map = map_T_a.inverse();
   const SE3 a_T_b = a_T_map * map_T_b;
@@ -34,10 +52,7 @@ Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometrySc
     J->a = -J->b;
     // The motion's end moves by d = J_right dscaled in its own axes; then the residual moves by -d and turns
     // by -d_yaw.
-    Eigen::Matrix<double, 3, 2> d = Eigen::Matrix<double, 3, 2>::Zero();
-    d.topLeftCorner<2, 1>() = twist.head<2>();
-    d(2, 1) = twist[2];
-    d = (SE2::right_jacobian(scaled) * d).eval();
+    const Eigen::Matrix<double, 3, 4> d = SE2::right_jacobian(scaled) * J_scaled;
     Eigen::Matrix3d turn = -Eigen::Matrix3d::Identity();
     turn.topRightCorner<2, 1>() << off.y(), -off.x();
     J->scales = factor.whitening * turn * d;

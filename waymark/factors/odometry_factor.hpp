@@ -7,10 +7,13 @@
 
 namespace waymark {
 
-/// What the wheels' distances and turns must be multiplied by: wheel size, tyre wear, tread, skid.
+/// What the wheels' distances and turns must be multiplied by (wheel size, tyre wear, tread, skid), and what
+/// else lies between them and the pictures.
 struct OdometryScales {
   double distance = 1;
   double yaw = 1;
+  double slip_s = 0;     ///< sideways speed per speed and yaw rate: outwards in a curve when negative
+  double latency_s = 0;  ///< pictures are so much older than their stamps
 };
 
 /// A motion on the floor measured by wheels, from base at A to base at B. The twist log(measured) = (x, y,
@@ -18,17 +21,21 @@ struct OdometryScales {
 struct OdometryFactor {
   SE2 measured{};  ///< a_X_b
   Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
+  double duration_s = 0;                            ///< from A to B; 0: not known, then slip is passed over
+  SE2::Tangent rate_change = SE2::Tangent::Zero();  ///< twist per second at B less that at A
 };
 
 /// J_r_X of the whitened residual.
 struct OdometryJacobians {
   Eigen::Matrix<double, 3, 6> a;
   Eigen::Matrix<double, 3, 6> b;
-  Eigen::Matrix<double, 3, 2> scales;  ///< for (distance, yaw)
+  Eigen::Matrix<double, 3, 4> scales;  ///< for (distance, yaw, slip, latency)
 };
 
 /// Whitened residual: x, y [m] of B's origin and its heading [rad] less those of the scaled motion, in base
-/// axes at the motion's end. Heading is about the z axis of base at A; height and tilts do not enter.
+/// axes at the motion's end. A wheel does not see slip (y += slip dx dyaw / duration); pictures that are late
+/// saw the motion of a little earlier (less latency * rate_change, to first order). Heading is about the z
+/// axis of base at A; height and tilts do not enter.
 [[nodiscard]] Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                                 const SE3& map_T_a, const SE3& map_T_b,
                                                 OdometryJacobians* J = nullptr);

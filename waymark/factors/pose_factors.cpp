@@ -34,6 +34,14 @@ Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X, Matrix6
   return factor.whitening * r;
 }
 
+Vector6 pose_pair_prior_residual(const PosePairPriorFactor& factor, const SE3& A, const SE3& B,
+                                 Matrix6* J_r_a, Matrix6* J_r_b) {
+  const Vector6 r = minus(B, factor.prior_b, J_r_b) - factor.gain * minus(A, factor.prior_a, J_r_a);
+  if (J_r_b != nullptr) *J_r_b = (factor.whitening * *J_r_b).eval();
+  if (J_r_a != nullptr) *J_r_a = (-factor.whitening * factor.gain * *J_r_a).eval();
+  return factor.whitening * r;
+}
+
 Vector6 relative_pose_residual(const RelativePoseFactor& factor, const SE3& map_T_a, const SE3& map_T_b,
                                Matrix6* J_r_a, Matrix6* J_r_b) {
   const SE3 sensor_T_map = (map_T_a * factor.body_T_sensor).inverse();

@@ -23,6 +23,16 @@ struct PosePriorFactor {
 [[nodiscard]] Vector6 pose_prior_residual(const PosePriorFactor& factor, const SE3& X,
                                           Matrix6* J_r_X = nullptr);
 
+/// Two poses known beforehand of which one tells of the other: W (log(B prior_b^-1) - gain log(A
+/// prior_a^-1)), W of the covariance of B's error given A's.
+struct PosePairPriorFactor {
+  SE3 prior_a{}, prior_b{};
+  Matrix6 gain = Matrix6::Zero();
+  Matrix6 whitening = Matrix6::Identity();
+};
+[[nodiscard]] Vector6 pose_pair_prior_residual(const PosePairPriorFactor& factor, const SE3& A, const SE3& B,
+                                               Matrix6* J_r_a = nullptr, Matrix6* J_r_b = nullptr);
+
 /// A motion from one pose of a body to another measured in space by a sensor at body_T_sensor:
 /// W log((A S)^-1 B S M^-1), the error in the sensor's frame at A.
 struct RelativePoseFactor {

@@ -120,19 +120,4 @@ std::optional<BlockSystem::Block> BlockSystem::block(int row, int column) const 
   return at_place(row, column, found->second);
 }
 
-std::optional<Eigen::VectorXd> BlockSystem::step(double damping) {
-  Sparse damped = H_;
-  for (int i = 0; i < damped.rows(); ++i) {
-    double& diagonal = damped.coeffRef(i, i);
-    diagonal += damping * diagonal + 1e-12;  // what nothing determines stays where it is
-  }
-  if (!analyzed_) cholesky_.analyzePattern(damped);
-  analyzed_ = true;
-  cholesky_.factorize(damped);
-  if (cholesky_.info() != Eigen::Success || !(cholesky_.vectorD().minCoeff() > 0)) return std::nullopt;
-  Eigen::VectorXd step = cholesky_.solve(-gradient_);
-  if (!step.allFinite()) return std::nullopt;
-  return step;
-}
-
 }  // namespace waymark::internal

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
 namespace waymark::internal {
@@ -22,7 +21,6 @@ class BlockSystem {
     Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>> J;
   };
   using Sparse = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-  using Cholesky = Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>;
 
   /// `dimensions` of the unknowns; `couplings`: pairs of unknowns that share a residual, any order, repeats
   /// allowed.
@@ -36,9 +34,6 @@ class BlockSystem {
   void add_corners(const std::array<int, 4>& unknowns,
                    const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                    const Eigen::Matrix<double, 8, 1>& r, double weight);
-
-  /// -(H + damping diag(H))^-1 g; nothing when that is not positive definite.
-  [[nodiscard]] std::optional<Eigen::VectorXd> step(double damping);
 
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
   [[nodiscard]] const Sparse& lower() const { return H_; }
@@ -55,6 +50,7 @@ class BlockSystem {
     }
   }
 
+  [[nodiscard]] int unknowns() const { return static_cast<int>(dimensions_.size()); }
   [[nodiscard]] int offset(int unknown) const { return offsets_[static_cast<std::size_t>(unknown)]; }
   [[nodiscard]] int dimension(int unknown) const { return dimensions_[static_cast<std::size_t>(unknown)]; }
 
@@ -69,8 +65,6 @@ class BlockSystem {
   std::vector<std::pair<int, int>> rows_;  ///< (block row, place), by block column, rows ascending
   Sparse H_;
   Eigen::VectorXd gradient_;
-  Cholesky cholesky_;
-  bool analyzed_ = false;
 };
 
 }  // namespace waymark::internal

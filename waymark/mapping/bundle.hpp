@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "waymark/base/fields.hpp"
@@ -37,6 +38,10 @@ struct CornerTerm {
 struct PriorTerm {
   PoseIndex pose = 0;
   PosePriorFactor factor{};
+};
+struct PairPriorTerm {
+  PoseIndex a = 0, b = 0;
+  PosePairPriorFactor factor{};
 };
 struct RelativeTerm {
   PoseIndex a = 0, b = 0;
@@ -80,8 +85,11 @@ struct PointCoordinateTerm {
 
 struct BundleScales {
   OdometryScales value{};
-  OdometryScales sigma{0.1, 0.3};  ///< how far from 1 they may be, beforehand
+  /// How far from 1, 1, 0, 0 they may be, beforehand; slip and latency are unknown when both are positive.
+  OdometryScales sigma{0.1, 0.3, 0, 0};
   bool fixed = false;
+
+  [[nodiscard]] int unknowns() const { return sigma.slip_s > 0 && sigma.latency_s > 0 ? 4 : 2; }
 };
 
 struct Bundle {
@@ -90,6 +98,7 @@ struct Bundle {
   std::vector<BundleScales> odometry_scales{};
   std::vector<CornerTerm> corners{};
   std::vector<PriorTerm> priors{};
+  std::vector<PairPriorTerm> pair_priors{};
   std::vector<RelativeTerm> relatives{};
   std::vector<OdometryTerm> odometry{};
   std::vector<OnFloorTerm> on_floor{};
@@ -153,14 +162,16 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const Bun
 
 /// What is known afterwards: the inverse of the information matrix, by blocks.
 struct BundleCovariance {
-  std::vector<Matrix6> poses{};  ///< of each pose in its left tangent; zero for fixed ones
-  std::vector<Eigen::Matrix2d> scales{};
+  std::vector<Matrix6> poses{};             ///< of each pose in its left tangent; zero for fixed ones
+  std::vector<Eigen::Matrix4d> scales{};    ///< distance, yaw, slip, latency; zero for what is known
   std::vector<std::size_t> undetermined{};  ///< poses (by index) with a direction that nothing determines
+  std::vector<Matrix6> pairs{};             ///< of the pairs asked for: rows first, columns second
 };
 
 /// The marginal covariance of every unknown where the poses stand, from the terms in use, without a robust
 /// loss: selected entries of the inverse by the recursion of Takahashi, Fagan and Chin ("Formation of a
 /// sparse bus impedance matrix", 1973), at the cost of about one more factorisation, never the whole inverse.
-[[nodiscard]] BundleCovariance covariance(const Bundle& bundle);
+[[nodiscard]] BundleCovariance covariance(const Bundle& bundle,
+                                          const std::vector<std::pair<PoseIndex, PoseIndex>>& pairs = {});
 
 }  // namespace waymark

@@ -1,17 +1,25 @@
+#include <algorithm>
+#include <iterator>
+
 #include "waymark/mapping/bundle.hpp"
 #include "waymark/mapping/bundle_terms.hpp"
+#include "waymark/mapping/front_cholesky.hpp"
 #include "waymark/mapping/schur_system.hpp"
-#include "waymark/mapping/selected_inverse.hpp"
 
 namespace waymark {
 
-BundleCovariance covariance(const Bundle& bundle) {
+BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<PoseIndex, PoseIndex>>& pairs) {
   using internal::BlockSystem;
   BundleCovariance result;
   result.poses.assign(bundle.poses.size(), Matrix6::Zero());
-  result.scales.assign(bundle.odometry_scales.size(), Eigen::Matrix2d::Zero());
-  const internal::Unknowns unknowns = internal::unknowns_of(bundle);
+  result.scales.assign(bundle.odometry_scales.size(), Eigen::Matrix4d::Zero());
+  internal::Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) return result;
+  result.pairs.assign(pairs.size(), Matrix6::Zero());
+  std::vector<std::pair<int, int>> wanted;
+  for (const auto& [a, b] : pairs) wanted.emplace_back(unknowns.of_pose[a], unknowns.of_pose[b]);
+  const auto both = [](const std::pair<int, int>& pair) { return pair.first >= 0 && pair.second >= 0; };
+  std::ranges::copy_if(wanted, std::back_inserter(unknowns.couplings), both);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::accumulate(bundle, unknowns, 0, &system);
   // A direction that nothing determines gets a standard deviation of 1e3 m or rad instead of an infinite one.
@@ -26,25 +34,33 @@ BundleCovariance covariance(const Bundle& bundle) {
     }
     for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
       const int unknown = unknowns.of_scales[i];
-      if (unknown >= 0) result.scales[i] = block_of(unknown);
+      const int n = bundle.odometry_scales[i].unknowns();
+      if (unknown >= 0) result.scales[i].topLeftCorner(n, n) = block_of(unknown);
     }
   };
   const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);
   internal::SchurSystem schur(system, plan);
-  if (plan.worth_it() && schur.factorize(0, kFloor)) {
+  if (pairs.empty() && plan.worth_it() && schur.factorize(0, kFloor)) {
     const std::vector<Eigen::MatrixXd> blocks = schur.diagonal_blocks();
     read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
     return result;
   }
-  BlockSystem::Sparse H = system.lower();
-  for (int i = 0; i < H.rows(); ++i) H.coeffRef(i, i) += kFloor;
-  const BlockSystem::Cholesky cholesky(H);
-  if (cholesky.info() != Eigen::Success) {
+  const internal::FrontPlan fronts = internal::front_plan(system);
+  internal::FrontCholesky cholesky(system, fronts);
+  if (!cholesky.factorize(0, kFloor)) {
     for (std::size_t i = 0; i < bundle.poses.size(); ++i) result.undetermined.push_back(i);
     return result;
   }
-  const internal::SelectedInverse inverse(cholesky);
-  read([&](int unknown) { return inverse.block(system.offset(unknown), system.dimension(unknown)); });
+  std::vector<std::pair<int, int>> diagonal;
+  for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
+  const std::size_t all = diagonal.size();
+  std::ranges::copy_if(wanted, std::back_inserter(diagonal), both);
+  const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
+  std::size_t next = all;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    if (both(wanted[i])) result.pairs[i] = blocks[next++];
+  }
+  read([&](int unknown) -> const Eigen::MatrixXd& { return blocks[static_cast<std::size_t>(unknown)]; });
   return result;
 }
 

@@ -5,7 +5,9 @@
 #include <numeric>
 #include <optional>
 
+#include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
+#include "waymark/mapping/tag_ties.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 
 namespace waymark {
@@ -163,6 +165,7 @@ void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const Map
   }
   const SE3 believed = lap.bundle.poses[lap.cam].value;
   result.mounting = estimate_mounting(lap, options.max_iterations, told);
+  fit_odometry_noise(lap, options.max_iterations, told);
   settle(lap, options, told, result);
   result.mounting = estimate_mounting(lap, options.max_iterations, told, believed);
 }
@@ -172,7 +175,10 @@ void keep_unseen(const LapInput& input, const LapBundle& lap, const internal::Ti
                  const BundleCovariance& P, BundleMap& result) {
   for (const auto& [id, before] : input.prior->map.tags) {
     if (result.map.find(id) != nullptr) continue;
-    result.map.tags[id] = internal::unseen_tag(*input.prior, id, tied, lap.bundle, P);
+    const PoseIndex pose = tied.before.at(id);
+    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value, .size_m = before.size_m};
+    if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
+    result.map.tags[id] = tag;
     result.sightings[id] = 0;
     std::erase(result.unconnected, id);
   }
@@ -264,9 +270,11 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
   look_at_mounting(lap, options, progress, result);
 
-  const BundleCovariance P = covariance(lap.bundle);
+  const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
+  const BundleCovariance P = covariance(lap.bundle, pairs.poses);
   read_tags(input, lap, P, *start, result);
   if (tied) keep_unseen(input, lap, *tied, P, result);
+  internal::tie_tags(pairs.tags, P.pairs, result.map);
   read_sightings(input, lap, result);
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {
@@ -277,7 +285,8 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
     result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
   }
   result.odometry_scales = lap.bundle.odometry_scales[0].value;
-  result.odometry_scales_sigma = {std::sqrt(P.scales[0](0, 0)), std::sqrt(P.scales[0](1, 1))};
+  result.odometry_scales_sigma = {std::sqrt(P.scales[0](0, 0)), std::sqrt(P.scales[0](1, 1)),
+                                  std::sqrt(P.scales[0](2, 2)), std::sqrt(P.scales[0](3, 3))};
   return result;
 }
 

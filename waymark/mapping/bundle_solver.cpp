@@ -4,6 +4,7 @@
 
 #include "waymark/mapping/bundle.hpp"
 #include "waymark/mapping/bundle_terms.hpp"
+#include "waymark/mapping/front_cholesky.hpp"
 #include "waymark/mapping/schur_system.hpp"
 
 namespace waymark {
@@ -66,26 +67,33 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::SchurSystem schur(system, plan);
+  const internal::FrontPlan fronts = plan.worth_it() ? internal::FrontPlan() : internal::front_plan(system);
+  internal::FrontCholesky cholesky(system, fronts);
   double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
   summary.initial_cost = cost;
   double damping = 1e-6;
   while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {
     ++summary.iterations;
-    const auto step = plan.worth_it() ? step_of(schur, system, damping) : system.step(damping);
+    const auto step =
+        plan.worth_it() ? step_of(schur, system, damping) : internal::damped_step(cholesky, system, damping);
     const Values before = Values::of(bundle);
     if (step) internal::apply(unknowns, system, *step, bundle);
-    const double next = step ? internal::accumulate(bundle, unknowns, options.robust_chi2, nullptr)
+    const double promised = step ? -step->dot(system.gradient()) / 2 : 0;
+    // Nearly every step is a good one, so its normal equations are summed up at once.
+    const double next = step ? internal::accumulate(bundle, unknowns, options.robust_chi2, &system)
                              : std::numeric_limits<double>::infinity();
     if (!(next <= cost)) {  // also when it cannot be evaluated there
       before.restore(bundle);
       // A step that should gain next to nothing and does not: rounding is all that is left.
-      summary.converged = step && -step->dot(system.gradient()) / 2 <= 1e-12 * (1e-9 + cost);
+      summary.converged = step && promised <= 1e-12 * (1e-9 + cost);
+      if (step && !summary.converged)
+        static_cast<void>(internal::accumulate(bundle, unknowns, options.robust_chi2, &system));
       damping = std::max(damping, kLeastDamping) * 10;
       continue;
     }
     summary.converged = cost - next <= options.relative_gain * (cost + 1e-12);
     damping = std::max(damping / 10, kLeastDamping);
-    cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
+    cost = next;
     if (progress && !progress(summary.iterations, cost)) break;
   }
   summary.final_cost = cost;

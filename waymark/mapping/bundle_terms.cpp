@@ -21,6 +21,10 @@ class Accumulator {
   void operator()(const CornerTerm& term) {
     if (!term.used) return;
     CornerJacobians J;
+    J.wants_rig = at(term.rig) >= 0;
+    J.wants_cam = at(term.cam) >= 0;
+    J.wants_body = at(term.body) >= 0;
+    J.wants_tag = at(term.tag) >= 0;
     const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
     if (!r) {
@@ -41,6 +45,13 @@ class Accumulator {
     add(r, std::array<Part, 1>{{{at(term.pose), J}}});
   }
 
+  void operator()(const PairPriorTerm& term) {
+    Matrix6 J_a;
+    Matrix6 J_b;
+    const Vector6 r = pose_pair_prior_residual(term.factor, pose(term.a), pose(term.b), &J_a, &J_b);
+    add(r, std::array<Part, 2>{{{at(term.a), J_a}, {at(term.b), J_b}}});
+  }
+
   void operator()(const RelativeTerm& term) {
     Matrix6 J_a;
     Matrix6 J_b;
@@ -52,8 +63,10 @@ class Accumulator {
     OdometryJacobians J;
     const OdometryScales& scales = bundle_.odometry_scales[term.scales].value;
     const Eigen::Vector3d r = odometry_residual(term.factor, scales, pose(term.a), pose(term.b), &J);
-    add(r, std::array<Part, 3>{
-               {{at(term.a), J.a}, {at(term.b), J.b}, {unknowns_.of_scales[term.scales], J.scales}}});
+    const int n = bundle_.odometry_scales[term.scales].unknowns();
+    add(r, std::array<Part, 3>{{{at(term.a), J.a},
+                                {at(term.b), J.b},
+                                {unknowns_.of_scales[term.scales], J.scales.leftCols(n)}}});
   }
 
   void operator()(const OnFloorTerm& term) {
@@ -107,11 +120,15 @@ class Accumulator {
 
   void prior_of_scales(std::size_t i) {
     const BundleScales& scales = bundle_.odometry_scales[i];
-    const Eigen::Vector2d inverse_sigma(1 / scales.sigma.distance, 1 / scales.sigma.yaw);
-    const Eigen::Vector2d off(scales.value.distance - 1, scales.value.yaw - 1);
-    const Eigen::Matrix2d J = inverse_sigma.asDiagonal();
-    if (unknowns_.of_scales[i] >= 0)
-      add(inverse_sigma.cwiseProduct(off), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
+    if (unknowns_.of_scales[i] < 0) return;
+    const int n = scales.unknowns();
+    const OdometryScales& sigma = scales.sigma;
+    const Eigen::Vector4d inverse_sigma =
+        Eigen::Vector4d(sigma.distance, sigma.yaw, sigma.slip_s, sigma.latency_s).cwiseInverse();
+    const Eigen::Vector4d off(scales.value.distance - 1, scales.value.yaw - 1, scales.value.slip_s,
+                              scales.value.latency_s);
+    const Eigen::MatrixXd J = inverse_sigma.head(n).asDiagonal();
+    add(inverse_sigma.head(n).cwiseProduct(off.head(n)), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
   }
 
   [[nodiscard]] double cost() const { return cost_; }
@@ -149,6 +166,7 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
     if (t.used) visit(std::array{t.rig, t.cam, t.body, t.tag});
   }
   for (const PriorTerm& t : bundle.priors) visit(std::array{t.pose});
+  for (const PairPriorTerm& t : bundle.pair_priors) visit(std::array{t.a, t.b});
   for (const RelativeTerm& t : bundle.relatives) visit(std::array{t.a, t.b});
   for (const OdometryTerm& t : bundle.odometry) visit(std::array{t.a, t.b});
   for (const OnFloorTerm& t : bundle.on_floor) visit(std::array{t.floor, t.base});
@@ -175,7 +193,7 @@ Unknowns unknowns_of(const Bundle& bundle) {
   }
   for (const BundleScales& scales : bundle.odometry_scales) {
     unknowns.of_scales.push_back(scales.fixed ? -1 : static_cast<int>(unknowns.dimensions.size()));
-    if (!scales.fixed) unknowns.dimensions.push_back(2);
+    if (!scales.fixed) unknowns.dimensions.push_back(scales.unknowns());
   }
   for_poses_of_terms(bundle, [&](const auto& poses) {
     for (PoseIndex a : poses) {
@@ -200,6 +218,7 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
   Accumulator sum(bundle, unknowns, robust_chi2, system);
   for (const CornerTerm& term : bundle.corners) sum(term);
   for (const PriorTerm& term : bundle.priors) sum(term);
+  for (const PairPriorTerm& term : bundle.pair_priors) sum(term);
   for (const RelativeTerm& term : bundle.relatives) sum(term);
   for (const OdometryTerm& term : bundle.odometry) sum(term);
   for (const OnFloorTerm& term : bundle.on_floor) sum(term);
@@ -221,8 +240,13 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
     const int unknown = unknowns.of_scales[i];
     if (unknown < 0) continue;
-    bundle.odometry_scales[i].value.distance += step[system.offset(unknown)];
-    bundle.odometry_scales[i].value.yaw += step[system.offset(unknown) + 1];
+    OdometryScales& value = bundle.odometry_scales[i].value;
+    const int at = system.offset(unknown);
+    value.distance += step[at];
+    value.yaw += step[at + 1];
+    if (bundle.odometry_scales[i].unknowns() == 2) continue;
+    value.slip_s += step[at + 2];
+    value.latency_s += step[at + 3];
   }
 }
 

@@ -5,9 +5,9 @@
 
 #include <fmt/format.h>
 
+#include "waymark/mapping/front_cholesky.hpp"
 #include "waymark/mapping/landmark_problem.hpp"
 #include "waymark/mapping/odometry_track.hpp"
-#include "waymark/mapping/selected_inverse.hpp"
 
 namespace waymark {
 namespace {
@@ -134,14 +134,15 @@ void settle(LandmarkProblem& problem, LandmarkMap& map) {
 Status read_covariance(const LandmarkProblem& problem, const std::vector<TagId>& ids, LandmarkMap& map) {
   internal::BlockSystem system = internal::system_of(problem);
   internal::accumulate(problem, 0, &system);
-  internal::BlockSystem::Sparse H = system.lower();
-  for (int i = 0; i < H.rows(); ++i) H.coeffRef(i, i) += 1e-6;
-  const internal::BlockSystem::Cholesky cholesky(H);
-  if (cholesky.info() != Eigen::Success)
+  const internal::FrontPlan plan = internal::front_plan(system);
+  internal::FrontCholesky cholesky(system, plan);
+  if (!cholesky.factorize(0, 1e-6))
     return fail(ErrorCode::InvalidArgument, "no map: what was seen does not determine it");
-  const internal::SelectedInverse inverse(cholesky);
-  const auto block = [&](int unknown) {
-    return Eigen::MatrixXd(inverse.block(system.offset(unknown), system.dimension(unknown)));
+  std::vector<std::pair<int, int>> diagonal;
+  for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
+  const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
+  const auto block = [&](int unknown) -> const Eigen::MatrixXd& {
+    return blocks[static_cast<std::size_t>(unknown)];
   };
   for (std::size_t i = 0; i < ids.size(); ++i) map.points[ids[i]].covariance = block(problem.of_point(i));
   for (std::size_t i = 0; i < problem.frames.size(); ++i) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "waymark/mapping/front_cholesky.hpp"
+
 namespace waymark::internal {
 namespace {
 
@@ -138,9 +140,11 @@ double accumulate(const LandmarkProblem& problem, double robust_chi2, BlockSyste
 std::pair<int, bool> solve(LandmarkProblem& problem, double robust_chi2, int max_iterations) {
   BlockSystem system = system_of(problem);
   double cost = accumulate(problem, robust_chi2, &system);
+  const FrontPlan plan = front_plan(system);
+  FrontCholesky cholesky(system, plan);
   double damping = 1e-6;
   for (int i = 1; i <= max_iterations; ++i) {
-    const auto step = system.step(damping);
+    const auto step = damped_step(cholesky, system, damping);
     LandmarkProblem next = problem;
     if (step) apply(system, *step, next);
     const double next_cost = step ? accumulate(next, robust_chi2, nullptr) : INFINITY;

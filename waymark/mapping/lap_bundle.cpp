@@ -11,6 +11,7 @@ namespace {
 
 using MaybePoses = std::vector<std::optional<SE3>>;
 using MaybeMotions = std::vector<std::optional<SE2>>;
+using MaybeRates = std::vector<std::optional<SE2::Tangent>>;
 
 MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
   MaybePoses poses(lap.frames.size());
@@ -23,11 +24,20 @@ MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
   return poses;
 }
 
-MaybeMotions odometry_of(const LapInput& lap) {
+/// What odometry says at the frames.
+struct Wheels {
+  MaybeMotions odom_T_base{};
+  MaybeRates rates{};
+};
+
+Wheels wheels_of(const LapInput& lap) {
   const OdometryTrack track(lap.odometry);
-  MaybeMotions odom_T_base;
-  for (const TagFrame& frame : lap.frames) odom_T_base.push_back(track.at(frame.stamp));
-  return odom_T_base;
+  Wheels wheels;
+  for (const TagFrame& frame : lap.frames) {
+    wheels.odom_T_base.push_back(track.at(frame.stamp));
+    wheels.rates.push_back(track.rate_at(frame.stamp));
+  }
+  return wheels;
 }
 
 /// Frames between placed ones are carried along by odometry, forwards, then backwards.
@@ -40,7 +50,10 @@ void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
   for (std::size_t i = poses.size(); i-- > 1;) carry(i, i - 1);
 }
 
-OdometryFactor odometry_factor(const SE2& motion, const LapModelOptions& o) {
+/// From the frame before to frame i; both have odometry.
+OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::size_t i,
+                               const LapModelOptions& o) {
+  const SE2 motion = wheels.odom_T_base[i - 1]->inverse() * *wheels.odom_T_base[i];
   const double metres = motion.translation().norm();
   const double radians = std::abs(motion.yaw());
   const auto square = [](double x) { return x * x; };
@@ -48,7 +61,10 @@ OdometryFactor odometry_factor(const SE2& motion, const LapModelOptions& o) {
   const double var_rad = square(o.odometry_sigma_rad) + square(o.odometry_sigma_rad_per_sqrt_m) * metres +
                          square(o.odometry_sigma_rad_per_sqrt_rad) * radians;
   const Eigen::Vector3d sigma(std::sqrt(var_m), std::sqrt(var_m), std::sqrt(var_rad));
-  return {motion, sigma.cwiseInverse().asDiagonal()};
+  OdometryFactor factor{motion, sigma.cwiseInverse().asDiagonal()};
+  factor.duration_s = to_seconds(lap.frames[i].stamp - lap.frames[i - 1].stamp);
+  if (wheels.rates[i - 1] && wheels.rates[i]) factor.rate_change = *wheels.rates[i] - *wheels.rates[i - 1];
+  return factor;
 }
 
 /// The floor's height and tilts are found; where its origin is on it, and its heading, mean nothing.
@@ -90,8 +106,8 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   bundle.priors.push_back({result.floor, floor_prior(bundle.poses[result.floor].value)});
   for (const auto& [id, tag] : start.map.tags) result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor);
 
-  const MaybeMotions odom_T_base = odometry_of(lap);
-  fill_by_odometry(odom_T_base, poses);
+  const Wheels wheels = wheels_of(lap);
+  fill_by_odometry(wheels.odom_T_base, poses);
   bundle.odometry_scales.push_back({});
   result.bases.resize(lap.frames.size());
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
@@ -99,9 +115,9 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
     result.bases[i] = bundle.add(*poses[i]);
     bundle.on_floor.push_back(
         {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});
-    if (i == 0 || !result.bases[i - 1] || !odom_T_base[i - 1] || !odom_T_base[i]) continue;
-    const SE2 motion = odom_T_base[i - 1]->inverse() * *odom_T_base[i];
-    bundle.odometry.push_back({*result.bases[i - 1], *result.bases[i], 0, odometry_factor(motion, options)});
+    if (i == 0 || !result.bases[i - 1] || !wheels.odom_T_base[i - 1] || !wheels.odom_T_base[i]) continue;
+    bundle.odometry.push_back(
+        {*result.bases[i - 1], *result.bases[i], 0, odometry_factor(lap, wheels, i, options)});
   }
   bundle.odometry_scales[0].fixed = bundle.odometry.empty();
   add_corners(lap, options, result);

@@ -24,6 +24,10 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
                                                   const std::optional<SE3>& given) {
   if (lap.bundle.odometry.empty()) return std::nullopt;
   BundlePose& cam = lap.bundle.poses[lap.cam];
+  constexpr double kSlip_s = 0.1;
+  constexpr double kLatency_s = 0.1;
+  for (BundleScales& scales : lap.bundle.odometry_scales)
+    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s, kLatency_s};
   const SE3 believed = given.value_or(cam.value);
   if (cam.fixed) {
     cam.fixed = false;
@@ -36,8 +40,11 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   const BundleSummary summary = solve(lap.bundle, {.max_iterations = max_iterations}, progress);
   if (!summary.usable()) return std::nullopt;
   MountingEstimate estimate{.base_T_cam = lap.bundle.poses[lap.cam].value};
-  const Matrix6 P =
-      coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, covariance(lap.bundle).poses[lap.cam]});
+  const BundleCovariance known = covariance(lap.bundle);
+  estimate.scales = lap.bundle.odometry_scales[0].value;
+  const Eigen::Vector4d sigma = known.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt();
+  estimate.scales_sigma = {sigma[0], sigma[1], sigma[2], sigma[3]};
+  const Matrix6 P = coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, known.poses[lap.cam]});
   estimate.sigma = P.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.off << estimate.base_T_cam.translation() - believed.translation(),
       (estimate.base_T_cam.rotation() * believed.rotation().inverse()).log();

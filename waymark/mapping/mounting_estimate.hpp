@@ -13,11 +13,15 @@ struct MountingEstimate {
   Vector6 off = Vector6::Zero();
   Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
   bool stands_out = false;          ///< farther off than chance, and far enough to matter
+  OdometryScales scales{};          ///< of the wheels, slip and latency
+  OdometryScales scales_sigma{};
 };
 
-/// Frees the camera's mounting (but for its height, which nothing on a floor tells) and adjusts everything
-/// once more; the bundle stays there. `believed` unless it is where the bundle has it. Nothing without
-/// odometry: tags alone say where the camera went, never where the base is.
+/// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
+/// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
+/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `believed` unless
+/// it is where the bundle has it. Nothing without odometry: tags alone say where the camera went, never where
+/// the base is.
 [[nodiscard]] std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
                                                                 const BundleProgress& progress,
                                                                 const std::optional<SE3>& believed = {});

@@ -30,4 +30,11 @@ std::optional<SE2> OdometryTrack::at(SensorTime stamp, Duration max_gap) const {
   return interpolate(before->odom_T_base, after->odom_T_base, share);
 }
 
+std::optional<SE2::Tangent> OdometryTrack::rate_at(SensorTime stamp, Duration window) const {
+  const auto before = at(stamp - window / 2);
+  const auto after = at(stamp + window / 2);
+  if (!before || !after) return std::nullopt;
+  return SE2::Tangent((before->inverse() * *after).log() / to_seconds(window));
+}
+
 }  // namespace waymark

@@ -18,6 +18,10 @@ class OdometryTrack {
   [[nodiscard]] std::optional<SE2> at(SensorTime stamp,
                                       Duration max_gap = std::chrono::milliseconds(500)) const;
 
+  /// Its twist per second at a time (m/s, m/s, rad/s), over `window`; nothing where at() knows nothing.
+  [[nodiscard]] std::optional<SE2::Tangent> rate_at(SensorTime stamp,
+                                                    Duration window = std::chrono::milliseconds(60)) const;
+
   [[nodiscard]] bool empty() const { return samples_.empty(); }
   [[nodiscard]] int left_out() const { return left_out_; }
 

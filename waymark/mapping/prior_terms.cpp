@@ -26,10 +26,6 @@ bool is_held(const LapPrior& prior, const TagId& tag, const MappedTag& mapped) {
   return prior.frozen.contains(tag) || !mapped.covariance;
 }
 
-Matrix6 own_covariance(const MappedTag& tag, const Matrix6& common) {
-  return tag.covariance.value_or(Matrix6::Zero()) - common + 1e-10 * Matrix6::Identity();
-}
-
 TagMap tags_of(const LapBundle& lap, const TagMap& prior) {
   std::vector<char> seen(lap.bundle.poses.size(), 0);
   for (const CornerTerm& term : lap.bundle.corners) {
@@ -96,12 +92,49 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
   }
 }
 
+/// The pose of each tag of the prior map: that of the lap's tag where it still stands there.
+void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
+  const std::set<TagId> agreeing(tied.agreeing.begin(), tied.agreeing.end());
+  for (const auto& [id, tag] : prior.map.tags) {
+    const bool held = is_held(prior, id, tag);
+    if (!agreeing.contains(id)) {
+      tied.before[id] = lap.bundle.add(tag.map_T_tag, held);
+      continue;
+    }
+    BundlePose& pose = lap.bundle.poses[tied.before[id] = lap.tags.at(id)];
+    pose.fixed = held;
+    if (held) pose.value = tag.map_T_tag;
+  }
+}
+
+/// What the prior map knows, once each of its tags has a pose.
+void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
+  const Matrix6 slack = 1e-10 * Matrix6::Identity();
+  const Matrix6 common = kCommonShare * common_covariance(prior.map);
+  const PoseIndex old = lap.bundle.add({});  // where the frame of the prior map lies in the map
+  lap.bundle.priors.push_back({old, {{}, whitening_of(Matrix6(common + 1e-12 * Matrix6::Identity()))}});
+  for (const auto& [id, tag] : prior.map.tags) {
+    if (!tag.covariance || lap.bundle.poses[tied.before.at(id)].fixed) continue;
+    const MappedTag* to = tag.tie ? prior.map.find(tag.tie->to) : nullptr;
+    if (to == nullptr || !to->covariance) {
+      const Matrix6 own = *tag.covariance - common + slack;
+      lap.bundle.relatives.push_back({old, tied.before.at(id), {tag.map_T_tag, {}, whitening_of(own)}});
+      continue;
+    }
+    const TiedError error = tied_error(tag, *to);
+    lap.bundle.pair_priors.push_back(
+        {tied.before.at(tag.tie->to),
+         tied.before.at(id),
+         {to->map_T_tag, tag.map_T_tag, error.gain, whitening_of(Matrix6(error.covariance + slack))}});
+  }
+}
+
 }  // namespace
 
 Matrix6 common_covariance(const TagMap& map) {
   std::optional<Matrix6> common;
   for (const auto& [id, tag] : map.tags) {
-    if (!tag.covariance) continue;
+    if (!tag.covariance || tag.tie) continue;
     const Matrix6 P = *tag.covariance + 1e-12 * Matrix6::Identity();
     common = common ? smaller_of(*common + 1e-12 * Matrix6::Identity(), P) : P;
   }
@@ -120,23 +153,8 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   if (!stands_where_it_was(*comparison, anchor)) move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
   find_agreeing(prior, now, lap, known, tied);
-  tied.common = kCommonShare * common_covariance(prior.map);
-  tied.old = lap.bundle.add({});
-  const Matrix6 common = tied.common + 1e-12 * Matrix6::Identity();
-  lap.bundle.priors.push_back({tied.old, {{}, whitening_of(common)}});
-  for (const TagId& id : tied.agreeing) {
-    const MappedTag& before = prior.map.tags.at(id);
-    BundlePose& pose = lap.bundle.poses[lap.tags.at(id)];
-    pose.fixed = is_held(prior, id, before);
-    if (pose.fixed) {
-      pose.value = before.map_T_tag;
-      continue;
-    }
-    lap.bundle.relatives.push_back(
-        {tied.old,
-         lap.tags.at(id),
-         {before.map_T_tag, {}, whitening_of(own_covariance(before, tied.common))}});
-  }
+  add_places(prior, lap, tied);
+  add_terms(prior, lap, tied);
   // The lap's own anchor was held where the prior map has it: from now on it is a tag like any other.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;
@@ -144,13 +162,22 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   return tied;
 }
 
-MappedTag unseen_tag(const LapPrior& prior, const TagId& tag, const TiedPrior& tied, const Bundle& bundle,
-                     const BundleCovariance& P) {
-  MappedTag mapped = prior.map.tags.at(tag);
-  if (is_held(prior, tag, mapped)) return mapped;
-  mapped.covariance = P.poses[tied.old] + own_covariance(mapped, tied.common);
-  mapped.map_T_tag = bundle.poses[tied.old].value * mapped.map_T_tag;
-  return mapped;
+TiePairs pairs_to_tie(const LapInput& input, const LapBundle& lap, const std::optional<TiedPrior>& tied) {
+  const auto pose_of = [&](const TagId& tag) -> std::optional<PoseIndex> {
+    if (const auto here = lap.tags.find(tag); here != lap.tags.end()) return here->second;
+    if (!tied) return std::nullopt;
+    const auto before = tied->before.find(tag);
+    return before != tied->before.end() ? std::optional(before->second) : std::nullopt;
+  };
+  TiePairs pairs;
+  for (const auto& [a, b] : tie_candidates(input, lap)) {
+    const auto pose_a = pose_of(a);
+    const auto pose_b = pose_of(b);
+    if (!pose_a || !pose_b || lap.bundle.poses[*pose_a].fixed || lap.bundle.poses[*pose_b].fixed) continue;
+    pairs.tags.emplace_back(a, b);
+    pairs.poses.emplace_back(*pose_a, *pose_b);
+  }
+  return pairs;
 }
 
 }  // namespace waymark::internal

@@ -104,8 +104,10 @@ class Search {
   /// The corner noise is what all sightings share: only its size is not known.
   void own_noise(double sigma_px) {
     noise_px_ = sigma_px;
-    for (CornerTerm& term : map_.problem.bundle.corners)
+    for (CornerTerm& term : map_.problem.bundle.corners) {
       term.factor.whitening = CornerCovariance::Identity() / sigma_px;
+      term.factor.isotropic = true;
+    }
   }
 
   /// Found over assumed, by the median, which outliers hardly move.

@@ -34,6 +34,7 @@ struct Calibration {
   /// at +1/2); "mounting_x_m" … "mounting_yaw_rad" of the camera's body on the base (straight ahead when
   /// zero); "odometry_scale" (true distance = scale * that of the wheels), "yaw_gain" (true turn = gain *
   /// that of the wheels), "gyro_gain" (the same of the gyro), "gyro_bias_rad_s" (what it says at rest),
+  /// "side_slip_s" (sideways speed per speed and yaw rate, outwards when negative),
   /// "camera_latency_s" (a picture is so much older than its stamp), "sight_scale" (true distance of a tag =
   /// scale * as it looks), "corner_sigma_px".
   std::map<std::string, CalibratedValue> values{};

@@ -10,6 +10,13 @@
 
 namespace waymark {
 
+/// How the error of one tag of a map hangs together with that of another.
+struct TagTie {
+  TagId to{};
+  /// 6x6, rows this tag, columns the other, each in its left tangent in the map frame [m, rad].
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 /// One tag of a map.
 struct MappedTag {
   SE3 map_T_tag{};    ///< tag frame: centre, x right, y down, z into the tag
@@ -17,6 +24,8 @@ struct MappedTag {
   /// 6x6 covariance of map_T_tag in its tangent (translation, rotation) [m, rad], written in the map frame,
   /// on the left; nothing when not known (or surveyed exactly).
   std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
+  /// To the tag of the map that tells most of this one; ties make no circles. Nothing when not known.
+  std::optional<TagTie> tie{};
 };
 
 /// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.

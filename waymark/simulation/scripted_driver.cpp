@@ -46,7 +46,9 @@ VelocityCommand ScriptedDriver::drive(const SE2& map_T_base, SensorTime now) {
   const Eigen::Vector2d map_goal = target * Eigen::Vector2d(0, options_.lateral_wander_m * offset_);
   const Eigen::Vector2d base_goal = map_T_base.inverse() * map_goal;
   const double curvature = 2 * base_goal.y() / std::max(base_goal.squaredNorm(), 1e-6);
-  const double speed = options_.speed_m_s * std::clamp(1 + options_.speed_wander * haste_, 0.5, 1.5);
+  const bool second = options_.second_speed_m_s > 0 && std::fmod(driven_m_ / options_.alternate_m, 2) >= 1;
+  const double meant = second ? options_.second_speed_m_s : options_.speed_m_s;
+  const double speed = meant * std::clamp(1 + options_.speed_wander * haste_, 0.5, 1.5);
   return {speed, speed * curvature};
 }
 

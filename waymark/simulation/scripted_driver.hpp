@@ -12,6 +12,8 @@ namespace waymark {
 /// How a person drives: smoothly, about where and about as fast as meant.
 struct DriverOptions {
   double speed_m_s = 0.3;
+  double second_speed_m_s = 0;
+  double alternate_m = 3;
   double look_ahead_m = 0.5;
   double lateral_wander_m = 0.02;
   double speed_wander = 0.08;
@@ -21,6 +23,9 @@ struct DriverOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.speed_m_s, Field{"speed_m_s", "Cruising speed.", 0.01, 5});
+    visit(self.second_speed_m_s,
+          Field{"second_speed_m_s", "Another, driven in turn with the first; 0: none.", 0, 5});
+    visit(self.alternate_m, Field{"alternate_m", "How far each of the two is driven at a time.", 0.1, 100});
     visit(self.look_ahead_m, Field{"look_ahead_m", "How far ahead the driver looks.", 0.05, 5});
     visit(self.lateral_wander_m,
           Field{"lateral_wander_m", "How far off the line, standard deviation.", 0, 1});

@@ -1,0 +1,90 @@
+#include "waymark/cli/calibrate_lap.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/lap_file.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/share.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// What a robot's file and an earlier calibration say of the camera counts for more than the recording.
+Status believe_files(const LocalizeJob& job, RecordingSetup& setup) {
+  if (!job.robot.empty()) {
+    const auto path = find_shared("robots", job.robot);
+    if (!path) return tl::unexpected(path.error());
+    const Result<RobotDescription> robot = read_robot(*path);
+    if (!robot) return tl::unexpected(robot.error());
+    setup.camera = robot->camera;
+    setup.base_T_cam = robot->model.base_T_cam;
+  }
+  if (job.calibration.empty()) return {};
+  const Result<Calibration> calibration = read_calibration(job.calibration);
+  if (!calibration) return tl::unexpected(calibration.error());
+  if (calibration->camera) setup.camera = calibration->camera;
+  if (setup.base_T_cam) setup.base_T_cam = calibrated_mounting(*setup.base_T_cam, *calibration);
+  return {};
+}
+
+/// Where no anchor is named any does: nobody asks where the map stands.
+SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded) {
+  SetupOverrides overrides{.tag_size_m = job.tag_size_m};
+  if (setup_of(recorded, overrides)) return overrides;
+  std::map<TagId, int> seen;
+  for (const TagFrame& frame : recorded.frames) {
+    for (const TagDetection& detection : frame.detections) ++seen[detection.tag];
+  }
+  if (seen.empty()) return overrides;
+  const auto most = std::ranges::max_element(seen, {}, [](const auto& entry) { return entry.second; });
+  overrides.anchor = to_string(most->first);
+  return overrides;
+}
+
+Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, Console& console) {
+  if (job.logs.size() > 1)
+    return fail(ErrorCode::InvalidArgument, "without --map a calibration is made of one recording",
+                {.source = job.logs[1]}, "Give one, or the map with --map.");
+  Result<RecordedLap> recorded = read_lap_file(job.logs.front(), &console);
+  if (!recorded) return tl::unexpected(recorded.error());
+  if (Status status = believe_files(job, recorded->setup); !status) return tl::unexpected(status.error());
+  if (recorded->frames.empty())
+    return fail(ErrorCode::NotFound, "there are no corners of tags in it", {.source = job.logs.front()},
+                "Map its tags first, and give the map with --map.");
+  const SensorTime first = recorded->frames.front().stamp;
+  std::erase_if(recorded->frames, [&](const TagFrame& frame) {
+    const double at_s = to_seconds(frame.stamp - first);
+    return at_s < from_s || at_s > to_s;
+  });
+  Result<TeachSetup> setup = setup_of(*recorded, overrides_of(job, *recorded));
+  if (!setup) return tl::unexpected(setup.error());
+  return LapInput{.frames = std::move(recorded->frames),
+                  .odometry = std::move(recorded->odometry),
+                  .camera = setup->camera,
+                  .base_T_cam = setup->base_T_cam,
+                  .sizes = setup->sizes,
+                  .anchor = setup->anchor,
+                  .map_T_anchor = setup->map_T_anchor};
+}
+
+}  // namespace
+
+Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s, double to_s,
+                                              Console& console) {
+  const Result<LapInput> lap = lap_input(job, from_s, to_s, console);
+  console.end_progress();
+  if (!lap) return tl::unexpected(lap.error());
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    console.live(fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost));
+    return !interrupted();
+  };
+  Result<LapCalibration> found = calibrate_by_lap(*lap, {}, progress);
+  console.end_progress();
+  return found;
+}
+
+}  // namespace waymark::cli
