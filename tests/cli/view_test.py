@@ -139,7 +139,7 @@ def main():
             page(server)
             with Server("--port", server.url.port) as other:  # the port is taken: another one
                 assert other.url.port != server.url.port
-                assert json.loads(other.ask("/session.json")[2]) == {"files": []}
+                assert json.loads(other.ask("/session.json")[2]) == {"files": [], "live": False}
         failures(folder)
     print("waymark view: ranges, refusals, hostile clients, the page, failures")
 

@@ -15,15 +15,24 @@ import tempfile
 SKIPPED = 77
 
 
-def main():
-    program, built = sys.argv[1], pathlib.Path(sys.argv[2])
+def browser_tools(built):
+    """Node and what its scripts are told by the environment; None, said in words, where something is missing."""
     modules = built / "source/node_modules"
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     npm_node = built.parent / "npm/node_modules/.bin/node"
     node = str(npm_node) if npm_node.exists() else shutil.which("node")
     if not (modules / "playwright-core").exists() or not (built / "stamp").exists() or chromium is None or node is None:
         print("no page (tools/build_viewer.sh), no Chromium or no Node")
+        return None
+    return node, {"WAYMARK_NODE_MODULES": str(modules), "WAYMARK_CHROMIUM": chromium}
+
+
+def main():
+    program, built = sys.argv[1], pathlib.Path(sys.argv[2])
+    tools = browser_tools(built)
+    if tools is None:
         return SKIPPED
+    node, environment = tools
     with tempfile.TemporaryDirectory(prefix="waymark-view-") as folder:
         subprocess.run([program, "demo", "-o", folder, "--seed", "1"], check=True, capture_output=True)
         server = subprocess.Popen([program, "view", folder, "--port", "0"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
@@ -32,7 +41,7 @@ def main():
             assert url.startswith("http://127.0.0.1:"), url
             script = pathlib.Path(__file__).resolve().parents[2] / "viewer/test/page_test.mjs"
             done = subprocess.run([node, script, url, folder, *sys.argv[3:4]], check=False, timeout=170,
-                                  env={**os.environ, "WAYMARK_NODE_MODULES": str(modules), "WAYMARK_CHROMIUM": chromium})
+                                  env={**os.environ, **environment})
         finally:
             server.send_signal(signal.SIGINT)
             assert server.wait(timeout=20) == 0

@@ -10,10 +10,13 @@ import { MapView } from "./view/map_view";
 import { figuresOf, Plots } from "./view/plots";
 import { TimelineBar } from "./view/timeline_bar";
 import { WorldView } from "./view/world_view";
+import type { LiveMode } from "./live/live_mode";
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const colour = (name: string): string => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
+const sessionAsked = fetch("session.json", { cache: "no-store" }).catch(() => undefined); // while the page is set up
+const reader = new Reader(hear);
 let content = emptyContent();
 let offers: Offer[] = [];
 let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
@@ -23,17 +26,21 @@ const world = new WorldView(map);
 const camera = new CameraView(byId<HTMLCanvasElement>("picture"), byId("seen"));
 const bar = new TimelineBar(playback, () => content.tracks.tags.column(0), update);
 const plots = new Plots(byId("plots"), (t) => bar.seek(t));
-const reader = new Reader(hear);
+let live: LiveMode | undefined;
 
 function say(words: string, bad = false): void {
   byId("status").textContent = words;
   byId("status").classList.toggle("bad", bad);
 }
 
+let pictureShown = NaN; // of a recording: the time whose picture was shown last
+let lookedAt = NaN; // of a robot that runs, when somebody looks back
+
 /** All that moves with the time. */
 function update(): void {
   const { t } = playback;
   if (content.info?.hasPictures) reader.picture(t);
+  else if (live && !playback.following && t !== lookedAt) void live.seek((lookedAt = t));
   world.moveTo(content, t);
   drawCamera();
   plots.at(t);
@@ -54,10 +61,11 @@ function update(): void {
 function drawCamera(): void {
   const { info } = content;
   const { tags, estimate, truth } = content.tracks;
-  const frame = tags.indexAt(playback.t); // where the robot was when the picture was taken
+  const t = live?.pictureTime ?? playback.t;
+  const frame = tags.indexAt(t); // where the robot was when the picture was taken
   const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
   const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
-  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, playback.t), tagsByName, map_T_cam);
+  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam);
 }
 
 /** All that only changes when something is opened. */
@@ -66,28 +74,48 @@ function rebuild(reframe: boolean): void {
   world.build(content, colour);
   if (reframe) map.frame();
   const { tracks } = content;
-  if (!content.info) playback.duration = Math.max(0, ...[tracks.truth, tracks.estimate].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
+  if (!content.info && !live) playback.duration = Math.max(0, ...[tracks.truth, tracks.estimate].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
   if (content.complete) {
     plots.show(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity)));
     bar.showMarks(marksOf(tracks));
   }
   const shown = [["truth", "truth", tracks.truth.length], ["odometry", "odometry, laid where it begins", tracks.odometry.length],
-                 ["estimate", "estimate, with three sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0]] as const;
+                 ["estimate", "estimate, with three sigma", tracks.estimate.length], ["route", "route", content.route ? 1 : 0],
+                 ["other", `route ${[...content.otherRoutes.keys()].join(", ")}`, content.otherRoutes.size]] as const;
   byId("legend").replaceChildren(...shown.filter(([, , count]) => count > 0).map(([name, words]) => {
     const item = document.createElement("li");
     item.className = name;
     item.textContent = words;
     return item;
   }));
+  showTagTable();
   byId("legend").hidden = byId("legend").children.length === 0;
   update();
+}
+
+/** Every mapped tag with what the map says of it. */
+function showTagTable(): void {
+  const millimetres = (value: number | undefined): string => (value === undefined ? "" : (value * 1000).toFixed(1));
+  byId("tags").hidden = content.tags.length === 0;
+  byId("tagrows").replaceChildren(...content.tags.map((tag) => {
+    const row = document.createElement("tr");
+    const { p } = tag.map_T_tag;
+    const cells = [`${tag.family}:${tag.id}`, ...p.map((v) => v.toFixed(3)), ...[0, 1, 2].map((i) => millimetres(tag.sigma?.[i])), String(tag.observations ?? "")];
+    row.append(...cells.map((words, i) => {
+      const cell = document.createElement(i === 0 ? "th" : "td");
+      if (i === 0) cell.setAttribute("scope", "row");
+      cell.textContent = words;
+      return cell;
+    }));
+    return row;
+  }));
 }
 
 function hear(answer: Answer): void {
   switch (answer.tell) {
     case "failed": return say(answer.words, true);
     case "picture":
-      void camera.show(answer.picture).then(drawCamera).catch((error: unknown) => say(String(error), true));
+      void camera.show(answer.picture).then(() => { drawCamera(); pictureShown = answer.t; }).catch((error: unknown) => say(String(error), true));
       return;
     case "opened": {
       const { info } = answer;
@@ -115,6 +143,8 @@ function hear(answer: Answer): void {
 
 function openRecording(source: File | string): void {
   delete document.body.dataset["ready"];
+  live?.close();
+  live = undefined;
   content = emptyContent();
   playback.playing = false;
   playback.seek(0);
@@ -134,23 +164,32 @@ async function openFiles(files: readonly File[]): Promise<void> {
 
 async function openOffered(): Promise<void> {
   const wanted = new URLSearchParams(location.search).get("recording");
-  const answer = await fetch("session.json", { cache: "no-store" }).catch(() => undefined);
-  offers = answer?.ok ? ((await answer.json()) as { files: Offer[] }).files : [];
+  const answer = await sessionAsked;
+  const session = answer?.ok ? ((await answer.json()) as { files: Offer[]; live: boolean }) : { files: [], live: false };
+  offers = session.files;
   const recordings = offers.filter((offer) => offer.kind === "recording");
   const choice = byId<HTMLSelectElement>("choice");
   choice.replaceChildren(...recordings.map((offer) => new Option(offer.name, offer.url)));
   choice.parentElement!.hidden = recordings.length < 2;
+  if (session.live && wanted === null) return startLive();
   if (wanted !== null) { choice.value = wanted; return openRecording(wanted); }
   if (recordings.length > 0) { choice.value = recordings[0]!.url; return openRecording(recordings[0]!.url); }
   await takeOfferedTexts();
   document.body.dataset["ready"] = "true";
 }
 
+/** Its code comes only where a robot runs. */
+async function startLive(): Promise<void> {
+  const { LiveMode } = await import("./live/live_mode");
+  byId("choice").parentElement!.hidden = true;
+  live = new LiveMode({ content, playback, world, camera, plots, bar, say, rebuild, update, drawCamera, colour });
+}
+
 /** A recording without a map gets the one that is offered beside it. */
 async function layOfferedMap(): Promise<void> {
   const { info } = content;
-  if (content.tags.length > 0 || content.route) return;
-  for (const offer of offers.filter((o) => o.name === "map.yaml" || o.name === "route.yaml")) {
+  const hasOwn = content.tags.length > 0 || content.route !== undefined;
+  for (const offer of offers.filter((o) => (hasOwn ? /^route-.*\.yaml$/ : /^(map|route|route-.*)\.yaml$/).test(o.name))) {
     const text = await fetch(offer.url).then((answer) => (answer.ok ? answer.text() : ""));
     if (content.info !== info) return; // another one was opened meanwhile
     takeText(content, offer.name, text);
@@ -180,6 +219,11 @@ function connect(): void {
     if (on) update();
     else map.follow(undefined);
   });
+  byId("axes").addEventListener("click", () => {
+    const on = byId("axes").ariaPressed !== "true";
+    press("axes", on);
+    world.showAxes(on);
+  });
   byId("measure").addEventListener("click", () => {
     const on = byId("measure").ariaPressed !== "true";
     press("measure", on);
@@ -188,6 +232,10 @@ function connect(): void {
   });
   byId("theme").addEventListener("click", () => setTheme(document.documentElement.dataset["theme"] === "dark" ? "light" : "dark"));
   byId("choice").addEventListener("change", (event) => openRecording((event.target as HTMLSelectElement).value));
+  byId("address").addEventListener("click", () => {
+    const url = prompt("Address of a recording (MCAP) on a server that gives parts of files");
+    if (url) openRecording(url);
+  });
   byId("file").addEventListener("change", (event) => void openFiles([...((event.target as HTMLInputElement).files ?? [])]));
   document.addEventListener("dragover", (event) => { event.preventDefault(); byId("drop").hidden = false; });
   document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) byId("drop").hidden = true; });
@@ -207,6 +255,7 @@ function setTheme(theme: string): void {
 
 let last = performance.now();
 function tick(now: number): void {
+  live?.tick(now);
   if (playback.advance((now - last) / 1000)) update();
   last = now;
   requestAnimationFrame(tick);
@@ -217,4 +266,8 @@ setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 requestAnimationFrame(tick);
 void openOffered();
 // For tests: where a place of the map is on the canvas.
-Object.assign(window, { waymark: { pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z) } });
+Object.assign(window, { waymark: {
+  pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z),
+  pictureShown: () => pictureShown,
+  latencies: () => Array.from({ length: content.tracks.latency.length }, (_, row) => content.tracks.latency.at(row, 1)),
+} });

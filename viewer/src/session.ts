@@ -11,12 +11,13 @@ export interface Content {
   complete: boolean;
   tags: MapTag[];
   route: Route | undefined;
+  otherRoutes: Map<string, Route>; // route-NAME.yaml, as `waymark optimize` writes it
   world: World | undefined;
   hull: [number, number, number];
 }
 
 export const emptyContent = (): Content => ({
-  info: undefined, tracks: emptyTracks(), families: [], complete: false, tags: [], route: undefined, world: undefined, hull: [0.32, 0.22, 0.25],
+  info: undefined, tracks: emptyTracks(), families: [], complete: false, tags: [], route: undefined, otherRoutes: new Map(), world: undefined, hull: [0.32, 0.22, 0.25],
 });
 
 /** Takes what a file of text says into the content; gives its words where it says nothing that is shown. */
@@ -24,7 +25,11 @@ export function takeText(content: Content, name: string, text: string): string |
   const base = name.split("/").pop() ?? name;
   try {
     if (text.includes("format: waymark-map-1")) content.tags = parseMap(text);
-    else if (text.includes("format: waymark-route-1")) content.route = parseRoute(text);
+    else if (text.includes("format: waymark-route-1")) {
+      const other = /^route-(.+)\.yaml$/.exec(base)?.[1];
+      if (other === undefined) content.route = parseRoute(text);
+      else content.otherRoutes.set(other, parseRoute(text));
+    }
     else if (base === "robot.yaml") content.hull = hullOf(text);
     else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
     else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
@@ -52,9 +57,12 @@ function takeTrajectory(content: Content, name: "truth" | "estimate", text: stri
 /** Where the tags stand, as well as it is known: by the map, or else by the simulator's world. */
 export const tagsOf = (content: Content): readonly MapTag[] => (content.tags.length > 0 ? content.tags : (content.world?.tags ?? []));
 
+const newWorker = (): Worker => new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
+
 /** The worker, and pictures asked one at a time: while one is on its way only the last wish is kept. */
 export class Reader {
   private worker: Worker | undefined;
+  private spare: Worker | undefined = newWorker(); // starts while the page does
   private asked = false;
   private wish: number | undefined;
 
@@ -64,7 +72,8 @@ export class Reader {
     this.worker?.terminate();
     this.asked = false;
     this.wish = undefined;
-    this.worker = new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
+    this.worker = this.spare ?? newWorker();
+    this.spare = undefined;
     this.worker.onmessage = ({ data }: MessageEvent<Answer>) => this.hear(data);
     this.worker.onerror = (event) => this.told({ tell: "failed", words: event.message || "the reader did not start" });
     this.ask({ ask: "open", source });

@@ -1,68 +1,33 @@
 // Drives the page of `waymark view` in a headless Chromium.
 // usage: node page_test.mjs URL FOLDER [PICTURES]     URL serves FOLDER, which `waymark demo` wrote; exit code 1 and words when something is wrong
 import { readFileSync } from "node:fs";
-import { createRequire } from "node:module";
-import { pathToFileURL } from "node:url";
+import * as tools from "./browser.mjs";
 
+const { check } = tools;
 const [url, folder, pictures] = process.argv.slice(2);
-const require = createRequire(pathToFileURL(process.env.WAYMARK_NODE_MODULES + "/"));
-const { chromium } = require("playwright-core");
-const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
-
-function check(condition, words) {
-  if (!condition) throw new Error(words);
-}
 const started = Date.now();
-const browser = await chromium.launch({
-  executablePath: process.env.WAYMARK_CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
-});
+const browser = await tools.launch();
 const launched = Date.now();
-const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
-page.setDefaultTimeout(60000); // a busy machine
-const troubles = [];
-page.on("console", (message) => message.type() === "error" && troubles.push(message.text()));
-page.on("pageerror", (error) => troubles.push(String(error)));
-page.on("request", (request) => {
-  if (!request.url().startsWith(url) && !/^(data|blob):/.test(request.url())) troubles.push(`asked ${request.url()}`);
-});
+const { page, troubles } = await tools.openPage(browser, url);
+const pixelsNear = (...what) => tools.pixelsNear(page, ...what);
+const accessible = (where) => tools.accessible(page, where);
+const drawn = () => tools.drawn(page);
 
 const ready = () => page.waitForSelector("body[data-ready]", { state: "attached", timeout: 60000 });
 const status = () => page.textContent("#status");
 const time = () => page.$eval("#time", (e) => Number(e.value));
 const fact = (name) => page.$$eval("#facts div", (rows, wanted) => rows.find((r) => r.children[0].textContent === wanted)?.children[1].textContent, name);
-/** How many pixels of a canvas about a place (all of it unless given) are near a colour. */
-const pixelsNear = (id, colour, at, reach) => page.$eval(id, (canvas, [rgb, place, r]) => {
-  const copy = document.createElement("canvas");
-  copy.width = canvas.width;
-  copy.height = canvas.height;
-  const context = copy.getContext("2d");
-  context.drawImage(canvas, 0, 0);
-  const scale = canvas.width / canvas.clientWidth;
-  const box = place ? [place[0] * scale - r, place[1] * scale - r, 2 * r + 1, 2 * r + 1] : [0, 0, copy.width, copy.height];
-  const { data } = context.getImageData(...box.map(Math.round));
-  let count = 0;
-  for (let i = 0; i < data.length; i += 4) if (Math.hypot(data[i] - rgb[0], data[i + 1] - rgb[1], data[i + 2] - rgb[2]) < 60) ++count;
-  return count;
-}, [colour, at, reach]);
 const pixelOf = (x, y, z) => page.evaluate((p) => window.waymark.pixelOf(...p), [x, y, z]);
-const drawn = () => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
 const seek = async (t) => {
   await page.$eval("#time", (e, value) => { e.value = value; e.dispatchEvent(new Event("input")); }, String(t));
   await drawn();
 };
-const accessible = async (where) => {
-  await page.evaluate(axe);
-  const { violations } = await page.evaluate(() => window.axe.run(document, { runOnly: ["wcag2a", "wcag2aa", "best-practice"] }));
-  check(violations.length === 0, `${where}: ${violations.map((v) => `${v.id} (${v.nodes[0].html}: ${v.nodes[0].any[0]?.message ?? ""})`).join("; ")}`);
-};
-
 const TRUTH = [0, 158, 115], QUAD = [240, 228, 66], BLACK = [0, 0, 0], WHITE = [255, 255, 255];
 
 async function replayIsShown() {
   await page.selectOption("#choice", { label: "replay.mcap" });
   await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("replay.mcap") && document.body.dataset.ready);
-  check((await page.$$("#plots .uplot")).length === 4, "four plots: distance, heading, speed, tags");
+  check((await page.$$("#plots .uplot")).length === 5, "five plots: distance, heading, speed, tags, latency");
   const legend = (await page.$$eval("#legend li", (items) => items.map((i) => i.className))).join(" ");
   check(legend === "truth odometry estimate route", `legend: ${legend}`);
 }

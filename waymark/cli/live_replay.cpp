@@ -5,6 +5,7 @@
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/fresh_file.hpp"
 #include "waymark/cli/live_replay.hpp"
+#include "waymark/cli/live_story.hpp"
 #include "waymark/cli/robot_loop.hpp"
 
 namespace waymark::cli {
@@ -31,6 +32,7 @@ Status LiveReplay::hear(const Sample& sample) {
 
 Result<std::optional<VelocityCommand>> LiveReplay::decide(Duration uptime, SensorTime now) {
   const ReplayStep step = replayer_.step(now);
+  on_step(now, step);
   end.state = step.state;
   end.reason = step.reason.value_or("");
   const bool goes_on = step.state == ReplayState::Driving || step.state == ReplayState::AtStation;
@@ -106,8 +108,16 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
     fresh.hear(sample);
     return replay.hear(sample);
   };
-  listener.decide = [&](Duration uptime, SensorTime now) { return replay.decide(uptime, now); };
-  const auto driven = (*robot)->drive(listener);
+  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Replaying);
+  viewers.viewers().show_map(job.folder);
+  viewers.viewers().watch(replay, route.length_m * (route.closed ? job.replay.laps : 1));
+  listener.decide = [&](Duration uptime, SensorTime now) -> Result<std::optional<VelocityCommand>> {
+    const PhaseViewers::Wish wish = viewers.hear(uptime);
+    if (wish.over) return std::optional<VelocityCommand>();
+    if (wish.pause) *wish.pause ? replay.pause() : replay.resume();
+    return replay.decide(uptime, now);
+  };
+  const auto driven = (*robot)->drive(watched(listener, job.feed));
   const Status closed = *recorder ? (*recorder)->close() : Status();
   console.end_progress();
   if (!driven) return tl::unexpected(driven.error());

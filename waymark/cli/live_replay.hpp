@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "waymark/cli/live_steps.hpp"
@@ -21,6 +22,8 @@ class LiveReplay {
   void resume();
   [[nodiscard]] const std::vector<StationVisit>& visits() const { return notes_.visits(); }
 
+  /// Hears every step.
+  std::function<void(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {};
   SimulatedReplayEnd end{};
   Trajectory true_path{};
   double driven_m = 0;

@@ -6,6 +6,7 @@
 #include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_driver.hpp"
 #include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/live_story.hpp"
 #include "waymark/cli/robot_loop.hpp"
 
 namespace waymark::cli {
@@ -95,6 +96,7 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                 console);
   SimulatedLapEnd end;
   SilenceWatch silence(console);
+  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching);
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) {
     fresh.hear(sample);
@@ -109,11 +111,13 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
     if (decision->pad) {
       if (Status status = lesson.on_sample(*decision->pad); !status) return tl::unexpected(status.error());
     }
-    end.finished = decision->done;
-    return decision->done ? std::nullopt : std::optional(decision->command);
+    const PhaseViewers::Wish wish = viewers.hear(uptime);
+    end.finished = decision->done || wish.over;
+    if (end.finished) return std::optional<VelocityCommand>();
+    return std::optional(wish.stand ? VelocityCommand{} : decision->command);
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) console.say(usage);
-  const auto driven = (*robot)->drive(listener);
+  const auto driven = (*robot)->drive(watched(listener, job.feed));
   const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
   console.end_progress();
   const bool hung_up = !driven && interrupted();  // the terminal went, and the keys with it

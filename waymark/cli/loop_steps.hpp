@@ -21,6 +21,10 @@
 #include "waymark/pipeline/pose_lap_mapper.hpp"
 #include "waymark/samples/calibration.hpp"
 
+namespace waymark {
+class LiveFeed;
+}
+
 /// The steps of the loop with their files: what `waymark teach`, `map` and `replay` do, and `demo` in a row.
 /// Each takes options and gives a report; the words and the exit code are the verb's.
 namespace waymark::cli {
@@ -48,6 +52,7 @@ struct TeachJob {
   double second_speed_m_s = 0;         ///< another in turn with it (scripted); 0: none
   bool durable = false;                ///< also a power cut loses at most a second
   std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
+  LiveFeed* feed = nullptr;            ///< of viewers, if there are any
 };
 
 /// The names that --driver takes.
@@ -119,6 +124,7 @@ struct ReplayJob {
   AnchorOptions anchor{};
   ReplayOptions replay{};                    ///< laps, follower, limits
   std::optional<Calibration> calibration{};  ///< of the robot's camera
+  LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
 };
 
 /// What calibration.yaml knows better than the robot's file: camera and mounting, the filter's scales, and

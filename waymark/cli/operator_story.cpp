@@ -9,6 +9,7 @@
 
 #include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_replay.hpp"
+#include "waymark/cli/live_story.hpp"
 #include "waymark/cli/pilot.hpp"
 #include "waymark/cli/robot_loop.hpp"
 #include "waymark/cli/story_files.hpp"
@@ -42,7 +43,10 @@ class Story {
         pilot_(std::move(pilot)),
         console_(console),
         operator_({}, job.map.empty() ? S::Idle : S::Ready),
-        map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)) {}
+        map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)),
+        viewers_(job.feed) {
+    viewers_.show_camera(stage.simulated);
+  }
 
   /// With a map that is there already, when the job names one.
   Status load() { return job_.map.empty() ? Status() : load_map(); }
@@ -62,6 +66,7 @@ class Story {
   }
 
   Result<std::optional<VelocityCommand>> decide(Duration uptime, SensorTime now) {
+    viewers_.tell(operator_, *pilot_);
     const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
     if (!act) return tl::unexpected(act.error());
     for (const std::string& words : act->words) console_.say(words);
@@ -213,6 +218,7 @@ class Story {
     Result<ReplayFiles> files = load_replay(job);
     if (!files) return tl::unexpected(files.error());
     files_.emplace(std::move(*files));
+    viewers_.show_map(map_folder_);
     return {};
   }
 
@@ -232,6 +238,7 @@ class Story {
     replayed_->live =
         std::make_unique<LiveReplay>(*replayed_->replayer, replayed_->recorder,
                                      route.length_m * (route.closed ? job.replay.laps : 1), console_);
+    viewers_.watch(*replayed_->live, route.length_m * (route.closed ? job.replay.laps : 1));
     return {};
   }
 
@@ -256,12 +263,13 @@ class Story {
   std::optional<ReplayFiles> files_{};
   std::future<Status> mapping_{};
   Stopwatch mapping_watch_{};
+  StoryViewers viewers_;
 };
 
 }  // namespace
 
 Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console) {
-  auto pilot = Pilot::make(job.driver, job.speed_m_s, stage.simulated);
+  auto pilot = Pilot::make(job.driver, job.speed_m_s, stage.simulated, job.feed);
   if (!pilot) return tl::unexpected(pilot.error());
   return run_story(stage, job, std::move(*pilot), console);
 }
@@ -282,7 +290,7 @@ Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::uniq
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) { return story.hear(sample); };
   listener.decide = [&](Duration uptime, SensorTime now) { return story.decide(uptime, now); };
-  const auto driven = (*robot)->drive(listener);
+  const auto driven = (*robot)->drive(watched(listener, job.feed));
   const Status closed = story.finish();
   console.end_progress();
   if (!driven) return tl::unexpected(driven.error());

@@ -10,6 +10,10 @@
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/pilot.hpp"
 
+namespace waymark {
+class LiveFeed;
+}
+
 /// The operator's story with a robot that lives: teach, map, replay, with one button.
 namespace waymark::cli {
 
@@ -18,8 +22,9 @@ struct StoryJob {
   std::string map{};             ///< folder of a map that is there already: the story begins with ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
-  std::string images{};  ///< how pictures are recorded while teaching
-  ReplayJob replay{};    ///< method, options; folder and output are the story's
+  std::string images{};      ///< how pictures are recorded while teaching
+  ReplayJob replay{};        ///< method, options; folder and output are the story's
+  LiveFeed* feed = nullptr;  ///< of viewers, if there are any
 };
 
 struct StoryReport {

@@ -9,6 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/live_driver.hpp"
+#include "waymark/cli/page_pilot.hpp"
 #include "waymark/drivers/gamepad/gamepad.hpp"
 #include "waymark/drivers/gamepad/stick_driver.hpp"
 #include "waymark/drivers/keyboard/key_driver.hpp"
@@ -144,7 +145,7 @@ class LinePilot final : public Pilot {
 /// Knows the way: teaches the world's line once and lets the robot repeat it.
 class ScriptPilot final : public Pilot {
  public:
-  explicit ScriptPilot(std::unique_ptr<LiveDriver> driver) : driver_(std::move(driver)) {}
+  ScriptPilot(std::unique_ptr<LiveDriver> driver, bool stays) : driver_(std::move(driver)), stays_(stays) {}
 
   Result<PilotAct> act(Duration uptime, SensorTime now, S state) override {
     PilotAct act;
@@ -157,9 +158,10 @@ class ScriptPilot final : public Pilot {
     } else if (settled && !taught_ && state == S::Idle) {
       act.events.push_back(E::Go);
       taught_ = true;
-    } else if (settled && state == S::Ready) {
+    } else if (settled && state == S::Ready && !replayed_) {
       act.events.push_back(E::Go);
-    } else if (state == S::Done || state == S::Stopped || (taught_ && state == S::Idle)) {
+      replayed_ = true;
+    } else if (!stays_ && (state == S::Done || state == S::Stopped || (taught_ && state == S::Idle))) {
       act.events.push_back(E::Quit);
     }
     if (!act.events.empty()) pressed_ = uptime;
@@ -167,27 +169,22 @@ class ScriptPilot final : public Pilot {
   }
   void hear(const Sample& sample) override { driver_->hear(sample); }
   std::string usage() const override { return "a script drives the world's line and presses the button"; }
+  bool is_person() const override { return false; }
 
  private:
   std::unique_ptr<LiveDriver> driver_;
+  bool stays_;
   bool taught_ = false;
+  bool replayed_ = false;
   Duration pressed_{};
 };
 
-}  // namespace
-
-std::vector<std::string> pilots() { return {"gamepad", "keyboard", "lines", "scripted"}; }
-
-std::unique_ptr<Pilot> pilot_with_pad(std::unique_ptr<Gamepad> pad, double speed_m_s) {
-  return std::make_unique<PadPilot>(std::move(pad), speed_m_s);
-}
-
-Result<std::unique_ptr<Pilot>> Pilot::make(const std::string& name, double speed_m_s,
-                                           const SimulatedStage& stage) {
+Result<std::unique_ptr<Pilot>> make_pilot(const std::string& name, double speed_m_s,
+                                          const SimulatedStage& stage, bool stays) {
   if (name == "gamepad") {
     auto pad = open_gamepad();
     if (!pad) return tl::unexpected(pad.error());
-    return pilot_with_pad(std::move(*pad), speed_m_s);
+    return std::make_unique<PadPilot>(std::move(*pad), speed_m_s);
   }
   if (name == "keyboard") {
     auto keys = TerminalKeys::open(STDIN_FILENO);
@@ -200,7 +197,36 @@ Result<std::unique_ptr<Pilot>> Pilot::make(const std::string& name, double speed
                 suggestion(name, pilots()));
   auto driver = LiveDriver::make(name, speed_m_s, stage);
   if (!driver) return tl::unexpected(driver.error());
-  return std::make_unique<ScriptPilot>(std::move(*driver));
+  return std::make_unique<ScriptPilot>(std::move(*driver), stays);
+}
+
+}  // namespace
+
+std::vector<std::string> pilots() { return {"gamepad", "keyboard", "lines", "scripted", "page"}; }
+
+std::unique_ptr<Pilot> pilot_with_pad(std::unique_ptr<Gamepad> pad, double speed_m_s) {
+  return std::make_unique<PadPilot>(std::move(pad), speed_m_s);
+}
+
+Result<std::unique_ptr<Pilot>> Pilot::make(const std::string& name, double speed_m_s,
+                                           const SimulatedStage& stage, LiveFeed* feed) {
+  if (feed == nullptr && name == "page")
+    return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "--driver"},
+                "Add --view, or name another driver.");
+  if (feed == nullptr) return make_pilot(name, speed_m_s, stage, false);
+  std::unique_ptr<Pilot> other;
+  PagePilot::MakeScript script = [] { return std::unique_ptr<LiveDriver>(); };
+  if (name == "page") {  // where the line is known a script drives it on request
+    script = [speed_m_s, &stage] {
+      auto driver = LiveDriver::make("scripted", speed_m_s, stage);
+      return driver ? std::move(*driver) : std::unique_ptr<LiveDriver>();
+    };
+  } else {
+    auto made = make_pilot(name, speed_m_s, stage, true);
+    if (!made) return made;
+    other = std::move(*made);
+  }
+  return std::make_unique<PagePilot>(*feed, std::move(other), std::move(script));
 }
 
 }  // namespace waymark::cli

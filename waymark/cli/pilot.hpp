@@ -10,6 +10,10 @@
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/pipeline/operator.hpp"
 
+namespace waymark {
+class LiveFeed;
+}
+
 namespace waymark::cli {
 
 /// What a pilot does at this moment.
@@ -24,9 +28,10 @@ struct PilotAct {
 /// script that knows the way.
 class Pilot {
  public:
-  /// "gamepad", "keyboard", "lines" or "scripted".
+  /// "gamepad", "keyboard", "lines", "scripted", or, with a `feed`, "page". With a feed the page has the
+  /// buttons as well, and a script does not end the story.
   static Result<std::unique_ptr<Pilot>> make(const std::string& name, double speed_m_s,
-                                             const SimulatedStage& stage);
+                                             const SimulatedStage& stage, LiveFeed* feed = nullptr);
   virtual ~Pilot() = default;
   Pilot(const Pilot&) = delete;
   Pilot& operator=(const Pilot&) = delete;
@@ -36,6 +41,12 @@ class Pilot {
   virtual void hear(const Sample& /*sample*/) {}
   /// How to do it, in one line.
   [[nodiscard]] virtual std::string usage() const = 0;
+  /// Somebody stands at the robot, or sits at the keys.
+  [[nodiscard]] virtual bool is_person() const { return true; }
+  /// While teaching the keys of the page drive.
+  [[nodiscard]] virtual bool page_drives() const { return false; }
+  /// A script could drive the lap now, if somebody asks for it.
+  [[nodiscard]] virtual bool has_script() const { return false; }
 
  protected:
   Pilot() = default;

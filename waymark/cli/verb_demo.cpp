@@ -12,7 +12,10 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/operator_story.hpp"
+#include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/report_run.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
@@ -27,9 +30,10 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kReplaySeed = 1000;
 
 struct DemoArgs {
-  explicit DemoArgs(CLI::App& app) : stage(app, "limo", "circuit24") {}
+  explicit DemoArgs(CLI::App& app) : stage(app, "limo", "circuit24") { add_flags(app, live); }
 
   StageFlags stage;
+  LiveFlags live{};
   bool images = false;
   std::string folder = "demo";
   bool durable = false;
@@ -165,12 +169,38 @@ std::string table(const DemoReport& report) {
   return text;
 }
 
+/// The same story by the clock, while somebody watches; it stays until it is ended.
+ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
+  const std::string words = args.stage.as_words("limo") + (args.images ? " --images" : "");
+  Status status = clear(args.folder);
+  if (status) status = become_the_robot(stage, words, {.lockstep = true, .pace = 1});
+  if (!status) {
+    console.say(status.error());
+    return ExitCode::SomeFailed;
+  }
+  const auto view = LiveView::start(args.live, stage, console);
+  if (!view) {
+    console.say(view.error());
+    return exit_code_of(view.error());
+  }
+  StoryJob job{.folder = args.folder, .driver = "scripted", .feed = &(*view)->feed()};
+  job.replay.durable = args.durable;
+  const Result<StoryReport> report = run_story(stage, job, console);
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
+  }
+  if (args.json) console.print(json_line(to_json(*report)));
+  return report->interrupted ? ExitCode::Interrupted : ExitCode::Ok;
+}
+
 ExitCode demo(const DemoArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make("limo");
   if (!stage) {
     console.say(stage.error());
     return ExitCode::Usage;
   }
+  if (args.live.view) return watched_demo(args, *stage, console);
   if (args.images) {
     stage->simulated.pictures = SceneEyeOptions{};
     stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
@@ -225,12 +255,16 @@ Verb demo_verb() {
 lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
 error over the way, tags in view; and report.html with all of it on one page. Run again, it writes over its own files, and over nobody else's.
 
+With --view the same story goes by the clock and is shown in the browser, where it can be paused, stopped and
+replayed again; it stays until Ctrl-C, and leaves the recordings and the map.
+
 Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),
 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark demo
   waymark demo -o out --seed 5 --json
+  waymark demo --view --images --open
 )",
       .prepare = prepare_demo,
       .verbs = {}};

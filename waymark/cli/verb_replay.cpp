@@ -9,6 +9,7 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
@@ -31,9 +32,12 @@ struct ReplayArgs {
         pursuit(app, "Controller pursuit"),
         goal(app, "Controller pose"),
         watch(app, "Alarms"),
-        safety(app, "Limits") {}
+        safety(app, "Limits") {
+    add_flags(app, live);
+  }
 
   StageFlags stage;
+  LiveFlags live{};
   PictureFlags pictures;
   ReplayJob job{};
   std::string folder;
@@ -98,11 +102,17 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   std::error_code ignored;
   Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
   const Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
-  const Result<ReplayJob> job = seen ? job_of(args) : tl::unexpected(seen.error());
+  Result<ReplayJob> job = seen ? job_of(args) : tl::unexpected(seen.error());
   if (!job) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
   }
+  const auto view = LiveView::start(args.live, *stage, console);
+  if (!view) {
+    console.say(view.error());
+    return exit_code_of(view.error());
+  }
+  if (*view) job->feed = &(*view)->feed();
   const Result<ReplayReport> report =
       stage->process.empty() ? replay_route(*stage, *job, console) : replay_live(*stage, *job, console);
   if (!report) {

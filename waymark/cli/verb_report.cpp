@@ -65,8 +65,9 @@ Verb report_verb() {
           R"(One HTML file that holds everything itself: it needs no network and no script, and prints well. For each
 drive: how it was made, its way seen from above (truth green, odometry blue, estimate red), speed, tags in
 view, error and doubt of the estimate. For each map: its tags with doubt and residuals, the map before and
-after optimisation where the recording it was made of is given too. Several drives are compared with the
-first, by truth.
+after optimisation where the recording it was made of is given too. Several drives stand side by side, by what
+needs no truth (a simulated one beside a real one, for example), and are compared with the way of the first: by
+the truth, or by their estimate where there is none.
 
 Exit code: 0 written, 1 something could not be read or there was nothing to show, 2 wrong usage.
 

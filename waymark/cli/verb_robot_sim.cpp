@@ -62,12 +62,14 @@ class OrderInput {
 /// A simulated robot that speaks on standard output and listens on standard input.
 class SpeakingRobot {
  public:
-  SpeakingRobot(const SimulatedStage& stage, SE2 start, std::unique_ptr<SceneEye> eye, bool lockstep)
+  SpeakingRobot(const SimulatedStage& stage, SE2 start, std::unique_ptr<SceneEye> eye, bool lockstep,
+                double pace)
       : name_(stage.model.name),
         robot_(stage.world, stage.model, stage.camera, start, stage.robot,
                eye != nullptr ? Eye::Shots : Eye::Corners),
         eye_(std::move(eye)),
-        lockstep_(lockstep) {}
+        lockstep_(lockstep),
+        pace_(pace) {}
 
   Status run() {
     RobotHello hello{.name = name_, .lockstep = lockstep_};
@@ -108,6 +110,11 @@ class SpeakingRobot {
     const std::int64_t step = ++step_;
     Status status = say(to_line(RobotStep{step, robot_.now()}));
     (void)std::fflush(stdout);
+    if (pace_ > 0) {
+      const Duration due(static_cast<std::int64_t>(static_cast<double>(robot_.uptime().count()) / pace_));
+      const Duration ahead = start_ + due - steady_now();
+      if (ahead > Duration(0)) std::this_thread::sleep_for(ahead);
+    }
     orders_.wait_for(step);
     while (status && !over()) {
       const auto order = orders_.newest(std::chrono::milliseconds(100));
@@ -128,6 +135,7 @@ class SpeakingRobot {
   SimulatedRobot robot_;
   std::unique_ptr<SceneEye> eye_;
   bool lockstep_;
+  double pace_;
   OrderInput orders_{};
   Duration start_{};
   std::int64_t step_ = 0;
@@ -139,6 +147,7 @@ struct RobotSimArgs {
   StageFlags stage;
   PictureFlags pictures;
   bool lockstep = false;
+  double pace = 0;
 };
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
@@ -166,7 +175,7 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
     eye = std::move(*made);
   }
   never_wait(STDIN_FILENO);
-  status = SpeakingRobot(simulated, path.front().map_T_path, std::move(eye), args.lockstep).run();
+  status = SpeakingRobot(simulated, path.front().map_T_path, std::move(eye), args.lockstep, args.pace).run();
   if (status) return ExitCode::Ok;
   console.say(status.error());
   return ExitCode::SomeFailed;
@@ -177,6 +186,12 @@ Run prepare_robot_sim(CLI::App& app) {
   app.add_flag("--lockstep", args->lockstep,
                "Time stands still until each step is answered: as fast as the machine can, and the same "
                "samples every time");
+  app.add_option(
+         "--pace", args->pace,
+         "With --lockstep: no faster than so many seconds of the world a second; 0: as fast as it goes")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str()
+      ->type_name("FLOAT");
   return [args](Console& console) { return robot_sim(*args, console); };
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -9,40 +8,36 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/operator_story.hpp"
+#include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct RunArgs {
-  explicit RunArgs(CLI::App& app) : stage(app, "limo", {}, true) {}
+  explicit RunArgs(CLI::App& app) : stage(app, "limo", {}, true) { add_flags(app, live); }
   StageFlags stage;
+  LiveFlags live{};
+  CLI::Option* driver = nullptr;
   LoneAnchorFlags anchor;
   StoryJob job{};
   std::string folder;
   std::string calibration;
   bool images = false;
+  double pace = 1;
   bool json = false;
 };
-
-/// The simulated robot is a process like any other: this program again.
-Status let_us_be_the_robot(const RunArgs& args, Stage& stage) {
-  std::error_code error;
-  const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
-  if (error)
-    return fail(ErrorCode::Unsupported, "this program does not know its own name: " + error.message());
-  // A script does not care how fast the time passes; a person does.
-  stage.process =
-      fmt::format("exec '{}' robot-sim {}{}{}", self, args.stage.as_words("limo"),
-                  args.images ? " --images" : "", args.job.driver == "scripted" ? " --lockstep" : "");
-  return {};
-}
 
 Result<Stage> stage_of(const RunArgs& args) {
   Result<Stage> stage = args.stage.make("limo");
   if (!stage) return stage;
-  Status status = stage->process.empty() ? let_us_be_the_robot(args, *stage) : Status();
+  // A script does not care how fast the time passes; a person does, also one who only watches.
+  const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
+                           .pace = args.live.view ? args.pace : 0};
+  const std::string words = args.stage.as_words("limo") + (args.images ? " --images" : "");
+  Status status = stage->process.empty() ? become_the_robot(*stage, words, time) : Status();
   if (status) status = check_live_stage(*stage, args.anchor);
   if (!status) return tl::unexpected(status.error());
   return stage;
@@ -72,6 +67,15 @@ ExitCode run(const RunArgs& args, Console& console) {
     console.say(status.error());
     return ExitCode::Usage;
   }
+  const auto view = LiveView::start(args.live, *stage, console);
+  if (!view) {
+    console.say(view.error());
+    return exit_code_of(view.error());
+  }
+  if (*view) {
+    job.feed = &(*view)->feed();
+    if (args.driver->count() == 0) job.driver = "page";
+  }
   job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
   const Result<StoryReport> report = run_story(*stage, job, console);
   if (!report) {
@@ -92,11 +96,12 @@ Run prepare_run(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for what is written: lap.mcap, map/, replay.mcap")
       ->required()
       ->type_name("FOLDER");
-  app.add_option("--driver", args->job.driver,
-                 "Who is in charge: gamepad, keyboard, lines (a program that writes go, stop, quit and drive "
-                 "0.3 -0.1 to standard input), scripted (with --world)")
-      ->capture_default_str()
-      ->type_name("NAME");
+  args->driver =
+      app.add_option("--driver", args->job.driver,
+                     "Who is in charge: gamepad, keyboard, lines (a program that writes go, stop, quit and "
+                     "drive 0.3 -0.1 to "
+                     "standard input), scripted (with --world), page (with --view, and then the default)");
+  args->driver->capture_default_str()->type_name("NAME");
   app.add_option("--map", args->job.map, "Folder of a map that is there already: begin with ready")
       ->type_name("FOLDER");
   app.add_option("--route", args->job.replay.route, "With --map: a route of that name (`waymark routes`)")
@@ -118,6 +123,12 @@ Run prepare_run(CLI::App& app) {
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("NUMBER");
   app.add_flag("--images", args->images, "The simulated robot sends pictures");
+  app.add_option("--pace", args->pace,
+                 "With --view and a simulated robot: so many seconds of the world pass in one; 0: as many as "
+                 "can")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str()
+      ->type_name("FLOAT");
   add_flags(app, args->anchor);
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return run(*args, console); };
@@ -134,6 +145,8 @@ Verb run_verb() {
 the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and
 goes on; B (circle) or any stick stops. Keyboards and programs can do the same (--driver). The robot moves only
 while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
+--view shows the robot in the browser, with the same buttons; other drivers keep theirs. One viewer at a time
+holds control. When it goes away while it teaches the robot stands, and a replay pauses (docs/howto/live.md).
 Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2 wrong usage, 130 stopped by
@@ -142,6 +155,7 @@ Ctrl-C.
 Examples:
   waymark run --world circuit24 --driver scripted -o story
   waymark run --world circuit24 --driver keyboard -o story
+  waymark run --world circuit24 --images --view --open -o story
   waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o story
 )",
       .prepare = prepare_run,

@@ -10,6 +10,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -18,13 +19,14 @@ namespace waymark::cli {
 namespace {
 
 struct TeachArgs {
-  explicit TeachArgs(CLI::App& app) : stage(app, "limo", {}, true), pictures(app) {}
+  explicit TeachArgs(CLI::App& app) : stage(app, "limo", {}, true), pictures(app) { add_flags(app, live); }
 
   StageFlags stage;
   PictureFlags pictures;
   TeachJob job;
   const CLI::Option* speed = nullptr;
   LoneAnchorFlags anchor;
+  LiveFlags live{};
   bool json = false;
 };
 
@@ -90,7 +92,13 @@ ExitCode teach(const TeachArgs& args, Console& console) {
     console.say(status.error());
     return ExitCode::Usage;
   }
-  const TeachJob job = job_of(args, *stage);
+  TeachJob job = job_of(args, *stage);
+  const auto view = LiveView::start(args.live, *stage, console);
+  if (!view) {
+    console.say(view.error());
+    return exit_code_of(view.error());
+  }
+  if (*view) job.feed = &(*view)->feed();
   const Result<TeachReport> report =
       stage->process.empty() ? teach_lap(*stage, job, console) : teach_live(*stage, job, console);
   if (!report) {

@@ -7,15 +7,11 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <spawn.h>
 #include <CLI/App.hpp>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/server/assets.hpp"
-#include "waymark/server/http_server.hpp"
-
-extern char** environ;
 
 namespace waymark::cli {
 namespace {
@@ -24,8 +20,7 @@ namespace fs = std::filesystem;
 
 struct ViewArgs {
   std::string path;
-  int port = 8642;
-  bool open = false;
+  PageFlags page{};
 };
 
 bool is_mcap(const fs::path& path) {
@@ -45,6 +40,11 @@ std::vector<OfferedFile> files_of(const fs::path& folder) {
   std::ranges::sort(files, {}, &OfferedFile::name);
   for (const fs::path& place : {folder, folder / "map"}) {
     if (!fs::is_regular_file(place / "map.yaml", none)) continue;
+    for (const fs::directory_entry& entry : fs::directory_iterator(place, none)) {  // of `waymark optimize`
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with("route-") && name.ends_with(".yaml"))
+        files.push_back({name, entry.path(), OfferedFile::Kind::Text});
+    }
     for (const char* name :
          {"map.yaml", "route.yaml", "robot.yaml", "trajectory.txt", "truth_trajectory.txt"}) {
       if (fs::is_regular_file(place / name, none))
@@ -58,6 +58,10 @@ std::vector<OfferedFile> files_of(const fs::path& folder) {
 Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
   std::error_code none;
   if (path.empty()) return std::vector<OfferedFile>{};
+  if (path == "live" && !fs::exists(path, none))
+    return fail(ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
+                "For example `waymark run --world circuit24 --driver page --view -o story`, or `waymark demo "
+                "--view`.");
   if (!fs::exists(path, none))
     return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
   if (fs::is_directory(path, none)) {
@@ -77,39 +81,25 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
   return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
 }
 
-/// Asks the desktop to show the page; that there is none is no failure of ours.
-bool open_browser(const std::string& url) {
-#ifdef __APPLE__
-  std::string program = "open";
-#else
-  std::string program = "xdg-open";
-#endif
-  std::string argument = url;
-  std::array<char*, 3> words = {program.data(), argument.data(), nullptr};
-  pid_t child = 0;
-  return posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) == 0;
-}
-
 ExitCode view(const ViewArgs& args, Console& console) {
   auto offered = offered_by(args.path);
   if (!offered) {
     console.say(offered.error());
     return ExitCode::SomeFailed;
   }
-  Result<HttpServer> server = HttpServer::listen(static_cast<std::uint16_t>(args.port), std::move(*offered));
+  Result<ServerOptions> options = server_options(args.page, false);
+  if (!options) {
+    console.say(options.error());
+    return ExitCode::Usage;
+  }
+  options->offered = std::move(*offered);
+  Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) {
     console.say(server.error());
-    return ExitCode::SomeFailed;
+    return exit_code_of(server.error());
   }
-  if (viewer_assets().empty())
-    console.say(
-        "the page is not in this program: run tools/build_viewer.sh in its source folder and build again");
-  if (args.port != 0 && server->port() != args.port)
-    console.say(fmt::format("port {} is taken: this is another one", args.port));
-  const std::string url = fmt::format("http://127.0.0.1:{}/", server->port());
-  console.print(url + "\n");
+  announce(*server, args.page, console, true);
   console.say("open this address in a browser; Ctrl-C ends");
-  if (args.open && !open_browser(url)) console.say("no browser could be opened: do it by hand");
   server->run([] { return interrupted(); });
   return ExitCode::Ok;
 }
@@ -121,10 +111,7 @@ Run prepare_view(CLI::App& app) {
          "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
          "waits for a file to be dropped on it")
       ->type_name("");
-  app.add_option("--port", args->port, "Port on this machine; where it is taken, any other. 0: any")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  app.add_flag("--open", args->open, "Open the page in the browser");
+  add_flags(app, args->page);
   return [args](Console& console) { return view(*args, console); };
 }
 
@@ -138,7 +125,9 @@ Verb view_verb() {
           R"(Serves one page on this machine only: tags, route and trajectories in 3-D or from above, the camera's pictures
 with the tags found in them, plots, and a timeline to scrub, play and step. The browser reads the recording
 itself, by its index, so a long one opens as quickly as a short one. Nothing leaves the machine, and nothing
-but the named files can be asked for. The address goes to standard output.
+but the named files can be asked for. The address goes to standard output. --listen lets others look, who need
+the token that is part of the address. A robot that runs is shown by `waymark run --view`, `teach --view`,
+`replay --view` and `demo --view`.
 
 Exit code: 0 ended by Ctrl-C, 1 not readable or no port, 2 wrong usage.
 

@@ -13,10 +13,11 @@
 namespace waymark {
 namespace {
 
-/// The page runs its own scripts only, and talks to this server only.
+/// The page runs its own scripts only. It talks to this server, and reads recordings from addresses that its
+/// user types.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "connect-src 'self' https: http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 constexpr std::string_view kNoPage =
     "<!doctype html><html lang=\"en\"><title>Waymark</title><h1>The page is not in this program</h1>"
     "<p>It was built without. With npm at hand, run <code>tools/build_viewer.sh</code> in the source folder "
@@ -92,17 +93,19 @@ std::uint64_t size_of(const std::filesystem::path& path) {
   return none ? 0 : size;
 }
 
-HttpReply session(const std::vector<OfferedFile>& offered) {
+HttpReply session(const OfferedThings& offered) {
   std::string files;
-  for (std::size_t i = 0; i < offered.size(); ++i) {
-    const OfferedFile& file = offered[i];
+  for (std::size_t i = 0; i < offered.files.size(); ++i) {
+    const OfferedFile& file = offered.files[i];
     const std::string base = file.path.filename().string();
     files +=
         fmt::format(R"({}{{"name":{},"url":"files/{}/{}","kind":"{}","size_bytes":{}}})", i == 0 ? "" : ",",
                     json_string(file.name), i, percent_encoded(base),
                     file.kind == OfferedFile::Kind::Recording ? "recording" : "text", size_of(file.path));
   }
-  return {200, {{"Content-Type", "application/json"}}, fmt::format(R"({{"files":[{}]}})", files)};
+  return {200,
+          {{"Content-Type", "application/json"}},
+          fmt::format(R"({{"files":[{}],"live":{}}})", files, offered.live)};
 }
 
 /// `rest` is "N/NAME": the number counts, the name is for people.
@@ -145,7 +148,7 @@ HttpReply printed_tag(std::string_view rest) {
                       layout.width_at_border, cells)};
 }
 
-HttpReply route(const HttpRequest& request, const std::vector<OfferedFile>& offered) {
+HttpReply route(const HttpRequest& request, const OfferedThings& offered) {
   if (request.method != "GET" && request.method != "HEAD") {
     HttpReply reply = words(405, "Nothing can be changed here.");
     reply.headers.emplace_back("Allow", "GET, HEAD");
@@ -156,7 +159,7 @@ HttpReply route(const HttpRequest& request, const std::vector<OfferedFile>& offe
   path.remove_prefix(1);
   if (path.empty()) return page_file("index.html", request.accepts_gzip);
   if (path == "session.json") return session(offered);
-  if (path.starts_with("files/")) return offered_file(path.substr(6), request.range, offered);
+  if (path.starts_with("files/")) return offered_file(path.substr(6), request.range, offered.files);
   if (path.starts_with("tags/")) return printed_tag(path.substr(5));
   return page_file(path, request.accepts_gzip);
 }
@@ -167,13 +170,6 @@ std::uint64_t HttpReply::length() const {
   if (const auto* file = std::get_if<FilePart>(&body)) return file->length;
   if (const auto* text = std::get_if<std::string>(&body)) return text->size();
   return std::get<std::string_view>(body).size();
-}
-
-bool is_own_host(std::string_view host, std::uint16_t port) {
-  const std::string ending = fmt::format(":{}", port);
-  if (!host.ends_with(ending)) return false;
-  host.remove_suffix(ending.size());
-  return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
 }
 
 ByteRange parse_range(std::string_view header, std::uint64_t size) {
@@ -198,14 +194,27 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
   return {.kind = ByteRange::Kind::Part, .first = *first, .length = end - *first + 1};
 }
 
-HttpReply reply_to(const HttpRequest& request, const std::vector<OfferedFile>& offered, std::uint16_t port) {
-  constexpr std::string_view kScheme = "http://";
-  const bool foreign_page =
-      !request.origin.empty() &&
-      !(request.origin.starts_with(kScheme) && is_own_host(request.origin.substr(kScheme.size()), port));
-  HttpReply reply = !is_own_host(request.host, port) ? words(421, "This server is 127.0.0.1 or localhost.")
-                    : foreign_page                   ? words(403, "Other pages get nothing from this server.")
-                                                     : route(request, offered);
+HttpReply refusal_of(AccessRights::Refusal refusal) {
+  using Refusal = AccessRights::Refusal;
+  if (refusal == Refusal::WrongHost) return words(421, "This server is 127.0.0.1 or localhost.");
+  if (refusal == Refusal::ForeignPage) return words(403, "Other pages get nothing from this server.");
+  return words(401, "Open the address with the token, as the program printed it.");
+}
+
+HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered, const AccessPolicy& policy) {
+  const AccessRights rights = rights_of(
+      {.host = request.host, .origin = request.origin, .target = request.target, .cookie = request.cookie},
+      policy);
+  HttpReply reply;
+  if (rights.refusal != AccessRights::Refusal::None) {
+    reply = refusal_of(rights.refusal);
+  } else if (rights.by_address && request.method == "GET" && request.target.starts_with("/?")) {
+    reply = words(303, "The page is at /.");
+    reply.headers.emplace_back("Location", "/");
+    reply.headers.emplace_back("Set-Cookie", token_cookie(policy));
+  } else {
+    reply = route(request, offered);
+  }
   for (const auto& [name, value] :
        {std::pair{"Content-Security-Policy", kPolicy}, std::pair{"X-Content-Type-Options", "nosniff"},
         std::pair{"Referrer-Policy", "no-referrer"}, std::pair{"Cross-Origin-Resource-Policy", "same-origin"},

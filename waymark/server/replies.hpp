@@ -9,6 +9,8 @@
 #include <variant>
 #include <vector>
 
+#include "waymark/server/access.hpp"
+
 namespace waymark {
 
 /// A file the server gives away. Nothing else of the disk can be asked for.
@@ -19,12 +21,18 @@ struct OfferedFile {
   Kind kind = Kind::Recording;
 };
 
+struct OfferedThings {
+  std::vector<OfferedFile> files{};
+  bool live = false;  ///< a robot that runs
+};
+
 /// What of a request matters. Header fields that were not sent are empty.
 struct HttpRequest {
   std::string_view method;
   std::string_view target;  ///< "/files/0/lap.mcap"
   std::string_view host;    ///< "localhost:8642"
   std::string_view origin;
+  std::string_view cookie;
   std::string_view range;  ///< "bytes=0-99"
   bool accepts_gzip = false;
 };
@@ -45,10 +53,14 @@ struct HttpReply {
 };
 
 /// What a request gets: the page, `session.json` (what is offered), `files/N/NAME` by ranges, or
-/// `tags/FAMILY/ID` (how a tag is printed). `port` is the one the server listens on: a request that names
-/// another host, or comes from another page, gets nothing. Never fails; reads the size of a file at most.
-[[nodiscard]] HttpReply reply_to(const HttpRequest& request, const std::vector<OfferedFile>& offered,
-                                 std::uint16_t port);
+/// `tags/FAMILY/ID` (how a tag is printed). Who may not ask gets nothing (access.hpp); who opens the page
+/// with the token in the address gets it as a cookie, and the address without it. Never fails; reads the size
+/// of a file at most.
+[[nodiscard]] HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered,
+                                 const AccessPolicy& policy);
+
+/// Why an asker gets nothing: status and words.
+[[nodiscard]] HttpReply refusal_of(AccessRights::Refusal refusal);
 
 /// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
 struct ByteRange {
@@ -58,9 +70,5 @@ struct ByteRange {
   std::uint64_t length = 0;
 };
 [[nodiscard]] ByteRange parse_range(std::string_view header, std::uint64_t size);
-
-/// Whether the field Host means this server: by number or as localhost, with its port. Another name that
-/// happens to lead here is how a foreign page would reach it (DNS rebinding).
-[[nodiscard]] bool is_own_host(std::string_view host, std::uint16_t port);
 
 }  // namespace waymark

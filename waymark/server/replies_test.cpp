@@ -12,12 +12,14 @@ namespace waymark {
 namespace {
 
 constexpr std::uint16_t kPort = 8642;
+const AccessPolicy kPolicy{.port = kPort};
 
 HttpRequest get(std::string_view target) {
   return {.method = "GET",
           .target = target,
           .host = "127.0.0.1:8642",
           .origin = {},
+          .cookie = {},
           .range = {},
           .accepts_gzip = true};
 }
@@ -41,12 +43,12 @@ class Replies : public testing::Test {
   void SetUp() override {
     std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "a \"lap\".mcap") << "0123456789";
-    offered_.push_back({"a \"lap\".mcap", folder_ / "a \"lap\".mcap", OfferedFile::Kind::Recording});
+    offered_.files.push_back({"a \"lap\".mcap", folder_ / "a \"lap\".mcap", OfferedFile::Kind::Recording});
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "waymark_replies";
-  std::vector<OfferedFile> offered_;
+  OfferedThings offered_;
 };
 
 TEST(Range, PartsOfAFile) {
@@ -84,45 +86,45 @@ TEST(Host, OnlyThisMachineAndThisPort) {
 TEST_F(Replies, AForeignHostOrPageGetsNothing) {
   HttpRequest request = get("/session.json");
   request.host = "evil.example:8642";
-  EXPECT_EQ(reply_to(request, offered_, kPort).status, 421);
+  EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 421);
   request = get("/session.json");
   for (const char* origin : {"http://evil.example", "https://127.0.0.1:8642", "null", "http://127.0.0.1:1"}) {
     request.origin = origin;
-    const HttpReply reply = reply_to(request, offered_, kPort);
+    const HttpReply reply = reply_to(request, offered_, kPolicy);
     EXPECT_EQ(reply.status, 403) << origin;
     EXPECT_EQ(text_of(reply).find("lap"), std::string::npos);
   }
   request.origin = "http://localhost:8642";
-  EXPECT_EQ(reply_to(request, offered_, kPort).status, 200);
+  EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 200);
 }
 
 TEST_F(Replies, NothingIsWritten) {
   for (const char* method : {"POST", "PUT", "DELETE", "OPTIONS", "BREW"}) {
     HttpRequest request = get("/files/0/x");
     request.method = method;
-    EXPECT_EQ(reply_to(request, offered_, kPort).status, 405) << method;
+    EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 405) << method;
   }
 }
 
 TEST_F(Replies, SessionNamesWhatIsOffered) {
-  const HttpReply reply = reply_to(get("/session.json?x=1"), offered_, kPort);
+  const HttpReply reply = reply_to(get("/session.json?x=1"), offered_, kPolicy);
   EXPECT_EQ(text_of(reply), R"({"files":[{"name":"a \"lap\".mcap","url":"files/0/a%20%22lap%22.mcap",)"
-                            R"("kind":"recording","size_bytes":10}]})");
+                            R"("kind":"recording","size_bytes":10}],"live":false})");
 }
 
 TEST_F(Replies, FilesGoByRanges) {
   HttpRequest request = get("/files/0/whatever");
-  HttpReply reply = reply_to(request, offered_, kPort);
+  HttpReply reply = reply_to(request, offered_, kPolicy);
   EXPECT_EQ(reply.status, 200);
   EXPECT_EQ(reply.length(), 10u);
   request.range = "bytes=2-4";
-  reply = reply_to(request, offered_, kPort);
+  reply = reply_to(request, offered_, kPolicy);
   EXPECT_EQ(reply.status, 206);
   EXPECT_EQ(header(reply, "Content-Range"), "bytes 2-4/10");
   EXPECT_EQ(std::get<FilePart>(reply.body).first, 2u);
   EXPECT_EQ(reply.length(), 3u);
   request.range = "bytes=10-";
-  EXPECT_EQ(reply_to(request, offered_, kPort).status, 416);
+  EXPECT_EQ(reply_to(request, offered_, kPolicy).status, 416);
 }
 
 TEST_F(Replies, OnlyOfferedFilesAreThere) {
@@ -130,15 +132,15 @@ TEST_F(Replies, OnlyOfferedFilesAreThere) {
                              "/../etc/passwd", "/etc/passwd", "//etc/passwd", "/%2e%2e/etc/passwd",
                              "/index.html/..", "/files/18446744073709551616/x", "/tags/", "/tags/tag36h11",
                              "/tags/tag36h11/587", "/tags/tag36h11/-1", "/tags/../../x/1"})
-    EXPECT_EQ(reply_to(get(target), offered_, kPort).status, 404) << target;
-  EXPECT_EQ(reply_to(get("x"), offered_, kPort).status, 400);
-  EXPECT_EQ(reply_to(get(""), offered_, kPort).status, 400);
-  std::filesystem::remove(offered_[0].path);
-  EXPECT_EQ(reply_to(get("/files/0/x"), offered_, kPort).status, 404);
+    EXPECT_EQ(reply_to(get(target), offered_, kPolicy).status, 404) << target;
+  EXPECT_EQ(reply_to(get("x"), offered_, kPolicy).status, 400);
+  EXPECT_EQ(reply_to(get(""), offered_, kPolicy).status, 400);
+  std::filesystem::remove(offered_.files[0].path);
+  EXPECT_EQ(reply_to(get("/files/0/x"), offered_, kPolicy).status, 404);
 }
 
 TEST_F(Replies, ATagAsItIsPrinted) {
-  const std::string text = text_of(reply_to(get("/tags/tag36h11/0"), offered_, kPort));
+  const std::string text = text_of(reply_to(get("/tags/tag36h11/0"), offered_, kPolicy));
   const std::string start = R"({"total_width":10,"width_at_border":8,"cells":")";
   ASSERT_TRUE(text.starts_with(start));
   const std::string cells = text.substr(start.size(), 100);
@@ -148,7 +150,7 @@ TEST_F(Replies, ATagAsItIsPrinted) {
 
 TEST_F(Replies, EveryReplyForbidsForeignScripts) {
   for (const char* target : {"/", "/nothing", "/session.json", "/files/0/x"}) {
-    const HttpReply reply = reply_to(get(target), offered_, kPort);
+    const HttpReply reply = reply_to(get(target), offered_, kPolicy);
     EXPECT_NE(header(reply, "Content-Security-Policy").find("default-src 'none'; script-src 'self'"),
               std::string::npos);
     EXPECT_EQ(header(reply, "X-Content-Type-Options"), "nosniff");
@@ -156,7 +158,7 @@ TEST_F(Replies, EveryReplyForbidsForeignScripts) {
 }
 
 TEST_F(Replies, ThePageOrHowToGetIt) {
-  const HttpReply reply = reply_to(get("/"), offered_, kPort);
+  const HttpReply reply = reply_to(get("/"), offered_, kPolicy);
   ASSERT_EQ(reply.status, 200);
   if (viewer_assets().empty()) {
     EXPECT_NE(text_of(reply).find("tools/build_viewer.sh"), std::string::npos);
@@ -166,8 +168,8 @@ TEST_F(Replies, ThePageOrHowToGetIt) {
   EXPECT_EQ(text_of(reply).substr(0, 2), "\x1f\x8b");
   HttpRequest plain = get("/");
   plain.accepts_gzip = false;
-  EXPECT_EQ(reply_to(plain, offered_, kPort).status, 406);
-  EXPECT_EQ(reply_to(get("/app.js"), offered_, kPort).status, 200);
+  EXPECT_EQ(reply_to(plain, offered_, kPolicy).status, 406);
+  EXPECT_EQ(reply_to(get("/app.js"), offered_, kPolicy).status, 200);
 }
 
 }  // namespace

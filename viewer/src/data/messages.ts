@@ -88,6 +88,11 @@ export function add(tracks: Tracks, families: FamilyNames, kind: Kind, t: number
   }
 }
 
+/** From the middle of the exposure until it was recorded; both clocks of the recording [s]. */
+export function addLatency(tracks: Tracks, t: number, recorded: number): void {
+  keep(tracks.latency, [t, (recorded - t) * 1000]);
+}
+
 export function cameraOf(message: Message): Camera | undefined {
   const k = message["k"];
   const camera: Camera = { width: message["width"], height: message["height"], fx: k[0], fy: k[4], cx: k[2], cy: k[5],

@@ -4,11 +4,15 @@ export class Playback {
   duration = 0;
   speed = 1;
   playing = false;
+  /** Of a robot that runs: always at its newest. */
+  following = false;
 
   seek(t: number): void {
+    this.following = false;
     this.t = Math.min(this.duration, Math.max(0, t));
   }
   toggle(): void {
+    if (this.following) { this.following = false; return; } // the picture is held
     if (!this.playing && this.t >= this.duration) this.t = 0;
     this.playing = !this.playing && this.duration > 0;
   }

@@ -72,6 +72,7 @@ export interface Scores {
   readonly commanded: Curve;
   readonly tagsInView: Curve;
   readonly nis: Curve;
+  readonly latency: Curve;
 }
 
 export function scoresOf(tracks: Tracks, route: Route | undefined, map_T_odom: Pose, apart = 0.05): Scores {
@@ -90,6 +91,7 @@ export function scoresOf(tracks: Tracks, route: Route | undefined, map_T_odom: P
     speed: sampled(tracks.odometry, apart, (row) => tracks.odometry.at(row, 8)),
     commanded: sampled(tracks.command, apart, (row) => tracks.command.at(row, 1)),
     tagsInView: tagCounts(tracks.tags),
+    latency: sampled(tracks.latency, apart, (row) => tracks.latency.at(row, 1)),
     nis: sampled(tracks.nis, 0, (row) => tracks.nis.at(row, 2) / tracks.nis.at(row, 3)),
   };
 }

@@ -34,6 +34,12 @@ export class CameraView {
     else this.picture = await createImageBitmap(new Blob([picture.bytes], { type: picture.mime }));
   }
 
+  /** Takes the bitmap over. */
+  showBitmap(bitmap: ImageBitmap): void {
+    if (this.picture instanceof ImageBitmap) this.picture.close();
+    this.picture = bitmap;
+  }
+
   draw(camera: Camera | undefined, quads: readonly Quad[], expected: ReadonlyMap<string, MapTag>, map_T_cam: Pose | undefined): void {
     const width = this.picture?.width ?? camera?.width ?? 640, height = this.picture?.height ?? camera?.height ?? 480;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });

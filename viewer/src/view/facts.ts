@@ -28,8 +28,13 @@ export function factsAt(content: Content, poses: ReadonlyMap<string, Pose>, t: n
 /** In words, when the place is hardly held by what is seen. */
 export function warningAt(content: Content, t: number, tagsInView: number): string {
   const { tags, estimate } = content.tracks;
-  if (tags.length === 0 || tagsInView > 0 || tags.indexAt(t) < 0) return "";
+  if (tags.length === 0 || tagsInView > 1 || tags.indexAt(t) < 0) return "";
   let row = tags.indexAt(t);
+  if (tagsInView === 1) {
+    while (row > 0 && tags.time(row - 1) !== tags.time(row)) --row; // back to a frame with two
+    const alone = t - tags.time(row);
+    return alone < 1 ? "" : `Only one tag in view for ${alone.toFixed(1)} s: the place is held weakly.`;
+  }
   while (row >= 0 && tags.at(row, 2) < 0) --row;
   const blind = t - (row >= 0 ? tags.time(row) : tags.time(0));
   if (blind < 0.5) return "";

@@ -125,10 +125,7 @@ export class MapView {
   }
 
   clear(): void {
-    const geometries: { dispose(): void }[] = [];
-    this.content.traverse((object: Object3D & { geometry?: { dispose(): void } }) => object.geometry && geometries.push(object.geometry));
-    geometries.forEach((geometry) => geometry.dispose());
-    this.content.clear();
+    disposeOf(this.content);
   }
 
   private get camera(): PerspectiveCamera | OrthographicCamera {
@@ -156,4 +153,12 @@ export class MapView {
       this.renderer.render(this.scene, this.camera);
     });
   }
+}
+
+/** Empties a group, and gives back what the graphics card holds of it. */
+export function disposeOf(group: Group): void {
+  const geometries: { dispose(): void }[] = [];
+  group.traverse((object: Object3D & { geometry?: { dispose(): void } }) => object.geometry && geometries.push(object.geometry));
+  geometries.forEach((geometry) => geometry.dispose());
+  group.clear();
 }

@@ -27,6 +27,7 @@ export function figuresOf(scores: Scores): Figure[] {
       { label: "odometry", color: "--odometry", curve: scores.speed },
       { label: "asked", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
     { title: "Tags in view", unit: "", lines: [{ label: "tags", color: "--text", curve: scores.tagsInView }] },
+    { title: "Latency of the camera", unit: "ms", lines: [{ label: "latency", color: "--odometry", curve: scores.latency }] },
     { title: "NIS per degree of freedom", unit: "", lines: [{ label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
   ];
   return figures.map((figure) => ({ ...figure, lines: figure.lines.filter((line) => line.curve.t.length > 1) }))
@@ -52,6 +53,14 @@ export class Plots {
     this.parent.replaceChildren();
     this.lastFigures = figures;
     this.plots = figures.map((figure) => this.draw(figure));
+  }
+
+  /** The same figures with more in them; drawn anew only where there are others than before. */
+  refresh(figures: Figure[]): void {
+    const names = (list: Figure[]): string => list.map((f) => f.title + f.lines.map((line) => line.label).join()).join("|");
+    if (names(figures) !== names(this.lastFigures)) return this.show(figures);
+    this.lastFigures = figures;
+    figures.forEach((figure, i) => this.plots[i]?.setData(joined(figure.lines.map((line) => line.curve))));
   }
 
   /** Again, in the colours of now. */

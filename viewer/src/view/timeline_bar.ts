@@ -12,6 +12,7 @@ export class TimelineBar {
   constructor(private readonly playback: Playback, private readonly frames: () => ArrayLike<number>, private readonly moved: () => void) {
     this.range.addEventListener("input", () => this.seek(Number(this.range.value)));
     this.play.addEventListener("click", () => this.toggle());
+    byId("newest").addEventListener("click", () => { playback.following = true; playback.playing = false; moved(); });
     byId("back").addEventListener("click", () => this.step(-1));
     byId("forth").addEventListener("click", () => this.step(1));
     byId<HTMLSelectElement>("speed").addEventListener("change", (event) => (playback.speed = Number((event.target as HTMLSelectElement).value)));
@@ -50,7 +51,8 @@ export class TimelineBar {
   }
 
   update(): void {
-    const { t, duration, playing } = this.playback;
+    const { t, duration } = this.playback, playing = this.playback.playing || this.playback.following;
+    byId("newest").toggleAttribute("disabled", this.playback.following);
     this.range.max = String(duration);
     this.range.value = String(t);
     this.range.setAttribute("aria-valuetext", `${clockText(t)} of ${clockText(duration)}`);

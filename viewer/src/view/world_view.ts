@@ -1,10 +1,10 @@
-import type { Group } from "three";
+import { AxesHelper, Group } from "three";
 import { ellipseOf } from "../math/plane";
-import { compose, type Pose } from "../math/pose";
+import { compose, identity, type Pose } from "../math/pose";
 import { placeOdometry, poseAt, poseOf } from "../data/scores";
 import type { Series } from "../data/series";
 import { tagsOf, type Content } from "../session";
-import type { MapView } from "./map_view";
+import { disposeOf, type MapView } from "./map_view";
 import { boxObject, ellipseObject, PathObject, place, polygonObject, robotObject, routeObject, setEllipse, tagObject } from "./shapes";
 
 type Name = "truth" | "odometry" | "estimate";
@@ -16,16 +16,17 @@ const heights: Record<Name, number> = { truth: 0.004, odometry: 0.006, estimate:
 export class WorldView {
   private readonly paths = new Map<Name, PathObject>();
   private readonly robots = new Map<Name, Group>();
+  private readonly moving = new Group(); // trajectories and robots
+  private readonly axes = new Group(); // of every frame that stands still
   private ellipse: ReturnType<typeof ellipseObject> | undefined;
   map_T_odom: Pose | undefined;
 
-  constructor(private readonly view: MapView) {}
+  constructor(private readonly view: MapView) {
+    this.axes.visible = false;
+  }
 
   build(content: Content, colour: (name: string) => string): void {
     this.view.clear();
-    this.paths.clear();
-    this.robots.clear();
-    this.map_T_odom = placeOdometry(content.tracks);
     const add = this.view.content;
     for (const box of content.world?.boxes ?? []) add.add(boxObject(box));
     for (const polygon of content.world?.keepOuts ?? []) add.add(polygonObject(polygon, 0xd55e00));
@@ -37,10 +38,39 @@ export class WorldView {
       add.add(ring);
     }
     if (content.route) add.add(routeObject(content.route, colour("--route")));
-    for (const name of ["truth", "odometry", "estimate"] as const) this.addTrack(content, name, colour(`--${name}`));
+    for (const route of content.otherRoutes.values()) add.add(routeObject(route, colour("--other")));
     this.ellipse = ellipseObject(colour("--estimate"));
     this.ellipse.visible = false;
-    add.add(this.ellipse);
+    add.add(this.ellipse, this.moving, this.axes);
+    this.rebuildTracks(content, colour);
+  }
+
+  /** The trajectories and the robots alone. */
+  rebuildTracks(content: Content, colour: (name: string) => string): void {
+    disposeOf(this.moving);
+    this.paths.clear();
+    this.robots.clear();
+    this.map_T_odom = placeOdometry(content.tracks);
+    for (const name of ["truth", "odometry", "estimate"] as const) this.addTrack(content, name, colour(`--${name}`));
+    this.buildAxes(content);
+  }
+
+  showAxes(shown: boolean): void {
+    this.axes.visible = shown;
+    this.view.draw();
+  }
+
+  /** Of map, odom and the tags; those of the robot and its camera are on the robot. Red x, green y, blue z. */
+  private buildAxes(content: Content): void {
+    disposeOf(this.axes);
+    const frame = (pose: Pose, length: number): void => {
+      const helper = new AxesHelper(length);
+      place(helper, pose);
+      this.axes.add(helper);
+    };
+    frame(identity, 0.5);
+    if (content.tracks.odometry.length > 0 && this.map_T_odom) frame(this.map_T_odom, 0.35);
+    for (const tag of tagsOf(content)) frame(tag.map_T_tag, tag.size);
   }
 
   private addTrack(content: Content, name: Name, color: string): void {
@@ -51,7 +81,7 @@ export class WorldView {
     const path = new PathObject(points, color, widths[name], dashes[name], heights[name]);
     const eye = name === "odometry" ? undefined : content.info;
     const robot = robotObject(color, content.hull, eye?.camera, eye?.base_T_cam);
-    this.view.content.add(path.object, robot);
+    this.moving.add(path.object, robot);
     this.paths.set(name, path);
     this.robots.set(name, robot);
   }

@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+"""The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator, with pictures.
+
+usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshot of the documents goes there
+Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
+"""
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "cli"))
+from page_test import SKIPPED, browser_tools  # noqa: E402
+
+
+def round_world():
+    """A lane of 5.7 m round the middle of a ring of 18 tags: a lap is twenty seconds."""
+    text = "name: ring\ntag_family: tag36h11\ntag_size_m: 0.16\nanchor_id: 0\ntags:\n"
+    for i in range(18):
+        angle = math.radians(20 * i + 40)
+        text += f"  - {{id: {i}, x_m: {2.0 * math.cos(angle):.3f}, y_m: {2.0 * math.sin(angle):.3f}, z_m: 0.35, facing_deg: {20 * i + 40 - 180}}}\n"
+    text += "path_closed: true\npath_m:\n"
+    for i in range(36):
+        angle = math.radians(10 * i)
+        text += f"  - [{0.9 * math.cos(angle):.4f}, {0.9 * math.sin(angle):.4f}]\n"
+    return text
+
+
+def main():
+    program, built = sys.argv[1], pathlib.Path(sys.argv[2])
+    tools = browser_tools(built)
+    if tools is None:
+        return SKIPPED
+    node, environment = tools
+    from live_test import Robot  # reads the program from the command line
+    with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
+        world = pathlib.Path(folder) / "ring.yaml"
+        world.write_text(round_world(), encoding="utf-8")
+        with Robot(folder, "--world", world, "--images", "--pace", "2") as robot:
+            script = HERE.parents[1] / "viewer/test/live_test.mjs"
+            return subprocess.run([node, script, robot.url.geturl(), *sys.argv[3:4]], check=False, timeout=190, env={**os.environ, **environment}).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())

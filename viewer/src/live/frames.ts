@@ -1,0 +1,64 @@
+// The frames of the Foxglove WebSocket protocol, as far as the page needs them, and what Waymark says beside it (docs/formats/live.md).
+
+export interface Channel {
+  readonly id: number;
+  readonly topic: string;
+  readonly encoding: string;
+  readonly schemaName: string;
+  readonly schema: string;
+}
+export interface Light {
+  readonly name: string;
+  readonly level: "unknown" | "good" | "doubtful" | "bad";
+  readonly words: string;
+}
+export interface RobotState {
+  readonly phase: string;
+  readonly reason: string;
+  readonly commands: readonly string[];
+  readonly page_drives: boolean;
+  readonly halted: string;
+  readonly driven_m: number;
+  readonly goal_m: number;
+  readonly dropped_pictures: number;
+  readonly dropped_samples: number;
+  readonly lights: readonly Light[];
+}
+export interface Control {
+  readonly may: boolean;
+  readonly yours: boolean;
+  readonly held: boolean;
+  readonly viewers: number;
+  readonly dropped: number;
+}
+
+export type ServerText =
+  | { readonly op: "serverInfo"; readonly name: string }
+  | { readonly op: "advertise"; readonly channels: readonly Channel[] }
+  | { readonly op: "status"; readonly message: string }
+  | { readonly op: "text"; readonly name: string; readonly text: string }
+  | ({ readonly op: "control" } & Control);
+
+export interface DataFrame {
+  readonly subscription: number;
+  readonly hostTime: bigint; // [ns] of the server's clock
+  readonly data: Uint8Array;
+}
+
+/** Opcode 1, subscription, time, message; nothing for any other frame. */
+export function parseData(buffer: ArrayBuffer): DataFrame | undefined {
+  if (buffer.byteLength < 13) return undefined;
+  const view = new DataView(buffer);
+  if (view.getUint8(0) !== 1) return undefined;
+  return { subscription: view.getUint32(1, true), hostTime: view.getBigUint64(5, true), data: new Uint8Array(buffer, 13) };
+}
+
+/** What the one button of the story does in each phase. */
+export const goWords: Readonly<Record<string, string>> = {
+  idle: "Teach a lap", teaching: "The lap is over", ready: "Replay", replaying: "Pause", paused: "Go on", done: "Replay again",
+  stopped: "Replay again",
+};
+/** The line of phases that the page shows; "paused" and "stopped" stand where "replaying" and "done" do. */
+export const storyLine = ["idle", "teaching", "mapping", "ready", "replaying", "done"] as const;
+export const placeInStory = (phase: string): number =>
+  storyLine.indexOf((phase === "paused" ? "replaying" : phase === "stopped" ? "done" : phase) as (typeof storyLine)[number]);

@@ -1,0 +1,142 @@
+import { goWords, placeInStory, storyLine, type Control, type RobotState } from "./frames";
+
+const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+const signs = { unknown: "○", good: "●", doubtful: "◐", bad: "✖" } as const;
+const drives: Readonly<Record<string, readonly [number, number]>> = { // shares of speed and turn
+  w: [1, 0], s: [-1, 0], a: [0, 1], d: [0, -1], ArrowUp: [1, 0], ArrowDown: [-1, 0], ArrowLeft: [0, 1], ArrowRight: [0, -1],
+};
+const turnRate = 0.8; // [rad/s]
+
+/** The panel of a robot that runs: its phase, buttons, lights, and keys that drive while somebody teaches. */
+export class LivePage {
+  private state: RobotState | undefined;
+  private control: Control | undefined;
+  private readonly held = new Set<string>();
+  private driving: ReturnType<typeof setInterval> | undefined;
+
+  constructor(private readonly say: (message: object) => void) {
+    byId("live").hidden = false;
+    document.body.classList.add("live");
+    byId("story").replaceChildren(...storyLine.map((phase) => {
+      const item = document.createElement("li");
+      item.textContent = phase;
+      return item;
+    }));
+    byId("go").addEventListener("click", () => this.order("go"));
+    byId("stop").addEventListener("click", () => this.order("stop"));
+    byId("script").addEventListener("click", () => this.order("script"));
+    byId("control").addEventListener("click", () => this.say({ op: this.control?.yours ? "release" : "take" }));
+    // Before anybody else hears them: a key that stops a robot is not to press a button instead.
+    window.addEventListener("keydown", (event) => this.key(event, true), true);
+    window.addEventListener("keyup", (event) => this.key(event, false), true);
+    window.addEventListener("blur", () => this.letGo());
+    for (const button of byId("pad").querySelectorAll("button")) {
+      const key = button.dataset["key"]!;
+      button.addEventListener("pointerdown", () => this.press(key));
+      for (const end of ["pointerup", "pointerleave", "pointercancel"]) button.addEventListener(end, () => this.release(key));
+    }
+  }
+
+  show(state: RobotState): void {
+    this.state = state;
+    if (!this.teaches) this.letGo();
+    this.draw();
+  }
+  showControl(control: Control): void {
+    this.control = control;
+    this.draw();
+  }
+  lost(): void {
+    this.letGo();
+    byId("phase").textContent = "The connection is gone; trying again …";
+  }
+
+  private order(order: string): void {
+    this.say({ op: "order", order });
+  }
+  private get moves(): boolean {
+    return this.state !== undefined && ["teaching", "replaying", "paused"].includes(this.state.phase);
+  }
+  private get teaches(): boolean {
+    return this.state?.phase === "teaching" && this.state.page_drives && this.control?.may === true;
+  }
+
+  private key(event: KeyboardEvent, down: boolean): void {
+    const target = event.target as HTMLElement;
+    if (target.closest?.("input[type=text], textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
+    const mine = (event.key === " " && this.moves) || (this.teaches && event.key in drives && !target.closest?.("select"));
+    if (!mine) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    if (event.key === " ") { if (down && !event.repeat) this.halt(); }
+    else if (down) this.press(event.key);
+    else this.release(event.key);
+  }
+
+  /** The robot stands: a lap goes on when its keys are pressed again, a replay is over. */
+  private halt(): void {
+    this.letGo();
+    if (this.teaches) this.say({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
+    else this.order("stop");
+  }
+  private press(key: string): void {
+    this.held.add(key);
+    this.drive();
+    this.driving ??= setInterval(() => this.drive(), 100);
+  }
+  private release(key: string): void {
+    if (!this.held.delete(key)) return;
+    this.drive();
+    if (this.held.size === 0) this.letGo();
+  }
+  private letGo(): void {
+    const drove = this.driving !== undefined;
+    clearInterval(this.driving);
+    this.driving = undefined;
+    this.held.clear();
+    if (drove) this.drive();
+  }
+  private drive(): void {
+    let speed = 0, turn = 0;
+    for (const key of this.held) { speed += drives[key]?.[0] ?? 0; turn += drives[key]?.[1] ?? 0; }
+    const most = Number(byId<HTMLSelectElement>("drivespeed").value);
+    this.say({ op: "drive", speed_m_s: Math.sign(speed) * most, yaw_rate_rad_s: Math.sign(turn) * turnRate });
+  }
+
+  private draw(): void {
+    const { state, control } = this;
+    if (!state || !control) return;
+    const may = control.may && (control.yours || !control.held);
+    document.body.dataset["phase"] = state.phase;
+    setText("phase", [state.phase, state.halted || state.reason].filter(Boolean).join(": ") +
+      (state.goal_m > 0 && state.phase !== "idle" ? `; ${state.driven_m.toFixed(1)} of ${state.goal_m.toFixed(1)} m` : ""));
+    [...byId("story").children].forEach((item, i) => i === placeInStory(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
+    const button = (id: string, order: string, words: string): void => {
+      const element = byId<HTMLButtonElement>(id);
+      element.hidden = !control.may || (order !== "go" && order !== "stop" && !state.commands.includes(order));
+      element.disabled = !may || !state.commands.includes(order);
+      if (element.textContent !== words) element.textContent = words;
+    };
+    button("go", "go", goWords[state.phase] ?? "Go");
+    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : "Stop (space)");
+    button("script", "script", "Let the script drive");
+    byId("pad").hidden = !this.teaches || !may;
+    const take = byId<HTMLButtonElement>("control");
+    take.hidden = !control.may;
+    take.disabled = !may;
+    setText("control", control.yours ? "Give control back" : "Take control");
+    setText("viewers", (control.yours ? "You hold control" : control.held ? "Another viewer holds control" : control.may ? "Nobody holds control" :
+      "You only watch: open the address with its token to command") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
+      (control.dropped > 0 ? `; ${control.dropped} frames were too fast for this browser` : ""));
+    byId("lights").replaceChildren(...state.lights.map((light) => {
+      const item = document.createElement("li");
+      item.className = light.level;
+      item.textContent = `${signs[light.level]} ${light.name}: ${light.words}`;
+      return item;
+    }));
+  }
+}
+
+function setText(id: string, words: string): void {
+  if (byId(id).textContent !== words) byId(id).textContent = words; // a reader of the screen is told of changes alone
+}

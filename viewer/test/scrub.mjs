@@ -1,0 +1,35 @@
+// Measures the page on a long recording: how soon it is usable, and how long each jump of the timeline takes until its picture is drawn.
+// usage: node scrub.mjs PROGRAM RECORDING     environment as the tests of the page have it (tests/viewer/page_test.py)
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { launch, openPage } from "./browser.mjs";
+
+const [program, recording] = process.argv.slice(2);
+const browser = await launch();
+const server = spawn(program, ["view", recording, "--port", "0"]);
+const url = String((await once(server.stdout, "data"))[0]).trim();
+const begun = Date.now();
+const { page } = await openPage(browser, url);
+const created = Date.now();
+await page.goto(url);
+await page.waitForFunction(() => Number(document.querySelector("#time").max) > 0 && !Number.isNaN(window.waymark?.pictureShown()), null, { polling: 10 });
+const usable = Date.now();
+await page.waitForSelector("body[data-ready]", { state: "attached", timeout: 300000 });
+const read = Date.now();
+const times = [];
+for (let i = 0; i < 60; ++i) {
+  times.push(await page.evaluate(async (share) => {
+    const bar = document.querySelector("#time");
+    const t = Math.round(share * Number(bar.max) * 100) / 100;
+    const start = performance.now();
+    bar.value = String(t);
+    bar.dispatchEvent(new Event("input"));
+    while (Math.abs(window.waymark.pictureShown() - Number(bar.value)) > 1e-6) await new Promise((done) => setTimeout(done, 1));
+    return performance.now() - start;
+  }, (i * 0.618034) % 1));
+}
+times.sort((a, b) => a - b);
+console.log(`usable ${usable - begun} ms after the server started (${created - begun} ms of it an empty page), all read after ${read - begun} ms; ` +
+  `60 jumps: median ${times[30].toFixed(0)} ms, 95 % ${times[57].toFixed(0)} ms, longest ${times[59].toFixed(0)} ms`);
+await browser.close();
+server.kill("SIGINT");

@@ -1,0 +1,80 @@
+#include "waymark/cli/live_story.hpp"
+
+#include <utility>
+
+#include "waymark/cli/estimate_message.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark::cli {
+
+void StoryViewers::show_camera(const SimulatedStage& stage) {
+  if (feed_ != nullptr) feed_->show_camera(stage.camera, stage.model.base_T_cam);
+}
+
+void StoryViewers::show_map(const std::filesystem::path& folder) {
+  constexpr std::size_t kMostBytes = std::size_t{2} << 20U;  // a page has to hold it
+  if (feed_ == nullptr) return;
+  for (const char* name : {"map.yaml", "route.yaml", "robot.yaml"}) {
+    auto text = read_text_file(folder / name, kMostBytes);
+    if (text) feed_->show_text(name, std::move(*text));
+  }
+}
+
+void StoryViewers::tell(const Operator& story, const Pilot& pilot) {
+  if (feed_ != nullptr) tell(status_of(story, pilot));
+}
+
+void StoryViewers::tell(LiveStatus status) {
+  if (feed_ == nullptr) return;
+  const bool replays = status.phase == "replaying" || status.phase == "paused";
+  status.goal_m = goal_m_;
+  status.driven_m = driven_m_;
+  if (replays) {
+    status.certain = certain_;
+    status.halted = halted_;
+  }
+  feed_->tell(status);
+}
+
+void StoryViewers::watch(LiveReplay& replay, double goal_m) {
+  if (feed_ == nullptr) return;
+  goal_m_ = goal_m;
+  driven_m_ = 0;
+  replay.on_step = [this](SensorTime /*now*/, const ReplayStep& step) {
+    driven_m_ = step.driven_m;
+    certain_ = step.estimate && step.estimate->certain;
+    halted_ = step.reason.value_or("");
+    if (step.estimate) feed_->publish(estimate_message(*step.estimate), host_now_ns());
+  };
+}
+
+PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase)
+    : viewers_(feed), phase_(phase) {
+  viewers_.show_camera(stage);
+  if (feed != nullptr) orders_.emplace(*feed);
+}
+
+void PhaseViewers::tell() {
+  LiveStatus status{.phase = std::string(to_string(phase_)), .commands = {"go", "stop"}};
+  if (phase_ == OperatorState::Teaching) status.commands = {"go"};
+  viewers_.tell(std::move(status));
+}
+
+PhaseViewers::Wish PhaseViewers::hear(Duration uptime) {
+  Wish wish;
+  if (!orders_) return wish;
+  const PageOrders::Act act = orders_->act(uptime, phase_);
+  wish.stand = act.stand;
+  for (const OperatorEvent event : act.events) {
+    const bool go = event == OperatorEvent::Go;
+    wish.over = wish.over || event == OperatorEvent::Stop || event == OperatorEvent::Quit ||
+                (go && phase_ == OperatorState::Teaching);
+    if (!go || phase_ == OperatorState::Teaching) continue;
+    wish.pause = phase_ == OperatorState::Replaying;
+    phase_ = *wish.pause ? OperatorState::Paused : OperatorState::Replaying;
+  }
+  tell();
+  return wish;
+}
+
+}  // namespace waymark::cli

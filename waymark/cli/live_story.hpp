@@ -1,0 +1,55 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "waymark/cli/live_replay.hpp"
+#include "waymark/cli/live_view.hpp"
+#include "waymark/cli/page_pilot.hpp"
+
+namespace waymark::cli {
+
+/// What viewers are told of a story, of a lap that is taught, or of a replay. Without a feed nothing happens.
+class StoryViewers {
+ public:
+  explicit StoryViewers(LiveFeed* feed) : feed_(feed) {}
+
+  void show_camera(const SimulatedStage& stage);
+  /// map.yaml, route.yaml and robot.yaml of the folder, those that are there.
+  void show_map(const std::filesystem::path& folder);
+  void tell(const Operator& story, const Pilot& pilot);
+  void tell(LiveStatus status);
+  /// Estimates and progress from now on, until the next call.
+  void watch(LiveReplay& replay, double goal_m);
+
+ private:
+  LiveFeed* feed_;
+  double goal_m_ = 0;
+  double driven_m_ = 0;
+  std::optional<bool> certain_{};
+  std::string halted_{};
+};
+
+/// One phase of the story by itself, as `waymark teach` and `waymark replay` run it, with its viewers.
+class PhaseViewers {
+ public:
+  PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase);
+  /// What viewers want, and what becomes of the command: nothing where they end the phase. Go pauses a replay
+  /// and ends a lap.
+  struct Wish {
+    bool over = false;
+    bool stand = false;
+    std::optional<bool> pause{};  ///< it changed: pause, or go on
+  };
+  Wish hear(Duration uptime);
+  [[nodiscard]] StoryViewers& viewers() { return viewers_; }
+
+ private:
+  void tell();
+  StoryViewers viewers_;
+  std::optional<PageOrders> orders_{};
+  OperatorState phase_;
+};
+
+}  // namespace waymark::cli

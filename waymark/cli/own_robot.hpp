@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/cli/stage_flags.hpp"
+
+namespace waymark::cli {
+
+/// How a simulated robot that is a process of its own tells the time.
+struct SimulatedTime {
+  bool lockstep = false;  ///< it waits for its commands
+  double pace = 0;        ///< in lockstep: no faster than so many seconds a second; 0: as fast as it goes
+};
+
+/// Makes the stage's robot a process: this program again, as `waymark robot-sim WORDS`.
+[[nodiscard]] Status become_the_robot(Stage& stage, const std::string& words, const SimulatedTime& time);
+
+}  // namespace waymark::cli

@@ -1,0 +1,83 @@
+#include "waymark/server/access.hpp"
+
+#include <set>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using Refusal = AccessRights::Refusal;
+
+const AccessPolicy kHere{.port = 8642, .token = "0123456789abcdef"};
+const AccessPolicy kRemote{.port = 8642, .remote = true, .token = "0123456789abcdef"};
+
+AccessClaim from_here(std::string_view target = "/") {
+  return {.host = "127.0.0.1:8642", .origin = "http://127.0.0.1:8642", .target = target, .cookie = {}};
+}
+
+TEST(Access, OnThisMachineAnybodyLooksAndTheTokenCommands) {
+  EXPECT_EQ(rights_of(from_here(), kHere).refusal, Refusal::None);
+  EXPECT_FALSE(rights_of(from_here(), kHere).token);
+  EXPECT_TRUE(rights_of(from_here("/live?a=1&token=0123456789abcdef"), kHere).token);
+  AccessClaim claim = from_here();
+  claim.cookie = "other=1; waymark_8642=0123456789abcdef";
+  EXPECT_TRUE(rights_of(claim, kHere).token);
+  claim.cookie = "waymark_8643=0123456789abcdef";  // of another server on this machine
+  EXPECT_FALSE(rights_of(claim, kHere).token);
+}
+
+TEST(Access, NothingOfAWrongTokenCounts) {
+  for (const char* token : {"", "0", "0123456789abcdeF", "0123456789abcdef0", "0123456789abcde"}) {
+    const std::string target = std::string("/?token=") + token;
+    EXPECT_FALSE(rights_of(from_here(target), kHere).token) << token;
+    EXPECT_EQ(rights_of(from_here(target), kRemote).refusal, Refusal::NoToken) << token;
+  }
+  const AccessPolicy without{.port = 8642};  // where there is no token nobody has it
+  EXPECT_FALSE(rights_of(from_here("/?token="), without).token);
+}
+
+TEST(Access, AForeignPageGetsNothingWithTheCookieOfTheBrowser) {
+  AccessClaim claim = from_here();
+  claim.cookie = "waymark_8642=0123456789abcdef";
+  for (const char* origin : {"http://evil.example", "https://127.0.0.1:8642", "null", "http://127.0.0.1:8643",
+                             "http://127.0.0.1:8642.evil.example"}) {
+    claim.origin = origin;
+    EXPECT_EQ(rights_of(claim, kHere).refusal, Refusal::ForeignPage) << origin;
+    EXPECT_EQ(rights_of(claim, kRemote).refusal, Refusal::ForeignPage) << origin;
+  }
+  claim.origin = "https://app.foxglove.dev";  // somebody typed the token there
+  claim.target = "/?token=0123456789abcdef";
+  EXPECT_EQ(rights_of(claim, kHere).refusal, Refusal::None);
+}
+
+TEST(Access, AnotherNameOfThisMachineIsRefused) {
+  AccessClaim claim = from_here("/?token=0123456789abcdef");
+  claim.host = "evil.example:8642";
+  claim.origin = "http://evil.example:8642";
+  EXPECT_EQ(rights_of(claim, kHere).refusal, Refusal::WrongHost);
+}
+
+TEST(Access, ARemoteServerGivesNothingWithoutItsToken) {
+  AccessClaim claim{
+      .host = "robot.local:8642", .origin = "http://robot.local:8642", .target = "/", .cookie = {}};
+  EXPECT_EQ(rights_of(claim, kRemote).refusal, Refusal::NoToken);
+  claim.cookie = "waymark_8642=0123456789abcdef";
+  EXPECT_EQ(rights_of(claim, kRemote).refusal, Refusal::None);
+  EXPECT_TRUE(rights_of(claim, kRemote).token);
+}
+
+TEST(Access, TokensAreLongAndDiffer) {
+  std::set<std::string> tokens;
+  for (int i = 0; i < 100; ++i) tokens.insert(make_token());
+  EXPECT_EQ(tokens.size(), 100u);
+  EXPECT_EQ(tokens.begin()->size(), 32u);
+  EXPECT_TRUE(check_token(*tokens.begin()));
+  for (const char* bad : {"", "short", "with space 123456", "0123456789abcde;", "0123456789abcd\"f"})
+    EXPECT_FALSE(check_token(bad)) << bad;
+  EXPECT_EQ(token_cookie(kHere), "waymark_8642=0123456789abcdef; Path=/; HttpOnly; SameSite=Strict");
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,165 @@
+#include "waymark/server/client_message.hpp"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace waymark {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr double kMostSpeed_m_s = 10;  // a robot's own limits are narrower; this is against nonsense
+constexpr double kMostYawRate_rad_s = 20;
+constexpr std::size_t kMostName = 256;
+
+tl::unexpected<Error> nonsense(std::string words) { return fail(ErrorCode::Unreadable, std::move(words)); }
+
+std::optional<std::uint32_t> id_of(const Json& value) {
+  if (!value.is_number_unsigned()) return std::nullopt;
+  const auto id = value.get<std::uint64_t>();
+  if (id > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
+  return static_cast<std::uint32_t>(id);
+}
+
+std::optional<std::string> word_of(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  if (found == object.end() || !found->is_string()) return std::nullopt;
+  const auto& text = found->get_ref<const std::string&>();
+  return text.size() > kMostName ? std::nullopt : std::optional(text);
+}
+
+std::optional<std::uint32_t> id_of(const Json& object, const char* key) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  return object.is_object() && found != object.end() ? id_of(*found) : std::nullopt;
+}
+
+/// The list of a message; nullptr where there is none, or a longer one than anybody needs.
+const Json* list_of(const Json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end() || !found->is_array() || found->size() > kMostNamed) return nullptr;
+  return &*found;
+}
+
+Result<ClientMessage> subscribe(const Json& message) {
+  const Json* list = list_of(message, "subscriptions");
+  if (list == nullptr) return nonsense("subscribe without its list 'subscriptions'");
+  ClientSubscribe out;
+  for (const Json& one : *list) {
+    const auto subscription = id_of(one, "id");
+    const auto channel = id_of(one, "channelId");
+    if (!subscription || !channel) return nonsense("a subscription needs the numbers 'id' and 'channelId'");
+    out.wanted.push_back({*subscription, *channel});
+  }
+  return ClientMessage(std::move(out));
+}
+
+Result<std::vector<std::uint32_t>> ids(const Json& message, const char* key) {
+  const Json* list = list_of(message, key);
+  if (list == nullptr) return nonsense(fmt::format("the list '{}' is missing", key));
+  std::vector<std::uint32_t> out;
+  for (const Json& one : *list) {
+    const auto id = id_of(one);
+    if (!id) return nonsense(fmt::format("'{}' holds what is no number", key));
+    out.push_back(*id);
+  }
+  return out;
+}
+
+Result<ClientMessage> advertise(const Json& message) {
+  const Json* list = list_of(message, "channels");
+  if (list == nullptr) return nonsense("advertise without its list 'channels'");
+  ClientAdvertise out;
+  for (const Json& one : *list) {
+    const auto channel = id_of(one, "id");
+    const auto topic = one.is_object() ? word_of(one, "topic") : std::nullopt;
+    const auto encoding = one.is_object() ? word_of(one, "encoding") : std::nullopt;
+    if (!channel || !topic || !encoding) return nonsense("a channel needs 'id', 'topic' and 'encoding'");
+    out.channels.push_back({*channel, *topic, *encoding});
+  }
+  return ClientMessage(std::move(out));
+}
+
+std::optional<double> number_of(const Json& object, const char* key, double most) {
+  const auto found = object.is_object() ? object.find(key) : object.end();
+  if (!object.is_object() || found == object.end() || !found->is_number()) return std::nullopt;
+  const auto value = found->get<double>();
+  return std::isfinite(value) && std::abs(value) <= most ? std::optional(value) : std::nullopt;
+}
+
+Result<LiveOrder> order_named(std::string_view name) {
+  using Kind = LiveOrder::Kind;
+  for (const auto& [word, kind] : {std::pair{"go", Kind::Go}, std::pair{"stop", Kind::Stop},
+                                   std::pair{"quit", Kind::Quit}, std::pair{"script", Kind::Script}}) {
+    if (name == word) return LiveOrder{.kind = kind};
+  }
+  return nonsense("an order is one of go, stop, script, quit");
+}
+
+Result<LiveOrder> drive_order(std::optional<double> speed_m_s, std::optional<double> yaw_rate_rad_s) {
+  if (!speed_m_s || !yaw_rate_rad_s)
+    return nonsense(fmt::format("a speed is within {} m/s and {} rad/s", kMostSpeed_m_s, kMostYawRate_rad_s));
+  return LiveOrder{.kind = LiveOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
+}
+
+Result<ClientMessage> order_message(Result<LiveOrder> order) {
+  if (!order) return tl::unexpected(order.error());
+  return ClientMessage(ClientOrders{*order});
+}
+
+Json parsed(std::string_view text) { return Json::parse(text.begin(), text.end(), nullptr, false); }
+
+}  // namespace
+
+Result<ClientMessage> parse_client_text(std::string_view text) {
+  const Json message = parsed(text);
+  if (!message.is_object()) return nonsense("this is no JSON object");
+  const auto op = word_of(message, "op");
+  if (!op) return nonsense("the object has no 'op'");
+  if (*op == "subscribe") return subscribe(message);
+  if (*op == "advertise") return advertise(message);
+  if (*op == "unsubscribe" || *op == "unadvertise") {
+    const bool subscriptions = *op == "unsubscribe";
+    auto list = ids(message, subscriptions ? "subscriptionIds" : "channelIds");
+    if (!list) return tl::unexpected(list.error());
+    return subscriptions ? ClientMessage(ClientUnsubscribe{std::move(*list)})
+                         : ClientMessage(ClientUnadvertise{std::move(*list)});
+  }
+  if (*op == "take") return ClientMessage(ClientTakes{});
+  if (*op == "release") return ClientMessage(ClientReleases{});
+  if (*op == "alive") return ClientMessage(ClientAlive{});
+  if (*op == "order") return order_message(order_named(word_of(message, "order").value_or("")));
+  if (*op == "drive")
+    return order_message(drive_order(number_of(message, "speed_m_s", kMostSpeed_m_s),
+                                     number_of(message, "yaw_rate_rad_s", kMostYawRate_rad_s)));
+  return ClientMessage(ClientAsksInVain{*op});
+}
+
+Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes) {
+  constexpr std::uint8_t kMessageData = 1;
+  constexpr std::size_t kHead = 5;
+  if (bytes.size() < kHead || bytes[0] != kMessageData)
+    return nonsense("a binary message begins with 1 and the number of its channel");
+  std::uint32_t channel = 0;
+  for (std::size_t i = 0; i < 4; ++i) channel |= std::uint32_t{bytes[1 + i]} << (8 * i);
+  return ClientPublishes{channel, bytes.subspan(kHead)};
+}
+
+Result<LiveOrder> parse_published(std::string_view topic, std::string_view json) {
+  const Json message = parsed(json);
+  if (!message.is_object()) return nonsense("this is no JSON object");
+  if (topic == kOrderTopic) return order_named(word_of(message, "data").value_or(""));
+  if (topic != kDriveTopic)
+    return nonsense(fmt::format("only {} and {} are heard", kOrderTopic, kDriveTopic));
+  const auto linear = message.find("linear");
+  const auto angular = message.find("angular");
+  if (linear == message.end() || angular == message.end())
+    return nonsense("a Twist has 'linear' and 'angular'");
+  return drive_order(number_of(*linear, "x", kMostSpeed_m_s), number_of(*angular, "z", kMostYawRate_rad_s));
+}
+
+}  // namespace waymark

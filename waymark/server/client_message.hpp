@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/server/live_feed.hpp"
+
+/// What viewers say. Text is a JSON object with "op", as the Foxglove WebSocket protocol has it
+/// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"), and a few of the page's own:
+/// take, release, alive, order, drive (docs/formats/live.md).
+namespace waymark {
+
+struct ClientSubscribe {
+  struct One {
+    std::uint32_t subscription = 0;
+    std::uint32_t channel = 0;
+  };
+  std::vector<One> wanted{};
+};
+struct ClientUnsubscribe {
+  std::vector<std::uint32_t> subscriptions{};
+};
+/// A channel on which the client will publish.
+struct ClientAdvertise {
+  struct One {
+    std::uint32_t channel = 0;
+    std::string topic{};
+    std::string encoding{};
+  };
+  std::vector<One> channels{};
+};
+struct ClientUnadvertise {
+  std::vector<std::uint32_t> channels{};
+};
+struct ClientTakes {};     ///< control
+struct ClientReleases {};  ///< control
+struct ClientAlive {};
+struct ClientOrders {
+  LiveOrder order{};
+};
+/// A message of the protocol that asks for what we do not have.
+struct ClientAsksInVain {
+  std::string op{};
+};
+
+using ClientMessage = std::variant<ClientSubscribe, ClientUnsubscribe, ClientAdvertise, ClientUnadvertise,
+                                   ClientTakes, ClientReleases, ClientAlive, ClientOrders, ClientAsksInVain>;
+
+/// Fails on what is no message of the protocol; what it names never exceeds kMostNamed.
+[[nodiscard]] Result<ClientMessage> parse_client_text(std::string_view text);
+inline constexpr std::size_t kMostNamed = 1024;
+
+/// A published message: opcode 1, the client's channel (little endian), the message.
+struct ClientPublishes {
+  std::uint32_t channel = 0;
+  std::span<const std::uint8_t> message{};
+};
+[[nodiscard]] Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes);
+
+/// Topics on which Foxglove may publish, as JSON: an order in words ({"data": "stop"}, std_msgs/String), and
+/// a speed (geometry_msgs/Twist).
+inline constexpr std::string_view kOrderTopic = "/waymark/order";
+inline constexpr std::string_view kDriveTopic = "/cmd_vel";
+[[nodiscard]] Result<LiveOrder> parse_published(std::string_view topic, std::string_view json);
+
+}  // namespace waymark

@@ -1,0 +1,135 @@
+#include "waymark/server/live_channels.hpp"
+
+#include <type_traits>
+#include <utility>
+
+#include "waymark/codecs/image_codec.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kPictureQuality = 80;
+constexpr const char* kCompressed = "/image_raw/compressed";
+
+std::string topic_of(const std::string& camera, const char* topic) {
+  return camera == "cam" ? topic : "/" + camera + topic;
+}
+
+const char* topic_of_kind(const TagFrame& /**/) { return topics::kTags; }
+const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
+const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
+const char* topic_of_kind(const ImuSample& /**/) { return topics::kImu; }
+const char* topic_of_kind(const StampedCommand& /**/) { return topics::kCommand; }
+const char* topic_of_kind(const TruthPose& /**/) { return topics::kTruth; }
+const char* topic_of_kind(const TagPoseFrame& /**/) { return topics::kTagPoses; }
+const char* topic_of_kind(const RangeBearing& /**/) { return topics::kRangeBearing; }
+const char* topic_of_kind(const LaserScan& /**/) { return topics::kScan; }
+const char* topic_of_kind(const GamepadState& /**/) { return topics::kGamepad; }
+
+}  // namespace
+
+LiveChannels::Target LiveChannels::target(const std::string& topic, std::string_view type,
+                                          const std::set<std::uint32_t>& wanted) {
+  const auto found = by_topic_.find(topic);
+  if (found != by_topic_.end())
+    return {found->second, known_[found->second].latched || wanted.contains(found->second)};
+  const auto id = static_cast<std::uint32_t>(known_.size());
+  by_topic_[topic] = id;
+  known_.push_back({.id = id,
+                    .topic = topic,
+                    .type = std::string(type),
+                    .newest = type == ros2::CompressedImage::kType,
+                    .latched = topic == topics::kTfStatic || type == ros2::CameraInfo::kType});
+  return {id, known_.back().latched};
+}
+
+template <class Message>
+void LiveChannels::put(const std::string& topic, const Message& message, std::int64_t host_ns,
+                       const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
+  const auto [id, is_wanted] = target(topic, Message::kType, wanted);
+  if (!is_wanted) return;
+  out.push_back({id, host_ns, std::make_shared<const Bytes>(cdr::encode(message))});
+  if (known_[id].latched) latched_[id] = out.back();
+}
+
+void LiveChannels::put_picture(const CameraFrame& frame, std::int64_t host_ns,
+                               const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
+  const std::string topic = topic_of(frame.camera, kCompressed);
+  if (!target(topic, ros2::CompressedImage::kType, wanted).wanted) return;
+  auto jpeg = encode_jpeg(frame.image, kPictureQuality);
+  if (!jpeg) return;  // a picture without pixels
+  const CameraFrame head{.stamp = frame.stamp, .camera = frame.camera};
+  put(topic,
+      ros2::CompressedImage{.header = ros2::to_ros(head).header, .format = "jpeg", .data = std::move(*jpeg)},
+      host_ns, wanted, out);
+}
+
+/// odom to base_link by the odometry; map to odom so that base_link is where the estimate has it.
+void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint32_t>& wanted,
+                              std::vector<LiveMessage>& out) {
+  ros2::TFMessage frames;
+  if (const auto* estimate = std::get_if<ros2::PoseWithCovarianceStamped>(&sample.value)) {
+    if (!odometry_) return;
+    const SE3 map_T_base = ros2::from_ros(estimate->pose.pose);
+    frames.transforms.push_back(ros2::to_ros_transform(ros2::from_ros(estimate->header.stamp),
+                                                       ros2::kMapFrame, ros2::kOdomFrame,
+                                                       map_T_base * lift(odometry_->odom_T_base).inverse()));
+  } else if (const auto* odometry = std::get_if<Odometry>(&std::get<Sample>(sample.value))) {
+    odometry_ = *odometry;
+    frames.transforms.push_back(ros2::to_ros_transform(odometry->stamp, ros2::kOdomFrame, ros2::kBaseFrame,
+                                                       lift(odometry->odom_T_base)));
+  }
+  if (!frames.transforms.empty()) put(topics::kTf, frames, sample.host_ns, wanted, out);
+}
+
+std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
+                                              const std::set<std::uint32_t>& wanted) {
+  std::vector<LiveMessage> out;
+  if (const auto* estimate = std::get_if<ros2::PoseWithCovarianceStamped>(&sample.value)) {
+    put(topics::kEstimate, *estimate, sample.host_ns, wanted, out);
+  } else {
+    std::visit(
+        [&](const auto& value) {
+          using Kind = std::remove_cvref_t<decltype(value)>;
+          if constexpr (std::is_same_v<Kind, CameraFrame>)
+            put_picture(value, sample.host_ns, wanted, out);
+          else if constexpr (requires { value.camera; })
+            put(topic_of(value.camera, topic_of_kind(value)), ros2::to_ros(value), sample.host_ns, wanted,
+                out);
+          else
+            put(topic_of_kind(value), ros2::to_ros(value), sample.host_ns, wanted, out);
+        },
+        std::get<Sample>(sample.value));
+  }
+  put_frames(sample, wanted, out);
+  return out;
+}
+
+std::vector<LiveMessage> LiveChannels::encode(const LiveFeed::Mounted& camera, std::int64_t host_ns) {
+  std::vector<LiveMessage> out;
+  put(topics::kCameraInfo, ros2::to_ros(camera.camera, SensorTime{}), host_ns, {}, out);
+  ros2::TFMessage frames;
+  frames.transforms.push_back(
+      ros2::to_ros_transform({}, ros2::kBaseFrame, ros2::kCameraFrame, camera.base_T_cam));
+  put(topics::kTfStatic, frames, host_ns, {}, out);
+  return out;
+}
+
+LiveMessage LiveChannels::encode_json(const std::string& topic, std::string_view object,
+                                      std::int64_t host_ns) {
+  const std::uint32_t id = target(topic, "waymark.State", {}).id;
+  known_[id].json = known_[id].latched = known_[id].newest = true;
+  LiveMessage message{id, host_ns, std::make_shared<const Bytes>(object.begin(), object.end())};
+  latched_[id] = message;
+  return message;
+}
+
+const LiveMessage* LiveChannels::latched(std::uint32_t channel) const {
+  const auto found = latched_.find(channel);
+  return found == latched_.end() ? nullptr : &found->second;
+}
+
+}  // namespace waymark

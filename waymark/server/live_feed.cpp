@@ -1,0 +1,100 @@
+#include "waymark/server/live_feed.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostOrders = 64;
+
+}  // namespace
+
+void LiveFeed::publish(const Sample& sample, std::int64_t host_ns) {
+  if (!listening_.load(std::memory_order_relaxed)) return;
+  add({sample, host_ns});
+}
+
+void LiveFeed::publish(const ros2::PoseWithCovarianceStamped& estimate, std::int64_t host_ns) {
+  if (!listening_.load(std::memory_order_relaxed)) return;
+  add({estimate, host_ns});
+}
+
+void LiveFeed::add(LiveSample sample) {
+  if (waiting_.size() < kMostWaiting)
+    waiting_.push_back(std::move(sample));
+  else
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+  hand_over();
+}
+
+void LiveFeed::tell(const LiveStatus& status) {
+  if (status == told_) {
+    if (status_waiting_) hand_over();
+    return;
+  }
+  told_ = status;
+  status_waiting_ = status;
+  hand_over();
+}
+
+void LiveFeed::show_text(const std::string& name, std::string text) {
+  std::string& shown = texts_.by_name[name];
+  if (shown == text) return;
+  shown = std::move(text);
+  ++texts_.version;
+  texts_waiting_ = std::make_shared<const LiveTexts>(texts_);
+  hand_over();
+}
+
+void LiveFeed::show_camera(const CameraModel& camera, const SE3& base_T_cam) {
+  camera_waiting_ = Mounted{camera, base_T_cam};
+  hand_over();
+}
+
+void LiveFeed::hand_over() {
+  {
+    const std::unique_lock<std::mutex> hand(box_, std::try_to_lock);
+    if (!hand) return;
+    std::vector<LiveSample>& samples = box_news_.samples;
+    const std::size_t room = kMostWaiting - std::min(kMostWaiting, samples.size());
+    const std::size_t fits = std::min(room, waiting_.size());
+    dropped_.fetch_add(waiting_.size() - fits, std::memory_order_relaxed);
+    samples.insert(samples.end(), std::make_move_iterator(waiting_.begin()),
+                   std::make_move_iterator(waiting_.begin() + static_cast<std::ptrdiff_t>(fits)));
+    waiting_.clear();
+    if (status_waiting_) box_news_.status = *std::exchange(status_waiting_, std::nullopt);
+    if (texts_waiting_) box_news_.texts = std::exchange(texts_waiting_, nullptr);
+    if (camera_waiting_) box_news_.camera = std::exchange(camera_waiting_, std::nullopt);
+  }
+  wake_();
+}
+
+LiveFeed::News LiveFeed::take() {
+  const std::scoped_lock hand(box_);
+  News news{.samples = std::move(box_news_.samples),
+            .status = box_news_.status,
+            .texts = box_news_.texts,
+            .camera = box_news_.camera};
+  box_news_.samples = {};
+  return news;
+}
+
+std::vector<LiveOrder> LiveFeed::take_orders() {
+  const std::unique_lock<std::mutex> hand(order_box_, std::try_to_lock);
+  if (!hand) return {};
+  return std::exchange(orders_, {});
+}
+
+void LiveFeed::order(const LiveOrder& order) {
+  const std::scoped_lock hand(order_box_);
+  // A robot that does not ask for its orders must not fill the memory; a stop is never lost.
+  if (orders_.size() >= kMostOrders) {
+    if (order.kind != LiveOrder::Kind::Stop) return;
+    orders_.clear();
+  }
+  orders_.push_back(order);
+}
+
+}  // namespace waymark

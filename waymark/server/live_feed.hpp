@@ -1,0 +1,115 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// What the robot's loop says of itself, beside its samples.
+struct LiveStatus {
+  std::string phase = {};                  ///< of the operator's story: "idle", "teaching", …
+  std::string reason = {};                 ///< of the last stop; empty when all is well
+  std::vector<std::string> commands = {};  ///< that mean something now: "go", "stop", "script", "quit"
+  bool page_drives = false;                ///< while teaching: the page's keys drive
+  std::optional<bool> certain = {};        ///< the estimate can be relied on; nothing without an estimator
+  std::string halted = {};                 ///< why the replay stands at the moment; empty when it does not
+  double driven_m = 0;
+  double goal_m = 0;
+  int dropped_pictures = 0;  ///< that came faster than they could be looked at
+
+  friend bool operator==(const LiveStatus&, const LiveStatus&) = default;
+};
+
+/// What a viewer asks for.
+struct LiveOrder {
+  enum class Kind : std::uint8_t { Go, Stop, Quit, Script, Velocity };
+  Kind kind = Kind::Stop;
+  VelocityCommand command{};  ///< of Velocity
+};
+
+/// What the page shows beside samples: the camera and where it sits, the map, the route.
+struct LiveTexts {
+  std::map<std::string, std::string> by_name{};  ///< "map.yaml"
+  std::uint64_t version = 0;                     ///< grows with each change
+};
+
+struct LiveSample {
+  std::variant<Sample, ros2::PoseWithCovarianceStamped> value;
+  std::int64_t host_ns = 0;  ///< of the system's clock, when the robot's loop had it
+};
+
+/// The mailbox between the loop of a robot and the server. The loop never waits: where the server has its
+/// hand in the box, the loop keeps what it has until its next visit, and beyond kMostWaiting it drops and
+/// counts. Nothing is copied while nobody listens. One thread on each side.
+class LiveFeed {
+ public:
+  static constexpr std::size_t kMostWaiting = 512;
+
+  /// `wake` is called from the robot's side when something is there for the server; it must not wait.
+  explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
+  void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< before either side begins
+
+  // The robot's side.
+  void publish(const Sample& sample, std::int64_t host_ns);
+  void publish(const ros2::PoseWithCovarianceStamped& estimate, std::int64_t host_ns);
+  void tell(const LiveStatus& status);
+  void show_text(const std::string& name, std::string text);
+  void show_camera(const CameraModel& camera, const SE3& base_T_cam);
+  /// What viewers asked for since the last call, oldest first.
+  [[nodiscard]] std::vector<LiveOrder> take_orders();
+  /// Somebody holds control, or held it and went away without giving it back.
+  enum class Control : std::uint8_t { Nobody, Held, Lost };
+  [[nodiscard]] Control control() const { return control_.load(); }
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(); }
+
+  // The server's side.
+  struct Mounted {
+    CameraModel camera;
+    SE3 base_T_cam;
+  };
+  struct News {
+    std::vector<LiveSample> samples{};
+    LiveStatus status{};
+    std::shared_ptr<const LiveTexts> texts = std::make_shared<const LiveTexts>();
+    std::optional<Mounted> camera{};
+  };
+  void set_listening(bool anybody) { listening_.store(anybody); }
+  [[nodiscard]] News take();
+  void order(const LiveOrder& order);
+  void set_control(Control control) { control_.store(control); }
+
+ private:
+  void add(LiveSample sample);
+  void hand_over();
+
+  std::function<void()> wake_;
+  std::atomic<bool> listening_{false};
+  std::atomic<Control> control_{Control::Nobody};
+  std::atomic<std::uint64_t> dropped_{0};
+  std::vector<LiveSample> waiting_{};  ///< the robot's own
+  std::optional<LiveStatus> status_waiting_{};
+  std::shared_ptr<const LiveTexts> texts_waiting_{};
+  std::optional<Mounted> camera_waiting_{};
+  LiveTexts texts_{};  ///< the robot's own
+  LiveStatus told_{};
+
+  std::mutex box_;  ///< guards what follows
+  News box_news_{};
+  std::mutex order_box_;
+  std::vector<LiveOrder> orders_{};
+};
+
+}  // namespace waymark

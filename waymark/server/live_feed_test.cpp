@@ -1,0 +1,87 @@
+#include "waymark/server/live_feed.hpp"
+
+#include <atomic>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+Sample odometry_at(std::int64_t ns) { return Odometry{.stamp = SensorTime(Duration(ns))}; }
+
+TEST(LiveFeed, NothingIsKeptWhileNobodyListens) {
+  LiveFeed feed;
+  feed.publish(odometry_at(1), 1);
+  feed.set_listening(true);
+  EXPECT_TRUE(feed.take().samples.empty());
+  feed.publish(odometry_at(2), 2);
+  const auto news = feed.take();
+  ASSERT_EQ(news.samples.size(), 1u);
+  EXPECT_EQ(news.samples[0].host_ns, 2);
+}
+
+TEST(LiveFeed, StateAndTextsWaitForWhoComesLater) {
+  LiveFeed feed;
+  feed.tell({.phase = "ready"});
+  feed.show_text("map.yaml", "tags: []");
+  EXPECT_EQ(feed.take().status.phase, "ready");
+  EXPECT_EQ(feed.take().texts->by_name.at("map.yaml"), "tags: []");  // and stays
+  feed.show_text("map.yaml", "tags: []");
+  EXPECT_EQ(feed.take().texts->version, 1u);
+}
+
+TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
+  LiveFeed feed;
+  feed.set_listening(true);
+  for (int i = 0; i < 5000; ++i) feed.publish(odometry_at(i), i);
+  EXPECT_EQ(feed.take().samples.size(), LiveFeed::kMostWaiting);
+  EXPECT_EQ(feed.dropped(), 5000 - LiveFeed::kMostWaiting);
+}
+
+TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverLost) {
+  LiveFeed feed;
+  for (int i = 0; i < 1000; ++i) feed.order({.kind = LiveOrder::Kind::Velocity});
+  feed.order({.kind = LiveOrder::Kind::Stop});
+  const auto orders = feed.take_orders();
+  EXPECT_LE(orders.size(), 64u);
+  ASSERT_FALSE(orders.empty());
+  EXPECT_EQ(orders.back().kind, LiveOrder::Kind::Stop);
+  EXPECT_TRUE(feed.take_orders().empty());
+}
+
+/// The robot's side goes on while the other is in the box; nothing is lost without being counted.
+TEST(LiveFeedThreads, NothingIsLostUncounted) {
+  constexpr std::int64_t kSamples = 20000;
+  std::atomic<int> rings{0};
+  LiveFeed feed([&] { ++rings; });
+  feed.set_listening(true);
+  std::atomic<bool> over{false};
+  std::uint64_t heard = 0;
+  std::int64_t last = -1;
+  bool in_order = true;
+  const auto listen = [&] {
+    for (const LiveSample& sample : feed.take().samples) {
+      in_order = in_order && sample.host_ns > last;
+      last = sample.host_ns;
+      ++heard;
+    }
+  };
+  std::thread server([&] {
+    while (!over) listen();
+  });
+  for (std::int64_t i = 0; i < kSamples; ++i) {
+    feed.publish(odometry_at(i), i);
+    feed.tell({.phase = i % 2 == 0 ? "a" : "b"});
+  }
+  over = true;
+  server.join();
+  feed.publish(odometry_at(kSamples), kSamples);  // hands over what was kept back
+  listen();
+  EXPECT_TRUE(in_order);
+  EXPECT_EQ(heard + feed.dropped(), static_cast<std::uint64_t>(kSamples) + 1);
+  EXPECT_GT(rings, 0);
+}
+
+}  // namespace
+}  // namespace waymark

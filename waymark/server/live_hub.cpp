@@ -1,0 +1,269 @@
+#include "waymark/server/live_hub.hpp"
+
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/server/live_words.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostSubscriptions = 256;
+/// A page says every half second that somebody looks at it.
+constexpr Duration kSilence = std::chrono::seconds(3);
+constexpr Duration kStatePeriod = std::chrono::milliseconds(200);
+constexpr const char* kStateTopic = "/waymark/state";
+constexpr std::uint32_t kControlMark = 0xffffffffU;  // beyond any channel
+
+}  // namespace
+
+std::string_view choose_protocol(std::string_view offered) {
+  while (!offered.empty()) {
+    const std::size_t comma = offered.find(',');
+    std::string_view one = offered.substr(0, comma);
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    while (one.ends_with(' ')) one.remove_suffix(1);
+    if (one == kPageProtocol) return kPageProtocol;
+    for (const std::string_view known : kFoxgloveProtocols) {
+      if (one == known) return known;
+    }
+    offered.remove_prefix(comma == std::string_view::npos ? offered.size() : comma + 1);
+  }
+  return {};
+}
+
+std::optional<LiveHub::Id> LiveHub::join(std::string_view protocol, bool may_command, Duration now) {
+  if (clients_.size() >= kMostClients) return std::nullopt;
+  const Id id = next_id_++;
+  Client& client = clients_[id];
+  client.page = protocol == kPageProtocol;
+  client.may_command = may_command;
+  client.heard = now;
+  feed_.set_listening(true);
+  put_text(client, server_info(name_, may_command));
+  advertise(client);
+  if (client.page) {
+    tell_control(id, client);
+    tell_texts(client);
+  }
+  return id;
+}
+
+void LiveHub::leave(Id id) {
+  release(id, true);
+  clients_.erase(id);
+  if (clients_.empty()) feed_.set_listening(false);
+}
+
+void LiveHub::put(Client& client, OutFrame frame) {
+  if (!client.outbox.put(std::move(frame))) client.lost = true;
+}
+
+void LiveHub::put_text(Client& client, std::string text, std::optional<std::uint32_t> newest_of) {
+  put(client, {.text = true, .head = std::move(text), .newest_of = newest_of, .must_arrive = true});
+}
+
+void LiveHub::complain(Client& client, const std::string& words) {
+  // May be lost: who sends nonsense without end is not told without end.
+  put(client, {.text = true, .head = status_message(words)});
+}
+
+void LiveHub::advertise(Client& client) {
+  const auto& known = channels_.known();
+  if (client.advertised == known.size()) return;
+  put_text(client, advertisement(std::span(known).subspan(client.advertised)));
+  client.advertised = known.size();
+}
+
+void LiveHub::send(Client& client, const LiveMessage& message) {
+  const LiveChannel& channel = channels_.known()[message.channel];
+  for (const auto& [subscription, id] : client.channel_of) {
+    if (id != message.channel) continue;
+    put(client, {.head = message_head(subscription, message.host_ns),
+                 .body = message.cdr,
+                 .newest_of = channel.newest ? std::optional(subscription) : std::nullopt});
+  }
+}
+
+std::set<std::uint32_t> LiveHub::wanted() const {
+  std::set<std::uint32_t> all;
+  for (const auto& [id, client] : clients_) {
+    for (const auto& [subscription, channel] : client.channel_of) all.insert(channel);
+  }
+  return all;
+}
+
+void LiveHub::tick(Duration now) {
+  const LiveFeed::News news = feed_.take();
+  status_ = news.status;
+  texts_ = news.texts;
+  std::vector<LiveMessage> messages;
+  if (news.camera && !std::exchange(camera_told_, true))
+    messages = channels_.encode(*news.camera, now.count());
+  const std::set<std::uint32_t> asked = wanted();
+  for (const LiveSample& sample : news.samples) {
+    if (const auto* heard = std::get_if<Sample>(&sample.value))
+      health_.hear(*heard, Duration(sample.host_ns));
+    std::ranges::move(channels_.encode(sample, asked), std::back_inserter(messages));
+  }
+  for (auto& [id, client] : clients_) {
+    advertise(client);
+    for (const LiveMessage& message : messages) send(client, message);
+    if (client.page) tell_texts(client);
+  }
+  tell_state(now);
+  if (holder_ && clients_.at(*holder_).page && now - clients_.at(*holder_).heard > kSilence)
+    release(*holder_, true);
+}
+
+void LiveHub::tell_state(Duration now) {
+  const bool due = !state_told_ || now - *state_told_ >= kStatePeriod || status_.phase != last_phase_;
+  if (due) {
+    state_told_ = now;
+    last_phase_ = status_.phase;
+    const LiveMessage message = channels_.encode_json(
+        kStateTopic, state_json(status_, health_.lights(status_, now), feed_.dropped()), now.count());
+    for (auto& [id, client] : clients_) {
+      advertise(client);
+      send(client, message);
+    }
+  }
+  for (auto& [id, client] : clients_) {
+    if (client.page) tell_control(id, client);
+  }
+}
+
+void LiveHub::tell_control(Id id, Client& client) {
+  std::string words = control_json({.may = client.may_command,
+                                    .yours = holder_ == id,
+                                    .held = holder_.has_value(),
+                                    .viewers = clients_.size(),
+                                    .dropped = client.outbox.dropped()});
+  if (words == client.last_control) return;
+  client.last_control = words;
+  put_text(client, std::move(words), kControlMark);
+}
+
+void LiveHub::tell_texts(Client& client) {
+  if (client.texts_version == texts_->version) return;
+  client.texts_version = texts_->version;
+  for (const auto& [name, text] : texts_->by_name) put_text(client, text_message(name, text));
+}
+
+bool LiveHub::take(Id id, Client& client) {
+  if (holder_ == id) return true;
+  if (!client.may_command) {
+    complain(client, "this viewer only watches: open the address with the token");
+    return false;
+  }
+  if (holder_) {
+    complain(client, "another viewer holds control");
+    return false;
+  }
+  holder_ = id;
+  feed_.set_control(LiveFeed::Control::Held);
+  return true;
+}
+
+void LiveHub::release(Id id, bool lost) {
+  if (holder_ != id) return;
+  holder_.reset();
+  feed_.set_control(lost ? LiveFeed::Control::Lost : LiveFeed::Control::Nobody);
+}
+
+void LiveHub::obey(Id id, Client& client, const LiveOrder& order) {
+  if (take(id, client)) feed_.order(order);
+}
+
+void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
+  for (const auto& [subscription, channel] : message.wanted) {
+    if (channel >= channels_.known().size()) {
+      complain(client, fmt::format("there is no channel {}", channel));
+    } else if (client.channel_of.size() >= kMostSubscriptions) {
+      complain(client, "too many subscriptions");
+    } else if (client.channel_of.emplace(subscription, channel).second) {
+      const LiveMessage* last = channels_.latched(channel);
+      if (last != nullptr)
+        put(client, {.head = message_head(subscription, last->host_ns), .body = last->cdr});
+    }
+  }
+}
+
+void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
+  for (const auto& [channel, topic, encoding] : message.channels) {
+    if (!client.may_command)
+      complain(client, "this viewer only watches: connect with ?token=… in the address");
+    else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
+      complain(client, fmt::format("only {} and {} are heard, as json", kOrderTopic, kDriveTopic));
+    else if (client.publishes.size() < kMostSubscriptions)
+      client.publishes[channel] = topic;
+  }
+}
+
+void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  const Result<ClientMessage> message = parse_client_text(text);
+  if (!message) return complain(client, message.error().message);
+  client.heard = now;
+  std::visit(
+      [&](const auto& said) {
+        using Kind = std::remove_cvref_t<decltype(said)>;
+        if constexpr (std::is_same_v<Kind, ClientSubscribe>) {
+          subscribe(client, said);
+        } else if constexpr (std::is_same_v<Kind, ClientUnsubscribe>) {
+          for (const std::uint32_t one : said.subscriptions) client.channel_of.erase(one);
+        } else if constexpr (std::is_same_v<Kind, ClientAdvertise>) {
+          advertise_own(client, said);
+        } else if constexpr (std::is_same_v<Kind, ClientUnadvertise>) {
+          for (const std::uint32_t one : said.channels) client.publishes.erase(one);
+          if (client.publishes.empty() && !client.page) release(id, false);
+        } else if constexpr (std::is_same_v<Kind, ClientTakes>) {
+          static_cast<void>(take(id, client));
+        } else if constexpr (std::is_same_v<Kind, ClientReleases>) {
+          release(id, false);
+        } else if constexpr (std::is_same_v<Kind, ClientOrders>) {
+          obey(id, client, said.order);
+        } else if constexpr (std::is_same_v<Kind, ClientAsksInVain>) {
+          complain(client, fmt::format("'{}' is not known here", said.op));
+        }
+      },
+      *message);
+}
+
+void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  Client& client = found->second;
+  const Result<ClientPublishes> published = parse_client_binary(bytes);
+  if (!published) return complain(client, published.error().message);
+  const auto topic = client.publishes.find(published->channel);
+  if (topic == client.publishes.end())
+    return complain(client, fmt::format("channel {} was not advertised", published->channel));
+  const std::string_view json(reinterpret_cast<const char*>(published->message.data()),
+                              published->message.size());
+  const Result<LiveOrder> order = parse_published(topic->second, json);
+  if (!order) return complain(client, order.error().message);
+  obey(id, client, *order);
+}
+
+std::optional<OutFrame> LiveHub::next(Id id) {
+  const auto found = clients_.find(id);
+  return found == clients_.end() ? std::nullopt : found->second.outbox.next();
+}
+
+bool LiveHub::waits(Id id) const {
+  const auto found = clients_.find(id);
+  return found != clients_.end() && !found->second.outbox.empty();
+}
+
+bool LiveHub::lost(Id id) const {
+  const auto found = clients_.find(id);
+  return found == clients_.end() || found->second.lost;
+}
+
+}  // namespace waymark

@@ -1,0 +1,254 @@
+#include "waymark/server/live_hub.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace waymark {
+namespace {
+
+using Json = nlohmann::json;
+using Control = LiveFeed::Control;
+
+constexpr const char* kGo = R"({"op":"order","order":"go"})";
+constexpr const char* kRelease = R"({"op":"release"})";
+
+class Hub : public testing::Test {
+ protected:
+  LiveHub::Id join(std::string_view protocol, bool may_command = true) {
+    return hub_.join(protocol, may_command, now_).value();
+  }
+  void say(LiveHub::Id id, std::string_view text) { hub_.hear_text(id, text, now_); }
+  void pass(double seconds) {
+    now_ += Duration(static_cast<std::int64_t>(seconds * 1e9));
+    hub_.tick(now_);
+  }
+  /// What a viewer was told since the last call: texts parsed, and binary frames.
+  struct Told {
+    std::vector<Json> texts;
+    std::vector<OutFrame> messages;
+    [[nodiscard]] std::vector<Json> of(const std::string& op) const {
+      std::vector<Json> found;
+      std::ranges::copy_if(texts, std::back_inserter(found), [&](const Json& t) { return t["op"] == op; });
+      return found;
+    }
+  };
+  Told told(LiveHub::Id id) {
+    Told out;
+    while (auto frame = hub_.next(id)) {
+      if (frame->text)
+        out.texts.push_back(Json::parse(frame->head));
+      else
+        out.messages.push_back(std::move(*frame));
+    }
+    return out;
+  }
+  void odometry(double x) {
+    feed_.publish(Sample(Odometry{.stamp = SensorTime(now_), .odom_T_base = SE2(x, 0, 0)}), now_.count());
+  }
+  std::uint32_t channel_of(const Told& heard, const std::string& topic) {
+    for (const Json& message : heard.of("advertise")) {
+      for (const Json& channel : message["channels"]) {
+        if (channel["topic"] == topic) return channel["id"];
+      }
+    }
+    ADD_FAILURE() << topic << " was not advertised";
+    return 0;
+  }
+  static std::string subscription(std::uint32_t channel) {
+    return Json{{"op", "subscribe"}, {"subscriptions", {{{"id", 9}, {"channelId", channel}}}}}.dump();
+  }
+
+  LiveFeed feed_;
+  LiveHub hub_{feed_, "limo"};
+  Duration now_ = std::chrono::seconds(1000);
+};
+
+TEST(Protocol, TheFirstThatIsKnown) {
+  EXPECT_EQ(choose_protocol("foxglove.sdk.v1"), "foxglove.sdk.v1");
+  EXPECT_EQ(choose_protocol("x, foxglove.websocket.v1 ,waymark.v1"), "foxglove.websocket.v1");
+  EXPECT_EQ(choose_protocol("waymark.v1"), kPageProtocol);
+  EXPECT_EQ(choose_protocol(""), "");
+  EXPECT_EQ(choose_protocol(",,"), "");
+}
+
+TEST_F(Hub, FoxgloveIsGreetedAndGetsWhatItAsksFor) {
+  const auto id = join("foxglove.sdk.v1");
+  const Json info = told(id).of("serverInfo").at(0);
+  EXPECT_EQ(info["name"], "limo");
+  EXPECT_EQ(info["capabilities"], Json::array({"clientPublish"}));
+  odometry(1);
+  pass(0.01);
+  const Told first = told(id);
+  EXPECT_TRUE(first.messages.empty());  // nobody asked yet
+  const std::uint32_t odom = channel_of(first, "/odom");
+  say(id, subscription(odom));
+  odometry(2);
+  pass(0.01);
+  const Told then = told(id);
+  ASSERT_EQ(then.messages.size(), 1u);
+  const OutFrame& frame = then.messages[0];
+  EXPECT_EQ(frame.head.size(), 13u);
+  EXPECT_EQ(frame.head[0], '\x01');
+  EXPECT_EQ(frame.head[1], '\x09');
+  EXPECT_GT(frame.body->size(), 100u);
+  say(id, R"({"op":"unsubscribe","subscriptionIds":[9]})");
+  odometry(3);
+  pass(0.01);
+  EXPECT_TRUE(told(id).messages.empty());
+}
+
+TEST_F(Hub, WhoComesLaterGetsWhatIsLatched) {
+  feed_.tell({.phase = "ready"});
+  feed_.show_text("map.yaml", "tags: []");
+  pass(0.01);
+  const auto id = join(kPageProtocol);
+  const Told heard = told(id);
+  EXPECT_EQ(heard.of("text").at(0)["text"], "tags: []");
+  say(id, subscription(channel_of(heard, "/waymark/state")));
+  const Told then = told(id);
+  ASSERT_EQ(then.messages.size(), 1u);
+  const Bytes& body = *then.messages[0].body;
+  EXPECT_EQ(Json::parse(body.begin(), body.end())["phase"], "ready");
+}
+
+TEST_F(Hub, WithoutTheTokenAViewerOnlyWatches) {
+  const auto page = join(kPageProtocol, false);
+  const auto studio = join("foxglove.websocket.v1", false);
+  EXPECT_EQ(told(studio).of("serverInfo").at(0)["capabilities"], Json::array());
+  told(page);
+  say(page, kGo);
+  say(page, R"({"op":"drive","speed_m_s":1,"yaw_rate_rad_s":0})");
+  say(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/cmd_vel","encoding":"json"}]})");
+  const std::string twist =
+      std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":1},"angular":{"z":0}})";
+  hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()});
+  EXPECT_TRUE(feed_.take_orders().empty());
+  EXPECT_EQ(feed_.control(), Control::Nobody);
+  EXPECT_EQ(told(page).of("status").size(), 2u);
+  EXPECT_EQ(told(studio).of("status").size(), 2u);
+}
+
+TEST_F(Hub, OneHoldsControlTheOthersWatch) {
+  const auto first = join(kPageProtocol);
+  const auto second = join(kPageProtocol);
+  say(first, kGo);
+  EXPECT_EQ(feed_.take_orders().size(), 1u);
+  EXPECT_EQ(feed_.control(), Control::Held);
+  say(second, kGo);
+  say(second, R"({"op":"take"})");
+  EXPECT_TRUE(feed_.take_orders().empty());
+  pass(0.01);
+  EXPECT_EQ(told(second).of("control").back()["yours"], false);
+  EXPECT_EQ(told(first).of("control").back()["yours"], true);
+  say(second, kRelease);  // not its own to give
+  EXPECT_EQ(feed_.control(), Control::Held);
+  say(first, kRelease);
+  EXPECT_EQ(feed_.control(), Control::Nobody);
+  say(second, kGo);
+  EXPECT_EQ(feed_.take_orders().size(), 1u);
+}
+
+TEST_F(Hub, TheRobotHearsThatItsViewerIsGone) {
+  const auto id = join(kPageProtocol);
+  const auto watcher = join(kPageProtocol);
+  say(id, kGo);
+  hub_.leave(watcher);
+  EXPECT_EQ(feed_.control(), Control::Held);
+  hub_.leave(id);
+  EXPECT_EQ(feed_.control(), Control::Lost);
+}
+
+TEST_F(Hub, AHolderThatFallsSilentIsGone) {
+  const auto id = join(kPageProtocol);
+  say(id, kGo);
+  for (int i = 0; i < 10; ++i) {
+    pass(0.5);
+    say(id, R"({"op":"alive"})");
+  }
+  EXPECT_EQ(feed_.control(), Control::Held);
+  pass(2.9);
+  EXPECT_EQ(feed_.control(), Control::Held);
+  pass(0.2);
+  EXPECT_EQ(feed_.control(), Control::Lost);
+  say(id, kGo);  // it is back
+  EXPECT_EQ(feed_.control(), Control::Held);
+}
+
+TEST_F(Hub, FoxglovePublishesWithTheToken) {
+  const auto id = join("foxglove.sdk.v1");
+  say(id, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
+  const std::string stop = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":"stop"})";
+  hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()});
+  const auto orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1u);
+  EXPECT_EQ(orders[0].kind, LiveOrder::Kind::Stop);
+  say(id, R"({"op":"unadvertise","channelIds":[1]})");
+  EXPECT_EQ(feed_.control(), Control::Nobody);
+}
+
+TEST_F(Hub, AViewerThatNeverReadsIsBoundedAndTheOthersAreNot) {
+  const auto lazy = join("foxglove.sdk.v1");
+  const auto keen = join("foxglove.sdk.v1");
+  odometry(0);
+  pass(0.01);
+  const std::uint32_t odom = channel_of(told(keen), "/odom");
+  say(lazy, subscription(odom));
+  say(keen, subscription(odom));
+  std::size_t got = 0;
+  for (int i = 0; i < 2000; ++i) {
+    odometry(i);
+    pass(0.01);
+    got += told(keen).messages.size();
+  }
+  EXPECT_EQ(got, 2000u);
+  EXPECT_LE(told(lazy).messages.size(), Outbox::kMostFrames);
+  EXPECT_FALSE(hub_.lost(lazy));
+}
+
+TEST_F(Hub, NonsenseIsAnsweredAndBounded) {
+  const auto id = join(kPageProtocol);
+  for (int i = 0; i < 5000; ++i) {
+    say(id, "nonsense");
+    hub_.hear_binary(id, {});
+  }
+  EXPECT_LE(told(id).texts.size(), Outbox::kMostFrames);
+  EXPECT_FALSE(hub_.lost(id));
+  say(4711, kGo);  // nobody
+  EXPECT_TRUE(feed_.take_orders().empty());
+}
+
+TEST_F(Hub, TheHouseIsFullSometimes) {
+  for (std::size_t i = 0; i < LiveHub::kMostClients; ++i) join(kPageProtocol);
+  EXPECT_FALSE(hub_.join(kPageProtocol, true, now_));
+}
+
+TEST_F(Hub, LightsHaveWords) {
+  const auto id = join(kPageProtocol);
+  feed_.tell({.phase = "replaying", .certain = false, .halted = "a person stands in the way"});
+  for (int i = 0; i < 50; ++i) {
+    odometry(i);
+    pass(0.02);
+  }
+  say(id, subscription(channel_of(told(id), "/waymark/state")));
+  const Told last = told(id);
+  const Bytes& body = *last.messages.at(0).body;
+  const Json state = Json::parse(body.begin(), body.end());
+  const auto light = [&](const std::string& name) {
+    for (const Json& one : state["lights"]) {
+      if (one["name"] == name) return one;
+    }
+    return Json();
+  };
+  EXPECT_EQ(light("odometry")["level"], "good");
+  EXPECT_EQ(light("odometry")["words"], "50 a second");
+  EXPECT_EQ(light("camera")["level"], "unknown");
+  EXPECT_EQ(light("localisation")["level"], "doubtful");
+  EXPECT_EQ(light("drive")["words"], "a person stands in the way");
+}
+
+}  // namespace
+}  // namespace waymark
