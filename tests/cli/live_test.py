@@ -157,6 +157,7 @@ def teaching_stops_replay_pauses(robot):
     client, watcher = robot.client(), robot.client(token=False)
     for one in (client, watcher):
         one.watch_state()
+    time.sleep(2)  # two presses within 0.3 s of the robot's time are one
     client.say(op="order", order="go")
     watcher.wait_for_phase("teaching")
     state = watcher.wait_for_state(lambda s: "script" in s["commands"])
