@@ -17,7 +17,8 @@ namespace {
 /// user types.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self'; worker-src 'self'; style-src 'self'; img-src 'self' blob: data:; "
-    "connect-src 'self' https: http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+    "connect-src 'self' https: http://127.0.0.1:* http://localhost:*; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'";
 constexpr std::string_view kNoPage =
     "<!doctype html><html lang=\"en\"><title>Waymark</title><h1>The page is not in this program</h1>"
     "<p>It was built without. With npm at hand, run <code>tools/build_viewer.sh</code> in the source folder "
