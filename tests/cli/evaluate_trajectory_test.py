@@ -147,6 +147,28 @@ class EvaluateTrajectory(unittest.TestCase):
         self.assertIsNone(scores["side_rmse_m"])
         self.assertEqual(self.scores("map/trajectory.txt", "map/route.yaml")["ate_rmse_m"], None)
 
+    def test_what_should_not_be_compared_is_said(self):
+        truth = drive()
+        self.write("truth.txt", tum(truth))
+        self.write("fine.txt", tum(noisy(truth, SEED)))
+        self.assertEqual(self.run_here("fine.txt", "truth.txt").err, "")
+        self.write("later.txt", tum([(t + 15, x, y, yaw) for t, x, y, yaw in truth]))
+        self.assertIn("only 100 of 400 poses of EST are at times that REF knows", self.run_here("later.txt", "truth.txt").err)
+        self.write("elsewhere.txt", tum([(t, x + 3, y - 40, yaw) for t, x, y, yaw in truth]))
+        outcome = self.run_here("elsewhere.txt", "truth.txt")
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("EST is 40.1 m from REF", outcome.err)
+        self.assertEqual(self.run_here("elsewhere.txt", "truth.txt", "--alignment", "se2").err, "")
+        self.write("tape.csv", "x_m,y_m\n100,0\n102,0\n102,1\n")
+        self.assertIn("are both of the same place", self.run_here("fine.txt", "tape.csv").err)
+        for seed in ("1", "2"):
+            words = ["teach", "--world", "circuit24", "--seed", seed, "-o", f"lap{seed}.mcap"]
+            self.assertEqual(waymark(*words, cwd=self.folder).code, 0)
+        for words in (["map", "lap1.mcap", "-o", "map"], ["localize", "lap1.mcap", "--map", "map", "-o", "estimate.mcap"]):
+            self.assertEqual(waymark(*words, cwd=self.folder).code, 0)
+        self.assertEqual(self.run_here("estimate.mcap", "lap1.mcap").err, "")
+        self.assertIn("EST and REF are of two drives", self.run_here("estimate.mcap", "lap2.mcap").err)
+
     def test_what_cannot_be_compared_is_said(self):
         self.write("truth.txt", tum(drive()))
         self.write("late.txt", tum([(t + 1000, x, y, yaw) for t, x, y, yaw in drive()]))

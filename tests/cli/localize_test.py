@@ -36,8 +36,10 @@ class OurRecordings(InFolder):
             self.assertEqual(figures["uncertain"], report["estimates"] - report["certain"])
         self.assertIn("NIS ", self.run_here("evaluate", "riekf.mcap", "lap.mcap").out)
         self.assertEqual(self.run_here("localize", "lap.mcap", "--map", "map/map.yaml", "-o", "riekf.mcap").code, 1)
+        self.hindsight_with_a_lag()
         self.name_of_the_output_says_what_it_is()
         self.what_does_not_fit_is_said()
+        self.a_file_of_another_kind_is_named()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "kalman")
         self.assertEqual(outcome.code, 2)
         self.assertIn("there is no method", outcome.err)
@@ -67,9 +69,37 @@ class OurRecordings(InFolder):
         (figures,) = self.run_here("evaluate", "poses.txt", "lap.mcap", "--json").records
         self.assertLess(figures["ate_rmse_m"], 0.03)
         self.assertIsNone(figures["nis_mean"])
+        before = (self.folder / "poses.txt").read_text()
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.txt")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("poses.txt: stands there already: not written over", outcome.err)
+        self.assertEqual((self.folder / "poses.txt").read_text(), before)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "-o", "poses.csv")
         self.assertEqual(outcome.code, 2)
         self.assertIn(".tum", outcome.err)
+
+    def hindsight_with_a_lag(self):
+        outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "smoother", "--lag-s", 1, "-o", "lagged.mcap", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        scores = {}
+        for name in ("riekf", "smoother", "lagged"):
+            (scores[name],) = self.run_here("evaluate", name + ".mcap", "lap.mcap", "--json").records
+        for name in ("smoother", "lagged"):
+            self.assertLess(scores[name]["ate_rmse_m"], scores["riekf"]["ate_rmse_m"])
+            self.assertGreater(scores[name]["coverage"], 0.97)
+
+    def a_file_of_another_kind_is_named(self):
+        for words, part in (
+                (["localize", "lap.mcap", "--map", "lap.mcap"], "lap.mcap: this is a recording (MCAP), and no text"),
+                (["localize", "lap.mcap", "--map", "map", "--robot", "lap.mcap"], "this is a recording (MCAP), and no text"),
+                (["localize", "lap.mcap", "--map", "map", "--calibration", "lap.mcap"], "this is a recording (MCAP), and no text"),
+                (["localize", "map", "--map", "map"], "map: this is the folder of a map, and no recording"),
+                (["info", "map"], "map: this is the folder of a map, and no recording"),
+                (["info", "map/map.yaml"], "map.yaml: this is a YAML file, and no recording"),
+                (["localize", "map/map.yaml", "--map", "map"], "map.yaml: this is a YAML file, and no recording")):
+            outcome = self.run_here(*words)
+            self.assertEqual(outcome.code, 1, words)
+            self.assertIn(part, outcome.err, words)
 
     def what_does_not_fit_is_said(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--tag-size-m", 0.3)
@@ -104,6 +134,17 @@ class Tables(InFolder):
         self.assertAlmostEqual(report["last"]["x_m"], 0.02 * 99, delta=0.02)
         self.assertAlmostEqual(report["last"]["y_m"], 0, delta=0.02)
         self.assertIn("--sensor-pose", outcome.err)
+
+    def test_a_calibration_says_where_the_sensor_sits(self):
+        self.write()
+        (self.folder / "calibration.yaml").write_text(
+            "format: waymark-calibration-1\nvalues:\n  mounting_y_m: {value: 0.3, sigma: 0.002, verdict: known}\n")
+        outcome = self.run_here("localize", "seen.csv", "moved.csv", "--map", "landmarks.csv", "--sensor-pose", 0.1, 0, 0,
+                                "--calibration", "calibration.yaml", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (report,) = outcome.records
+        self.assertAlmostEqual(report["last"]["x_m"], 0.02 * 99 - 0.1, delta=0.02)
+        self.assertAlmostEqual(report["last"]["y_m"], -0.3, delta=0.02)
 
     def test_what_cannot_work_is_said(self):
         self.write()

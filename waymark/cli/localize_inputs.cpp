@@ -12,6 +12,7 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/robot_motion_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/geometry/planar.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark::cli {
@@ -122,7 +123,17 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   const Result<Calibration> calibration = read_calibration(job.calibration);
   if (!calibration) return tl::unexpected(calibration.error());
   if (calibration->camera) inputs.setup.eye.camera = calibration->camera;
-  inputs.setup.eye.base_T_sensor = calibrated_mounting(inputs.setup.eye.base_T_sensor, *calibration);
+  SE3& base_T_sensor = inputs.setup.eye.base_T_sensor;
+  if (inputs.planar_sensor) {
+    const auto known = [&](const char* name, double given) {
+      return calibration->known(name).value_or(given);
+    };
+    const SE2 given = project_to_plane(base_T_sensor);
+    base_T_sensor = lift(SE2(known("mounting_x_m", given.x()), known("mounting_y_m", given.y()),
+                             known("mounting_yaw_rad", given.yaw())));
+  } else {
+    base_T_sensor = calibrated_mounting(base_T_sensor, *calibration);
+  }
   take_calibrated(*calibration, inputs.setup.filter);
   return {};
 }
@@ -173,15 +184,17 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
   Status status = read_logs(job, inputs, console);
   if (!status) return tl::unexpected(status.error());
   status = read_robot_of(job, inputs);
+  if (job.sensor_pose.size() == 3) {
+    inputs.planar_sensor = true;
+    inputs.setup.eye.base_T_sensor =
+        lift(SE2(job.sensor_pose[0], job.sensor_pose[1], job.sensor_pose[2] * std::numbers::pi / 180));
+  }
   if (status) status = read_calibration_of(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
-  if (job.sensor_pose.size() == 3) {
-    const double yaw = job.sensor_pose[2] * std::numbers::pi / 180;
-    inputs.setup.eye.base_T_sensor = SE3(SO3::exp({0, 0, yaw}), {job.sensor_pose[0], job.sensor_pose[1], 0});
-  } else if (!inputs.setup.eye.camera && job.robot.empty() &&
-             std::ranges::any_of(inputs.samples,
-                                 [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); })) {
+  const bool poses = std::ranges::any_of(
+      inputs.samples, [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
+  if (poses && !inputs.planar_sensor && !inputs.setup.eye.camera && job.robot.empty()) {
     // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
     inputs.setup.eye.base_T_sensor = SE3(body_R_optical(), inputs.setup.eye.base_T_sensor.translation());
     inputs.warnings.emplace_back(

@@ -93,6 +93,10 @@ std::string extension_of(const LocalizeJob& job) {
 bool writes_tum(const LocalizeJob& job) { return extension_of(job) == ".txt" || extension_of(job) == ".tum"; }
 
 Status check_output(const LocalizeJob& job) {
+  std::error_code ignored;
+  if (writes_tum(job) && std::filesystem::exists(job.output, ignored))
+    return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = job.output},
+                "Give another name, or remove it.");
   if (job.output.empty() || writes_tum(job) || extension_of(job) == ".mcap") return {};
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
@@ -144,19 +148,20 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   Result<Localizer> localizer = Localizer::make(inputs.setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (job.start.size() == 3) {
-    if (auto* filter = dynamic_cast<RiekfLocalizer*>(&localizer->method()))
+    if (RiekfLocalizer* filter = localizer->filter())
       filter->start_from(SE2(job.start[0], job.start[1], job.start[2] * std::numbers::pi / 180), 0.05, 0.05);
   }
   Result<std::optional<SampleRecorder>> recorder = open_output(job, inputs.setup);
   if (!recorder) return tl::unexpected(recorder.error());
   RunEar ear(std::move(*recorder), stamp_of(inputs.samples.front()), writes_tum(job));
-  Status status = run(*localizer, inputs, job.method == "smoother", ear);
+  const bool hindsight = job.method == "smoother" && job.filter.lag_s <= 0;
+  Status status = run(*localizer, inputs, hindsight, ear);
   Result<LocalizeReport> report = ear.close();
   if (status && writes_tum(job)) status = write_text_file(job.output, to_tum(ear.trajectory()));
   if (!status) return tl::unexpected(status.error());
   if (!report) return report;
   report->problems = localizer->method().problems();
-  if (const auto* filter = dynamic_cast<const RiekfLocalizer*>(&localizer->method()))
+  if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
   report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));
   report->wall_s = watch.seconds();

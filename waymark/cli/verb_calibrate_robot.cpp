@@ -16,6 +16,7 @@
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
+#include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
 #include "waymark/samples/camera_body.hpp"
 
@@ -58,12 +59,12 @@ std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, do
 Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fit) {
   Calibration calibration;
   calibration.camera = inputs.setup.eye.camera;
-  const CameraMounting mounting =
-      camera_mounting(calibrated_sensor(inputs.setup.eye, fit.value).base_T_sensor);
+  const SE3 base_T_sensor = calibrated_sensor(inputs.setup.eye, fit.value).base_T_sensor;
   CalibratedNumbers value = fit.value;
-  value[static_cast<std::size_t>(Calibrated::MountingX)] = mounting.x_m;
-  value[static_cast<std::size_t>(Calibrated::MountingY)] = mounting.y_m;
-  value[static_cast<std::size_t>(Calibrated::MountingYaw)] = mounting.yaw_rad;
+  value[static_cast<std::size_t>(Calibrated::MountingX)] = base_T_sensor.translation().x();
+  value[static_cast<std::size_t>(Calibrated::MountingY)] = base_T_sensor.translation().y();
+  value[static_cast<std::size_t>(Calibrated::MountingYaw)] =
+      inputs.planar_sensor ? project_to_plane(base_T_sensor).yaw() : camera_mounting(base_T_sensor).yaw_rad;
   for (std::size_t i = 0; i < kCalibrated; ++i) {
     const std::string name(to_string(static_cast<Calibrated>(i)));
     if (fit.sigma[i] == 0) continue;  // was not sought

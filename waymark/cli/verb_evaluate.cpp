@@ -11,6 +11,7 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/trajectory_doubts.hpp"
 #include "waymark/cli/trajectory_files.hpp"
 #include "waymark/cli/trajectory_report.hpp"
 #include "waymark/cli/verb.hpp"
@@ -220,6 +221,7 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
     return ExitCode::SomeFailed;
   }
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  for (const std::string& doubt : doubts_about(*report, inputs->reference)) console.say("warning: " + doubt);
   if (args.figures.empty()) return ExitCode::Ok;
   std::vector<std::string> files;
   if (const Status written = write_figures(args, *inputs, *report, files); !written) {

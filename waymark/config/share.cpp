@@ -54,6 +54,8 @@ Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
   if (!share) return share;
   const std::vector<std::string> names = names_in(*share / folder);
   if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
+  std::error_code ignored;
+  if (fs::is_regular_file(name, ignored)) return fs::path(name);  // whoever reads it says what it is instead
   return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
               {.source = (*share / folder).string()},
               suggestion(name, names) + " Or give the path of a .yaml file.");

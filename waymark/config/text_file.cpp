@@ -1,11 +1,31 @@
 #include "waymark/config/text_file.hpp"
 
+#include <array>
 #include <fstream>
+#include <optional>
+#include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace waymark {
+namespace {
+
+/// How files begin that are given by mistake where a text should be.
+std::optional<std::string_view> recording_in(std::string_view beginning) {
+  using namespace std::string_view_literals;
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kBeginnings = {
+      {{"\x89MCAP"sv, "MCAP"sv},
+       {"#ROSBAG"sv, "a ROS 1 bag"sv},
+       {"SQLite format 3"sv, "rosbag2"sv},
+       {"\xED\xA1\xDA\x01"sv, "an LCM event log"sv}}};
+  for (const auto& [magic, name] : kBeginnings)
+    if (beginning.starts_with(magic)) return name;
+  return std::nullopt;
+}
+
+}  // namespace
 
 Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
   std::error_code error;
@@ -29,6 +49,11 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::size_
     text.resize(before + kBlock);
     file.read(text.data() + before, static_cast<std::streamsize>(kBlock));
     text.resize(before + static_cast<std::size_t>(file.gcount()));
+    if (before > 0) continue;
+    if (const auto kind = recording_in(text))
+      return fail(ErrorCode::Unreadable, fmt::format("this is a recording ({}), and no text", *kind),
+                  {.source = path.string()},
+                  "`waymark info` says what it holds, `waymark map` makes a map of it.");
   }
   if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed", {.source = path.string()});
   if (text.size() > max_bytes) {

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/localization/fixed_lag_smoother.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
 #include "waymark/localization/smoother.hpp"
 
@@ -165,6 +167,40 @@ TEST(Smoother, LastingErrorsOfLandmarksDoNotMakeHindsightWorse) {
     }
   }
   EXPECT_LT(smoothed2, filtered2);
+}
+
+/// While the robot drives, the smoother says of each moment what it would say if the run ended a lag later;
+/// and with a long lag, what it says in the end.
+TEST(Smoother, WithALagSaysWhatItWouldSayInTheEnd) {
+  RiekfOptions options;
+  options.tag_sigma_m = 0.01;
+  options.lag_s = 0.5;
+  FixedLagSmoother live(Landmarks::of_points(points()).value(), {}, options);
+  RiekfLocalizer whole(Landmarks::of_points(points()).value(), {}, options);
+  whole.tracker().keep_trace();
+  Robot robot;
+  Robot twin;
+  const auto in_hindsight = [&] {
+    for (const LocalizationEstimate& e : smooth(whole.tracker().trace()))
+      if (e.stamp >= whole.tracker().trace().back().stamp - Duration(std::llround(options.lag_s * 1e9)))
+        return e;
+    return LocalizationEstimate{};
+  };
+  robot.drive(live.filter(), 0.4);
+  twin.drive(whole, 0.4);
+  EXPECT_FALSE(live.estimate()) << "nothing is settled before the lag has passed";
+  for (int i = 0; i < 200; ++i) {
+    robot.drive(live.filter(), 0.1);
+    twin.drive(whole, 0.1);
+    if (i < 10 || i % 20 != 0) continue;
+    const auto settled = live.estimate();
+    ASSERT_TRUE(settled);
+    const LocalizationEstimate expected = in_hindsight();
+    EXPECT_EQ(settled->stamp, expected.stamp);
+    EXPECT_LT(minus(settled->map_T_base, expected.map_T_base).norm(), 1e-12);
+    EXPECT_LT((settled->covariance - expected.covariance).norm(), 1e-12);
+    EXPECT_LT(settled->covariance.trace(), whole.estimate()->covariance.trace());
+  }
 }
 
 }  // namespace

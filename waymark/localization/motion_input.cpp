@@ -22,6 +22,8 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
   piece.yaw_dispute_rad *= std::sqrt(share);  // its square is a variance
   piece.extra_m2 *= share;
   piece.extra_rad2 *= share;
+  piece.share = share;
+  piece.continues = begin > from;
   return piece;
 }
 

@@ -87,10 +87,12 @@ void Riekf::start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool
   state_.P.bottomLeftCorner<5, 3>().setZero();
   state_.P.topLeftCorner<3, 3>() = internal::propagate<3>(J, covariance);
   state_.C.topRows<3>().setZero();
+  state_.motion.topRows<3>().setZero();
   if (keep_slow) return;
   state_.slow.setZero();
   state_.P.bottomRightCorner<5, 5>() = slow_variances(noise_).asDiagonal();
   state_.C.setZero();
+  state_.motion.setZero();
   std::ranges::fill(state_.met, std::uint8_t{0});
 }
 
@@ -113,19 +115,45 @@ void Riekf::propagate(const MotionStep& step) {
   const Eigen::Matrix3d G = into_error * G_xi;
   const StateMatrix carried = transition_.lazyProduct(state_.P);
   StateMatrix P = carried.lazyProduct(transition_.transpose());
-  const Eigen::Vector3d Q = variances(step, noise_);
-  P.topLeftCorner<3, 3>() += G * Q.asDiagonal() * G.transpose();
+  add_motion_noise(step, G, P);
   P.bottomRightCorner<5, 5>().diagonal() +=
       (SlowVector::Ones() - fades.cwiseAbs2()).cwiseProduct(slow_variances(noise_));
-  // What the heading turns without odometry's way: the way is then askew to it by as much, the other way
-  // round.
-  const double askew = noise_.crab_share * Q.z();
-  P.col(3 + kCrab).head<3>() -= askew * G.col(2);
-  P.row(3 + kCrab).head<3>() -= askew * G.col(2).transpose();
-  P(3 + kCrab, 3 + kCrab) += noise_.crab_share * askew;
   state_.P = internal::symmetrized<8>(P);
   state_.slow = state_.slow.cwiseProduct(fades);
   carry_correlations(transition_, std::exp(-step.dt_s / landmark_time_s_));
+}
+
+/// Two errors of motion outlast a step, (19), (20): that of a message, which is one twist for all parts a
+/// look divides it into, and the speed of sliding. Neither is estimated; their covariance with the state is
+/// kept.
+void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P) {
+  if (!step.continues) state_.motion.leftCols<3>().setZero();
+  motion_before_ = state_.motion;
+  moved_by_.setZero();
+  moved_by_.topLeftCorner<3, 3>() = step.share * G;
+  // What the heading turns without odometry's way: the way is then askew to it by as much, the other way
+  // round.
+  moved_by_(3 + kCrab, 2) = -step.share * noise_.crab_share;
+  const Eigen::Vector3d Q = variances(step, noise_) / step.share;  // of the whole message
+  const double time_s = noise_.slide_time_s;
+  const double lasts = std::exp(-step.dt_s / time_s);
+  const double slide2 = noise_.slide_m_s * noise_.slide_m_s;
+  const bool slides = slide2 > 0 && !step.standing;
+  if (slides) moved_by_.topRightCorner<3, 1>() = time_s * (1 - lasts) * G.col(1);
+  state_.motion = transition_.lazyProduct(motion_before_);
+  if (step.continues || slides) {
+    const StateMatrix common = state_.motion.lazyProduct(moved_by_.transpose());
+    P += common + common.transpose();
+  }
+  const Eigen::Matrix<double, 8, 3> by_message = moved_by_.leftCols<3>() * Q.asDiagonal();
+  P += by_message.lazyProduct(moved_by_.leftCols<3>().transpose());
+  if (step.share < 1) state_.motion.leftCols<3>() += by_message;
+  state_.motion.col(3) *= lasts;
+  if (!slides) return;
+  // The way of a speed that is forgotten in time_s: a Gauss-Markov process, integrated.
+  const double way2 = 2 * slide2 * time_s * (step.dt_s - time_s * (1 - lasts));
+  P.topLeftCorner<3, 3>() += way2 * G.col(1) * G.col(1).transpose();
+  state_.motion.col(3) += slide2 * moved_by_.col(3);
 }
 
 void Riekf::carry_correlations(const StateMatrix& transition, double fades) {
@@ -150,6 +178,7 @@ void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
   state_.P =
       internal::symmetrized<8>(T * state_.P * T.transpose() + sigma_rad_s * sigma_rad_s * K * K.transpose());
   carry_correlations(T, 1);
+  state_.motion = T.lazyProduct(StateByMotion(state_.motion));
   state_.map_T_base = corrected(correction);
   state_.slow += correction.tail<5>();
 }

@@ -15,6 +15,7 @@ namespace waymark {
 using SlowVector = Eigen::Matrix<double, 5, 1>;
 using StateVector = Eigen::Matrix<double, 8, 1>;
 using StateMatrix = Eigen::Matrix<double, 8, 8>;
+using StateByMotion = Eigen::Matrix<double, 8, 4>;
 
 /// In which coordinates the error lives: (1) X = Exp(xi) Xhat, or (12) x, y and yaw as numbers.
 enum class ErrorState : std::uint8_t { RightInvariant, Coordinates };
@@ -28,6 +29,8 @@ struct MotionStep {
   bool jumped = false;         ///< nobody knows where to: the twist says nothing
   double extra_m2 = 0;         ///< further variance of x and y, of the heading: motion that is guessed
   double extra_rad2 = 0;
+  double share = 1;        ///< of what one message says, when a look divides it
+  bool continues = false;  ///< an earlier part of the message went before
 };
 
 /// What one sighting says, whitened and linearised at the estimate: residual (predicted minus measured) and
@@ -51,6 +54,8 @@ struct RiekfState {
   StateMatrix P = StateMatrix::Zero();  ///< of (xi, slow)
   /// 8 x 6(1 + landmarks): covariance with the errors that stay, of the mounting and of each landmark.
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
+  /// Covariance with the error of the message of motion under way (its twist), and with the speed of sliding.
+  StateByMotion motion = StateByMotion::Zero();
   /// Of which landmarks anything was seen: the others' part of C is zero.
   std::vector<std::uint8_t> met{};
 };
@@ -70,7 +75,7 @@ class Riekf {
   /// Starts at a pose with the covariance of xi (left tangent in map). What was learnt of the motion is kept
   /// when `keep_slow`.
   void start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow);
-  /// (4) to (7). O(landmarks).
+  /// (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
   /// Squared Mahalanobis distance of a sighting from what is expected of it: chi-square with `rows` degrees
   /// of freedom when all is well, (9).
@@ -93,14 +98,18 @@ class Riekf {
   void observe_standing(double yaw_rate_rad_s, double sigma_rad_s);
   /// Of xi, in the left tangent, whatever the coordinates of the error.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
-  /// d(error after) / d(error before) of the last propagate().
   /// S of the last nis() of a place.
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
     return S_[index_of(place, place)];
   }
   /// P if the errors that stay were known: what looks teach and time takes away.
   [[nodiscard]] StateMatrix covariance_but_for_lasting() const;
+  /// d(error after) / d(error before) of the last propagate().
   [[nodiscard]] const StateMatrix& last_transition() const { return transition_; }
+  /// What covariance after and before it have in common beyond that: errors of motion that went on.
+  [[nodiscard]] StateMatrix last_motion_in_common() const {
+    return moved_by_.lazyProduct(motion_before_.transpose());
+  }
 
  private:
   using Block = Eigen::Matrix<double, 8, 8>;
@@ -124,6 +133,7 @@ class Riekf {
     return static_cast<std::size_t>(kMost) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
   }
   [[nodiscard]] Block& S(int i, int j) { return S_[index_of(i, j)]; }
+  void add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P);
   void carry_correlations(const StateMatrix& transition, double fades);
   void correct_correlations(const Batch& batch, int count);
 
@@ -139,6 +149,8 @@ class Riekf {
   std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
   bool sound_ = false;                                ///< S could be factorized
   StateMatrix transition_ = StateMatrix::Identity();
+  StateByMotion moved_by_ = StateByMotion::Zero();  ///< d(error after) / d(errors of motion)
+  StateByMotion motion_before_ = StateByMotion::Zero();
 };
 
 }  // namespace waymark

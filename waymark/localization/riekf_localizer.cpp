@@ -165,6 +165,8 @@ void RiekfLocalizer::add(const Odometry& odometry) {
     tracker_.start_at(segment->from);
   } else if (segment->from < covered && covered < segment->to) {  // part of it was guessed
     segment->step = segment->part(covered, segment->to);
+    segment->step.share = 1;  // what was guessed of it was wrong by numbers of its own
+    segment->step.continues = false;
     segment->from = covered;
   } else if (segment->to <= covered) {
     return;

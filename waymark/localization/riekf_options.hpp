@@ -15,6 +15,8 @@ struct MotionNoise {
   double yaw_rad_sqrt_rad = 0.01;
   double yaw_rad_sqrt_s = 0.001;
   double drift_m_sqrt_s = 0.0002;
+  double slide_m_s = 0;
+  double slide_time_s = 0.05;
   double distance_scale_sigma = 0.03;
   double yaw_scale_sigma = 0.03;
   double yaw_bias_sigma_rad_s = 0.005;
@@ -39,6 +41,10 @@ struct MotionNoise {
     visit(self.drift_m_sqrt_s,
           Field{"drift_m_sqrt_s", "Noise of x and y whatever the robot does, m per square root of a second.",
                 0, 10});
+    visit(
+        self.slide_m_s,
+        Field{"slide_m_s", "Sideways speed that comes and goes while the robot moves, m/s; 0: none.", 0, 1});
+    visit(self.slide_time_s, Field{"slide_time_s", "How long it lasts, s.", 1e-3, 10});
     visit(self.distance_scale_sigma,
           Field{"distance_scale_sigma", "How wrong the scale of the distance may be; 0: it is right.", 0, 1});
     visit(self.yaw_scale_sigma,
@@ -94,6 +100,7 @@ struct RiekfOptions {
   double gyro_gain = 1;
   double gyro_bias_rad_s = 0;
   double sight_scale = 1;
+  double lag_s = 0;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -140,6 +147,10 @@ struct RiekfOptions {
     visit(self.sight_scale,
           Field{"sight_scale",
                 "True distance over that of tags whose corners are not in the log (calibration).", 0.1, 10});
+    visit(self.lag_s,
+          Field{"lag_s",
+                "Method smoother: so long it waits before it says where the robot was; 0: until the end.", 0,
+                10});
   }
 };
 

@@ -163,6 +163,7 @@ void Riekf::correct_correlations(const Batch& batch, int count) {
     const Eigen::Matrix<double, 3, 6> top = C.template topRows<3>();
     C -= KH.lazyProduct(top);
   };
+  state_.motion -= KH.lazyProduct(Eigen::Matrix<double, 3, 4>(state_.motion.topRows<3>()));
   lose(state_.C.leftCols<6>());
   state_.C.leftCols<6>() -= mounted * mount_.asDiagonal();
   for (std::size_t l = 0; l < state_.met.size(); ++l) {

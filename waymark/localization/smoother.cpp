@@ -21,7 +21,8 @@ struct Smoothed {
 Smoothed backwards(const TraceStep& k, const TraceStep& next, const Smoothed& after) {
   // What is known exactly (a slow state that is switched off) must not make the inverse blow up.
   const StateMatrix P = next.predicted_P + StateMatrix::Identity() * 1e-15;
-  const StateMatrix G = P.ldlt().solve(next.transition * k.filtered_P).transpose();
+  const StateMatrix common = next.transition * k.filtered_P + next.motion_in_common;
+  const StateMatrix G = P.ldlt().solve(common).transpose();
   StateVector apart;
   apart << minus(after.map_T_base, next.predicted), after.slow - next.predicted_slow;
   const StateVector correction = G * apart;
@@ -37,19 +38,22 @@ LocalizationEstimate estimate_of(const TraceStep& step, const Smoothed& smoothed
   return {step.stamp, map_X_base.mean, coordinate_covariance(map_X_base), step.certain};
 }
 
+/// Step k by all that was seen later; `after` is step k + 1.
+Smoothed smoothed_at(std::span<const TraceStep> trace, std::size_t k, const Smoothed& after) {
+  const TraceStep& step = trace[k];
+  const bool last = k + 1 == trace.size() || trace[k + 1].chain != step.chain;
+  if (last) return {step.filtered, step.filtered_slow, step.filtered_P};
+  return backwards(step, trace[k + 1], after);
+}
+
 }  // namespace
 
 std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace) {
   std::vector<LocalizationEstimate> all(trace.size());
   Smoothed after;
   for (std::size_t k = trace.size(); k-- > 0;) {
-    const TraceStep& step = trace[k];
-    const bool last = k + 1 == trace.size() || trace[k + 1].chain != step.chain;
-    if (last)
-      after = {step.filtered, step.filtered_slow, step.filtered_P};
-    else
-      after = backwards(step, trace[k + 1], after);
-    all[k] = estimate_of(step, after);
+    after = smoothed_at(trace, k, after);
+    all[k] = estimate_of(trace[k], after);
   }
   return all;
 }
@@ -57,8 +61,11 @@ std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace) {
 std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace, Duration lag) {
   if (trace.empty() || trace.back().stamp - trace.front().stamp < lag) return std::nullopt;
   const SensorTime from = trace.back().stamp - lag;
-  const auto first = std::ranges::lower_bound(trace, from, {}, &TraceStep::stamp);
-  return smooth(trace.subspan(static_cast<std::size_t>(first - trace.begin()))).front();
+  const auto found = std::ranges::lower_bound(trace, from, {}, &TraceStep::stamp);
+  const auto first = static_cast<std::size_t>(found - trace.begin());
+  Smoothed after;
+  for (std::size_t k = trace.size(); k-- > first;) after = smoothed_at(trace, k, after);
+  return estimate_of(*found, after);
 }
 
 }  // namespace waymark

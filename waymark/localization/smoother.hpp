@@ -14,7 +14,7 @@ namespace waymark {
 [[nodiscard]] std::vector<LocalizationEstimate> smooth(std::span<const TraceStep> trace);
 
 /// The pose a while ago, by all that was seen since: the first of the smoothed steps no older than `lag`.
-/// Nothing while the run is shorter. O(steps in the lag).
+/// Nothing while the run is shorter. O(steps in the lag), no allocation.
 [[nodiscard]] std::optional<LocalizationEstimate> smoothed_before(std::span<const TraceStep> trace,
                                                                   Duration lag);
 

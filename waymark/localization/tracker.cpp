@@ -86,8 +86,27 @@ void Tracker::advance(const MotionStep& step, SensorTime to) {
     filter_.observe_standing(step.twist.z() / step.dt_s,
                              std::max(1e-4, options_.motion.yaw_rad_sqrt_s) / std::sqrt(step.dt_s));
   filter_.propagate(step);
-  if (!tracing_) return;
+  if (tracing_) keep_step(to);
+}
+
+void Tracker::keep_trace(Duration lag) {
+  constexpr Duration kLate = std::chrono::seconds(1);
+  constexpr double kStepsPerSecond = 400;
+  tracing_ = true;
+  trace_kept_ = lag + kLate;
+  // Room for as much again: the oldest go together, and not one by one.
+  trace_.reserve(static_cast<std::size_t>(2 * kStepsPerSecond * to_seconds(*trace_kept_)));
+}
+
+void Tracker::keep_step(SensorTime to) {
+  if (trace_kept_ && trace_.size() == trace_.capacity()) {
+    const auto young =
+        std::ranges::lower_bound(trace_, trace_.back().stamp - *trace_kept_, {}, &TraceStep::stamp);
+    const auto half = trace_.begin() + static_cast<std::ptrdiff_t>(trace_.size() / 2);
+    trace_.erase(trace_.begin(), std::max(young, half));
+  }
   TraceStep kept{.stamp = to, .chain = state_.starts, .transition = filter_.last_transition()};
+  kept.motion_in_common = filter_.last_motion_in_common();
   kept.predicted = filter_.state().map_T_base;
   kept.predicted_slow = filter_.state().slow;
   kept.predicted_P = filter_.covariance_but_for_lasting();

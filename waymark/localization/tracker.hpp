@@ -42,7 +42,8 @@ struct TraceStep {
   int chain = 0;  ///< a new start begins a new chain
   bool certain = false;
   StateMatrix transition = StateMatrix::Identity();
-  SE2 predicted{};  ///< covariances: but for the errors that stay
+  StateMatrix motion_in_common = StateMatrix::Zero();  ///< Riekf::last_motion_in_common()
+  SE2 predicted{};                                     ///< covariances: but for the errors that stay
   SlowVector predicted_slow = SlowVector::Zero();
   StateMatrix predicted_P = StateMatrix::Zero();
   SE2 filtered{};
@@ -83,8 +84,10 @@ class Tracker {
   /// NIS of means over many sightings of one tag, over their degrees of freedom: 1 when errors that stay are
   /// known to stay, more when they are taken for noise that averages away. Nothing before there are enough.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
-  /// Keeps every step from now on.
+  /// Keeps every step from now on, …
   void keep_trace() { tracing_ = true; }
+  /// … or those of the last moments, with memory taken now: so long, and what samples may be late.
+  void keep_trace(Duration lag);
   [[nodiscard]] const std::vector<TraceStep>& trace() const { return trace_; }
 
  private:
@@ -99,6 +102,7 @@ class Tracker {
   void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed,
               int place);
   void search(const Look& look);
+  void keep_step(SensorTime stamp);
   void keep_filtered();
   void check_sound();
 
@@ -114,6 +118,7 @@ class Tracker {
   std::array<Linearised, Look::kMost> judged_{};  ///< what is believed, at the estimate it was judged by
   std::vector<NisRecord> news_;
   bool tracing_ = false;
+  std::optional<Duration> trace_kept_{};  ///< nothing: all of it
   std::vector<TraceStep> trace_;
   int broken_ = 0;
   int refused_starts_ = 0;

@@ -42,14 +42,18 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
   if (setup.method == "anchor")
     return std::unique_ptr<LocalizationMethod>(
         new AnchorLocalizer(setup.tags, *setup.eye.camera, setup.eye.base_T_sensor, setup.anchor));
+  if (setup.method == "smoother" && setup.filter.lag_s > 0)
+    return std::unique_ptr<LocalizationMethod>(
+        new FixedLagSmoother(setup.landmarks, setup.eye, setup.filter));
   const ErrorState error = setup.method == "ekf" ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
   if (setup.method == "smoother") filter->tracker().keep_trace();
   return std::unique_ptr<LocalizationMethod>(std::move(filter));
 }
 
-Localizer::Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths) : method_(std::move(method)) {
-  if (smooths) smooths_ = dynamic_cast<const RiekfLocalizer*>(method_.get());
+Localizer::Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths)
+    : method_(std::move(method)), filter_(dynamic_cast<RiekfLocalizer*>(method_.get())), smooths_(smooths) {
+  if (auto* smoother = dynamic_cast<FixedLagSmoother*>(method_.get())) filter_ = &smoother->filter();
 }
 
 Result<Localizer> Localizer::make(const LocalizerSetup& setup) {
@@ -70,8 +74,8 @@ void Localizer::add(const Sample& sample) {
 }
 
 std::vector<LocalizationEstimate> Localizer::smoothed() const {
-  if (smooths_ == nullptr) return {};
-  return smooth(smooths_->tracker().trace());
+  if (!smooths_) return {};
+  return smooth(filter_->tracker().trace());
 }
 
 }  // namespace waymark

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/localization/anchor_localizer.hpp"
-#include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/localization/fixed_lag_smoother.hpp"
 
 namespace waymark {
 
@@ -35,10 +35,14 @@ class Localizer {
 
   /// Commands, scans, pictures and the truth are passed over.
   void add(const Sample& sample);
-  /// The newest estimate; nothing before the first guess. `certain` says whether to rely on it.
+  /// The newest estimate; nothing before the first guess. `certain` says whether to rely on it. Of a smoother
+  /// with a lag: of a lag ago.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const { return method_->estimate(); }
-  /// The run in hindsight, when the method is smoother; else empty.
+  /// The run in hindsight, when the method is smoother (with a lag: the end of it, which estimate() has not
+  /// said); else empty.
   [[nodiscard]] std::vector<LocalizationEstimate> smoothed() const;
+  /// The filter inside, where there is one.
+  [[nodiscard]] RiekfLocalizer* filter() { return filter_; }
 
   [[nodiscard]] LocalizationMethod& method() { return *method_; }
   [[nodiscard]] const LocalizationMethod& method() const { return *method_; }
@@ -46,7 +50,8 @@ class Localizer {
  private:
   explicit Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths);
   std::unique_ptr<LocalizationMethod> method_;
-  const RiekfLocalizer* smooths_ = nullptr;
+  RiekfLocalizer* filter_ = nullptr;
+  bool smooths_;
 };
 
 }  // namespace waymark

@@ -60,6 +60,9 @@ Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> sourc
                 {.source = source->name()}, "Convert it with `rosbag fix`.");
   if (looks_like_lcm(head, source->size().value_or(0))) return open_lcm_log(std::move(source), options);
   if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", {.source = source->name()});
+  if (source->name().ends_with(".yaml") || source->name().ends_with(".yml"))
+    return fail(ErrorCode::Unsupported, "this is a YAML file, and no recording", {.source = source->name()},
+                "A map goes after --map, a robot after --robot or --robot-file, a world after --world.");
   if (looks_like_csv(head)) return open_csv_log(std::move(source), options);
   return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
               "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "waymark/localization/riekf_localizer.hpp"
+
+namespace waymark {
+
+/// The smoother while the robot drives: fed as the filter is, it says where the robot was a lag ago by all
+/// that was seen since, (18). Nothing before the first lag has passed. What it says of a moment is what
+/// smooth() would say of it if the run ended a lag later. All memory is taken at construction.
+class FixedLagSmoother final : public LocalizationMethod {
+ public:
+  /// The lag comes from RiekfOptions::lag_s.
+  FixedLagSmoother(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options);
+
+  void add(const TagFrame& frame) override { filter_.add(frame); }
+  void add(const Odometry& odometry) override { filter_.add(odometry); }
+  void add(const ImuSample& imu) override { filter_.add(imu); }
+  void add(const TagPoseFrame& frame) override { filter_.add(frame); }
+  void add(const RangeBearing& seen) override { filter_.add(seen); }
+  /// Its stamp is a lag older than the newest motion.
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
+  [[nodiscard]] const std::vector<NisRecord>& news() const override { return filter_.news(); }
+  void clear_news() override { filter_.clear_news(); }
+  [[nodiscard]] std::vector<std::string> problems() const override { return filter_.problems(); }
+
+  /// What it stands on.
+  [[nodiscard]] RiekfLocalizer& filter() { return filter_; }
+  [[nodiscard]] const RiekfLocalizer& filter() const { return filter_; }
+
+ private:
+  Duration lag_;
+  RiekfLocalizer filter_;
+};
+
+}  // namespace waymark
