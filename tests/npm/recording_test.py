@@ -15,7 +15,7 @@ SKIPPED = 77
 TYPES = {"apriltag_msgs/msg/AprilTagDetectionArray", "waymark_msgs/msg/TagCornerCovariances", "sensor_msgs/msg/CameraInfo",
          "sensor_msgs/msg/Imu", "sensor_msgs/msg/JointState", "nav_msgs/msg/Odometry", "geometry_msgs/msg/TwistStamped",
          "geometry_msgs/msg/PoseStamped", "tf2_msgs/msg/TFMessage"}
-REPLAY_TYPES = TYPES | {"geometry_msgs/msg/PoseWithCovarianceStamped"}
+REPLAY_TYPES = TYPES | {"geometry_msgs/msg/PoseWithCovarianceStamped", "diagnostic_msgs/msg/DiagnosticArray"}
 
 ALL_TYPES = REPLAY_TYPES | {
     "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/LaserScan", "sensor_msgs/msg/Joy",

@@ -33,6 +33,7 @@ class Cost {
     // What is sought must show in the innovations, not be explained by something else.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = options_.motion.slip_sigma_s = 0;
+    options_.motion.parts_err_apart = true;
   }
 
   /// Twice the negative logarithm of the likelihood, without its constant.
@@ -144,6 +145,13 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
+/// Where the cost curves downwards, a step by the curvature's size goes down all the same, and not far: the
+/// modified Newton of Nocedal and Wright, "Numerical Optimization", section 3.4.
+Matrix bent_upwards(Matrix H) {
+  H.diagonal() = H.diagonal().cwiseAbs();
+  return H;
+}
+
 /// The Hessian of a likelihood near its top is positive definite; that of a run with gates need not be.
 Matrix made_definite(Matrix H, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
   for (Eigen::Index i = 0; i < H.rows(); ++i) {
@@ -210,7 +218,8 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   for (int iteration = 0; iteration < fit.iterations && !cost.stopped; ++iteration) {
     const Quadratic q = differentiate(cost, result.value, here, what);
     H = made_definite(q.H, what, fit.prior);
-    const Vector step = -Eigen::LLT<Matrix>(H).solve(q.g);
+    const Matrix for_step = made_definite(bent_upwards(q.H), what, fit.prior);
+    const Vector step = -Eigen::LLT<Matrix>(for_step).solve(q.g);
     bool better = false;
     for (double share = 1; share > 0.05 && !better; share /= 2) {
       CalibratedNumbers tried = result.value;

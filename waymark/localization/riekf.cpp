@@ -127,27 +127,29 @@ void Riekf::propagate(const MotionStep& step) {
 /// look divides it into, and the speed of sliding. Neither is estimated; their covariance with the state is
 /// kept.
 void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P) {
-  if (!step.continues) state_.motion.leftCols<3>().setZero();
+  const double share = noise_.parts_err_apart ? 1 : step.share;
+  const bool continues = step.continues && !noise_.parts_err_apart;
+  if (!continues) state_.motion.leftCols<3>().setZero();
   motion_before_ = state_.motion;
   moved_by_.setZero();
-  moved_by_.topLeftCorner<3, 3>() = step.share * G;
+  moved_by_.topLeftCorner<3, 3>() = share * G;
   // What the heading turns without odometry's way: the way is then askew to it by as much, the other way
   // round.
-  moved_by_(3 + kCrab, 2) = -step.share * noise_.crab_share;
-  const Eigen::Vector3d Q = variances(step, noise_) / step.share;  // of the whole message
+  moved_by_(3 + kCrab, 2) = -share * noise_.crab_share;
+  const Eigen::Vector3d Q = variances(step, noise_) / share;  // of the whole message
   const double time_s = noise_.slide_time_s;
   const double lasts = std::exp(-step.dt_s / time_s);
   const double slide2 = noise_.slide_m_s * noise_.slide_m_s;
   const bool slides = slide2 > 0 && !step.standing;
   if (slides) moved_by_.topRightCorner<3, 1>() = time_s * (1 - lasts) * G.col(1);
   state_.motion = transition_.lazyProduct(motion_before_);
-  if (step.continues || slides) {
+  if (continues || slides) {
     const StateMatrix common = state_.motion.lazyProduct(moved_by_.transpose());
     P += common + common.transpose();
   }
   const Eigen::Matrix<double, 8, 3> by_message = moved_by_.leftCols<3>() * Q.asDiagonal();
   P += by_message.lazyProduct(moved_by_.leftCols<3>().transpose());
-  if (step.share < 1) state_.motion.leftCols<3>() += by_message;
+  if (share < 1) state_.motion.leftCols<3>() += by_message;
   state_.motion.col(3) *= lasts;
   if (!slides) return;
   // The way of a speed that is forgotten in time_s: a Gauss-Markov process, integrated.

@@ -25,6 +25,10 @@ struct MotionNoise {
   double crab_share = 0;
   double slow_time_s = 300;
   double slip_share = 1;
+  /// No setting of a robot's: the parts a look divides a message of motion into err apart, so that the
+  /// covariance does not depend on where it divides. A search for the latency compares runs that differ in
+  /// just that.
+  bool parts_err_apart = false;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

@@ -205,7 +205,8 @@ TEST(AprilTagDetector, CornersFollowThePixelCentreConventionAtAnyDecimation) {
     }
   }
   for (std::size_t d = 0; d < detectors.size(); ++d) {
-    EXPECT_LT(mean.at(d).cwiseAbs().maxCoeff(), 0.015) << kDecimations.at(d) << ": " << mean.at(d).transpose();
+    EXPECT_LT(mean.at(d).cwiseAbs().maxCoeff(), 0.015)
+        << kDecimations.at(d) << ": " << mean.at(d).transpose();
   }
 }
 
