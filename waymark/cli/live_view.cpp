@@ -11,7 +11,7 @@
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
-extern char** environ;
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
 
 namespace waymark::cli {
 
