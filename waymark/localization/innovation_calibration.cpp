@@ -145,11 +145,15 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
-/// Where the cost curves downwards, a step by the curvature's size goes down all the same, and not far: the
-/// modified Newton of Nocedal and Wright, "Numerical Optimization", section 3.4.
-Matrix bent_upwards(Matrix H) {
-  H.diagonal() = H.diagonal().cwiseAbs();
-  return H;
+/// What the drive does not tell, whose cost does not curve upwards, stays as it was given.
+void leave_untold(Quadratic& q, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
+  for (Eigen::Index i = 0; i < q.H.rows(); ++i) {
+    const double least = 2 / std::pow(prior[what[static_cast<std::size_t>(i)]], 2);
+    if (q.H(i, i) > least) continue;
+    q.g[i] = 0;
+    q.H.row(i).setZero();
+    q.H.col(i).setZero();
+  }
 }
 
 /// The Hessian of a likelihood near its top is positive definite; that of a run with gates need not be.
@@ -216,10 +220,10 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   result.cost_before = cost.per_row();
   Matrix H;
   for (int iteration = 0; iteration < fit.iterations && !cost.stopped; ++iteration) {
-    const Quadratic q = differentiate(cost, result.value, here, what);
+    Quadratic q = differentiate(cost, result.value, here, what);
+    leave_untold(q, what, fit.prior);
     H = made_definite(q.H, what, fit.prior);
-    const Matrix for_step = made_definite(bent_upwards(q.H), what, fit.prior);
-    const Vector step = -Eigen::LLT<Matrix>(for_step).solve(q.g);
+    const Vector step = -Eigen::LLT<Matrix>(H).solve(q.g);
     bool better = false;
     for (double share = 1; share > 0.05 && !better; share /= 2) {
       CalibratedNumbers tried = result.value;
