@@ -238,7 +238,7 @@ result to `waymark localize --calibration`; judge it on another lap than it was 
 Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
-  waymark teach --speed-m-s 0.2 --second-speed-m-s 0.6 -o lap.mcap
+  waymark teach --world circuit24 --speed-m-s 0.2 --second-speed-m-s 0.6 -o lap.mcap
   waymark calibrate robot lap.mcap -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
