@@ -32,12 +32,27 @@ State at_the_start(const TrueNoise& noise) {
   const auto sq = [](double x) { return x * x; };
   State P = State::Zero();
   P.diagonal() << sq(noise.start_m), sq(noise.start_m), sq(noise.start_rad), sq(noise.scale),
-      sq(noise.bias_rad_s), sq(noise.slip_s), 0, sq(noise.askew_rad) + sq(noise.start_rad), 0, 0, 0;
+      sq(noise.bias_rad_s), sq(noise.slip_s), sq(noise.slide_m_s), sq(noise.askew_rad) + sq(noise.start_rad),
+      0, 0, 0;
   P(kYaw, kAxes) = P(kAxes, kYaw) = sq(noise.start_rad);
   return P;
 }
 
-/// F P F' over a stretch of the true motion.
+/// What sliding adds over a stretch, to the place along `aside` and to the speed: a Gauss-Markov process,
+/// integrated.
+void add_sliding(State& P, const Eigen::Vector2d& aside, double dt_s, const TrueNoise& noise) {
+  const double time_s = noise.slide_time_s;
+  const double kept = std::exp(-dt_s / time_s);
+  const double variance = noise.slide_m_s * noise.slide_m_s;
+  const double way2 = variance * time_s * (2 * dt_s - time_s * (3 - 4 * kept + kept * kept));
+  const Eigen::Vector2d both = variance * time_s * (1 - kept) * (1 - kept) * aside;
+  P.block<2, 2>(kX, kX) += way2 * aside * aside.transpose();
+  P.block<2, 1>(kX, kSlide) += both;
+  P.block<1, 2>(kSlide, kX) += both.transpose();
+  P(kSlide, kSlide) += variance * (1 - kept * kept);
+}
+
+/// F P F' + Q over a stretch of the true motion.
 State moved(const State& P, const SE2& from, const SE2& to, double dt_s, const TrueNoise& noise) {
   const Eigen::Vector2d way = to.translation() - from.translation();
   const Eigen::Vector2d turned(-way.y(), way.x());
@@ -52,12 +67,15 @@ State moved(const State& P, const SE2& from, const SE2& to, double dt_s, const T
     const double turn_rate = (from.inverse() * to).yaw() / dt_s;
     F.block<2, 1>(kX, kScale) = way.dot(ahead) * ahead;
     F.block<2, 1>(kX, kSlip) = way.dot(ahead) * turn_rate * aside;
-    F.block<2, 1>(kX, kSlide) = dt_s * aside;
+    F(kSlide, kSlide) = std::exp(-dt_s / noise.slide_time_s);
+    F.block<2, 1>(kX, kSlide) = noise.slide_time_s * (1 - F(kSlide, kSlide)) * aside;
     F.block<2, 1>(kX, kBias) = -dt_s * turned / 2;
   }
   F(kYaw, kBias) = -dt_s;
   F(kYaw, kTurning) = dt_s;
-  return F * P * F.transpose();
+  State after = F * P * F.transpose();
+  if (!noise.way_in_odom) add_sliding(after, aside, dt_s, noise);
+  return after;
 }
 
 /// Fisher information of one tag's corners about x, y and yaw.
@@ -111,12 +129,10 @@ void next_message(State& P, const TrueNoise& noise) {
 std::vector<BoundAt> posterior_bound(const std::vector<Sample>& samples, const std::vector<TruthPose>& truth,
                                      const TagMap& map, const CameraModel& camera, const SE3& base_T_cam,
                                      const TrueNoise& noise) {
-  constexpr Duration kSlideLasts = std::chrono::milliseconds(100);
   std::vector<BoundAt> all;
   State P = at_the_start(noise);
   SensorTime now = truth.front().stamp;
   SE2 at = project_to_plane(truth.front().map_T_base);
-  draw_anew(P, kSlide, noise.slide_m_s);
   next_message(P, noise);
   for (const Sample& sample : samples) {
     const auto* frame = std::get_if<TagFrame>(&sample);
@@ -125,8 +141,6 @@ std::vector<BoundAt> posterior_bound(const std::vector<Sample>& samples, const s
     const auto next = true_pose(truth, stamp);
     if ((frame == nullptr && !odometry) || !next || stamp < now) continue;
     if (stamp > now) P = moved(P, at, *next, to_seconds(stamp - now), noise);
-    if (stamp.time_since_epoch() / kSlideLasts != now.time_since_epoch() / kSlideLasts)
-      draw_anew(P, kSlide, noise.slide_m_s);
     now = stamp;
     at = *next;
     if (odometry) {

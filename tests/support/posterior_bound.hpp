@@ -17,7 +17,8 @@ struct TrueNoise {
   double scale = 0;          ///< of the distance, unknown but constant
   double bias_rad_s = 0;     ///< of the yaw rate, unknown but constant
   double slip_s = 0;         ///< sideways speed per speed and yaw rate, unknown but constant
-  double slide_m_s = 0;      ///< sideways speed, drawn anew every tenth of a second
+  double slide_m_s = 0;      ///< sideways speed, a first-order Gauss-Markov process
+  double slide_time_s = 1;   ///< and its time constant
   double message_s = 0.02;   ///< from one message of odometry to the next
   double gyro_rad = 0;       ///< of the turn, per square root of a second
   bool way_in_odom = false;  ///< the way is measured in the axes of frame odom, whatever the heading says

@@ -59,6 +59,14 @@ Eigen::Vector3d RobotDynamics::twist() const {
   return {grip_.speed_share * speed_m_s_, lateral, yaw_rate_rad_s()};
 }
 
+/// Sideways speed is a first-order Gauss-Markov process: Bar-Shalom, Li and Kirubarajan, "Estimation with
+/// Applications to Tracking and Navigation", section 8.2.
+void RobotDynamics::slide(double dt_s) {
+  const double kept = slides_ ? std::exp(-dt_s / options_.slip_time_s) : 0;  // at first whatever it is
+  slip_m_s_ = kept * slip_m_s_ + options_.slip_noise_m_s * std::sqrt(1 - kept * kept) * random_.normal();
+  slides_ = true;
+}
+
 void RobotDynamics::step(const VelocityCommand& command, Duration dt) {
   const double dt_s = to_seconds(dt);
   const VelocityCommand acting = delayed(command);
@@ -69,10 +77,7 @@ void RobotDynamics::step(const VelocityCommand& command, Duration dt) {
   speed_m_s_ = follow(speed_m_s_, speed, options_.speed_lag_s, limits.acceleration_m_s2, dt_s);
   acceleration_m_s2_ = (speed_m_s_ - before) / dt_s;
   wheel_yaw_rate_rad_s_ = next_wheel_yaw_rate(yaw_rate, speed, dt_s);
-  if (now_ >= next_slip_) {
-    slip_m_s_ = options_.slip_noise_m_s * random_.normal();
-    next_slip_ += seconds(0.1);
-  }
+  slide(dt_s);
   map_T_base_ = map_T_base_ * SE2::exp(twist() * dt_s);
   const double difference = wheel_yaw_rate_rad_s_ * model_.track_m / 2;
   left_rad_ += (speed_m_s_ - difference) / model_.wheel_radius_m * dt_s;

@@ -20,6 +20,7 @@ struct DynamicsOptions {
   double yaw_gain = 0.85;
   double lateral_slip_s = -0.03;
   double slip_noise_m_s = 0.01;
+  double slip_time_s = 0.05;
   std::string drive = "differential";
   double wheelbase_m = 0.2;
   double min_radius_m = 0.4;
@@ -37,7 +38,8 @@ struct DynamicsOptions {
           Field{"lateral_slip_s", "Sideways speed per speed and yaw rate: outwards in a curve when negative.",
                 -1, 1});
     visit(self.slip_noise_m_s,
-          Field{"slip_noise_m_s", "Standard deviation of sideways speed, fresh every 0.1 s.", 0, 1});
+          Field{"slip_noise_m_s", "Standard deviation of a sideways speed that comes and goes.", 0, 1});
+    visit(self.slip_time_s, Field{"slip_time_s", "How long that lasts: its time constant.", 1e-3, 10});
     visit(self.drive, Field{"drive", "differential (skid steering too) or ackermann."});
     visit(self.wheelbase_m, Field{"wheelbase_m", "Ackermann: front axle to rear axle.", 0.01, 10});
     visit(
@@ -91,6 +93,7 @@ class RobotDynamics {
  private:
   [[nodiscard]] double next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, double dt_s);
   [[nodiscard]] VelocityCommand delayed(const VelocityCommand& command);
+  void slide(double dt_s);
 
   RobotModel model_;
   DynamicsOptions options_;
@@ -104,7 +107,7 @@ class RobotDynamics {
   double steering_rad_ = 0;
   Grip grip_{};
   double slip_m_s_ = 0;
-  SensorTime next_slip_{};
+  bool slides_ = false;  ///< slip_m_s_ has been drawn
   double left_rad_ = 0;
   double right_rad_ = 0;
   std::deque<StampedCommand> pending_;
