@@ -104,6 +104,29 @@ class Story(InFolder):
         lap = self.run_here("info", "story/lap.mcap", "--json").records[0]
         self.assertGreater({topic["topic"]: topic for topic in lap["topics"]}["/odom"]["messages"], 20)
 
+    def test_a_signal_in_a_replay_is_said(self):
+        for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
+            self.assertEqual(self.run_here(*words).code, 0)
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "--map", "map", "-o", "story", "--json"],
+                                   cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                   text=True)
+        said = [process.stderr.readline()]
+        while "ready" not in said[-1] and said[-1]:
+            said.append(process.stderr.readline())
+        self.assertIn("'go': replay the lap", said[-1], "buttons are called as this driver calls them")
+        process.stdin.write("go\n")
+        process.stdin.flush()
+        while "replaying" not in said[-1] and said[-1]:
+            said.append(process.stderr.readline())
+        time.sleep(2)  # it drives
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, err)
+        (replay,) = json.loads(out)["replays"]
+        self.assertFalse(replay["finished"])
+        self.assertEqual(replay["reason"], "stopped by a signal")
+        self.assertEqual(self.run_here("info", "story/replay.mcap").code, 0, "the recording is closed")
+
     def test_usage(self):
         for words, said in ((["--world", "circuit24", "--driver", "hands"], "no driver 'hands'"),
                             (["--driver", "scripted"], "--world is required"),
@@ -115,6 +138,7 @@ class Story(InFolder):
         self.assertEqual(outcome.code, 1)
         self.assertIn("nomap: there is no such folder", outcome.err)
         self.assertNotIn("ready", outcome.err)
+        self.assertFalse((self.folder / "story").exists(), "nothing was done, nothing is left")
 
 
 class Keyboard(InFolder):

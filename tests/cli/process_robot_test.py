@@ -87,9 +87,13 @@ class Loop(InFolder):
         taught = self.run_here("teach", "--robot", sim, *words, "-o", "lap.mcap", "--record-images", "jpeg")
         self.assertEqual(taught.code, 0, taught.err)
         self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
-        replayed = self.run_here("replay", "map", "--robot", sim + " --seed 7", *words, "--json")
+        replayed = self.run_here("replay", "map", "--robot", sim + " --seed 7", *words, "-o", "again.mcap", "--record-images", "jpeg",
+                                 "--json")
         self.assertEqual(replayed.code, 0, replayed.err)
         (report,) = replayed.records
+        info = self.run_here("info", "again.mcap", "--json")
+        topics = {topic["topic"]: topic["messages"] for topic in info.records[0]["topics"]}
+        self.assertEqual(topics["/image_raw/compressed"], topics["/tag_detections"], "each picture with the tags found in it")
         self.assertTrue(report["finished"])
         self.assertLess(report["cross_track_max_m"], 0.05)
 

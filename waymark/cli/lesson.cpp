@@ -4,15 +4,13 @@
 
 #include <fmt/format.h>
 
-#include "waymark/codecs/image_codec.hpp"
+#include "waymark/cli/picture_recording.hpp"
 
 namespace waymark::cli {
 namespace {
 
 /// Truth of pictures, where no estimator looks.
 constexpr const char* kTruthTags = "/truth/tag_detections";
-constexpr const char* kCompressed = "/image_raw/compressed";
-constexpr int kJpegQuality = 92;
 
 /// The corners that are wholly in view, as if a detector without errors had found them.
 TagFrame true_corners(const SeenPicture& seen) {
@@ -37,7 +35,8 @@ TeachMonitorOptions monitor_options(const SimulatedStage& stage) {
 }
 
 Status Lesson::on_sample(const Sample& sample) {
-  if (const auto* picture = std::get_if<CameraFrame>(&sample)) return record(*picture);
+  if (const auto* picture = std::get_if<CameraFrame>(&sample))
+    return record_picture(*picture, images_, recorder_);
   monitor_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     teacher_.watch(*frame);
@@ -50,19 +49,7 @@ Status Lesson::on_sample(const Sample& sample) {
 Status Lesson::on_picture(const SeenPicture& seen) {
   Status status = recorder_.add_message(kTruthTags, seen.found.stamp, ros2::to_ros(true_corners(seen)));
   if (!status || images_.empty()) return status;
-  return record(CameraFrame{.stamp = seen.found.stamp, .image = seen.picture.image});
-}
-
-Status Lesson::record(const CameraFrame& picture) {
-  if (images_.empty()) return {};
-  if (images_ == "raw") return recorder_.add(picture);
-  auto bytes = encode_jpeg(picture.image, kJpegQuality);
-  if (!bytes) return tl::unexpected(bytes.error());
-  ros2::CompressedImage message;
-  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp}).header;
-  message.format = "jpeg";
-  message.data = std::move(*bytes);
-  return recorder_.add_message(kCompressed, picture.stamp, message);
+  return record_picture({.stamp = seen.found.stamp, .image = seen.picture.image}, images_, recorder_);
 }
 
 TeachSummary Lesson::summary() const {

@@ -31,7 +31,6 @@ class Lesson {
 
  private:
   [[nodiscard]] std::string live_words(const TagFrame& frame) const;
-  Status record(const CameraFrame& picture);
 
   Teacher teacher_;
   TeachMonitor monitor_;

@@ -6,6 +6,7 @@
 #include "waymark/cli/fresh_file.hpp"
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/live_story.hpp"
+#include "waymark/cli/picture_recording.hpp"
 #include "waymark/cli/robot_loop.hpp"
 
 namespace waymark::cli {
@@ -16,7 +17,8 @@ constexpr double kGiveUp_s = 5;
 }  // namespace
 
 Status LiveReplay::hear(const Sample& sample) {
-  if (std::holds_alternative<CameraFrame>(sample)) return {};
+  if (const auto* picture = std::get_if<CameraFrame>(&sample))
+    return recorder_ ? record_picture(*picture, images_, *recorder_) : Status();
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     replayer_.add(*frame);
     ++end.frames;
@@ -102,7 +104,8 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
   const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
   if (!robot) return tl::unexpected(robot.error());
   const Route& route = files->route;
-  LiveReplay replay(**replayer, *recorder, route.length_m * (route.closed ? job.replay.laps : 1), console);
+  const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
+  LiveReplay replay(**replayer, *recorder, job.images, goal_m, console);
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) {
     fresh.hear(sample);
@@ -110,7 +113,7 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
   };
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Replaying);
   viewers.viewers().show_map(job.folder);
-  viewers.viewers().watch(replay, route.length_m * (route.closed ? job.replay.laps : 1));
+  viewers.viewers().watch(replay, goal_m);
   listener.decide = [&](Duration uptime, SensorTime now) -> Result<std::optional<VelocityCommand>> {
     const PhaseViewers::Wish wish = viewers.hear(uptime);
     if (wish.over) return std::optional<VelocityCommand>();

@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include "waymark/cli/live_steps.hpp"
 
@@ -10,8 +12,15 @@ namespace waymark::cli {
 /// A replay of a robot that lives, as it goes on.
 class LiveReplay {
  public:
-  LiveReplay(Replayer& replayer, std::optional<SampleRecorder>& recorder, double goal_m, Console& console)
-      : replayer_(replayer), recorder_(recorder), goal_m_(goal_m), console_(console), notes_(console) {}
+  /// `images`: how pictures are recorded (raw, jpeg; empty: not at all).
+  LiveReplay(Replayer& replayer, std::optional<SampleRecorder>& recorder, std::string images, double goal_m,
+             Console& console)
+      : replayer_(replayer),
+        recorder_(recorder),
+        images_(std::move(images)),
+        goal_m_(goal_m),
+        console_(console),
+        notes_(console) {}
 
   Status hear(const Sample& sample);
   /// Nothing when it is over: at the goal, refused, or stood for five seconds.
@@ -31,6 +40,7 @@ class LiveReplay {
  private:
   Replayer& replayer_;
   std::optional<SampleRecorder>& recorder_;
+  std::string images_;
   double goal_m_;
   Console& console_;
   ReplayNotes notes_;

@@ -10,6 +10,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/picture_recording.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/route_files.hpp"
 #include "waymark/config/calibration_file.hpp"
@@ -63,13 +64,21 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
 /// Hears a replay as it is driven: keeps the true path, writes the recording, shows the live line.
 class ReplayEar {
  public:
-  ReplayEar(std::optional<SampleRecorder> recorder, double goal_m, Console& console)
-      : recorder_(std::move(recorder)), goal_m_(goal_m), console_(console), notes_(console) {}
+  ReplayEar(std::optional<SampleRecorder> recorder, std::string images, double goal_m, Console& console)
+      : recorder_(std::move(recorder)),
+        images_(std::move(images)),
+        goal_m_(goal_m),
+        console_(console),
+        notes_(console) {}
 
   Status on_sample(const Sample& sample) {
     if (const auto* truth = std::get_if<TruthPose>(&sample))
       true_path_.push_back({truth->stamp, truth->map_T_base});
     return recorder_ ? recorder_->add(sample) : Status();
+  }
+  Status on_picture(const SeenPicture& seen) {
+    if (!recorder_) return {};
+    return record_picture({.stamp = seen.found.stamp, .image = seen.picture.image}, images_, *recorder_);
   }
   Status on_step(SensorTime now, const ReplayStep& step) {
     driven_m_ = step.driven_m;
@@ -90,6 +99,7 @@ class ReplayEar {
 
  private:
   std::optional<SampleRecorder> recorder_;
+  std::string images_;
   double goal_m_;
   Console& console_;
   ReplayNotes notes_;
@@ -115,37 +125,11 @@ void judge(const Stage& stage, ReplayReport& report) {
 
 std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
 
-namespace {
-
-/// What was meant, where it is no folder with a map.
-Status check_folder(const fs::path& folder) {
-  std::error_code ignored;
-  if (fs::exists(folder / "map.yaml", ignored)) return {};
-  const Place place{.source = folder.string()};
-  if (looks_like_recording(folder.string()))
-    return fail(
-        ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
-        fmt::format("Map it first: waymark map {} -o map, then waymark replay map.", folder.string()));
-  if (fs::exists(folder / "map" / "map.yaml", ignored))
-    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
-                fmt::format("Did you mean {}?", (folder / "map").string()));
-  if (fs::is_regular_file(folder, ignored))
-    return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
-                "Give the folder that `waymark map` wrote.");
-  if (!fs::is_directory(folder, ignored))
-    return fail(ErrorCode::NotFound, "there is no such folder", place,
-                "Record a lap (`waymark teach`) and map it (`waymark map`) first.");
-  return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
-              "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
-}
-
-}  // namespace
-
 Result<ReplayFiles> load_replay(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
   if (status) status = check_name(job.replay.controller, replay_controllers(), "controller", "--controller");
   if (!status) return tl::unexpected(status.error());
-  if (status = check_folder(job.folder); !status) return tl::unexpected(status.error());
+  if (status = check_map_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
   if (status = check_route_exists(job.folder, job.route); !status) return tl::unexpected(status.error());
@@ -253,9 +237,10 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, with_lidar(job, stage));
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
-  ReplayEar ear(std::move(*recorder), goal_m, console);
+  ReplayEar ear(std::move(*recorder), job.images, goal_m, console);
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) { return ear.on_sample(sample); };
+  listener.on_picture = [&](const SeenPicture& seen) { return ear.on_picture(seen); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return ear.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
   const auto end = drive_replay(simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal_m});

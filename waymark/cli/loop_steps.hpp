@@ -118,6 +118,7 @@ struct ReplayJob {
   std::string method = "riekf";
   std::string output{};  ///< recording to write; empty: none
   bool durable = false;  ///< of the recording: also a power cut loses at most a second
+  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
   std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
                          ///< in the folder; a route without one (an optimised one) is held against itself
   RiekfOptions filter{};

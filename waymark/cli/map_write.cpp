@@ -17,14 +17,28 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Named routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml. A lap
-/// that extends the map as a route of its own leaves them, but for the one of its name.
+/// that extends this very map as a route of its own leaves them, but for the one of its name.
 void move_named_routes(const MapJob& job, int version, std::error_code& error) {
+  std::error_code ignored;
+  const bool same = !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
   for (const std::string& name : route_names(job.folder)) {
-    if (!job.route_name.empty() && name != job.route_name) continue;
+    if (same && name != job.route_name) continue;
     const std::string stem = file_name_for_route("route", name, "");
     if (!error)
       fs::rename(job.folder / (stem + ".yaml"), job.folder / fmt::format("{}.{}.yaml", stem, version), error);
   }
+}
+
+/// A pause at a place of the older route is none at a place of the new one, whoever drove it.
+void tell_of_stations(const MapJob& job, MapReport& report) {
+  const Result<Route> older = read_route(job.folder / route_file_name(job.route_name));
+  if (!older || older->stations.empty()) return;
+  std::string names;
+  for (const Station& station : older->stations) names += (names.empty() ? "" : ", ") + station.name;
+  report.warnings.push_back(
+      fmt::format("the stations of the older route ({}) are not on the new one: put them there again with "
+                  "`waymark routes {}`",
+                  names, job.folder.string()));
 }
 
 /// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
@@ -155,6 +169,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
+  tell_of_stations(job, report);
   Status status = keep_versions(job);
   if (status) status = take_routes_along(job);
   if (status) status = write_texts(recorded, job, map, report);

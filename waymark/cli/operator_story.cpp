@@ -1,6 +1,5 @@
 #include "waymark/cli/operator_story.hpp"
 
-#include <future>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -94,13 +93,16 @@ class Story {
   }
 
   /// Closes what is open, whatever happened.
-  Status finish() {
+  Status finish(bool interrupted) {
     Status lap = end_lap();
+    if (replayed_ && interrupted) {
+      replayed_->live->end.interrupted = true;
+      replayed_->live->end.reason = "stopped by a signal";
+    }
     Status replay = end_replay();
-    if (mapping_.valid()) {
-      const Status made = mapping_.get();
+    if (mapping_.under_way()) {
+      const Status made = take_map();
       if (lap) lap = made;
-      if (lap) lap = put_map_in_place();
     }
     report.state = to_string(operator_.state());
     report.reason = operator_.reason();
@@ -115,8 +117,8 @@ class Story {
     if (state == S::Over) return;
     console_.end_progress();
     const std::string& reason = operator_.reason();
-    console_.say(
-        fmt::format("{}{}{}. {}", to_string(state), reason.empty() ? "" : ": ", reason, operator_.prompt()));
+    console_.say(fmt::format("{}{}{}. {}", to_string(state), reason.empty() ? "" : ": ", reason,
+                             operator_.prompt(pilot_->buttons())));
   }
 
   Status happen(E event, Duration uptime, std::string reason = {}) {
@@ -186,27 +188,24 @@ class Story {
   Status map_lap_now() {
     if (Status status = end_lap(); !status) return status;
     ++report.laps_taught;
-    mapping_watch_ = Stopwatch();
-    mapping_ = map_in_the_background(lap_file_, new_map_folder(job_.folder));
+    mapping_.begin(lap_file_, map_folder_);
     return {};
   }
 
   Status look_at_map(Duration uptime) {
-    if (!mapping_.valid() || mapping_.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
-      return {};
-    Status made = mapping_.get();
-    if (made) made = put_map_in_place();
+    if (!mapping_.ready()) return {};
+    Status made = take_map();
     if (made) made = load_map();
     report.map_failed = !made;
     if (!made) return happen(E::MapFailed, uptime, to_string(made.error()));
-    report.mapping_s.push_back(mapping_watch_.seconds());
+    report.mapping_s.push_back(mapping_.seconds());
     console_.say(
         fmt::format("the map was made in {:.1f} s: {}", report.mapping_s.back(), map_folder_.string()));
     return happen(E::MapMade, uptime);
   }
 
-  Status put_map_in_place() {
-    const Result<std::string> kept = replace_folder(map_folder_, new_map_folder(job_.folder));
+  Status take_map() {
+    const Result<std::string> kept = mapping_.take();
     if (!kept) return tl::unexpected(kept.error());
     if (!kept->empty()) console_.say("the map that was there is kept: " + *kept);
     return {};
@@ -235,16 +234,19 @@ class Story {
     replayed_->recorder = std::move(*recorder);
     replayed_->replayer = std::move(*replayer);
     const Route& route = files_->route;
-    replayed_->live =
-        std::make_unique<LiveReplay>(*replayed_->replayer, replayed_->recorder,
-                                     route.length_m * (route.closed ? job.replay.laps : 1), console_);
-    viewers_.watch(*replayed_->live, route.length_m * (route.closed ? job.replay.laps : 1));
+    const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
+    replayed_->live = std::make_unique<LiveReplay>(*replayed_->replayer, replayed_->recorder, job_.images,
+                                                   goal_m, console_);
+    viewers_.watch(*replayed_->live, goal_m);
     return {};
   }
 
   Status end_replay() {
     if (!replayed_) return {};
     const Status closed = replayed_->recorder ? replayed_->recorder->close() : Status();
+    SimulatedReplayEnd& end = replayed_->live->end;
+    if (end.reason.empty())  // it drove on, and somebody ended it
+      end.reason = operator_.state() == S::Over ? "the story was ended" : operator_.reason();
     report.replays.push_back(
         live_report(*replayed_->live, *replayed_->replayer, as_known(stage_, files_->map), *files_));
     replayed_.reset();
@@ -261,8 +263,7 @@ class Story {
   std::optional<Taught> taught_{};
   std::unique_ptr<Replayed> replayed_{};
   std::optional<ReplayFiles> files_{};
-  std::future<Status> mapping_{};
-  Stopwatch mapping_watch_{};
+  MapInTheMaking mapping_{};
   StoryViewers viewers_;
 };
 
@@ -277,13 +278,13 @@ Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& 
 Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::unique_ptr<Pilot> pilot,
                               Console& console) {
   const Stopwatch watch;
+  Story story(stage, job, std::move(pilot), console);
+  if (Status status = story.load(); !status) return tl::unexpected(status.error());
   std::error_code error;
   fs::create_directories(job.folder, error);
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
-  Story story(stage, job, std::move(pilot), console);
-  if (Status status = story.load(); !status) return tl::unexpected(status.error());
   const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
   if (!robot) return tl::unexpected(robot.error());
   story.begin();
@@ -291,7 +292,7 @@ Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::uniq
   listener.on_sample = [&](const Sample& sample) { return story.hear(sample); };
   listener.decide = [&](Duration uptime, SensorTime now) { return story.decide(uptime, now); };
   const auto driven = (*robot)->drive(watched(listener, job.feed));
-  const Status closed = story.finish();
+  const Status closed = story.finish(driven && driven->interrupted);
   console.end_progress();
   if (!driven) return tl::unexpected(driven.error());
   if (!closed) return tl::unexpected(closed.error());

@@ -22,7 +22,7 @@ struct StoryJob {
   std::string map{};             ///< folder of a map that is there already: the story begins with ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
-  std::string images{};      ///< how pictures are recorded while teaching
+  std::string images{};      ///< how pictures are recorded: raw, jpeg; empty: not at all
   ReplayJob replay{};        ///< method, options; folder and output are the story's
   LiveFeed* feed = nullptr;  ///< of viewers, if there are any
 };

@@ -53,6 +53,9 @@ class PagePilot final : public Pilot {
   Result<PilotAct> act(Duration uptime, SensorTime now, OperatorState state) override;
   void hear(const Sample& sample) override;
   [[nodiscard]] std::string usage() const override;
+  [[nodiscard]] OperatorButtons buttons() const override {
+    return other_ ? other_->buttons() : OperatorButtons{"'go'", "'stop'", "take control and drive"};
+  }
   [[nodiscard]] bool page_drives() const override { return other_ == nullptr; }
   [[nodiscard]] bool has_script() const override { return script_ != nullptr && truth_heard_ && !scripting_; }
 

@@ -81,6 +81,7 @@ class KeyPilot final : public Pilot {
   std::string usage() const override {
     return "y goes on, b or space stops, q ends; teaching: w a s d or arrows drive while they are held";
   }
+  OperatorButtons buttons() const override { return {"y", "b", "hold w a s d or arrows to drive"}; }
 
  private:
   std::unique_ptr<TerminalKeys> keys_;
@@ -107,6 +108,9 @@ class LinePilot final : public Pilot {
     return act;
   }
   std::string usage() const override { return "lines: go, stop, quit, drive SPEED_M_S YAW_RATE_RAD_S"; }
+  OperatorButtons buttons() const override {
+    return {"'go'", "'stop'", "'drive SPEED_M_S YAW_RATE_RAD_S' twice a second and more drives"};
+  }
 
  private:
   void obey(const std::string& line, Duration uptime, S state, PilotAct& act) {

@@ -41,6 +41,8 @@ class Pilot {
   virtual void hear(const Sample& /*sample*/) {}
   /// How to do it, in one line.
   [[nodiscard]] virtual std::string usage() const = 0;
+  /// What its buttons are called.
+  [[nodiscard]] virtual OperatorButtons buttons() const { return {}; }
   /// Somebody stands at the robot, or sits at the keys.
   [[nodiscard]] virtual bool is_person() const { return true; }
   /// While teaching the keys of the page drive.

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/recording_input.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -46,6 +47,26 @@ Status check_route_name(const std::string& route, const char* flag) {
   if (!route.empty() && std::ranges::all_of(route, allowed)) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name for a route", route), {.key = flag},
               "Use letters, digits, - and _.");
+}
+
+Status check_map_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / "map.yaml", ignored)) return {};
+  const Place place{.source = folder.string()};
+  if (looks_like_recording(folder.string()))
+    return fail(ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
+                fmt::format("Map it first: waymark map {} -o map.", folder.string()));
+  if (fs::exists(folder / "map" / "map.yaml", ignored))
+    return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+                fmt::format("Did you mean {}?", (folder / "map").string()));
+  if (fs::is_regular_file(folder, ignored))
+    return fail(ErrorCode::InvalidArgument, "this is a file, not the folder of a map", place,
+                "Give the folder that `waymark map` wrote.");
+  if (!fs::is_directory(folder, ignored))
+    return fail(ErrorCode::NotFound, "there is no such folder", place,
+                "Record a lap (`waymark teach`) and map it (`waymark map`) first.");
+  return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
+              "Map a recorded lap into it first: waymark map lap.mcap -o " + folder.string() + ".");
 }
 
 Status check_route_exists(const fs::path& folder, const std::string& route) {

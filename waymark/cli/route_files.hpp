@@ -21,6 +21,8 @@ namespace waymark::cli {
 
 /// Letters, digits, - and _; the error names the flag.
 [[nodiscard]] Status check_route_name(const std::string& route, const char* flag);
+/// Fails where it is no folder with a map, and says what was meant.
+[[nodiscard]] Status check_map_folder(const std::filesystem::path& folder);
 /// Fails, with the names there are, when the folder has no route of this name. Empty: route.yaml.
 [[nodiscard]] Status check_route_exists(const std::filesystem::path& folder, const std::string& route);
 

@@ -1,11 +1,10 @@
 #include "waymark/cli/story_files.hpp"
 
+#include <chrono>
 #include <cstdio>
 #include <system_error>
 
 #include <fmt/format.h>
-
-#include "waymark/cli/loop_steps.hpp"
 
 namespace waymark::cli {
 
@@ -18,6 +17,11 @@ std::string free_name(const fs::path& folder, const std::string& stem) {
     path = folder / fmt::format("{}.{}.mcap", stem, number);
   return path.string();
 }
+
+namespace {
+
+/// Where a map is made before it takes its place.
+fs::path beside(const fs::path& folder) { return folder.string() + ".new"; }
 
 Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh) {
   std::error_code error;
@@ -35,17 +39,30 @@ Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh
               {.source = folder.string()});
 }
 
-std::future<Status> map_in_the_background(const std::string& lap, const fs::path& folder) {
+}  // namespace
+
+void MapInTheMaking::begin(const std::string& lap, const fs::path& folder) {
+  watch_ = Stopwatch();
+  folder_ = folder;
   std::error_code ignored;
-  fs::remove_all(folder, ignored);
-  return std::async(std::launch::async, [lap, folder]() -> Status {
+  fs::remove_all(beside(folder), ignored);
+  made_ = std::async(std::launch::async, [lap, fresh = beside(folder)]() -> Status {
     std::FILE* nowhere = std::fopen("/dev/null", "w");
     if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
     Console quiet("waymark run", nowhere, nowhere);
-    const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, quiet);
+    const Result<MapReport> mapped = map_recording({.lap = lap, .folder = fresh}, quiet);
     (void)std::fclose(nowhere);
     return mapped ? Status() : tl::unexpected(mapped.error());
   });
+}
+
+bool MapInTheMaking::ready() const {
+  return made_.valid() && made_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+Result<std::string> MapInTheMaking::take() {
+  if (Status made = made_.get(); !made) return tl::unexpected(made.error());
+  return replace_folder(folder_, beside(folder_));
 }
 
 }  // namespace waymark::cli

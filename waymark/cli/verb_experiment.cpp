@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/experiment_grid.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/verb.hpp"
@@ -24,32 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostGridBytes = std::size_t{1} << 20U;
-constexpr const char* kNoFaults = "none";
 constexpr std::uint64_t kOtherDay = 1000;  // the replay has other noise than the teach lap
-
-/// What is combined with what.
-struct ExperimentGrid {
-  std::vector<std::string> worlds = {"circuit24"};
-  std::vector<std::string> robots = {"limo"};
-  std::vector<std::string> controllers = {"follower"};
-  std::vector<std::string> faults = {kNoFaults};
-  std::vector<double> speeds_m_s = {0.4};
-  std::vector<std::uint64_t> seeds = {1};
-  double laps = 1;
-  bool images = false;
-
-  template <class Self, class Visitor>
-  static void fields(Self& self, Visitor&& visit) {
-    visit(self.worlds, Field{"worlds", "Names or paths."});
-    visit(self.robots, Field{"robots", "Names or paths."});
-    visit(self.controllers, Field{"controllers", "follower, pursuit, pose."});
-    visit(self.faults, Field{"faults", "Paths of scripts; none: nothing goes wrong."});
-    visit(self.speeds_m_s, Field{"speeds_m_s", "Of the replay."});
-    visit(self.seeds, Field{"seeds", "Of the teach lap; the replay's is 1000 more."});
-    visit(self.laps, Field{"laps", "Of a closed route.", 0.01, 1000});
-    visit(self.images, Field{"images", "The camera takes pictures."});
-  }
-};
 
 struct ExperimentArgs {
   std::string grid;
@@ -75,13 +51,6 @@ struct ExperimentCell {
                        faults == kNoFaults ? "" : ", " + faults);
   }
 };
-
-Result<Stage> stage_of(const ExperimentGrid& grid, const std::string& world, const std::string& robot,
-                       std::uint64_t seed) {
-  Result<Stage> stage = load_stage(world, robot, seed);
-  if (stage && grid.images) stage->simulated.pictures.emplace();
-  return stage;
-}
 
 /// A taught and mapped lap for a world, a robot and a seed.
 Status make_lap(const Stage& stage, const fs::path& folder, Console& console) {
@@ -216,8 +185,10 @@ Status check_output(const ExperimentArgs& args) {
 ExitCode experiment(const ExperimentArgs& args, Console& console) {
   const auto text = read_text_file(args.grid, kMostGridBytes);
   const auto grid = text ? parse_fields<ExperimentGrid>(*text, args.grid) : tl::unexpected(text.error());
-  if (!grid) {
-    console.say(grid.error());
+  Status sensible = grid ? check_grid(*grid) : tl::unexpected(grid.error());
+  if (!sensible) {
+    if (sensible.error().place.source.empty()) sensible.error().place.source = args.grid;
+    console.say(sensible.error());
     return ExitCode::Usage;
   }
   if (Status status = check_output(args); !status) {

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -32,8 +33,10 @@ struct ExploreArgs {
 std::string explore_words(const ExploreReport& r) {
   std::string text = fmt::format("{:.0f} s, {:.1f} m, {} turns; {} of {} tags seen\n", r.seconds,
                                  r.distance_m, r.turns, r.seen.size(), r.tags);
-  text +=
-      fmt::format("{} collisions, nearest to anything {:.3f} m from the hull\n", r.collisions, r.nearest_m);
+  text += fmt::format("{} collisions, ", r.collisions);
+  text += std::isfinite(r.nearest_m)
+              ? fmt::format("nearest to anything {:.3f} m from the hull\n", r.nearest_m)
+              : "nothing in this world to come near to\n";
   if (!r.position_rmse_m) return text + "the place was never known\n";
   return text + fmt::format(
                     "the place was known {:.1f} % of the time; then by the truth:\n"

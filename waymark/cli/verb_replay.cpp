@@ -77,6 +77,16 @@ Result<ReplayJob> job_of(const ReplayArgs& args) {
   return job;
 }
 
+Status check_images(const ReplayArgs& args, const Stage& stage) {
+  if (args.job.images.empty()) return {};
+  const Place place{.key = "--record-images"};
+  if (args.job.output.empty())
+    return fail(ErrorCode::InvalidArgument, "nothing is recorded", place, "Add -o FILE.");
+  if (!stage.simulated.pictures && stage.process.empty())
+    return fail(ErrorCode::InvalidArgument, "there are no pictures to record", place, "Add --images.");
+  return {};
+}
+
 std::string to_text(const ReplayReport& report) {
   const SimulatedReplayEnd& end = report.end;
   std::string text = fmt::format("{}; {:.1f} s, {} stops\n", ending(report), end.lap_s, end.stops);
@@ -101,7 +111,8 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   const std::filesystem::path beside = std::filesystem::path(args.folder) / "robot.yaml";
   std::error_code ignored;
   Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
-  const Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  if (seen) seen = check_images(args, *stage);
   Result<ReplayJob> job = seen ? job_of(args) : tl::unexpected(seen.error());
   if (!job) {
     console.say(naming_flag(job.error()));
@@ -156,6 +167,11 @@ Run prepare_replay(CLI::App& app) {
   app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")
       ->transform(recording_name())
       ->type_name("FILE");
+  app.add_option("--record-images", args->job.images,
+                 "With -o: also record the pictures (with --images, or of a robot that sends them): jpeg, or "
+                 "raw, ten times as large")
+      ->check(CLI::IsMember({"jpeg", "raw"}))
+      ->type_name("HOW");
   app.add_flag("--durable", args->job.durable, kDurableHelp);
   app.add_option("--taught", args->job.taught,
                  "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")

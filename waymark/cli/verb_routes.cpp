@@ -27,7 +27,9 @@ struct RoutesArgs {
   std::string station;
   std::string remove;
   std::string at_tag;
+  const CLI::Option* named = nullptr;
   const CLI::Option* at_m = nullptr;
+  const CLI::Option* pause = nullptr;
   double arc_length_m = 0;
   double pause_s = 5;
   bool json = false;
@@ -85,7 +87,9 @@ Status add_station(const RoutesArgs& args, Route& route) {
   const Result<double> arc_length_m = place_of(args, route);
   if (!arc_length_m) return tl::unexpected(arc_length_m.error());
   Station station{.name = args.station, .arc_length_m = *arc_length_m, .pause_s = args.pause_s};
-  // One of this name is put there instead.
+  // One of this name is put there instead, and keeps what is not said again.
+  const auto before = std::ranges::find(route.stations, args.station, &Station::name);
+  if (before != route.stations.end() && args.pause->count() == 0) station.pause_s = before->pause_s;
   std::erase_if(route.stations, [&](const Station& other) { return other.name == station.name; });
   if (Status status = check_station(route, station); !status) return status;
   const auto after =
@@ -105,6 +109,7 @@ Status change(const RoutesArgs& args, Route& route) {
 }
 
 Status check_flags(const RoutesArgs& args) {
+  if (args.named->count() > 0 && args.route.empty()) return check_route_name(args.route, "--route");
   const bool placed = args.at_m->count() > 0 || !args.at_tag.empty();
   if (!args.station.empty() && !placed)
     return fail(ErrorCode::InvalidArgument, "where is the station?", {.key = "--station"},
@@ -150,6 +155,7 @@ Status all_routes(const RoutesArgs& args, Console& console) {
 
 ExitCode routes(const RoutesArgs& args, Console& console) {
   Status status = check_flags(args);
+  if (status) status = check_map_folder(args.folder);
   const bool one = !args.route.empty() || !args.station.empty() || !args.remove.empty();
   if (status) status = one ? one_route(args, console) : all_routes(args, console);
   if (status) return ExitCode::Ok;
@@ -160,8 +166,9 @@ ExitCode routes(const RoutesArgs& args, Console& console) {
 Run prepare_routes(CLI::App& app) {
   const auto args = std::make_shared<RoutesArgs>();
   app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  app.add_option("--route", args->route, "This route alone; unless given, stations are the taught route's")
-      ->type_name("NAME");
+  args->named = app.add_option("--route", args->route,
+                               "This route alone; unless given, stations are the taught route's")
+                    ->type_name("NAME");
   app.add_option("--station", args->station,
                  "A place where the robot stands for a while: it is put on the route, or moved")
       ->type_name("NAME");
@@ -170,10 +177,11 @@ Run prepare_routes(CLI::App& app) {
                    ->type_name("FLOAT");
   app.add_option("--at-tag", args->at_tag, "Where: the place of the route nearest to this tag")
       ->type_name("TAG");
-  app.add_option("--pause-s", args->pause_s, "How long it stands there")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 86400.0))
-      ->type_name("FLOAT");
+  args->pause = app.add_option("--pause-s", args->pause_s,
+                               "How long it stands there; a station that is moved keeps what it had")
+                    ->capture_default_str()
+                    ->check(CLI::Range(0.0, 86400.0))
+                    ->type_name("FLOAT");
   app.add_option("--remove-station", args->remove, "This station is one no more")->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object a route instead of words");
   return [args](Console& console) { return routes(*args, console); };

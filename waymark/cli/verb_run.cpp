@@ -107,7 +107,7 @@ Run prepare_run(CLI::App& app) {
   app.add_option("--route", args->job.replay.route, "With --map: a route of that name (`waymark routes`)")
       ->type_name("NAME");
   app.add_option("--record-images", args->job.images,
-                 "Also record the pictures of the lap that is taught: jpeg, or raw, ten times as large")
+                 "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("HOW");
   app.add_option("--calibration", args->calibration,

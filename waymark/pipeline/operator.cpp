@@ -98,27 +98,28 @@ Result<OperatorAction> Operator::handle(OperatorEvent event, Duration now, std::
   return found->action;
 }
 
-std::string_view Operator::prompt() const {
+std::string Operator::prompt(const OperatorButtons& buttons) const {
+  const auto& [go, stop, drive] = buttons;
   switch (state_) {
     case S::Idle:
-      return "Y (triangle): teach a lap";
+      return go + ": teach a lap";
     case S::Teaching:
-      return "hold the left shoulder and drive; Y (triangle): the lap is over; B (circle): drop it";
+      return fmt::format("{}; {}: the lap is over; {}: drop it", drive, go, stop);
     case S::Mapping:
       return "the map is being made, the robot stands";
     case S::Ready:
-      return "Y (triangle): replay the lap";
+      return go + ": replay the lap";
     case S::Replaying:
-      return "Y (triangle): pause; B (circle) or any stick: stop";
+      return fmt::format("{}: pause; {}: stop, as does driving", go, stop);
     case S::Paused:
-      return "Y (triangle): go on; B (circle): stop";
+      return fmt::format("{}: go on; {}: stop", go, stop);
     case S::Done:
     case S::Stopped:
-      return "Y (triangle): replay again";
+      return go + ": replay again";
     case S::Over:
       break;
   }
-  return "";
+  return {};
 }
 
 VelocityCommand Operator::permit(const VelocityCommand& person, const VelocityCommand& replay) const {

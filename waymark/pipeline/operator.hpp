@@ -57,6 +57,13 @@ struct OperatorOptions {
   Duration bounce = std::chrono::milliseconds(300);  ///< Go counts once in that time
 };
 
+/// What the person in charge calls the buttons.
+struct OperatorButtons {
+  std::string go = "Y (triangle)";
+  std::string stop = "B (circle)";
+  std::string drive = "hold the left shoulder and drive";
+};
+
 /// The operator's story as a table: what each event does in each state. Pure: time is an argument, and
 /// nothing here moves a robot but permit().
 class Operator {
@@ -73,7 +80,7 @@ class Operator {
   /// Why the last replay or map ended as it did; empty when all is well.
   [[nodiscard]] const std::string& reason() const { return reason_; }
   /// What a person can do now, in one line.
-  [[nodiscard]] std::string_view prompt() const;
+  [[nodiscard]] std::string prompt(const OperatorButtons& buttons = {}) const;
 
   /// The command that may reach the robot: the person's while teaching, the replay's while replaying, and
   /// zero in every other state.

@@ -1,137 +1,16 @@
 #!/usr/bin/python3
-"""`waymark map`, `replay`, `demo` and `world` as a user meets them.
+"""`waymark replay` and `routes` as a user meets them.
 
-usage: loop_verbs_test.py PROGRAM [unittest options]
+usage: replay_test.py PROGRAM [unittest options]
 """
 import pathlib
 import shutil
 import unittest
-import xml.etree.ElementTree
 
-from harness import InFolder
+from laps import REPLAY_KEYS, WithLap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-MAP_KEYS = {"method", "tags", "frames", "tag_rmse_m", "tag_max_m", "tag_orientation_rmse_deg", "trajectory_rmse_m", "wall_s",
-            "peak_rss_mib", "warnings"}
-REPLAY_KEYS = {"laps_completed", "cross_track_rmse_m", "cross_track_p95_m", "cross_track_max_m", "heading_rmse_deg",
-               "min_clearance_m", "two_tags_fraction", "stops", "wall_s"}
-MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
-             "robot.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
-
-
 CALIBRATION = "format: waymark-calibration-1\nvalues:\n  yaw_gain: {value: 0.6, sigma: 0.01, verdict: known}\n"
-
-
-class WithLap(InFolder):
-    def setUp(self):
-        super().setUp()
-        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
-
-    def edit(self, path, old, new):
-        text = (self.folder / path).read_text()
-        self.assertIn(old, text)
-        (self.folder / path).write_text(text.replace(old, new, 1))
-
-
-class Map(WithLap):
-    def test_a_map_and_its_errors(self):
-        outcome = self.run_here("map", "lap.mcap", "-o", "map", "--json")
-        self.assertEqual((outcome.code, outcome.err), (0, ""))
-        (summary,) = outcome.records
-        self.assertLessEqual(MAP_KEYS, summary.keys())
-        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("bundle", 24, True))
-        self.assertLess(summary["tag_rmse_m"], 0.03)
-        self.assertLess(summary["tag_orientation_rmse_deg"], 1)
-        self.assertLess(summary["trajectory_rmse_m"], 0.03)
-        self.assertGreater(summary["corner_noise_ratio"], 0.9)
-        self.assertLess(summary["corner_noise_ratio"], 1.1)
-        (chain,) = self.run_here("map", "lap.mcap", "-o", "chain", "--method", "chain", "--json").records
-        self.assertEqual(chain["method"], "chain")
-        self.assertIsNone(chain["corner_noise_ratio"])
-        self.assertLess(summary["trajectory_rmse_m"], chain["trajectory_rmse_m"])
-        self.assertEqual({p.name for p in (self.folder / "map").iterdir()}, MAP_FILES)
-        for svg in (self.folder / "map").glob("*.svg"):
-            self.assertTrue(xml.etree.ElementTree.parse(svg).getroot().tag.endswith("svg"))
-        for name in ("trajectory.txt", "truth_trajectory.txt"):
-            lines = [line for line in (self.folder / "map" / name).read_text().splitlines() if not line.startswith("#")]
-            self.assertTrue(all(len(line.split()) == 8 for line in lines))
-            self.assertGreater(len(lines), 800)
-
-    def test_an_older_map_is_kept(self):
-        for size in ("0.16", "0.17", "0.16"):
-            self.run_here("map", "lap.mcap", "-o", "twice", "--tag-size-m", size)
-        names = {p.name for p in (self.folder / "twice").iterdir()}
-        self.assertLessEqual({"map.1.yaml", "map.2.yaml", "route.1.yaml", "route.2.yaml"}, names)
-        first, second, last = ((self.folder / "twice" / name).read_text() for name in ("map.1.yaml", "map.2.yaml", "map.yaml"))
-        self.assertEqual(first, last)
-        self.assertNotEqual(first, second)
-
-    def test_what_changed_since_an_older_map_is_said(self):
-        self.run_here("map", "lap.mcap", "-o", "old")
-        text = (self.folder / "old/map.yaml").read_text()
-        swapped = text.replace("tag36h11:5", "A").replace("tag36h11:6", "tag36h11:5").replace("A", "tag36h11:6")
-        (self.folder / "old.yaml").write_text(swapped)
-        outcome = self.run_here("map", "lap.mcap", "-o", "new", "--prior", "old.yaml")
-        self.assertEqual(outcome.code, 0)
-        self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
-                         ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
-        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 2)
-
-    def test_a_wrong_tag_size_is_named(self):
-        outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
-        self.assertEqual(outcome.code, 0)
-        self.assertIn("% too large (is it 0.16", outcome.err)
-
-    def test_the_anchor_may_stand_anywhere(self):
-        (plain,) = self.run_here("map", "lap.mcap", "-o", "here", "--json").records
-        (moved,) = self.run_here("map", "lap.mcap", "-o", "there", "--json",
-                                 "--anchor-pose", "10", "20", "0.3", "-90", "0", "0").records
-        self.assertAlmostEqual(plain["route_length_m"], moved["route_length_m"], 3)
-        self.assertIsNone(moved["tag_rmse_m"])
-
-    def test_same_lap_same_bytes(self):
-        for folder in ("a", "b"):
-            self.run_here("map", "lap.mcap", "-o", folder)
-        for name in MAP_FILES - {"summary.json"}:
-            self.assertEqual((self.folder / "a" / name).read_bytes(), (self.folder / "b" / name).read_bytes(), name)
-
-    def test_a_cut_recording_is_mapped_as_far_as_it_goes(self):
-        data = (self.folder / "lap.mcap").read_bytes()
-        (self.folder / "cut.mcap").write_bytes(data[:len(data) // 2])
-        outcome = self.run_here("map", "cut.mcap", "-o", "half", "--json")
-        self.assertEqual(outcome.code, 0, outcome.err)
-        (summary,) = outcome.records
-        self.assertLess(summary["tags"], 24)
-        self.assertFalse(summary["route_closed"])
-        self.assertIn("beyond the end of the file", summary["warnings"][0])
-        self.assertIn("does not come back to its start", outcome.err)
-
-    def test_another_anchor_moves_the_map_and_is_not_compared(self):
-        (summary,) = self.run_here("map", "lap.mcap", "-o", "map5", "--anchor", "5", "--json").records
-        self.assertIsNone(summary["tag_rmse_m"])
-        self.assertIn("not compared", summary["warnings"][-1])
-        self.assertIn('anchor: "tag36h11:5"', (self.folder / "map5/map.yaml").read_text())
-
-    def test_mistakes(self):
-        (self.folder / "bad.yaml").write_text("name: x\n")
-        (self.folder / "file").touch()
-        for words, code, part in (
-                (["none.mcap", "-o", "m"], 1, "none.mcap"),
-                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
-                (["lap.mcap"], 2, "--output is required"),
-                (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
-                (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
-                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),
-                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
-                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
-                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
-                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),
-                (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
-                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
-                (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
-            outcome = self.run_here("map", *words)
-            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
-            self.assertIn(part, outcome.err)
 
 
 class Replay(WithLap):
@@ -272,6 +151,8 @@ class Routes(WithLap):
             self.assertEqual(outcome.code, 0, outcome.err)
         (listed,) = self.run_here("routes", "map", "--remove-station", "gone", "--json").records
         self.assertEqual([(s["name"], s["pause_s"]) for s in listed["stations"]], [("shelf", 6), ("door", 1.5)])
+        (moved,) = self.run_here("routes", "map", "--station", "door", "--at-tag", 9, "--json").records
+        self.assertEqual(moved["stations"][1]["pause_s"], 1.5, "a station that is moved keeps its pause")
         for controller in ("follower", "pursuit", "pose"):
             outcome = self.replay("--seed", 12, "--laps", 2 if controller == "follower" else 1, "--controller", controller, "-o", f"{controller}.mcap")
             self.assertEqual(outcome.code, 0, outcome.err)
@@ -312,13 +193,24 @@ class Routes(WithLap):
         self.assertEqual(moved.code, 0, moved.err)
         self.assertEqual([r["route"] for r in self.run_here("routes", "map2", "--json").records], ["", "across", "again"])
         self.assertEqual((self.folder / "map2/route.yaml").read_bytes(), taught)
+        anew = self.run_here("map", "across.mcap", "-o", "map2", "--extend", "map", "--route-name", "anew")
+        self.assertEqual(anew.code, 0, anew.err)
+        self.assertEqual([r["route"] for r in self.run_here("routes", "map2", "--json").records], ["", "across", "anew"],
+                         "routes of the map that was there are none of this one")
+
+    def test_stations_of_an_older_route_are_missed(self):
+        self.assertEqual(self.run_here("routes", "map", "--station", "shelf", "--at-m", 4.5).code, 0)
+        again = self.run_here("map", "lap.mcap", "-o", "map")
+        self.assertIn("the stations of the older route (shelf) are not on the new one", again.err)
 
     def test_mistakes(self):
         self.run_here("optimize", "map", "--name", "fast", "--rounds", 1)
         for words, code, part in (
                 (["replay", "map", "--world", "circuit24", "--route", "fats"], 2, "has no route 'fats'. Did you mean 'fast'?"),
                 (["routes", "map", "--route", "fats"], 2, "Did you mean 'fast'?"),
-                (["routes", "nowhere"], 1, "holds no route.yaml"),
+                (["routes", "nowhere"], 1, "there is no such folder"),
+                (["routes", "lap.mcap"], 1, "this is a recording"),
+                (["routes", "map", "--route", ""], 2, "'' is no name for a route"),
                 (["routes", "map", "--station", "a"], 2, "where is the station?"),
                 (["routes", "map", "--at-m", 3], 2, "Name it with --station"),
                 (["routes", "map", "--station", "a", "--at-m", 99], 1, "'a' at 99 m is not on a route of"),
@@ -346,80 +238,6 @@ class Routes(WithLap):
             begins.append(driven["cross_track_rmse_m"])
         self.assertLess(begins[1], 0.7 * begins[0])
         self.assertEqual(self.replay("--calibration", "none.yaml").code, 2)
-
-
-class Experiment(InFolder):
-    def test_a_grid_is_driven(self):
-        (self.folder / "dark.yaml").write_text("faults: [{fault: camera_lost, at_s: 5}]")
-        (self.folder / "grid.yaml").write_text("{faults: [none, dark.yaml], speeds_m_s: [0.5], seeds: [1]}")
-        outcome = self.run_here("experiment", "grid.yaml", "-o", "out", "--json")
-        self.assertEqual(outcome.code, 1)
-        good, dark = outcome.records[0]["cells"]
-        self.assertEqual((good["runs"], good["completed"], good["endings"]), (1, 1, []))
-        self.assertLess(good["cross_track_rmse_median_m"], 0.03)
-        self.assertEqual(dark["completed"], 0)
-        self.assertIn("known only to", dark["endings"][0])
-        self.assertTrue((self.folder / "out/experiment.json").exists())
-        again = self.run_here("experiment", "grid.yaml", "-o", "out")
-        self.assertEqual(again.code, 1)
-        self.assertIn("an experiment was written here already. Give another folder", again.err)
-        (self.folder / "grid.yaml").write_text("{seed: [1]}")
-        outcome = self.run_here("experiment", "grid.yaml")
-        self.assertEqual(outcome.code, 2)
-        self.assertIn("Did you mean 'seeds'?", outcome.err)
-
-
-class Demo(InFolder):
-    def test_the_loop_in_one_word(self):
-        outcome = self.run_here("demo", "--seed", 4, "-o", "out", "--json")
-        self.assertEqual((outcome.code, outcome.err), (0, ""))
-        (report,) = outcome.records
-        self.assertLessEqual(MAP_KEYS, report["map"].keys())
-        self.assertLessEqual(REPLAY_KEYS, report["replay"].keys())
-        self.assertEqual(report["replay"]["laps_completed"], 1)
-        for path in report["figures"]:
-            data = (self.folder / path).read_bytes()
-            self.assertTrue(data.startswith(b"\x89PNG") if path.endswith(".png") else b"<svg" in data, path)
-        table = self.run_here("demo", "--seed", 4, "-o", "out")
-        self.assertEqual(table.code, 0, "a second run writes over its own files")
-        (self.folder / "mine").mkdir()
-        taught = self.run_here("teach", "--world", "circuit24", "-o", "mine/lap.mcap")
-        self.assertEqual(taught.code, 0, taught.err)
-        refused = self.run_here("demo", "-o", "mine")
-        self.assertEqual(refused.code, 1, "but over nobody else's")
-        self.assertIn("holds a 'lap.mcap' that no demo wrote", refused.err)
-        for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
-            self.assertIn(part, table.out)
-
-
-class World(InFolder):
-    def test_circuit24_allows_a_good_lap(self):
-        (check,) = self.run_here("world", "check", "circuit24", "--json").records
-        self.assertTrue(check["good"])
-        self.assertGreaterEqual(check["lap_m"], 16)
-        self.assertGreaterEqual(check["min_clearance_m"], 0.35)
-        self.assertGreaterEqual(check["two_tags_fraction"], 0.98)
-        self.assertGreater(min(check["sharpest_left_1_m"], check["sharpest_right_1_m"]), 0.3, "curves of both hands")
-
-    def test_a_poor_world_is_said(self):
-        (self.folder / "poor.yaml").write_text(
-            "name: poor\ntag_family: tag36h11\ntag_size_m: 0.2\nanchor_id: 5\ntags:\n"
-            "  - {id: 5, x_m: 1, y_m: 0.2, z_m: 0.1, facing_deg: 180}\npath_closed: false\npath_m: [[0, 0], [1, 0], [2, 0]]\n")
-        outcome = self.run_here("world", "check", "poor.yaml")
-        self.assertEqual(outcome.code, 1)
-        self.assertIn("does not allow a good lap", outcome.err)
-
-    def test_frames_and_axes_hold_round_the_circle(self):
-        outcome = self.run_here("world", "orbit", "circuit24", "--json", "-o", "orbit.svg")
-        self.assertEqual(outcome.code, 0, outcome.err)
-        (orbit,) = outcome.records
-        self.assertTrue(orbit["good"])
-        self.assertLess(orbit["closure"], 1e-12)
-        xml.etree.ElementTree.parse(self.folder / "orbit.svg")
-        self.assertEqual(self.run_here("world", "orbit", "circuit24", "--sigma-deg", "100").code, 1, "an axis turned over")
-        outcome = self.run_here("world", "orbit", "circuit24", "-o", "orbit.gif")
-        self.assertEqual(outcome.code, 1)
-        self.assertIn("orbit.gif", outcome.err)
 
 
 if __name__ == "__main__":

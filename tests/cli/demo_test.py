@@ -1,0 +1,66 @@
+#!/usr/bin/python3
+"""`waymark demo` and `experiment` as a user meets them.
+
+usage: demo_test.py PROGRAM [unittest options]
+"""
+import unittest
+
+from harness import InFolder
+from laps import MAP_KEYS, REPLAY_KEYS
+
+
+class Experiment(InFolder):
+    def test_a_grid_is_driven(self):
+        (self.folder / "dark.yaml").write_text("faults: [{fault: camera_lost, at_s: 5}]")
+        (self.folder / "grid.yaml").write_text("{faults: [none, dark.yaml], speeds_m_s: [0.5], seeds: [1]}")
+        outcome = self.run_here("experiment", "grid.yaml", "-o", "out", "--json")
+        self.assertEqual(outcome.code, 1)
+        good, dark = outcome.records[0]["cells"]
+        self.assertEqual((good["runs"], good["completed"], good["endings"]), (1, 1, []))
+        self.assertLess(good["cross_track_rmse_median_m"], 0.03)
+        self.assertEqual(dark["completed"], 0)
+        self.assertIn("known only to", dark["endings"][0])
+        self.assertTrue((self.folder / "out/experiment.json").exists())
+        again = self.run_here("experiment", "grid.yaml", "-o", "out")
+        self.assertEqual(again.code, 1)
+        self.assertIn("an experiment was written here already. Give another folder", again.err)
+        (self.folder / "grid.yaml").write_text("{seed: [1]}")
+        outcome = self.run_here("experiment", "grid.yaml")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("Did you mean 'seeds'?", outcome.err)
+        for grid, words in (("{seeds: []}", "grid.yaml (seeds): an empty list"),
+                            ("{controllers: [folower]}", "Did you mean 'follower'?"),
+                            ("{speeds_m_s: [0]}", "0 is outside (0, 5]"),
+                            ("{worlds: [circuit42]}", "circuit42")):
+            (self.folder / "grid.yaml").write_text(grid)
+            outcome = self.run_here("experiment", "grid.yaml", "-o", "none")
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(words, outcome.err)
+            self.assertFalse((self.folder / "none").exists(), "nothing was driven")
+
+
+class Demo(InFolder):
+    def test_the_loop_in_one_word(self):
+        outcome = self.run_here("demo", "--seed", 4, "-o", "out", "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (report,) = outcome.records
+        self.assertLessEqual(MAP_KEYS, report["map"].keys())
+        self.assertLessEqual(REPLAY_KEYS, report["replay"].keys())
+        self.assertEqual(report["replay"]["laps_completed"], 1)
+        for path in report["figures"]:
+            data = (self.folder / path).read_bytes()
+            self.assertTrue(data.startswith(b"\x89PNG") if path.endswith(".png") else b"<svg" in data, path)
+        table = self.run_here("demo", "--seed", 4, "-o", "out")
+        self.assertEqual(table.code, 0, "a second run writes over its own files")
+        (self.folder / "mine").mkdir()
+        taught = self.run_here("teach", "--world", "circuit24", "-o", "mine/lap.mcap")
+        self.assertEqual(taught.code, 0, taught.err)
+        refused = self.run_here("demo", "-o", "mine")
+        self.assertEqual(refused.code, 1, "but over nobody else's")
+        self.assertIn("holds a 'lap.mcap' that no demo wrote", refused.err)
+        for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
+            self.assertIn(part, table.out)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,117 @@
+#!/usr/bin/python3
+"""`waymark map` as a user meets it.
+
+usage: map_test.py PROGRAM [unittest options]
+"""
+import unittest
+import xml.etree.ElementTree
+
+from laps import MAP_KEYS, WithLap
+
+MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
+             "robot.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
+
+
+class Map(WithLap):
+    def test_a_map_and_its_errors(self):
+        outcome = self.run_here("map", "lap.mcap", "-o", "map", "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        (summary,) = outcome.records
+        self.assertLessEqual(MAP_KEYS, summary.keys())
+        self.assertEqual((summary["method"], summary["tags"], summary["route_closed"]), ("bundle", 24, True))
+        self.assertLess(summary["tag_rmse_m"], 0.03)
+        self.assertLess(summary["tag_orientation_rmse_deg"], 1)
+        self.assertLess(summary["trajectory_rmse_m"], 0.03)
+        self.assertGreater(summary["corner_noise_ratio"], 0.9)
+        self.assertLess(summary["corner_noise_ratio"], 1.1)
+        (chain,) = self.run_here("map", "lap.mcap", "-o", "chain", "--method", "chain", "--json").records
+        self.assertEqual(chain["method"], "chain")
+        self.assertIsNone(chain["corner_noise_ratio"])
+        self.assertLess(summary["trajectory_rmse_m"], chain["trajectory_rmse_m"])
+        self.assertEqual({p.name for p in (self.folder / "map").iterdir()}, MAP_FILES)
+        for svg in (self.folder / "map").glob("*.svg"):
+            self.assertTrue(xml.etree.ElementTree.parse(svg).getroot().tag.endswith("svg"))
+        for name in ("trajectory.txt", "truth_trajectory.txt"):
+            lines = [line for line in (self.folder / "map" / name).read_text().splitlines() if not line.startswith("#")]
+            self.assertTrue(all(len(line.split()) == 8 for line in lines))
+            self.assertGreater(len(lines), 800)
+
+    def test_an_older_map_is_kept(self):
+        for size in ("0.16", "0.17", "0.16"):
+            self.run_here("map", "lap.mcap", "-o", "twice", "--tag-size-m", size)
+        names = {p.name for p in (self.folder / "twice").iterdir()}
+        self.assertLessEqual({"map.1.yaml", "map.2.yaml", "route.1.yaml", "route.2.yaml"}, names)
+        first, second, last = ((self.folder / "twice" / name).read_text() for name in ("map.1.yaml", "map.2.yaml", "map.yaml"))
+        self.assertEqual(first, last)
+        self.assertNotEqual(first, second)
+
+    def test_what_changed_since_an_older_map_is_said(self):
+        self.run_here("map", "lap.mcap", "-o", "old")
+        text = (self.folder / "old/map.yaml").read_text()
+        swapped = text.replace("tag36h11:5", "A").replace("tag36h11:6", "tag36h11:5").replace("A", "tag36h11:6")
+        (self.folder / "old.yaml").write_text(swapped)
+        outcome = self.run_here("map", "lap.mcap", "-o", "new", "--prior", "old.yaml")
+        self.assertEqual(outcome.code, 0)
+        self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
+                         ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 2)
+
+    def test_a_wrong_tag_size_is_named(self):
+        outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")
+        self.assertEqual(outcome.code, 0)
+        self.assertIn("% too large (is it 0.16", outcome.err)
+
+    def test_the_anchor_may_stand_anywhere(self):
+        (plain,) = self.run_here("map", "lap.mcap", "-o", "here", "--json").records
+        (moved,) = self.run_here("map", "lap.mcap", "-o", "there", "--json",
+                                 "--anchor-pose", "10", "20", "0.3", "-90", "0", "0").records
+        self.assertAlmostEqual(plain["route_length_m"], moved["route_length_m"], 3)
+        self.assertIsNone(moved["tag_rmse_m"])
+
+    def test_same_lap_same_bytes(self):
+        for folder in ("a", "b"):
+            self.run_here("map", "lap.mcap", "-o", folder)
+        for name in MAP_FILES - {"summary.json"}:
+            self.assertEqual((self.folder / "a" / name).read_bytes(), (self.folder / "b" / name).read_bytes(), name)
+
+    def test_a_cut_recording_is_mapped_as_far_as_it_goes(self):
+        data = (self.folder / "lap.mcap").read_bytes()
+        (self.folder / "cut.mcap").write_bytes(data[:len(data) // 2])
+        outcome = self.run_here("map", "cut.mcap", "-o", "half", "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (summary,) = outcome.records
+        self.assertLess(summary["tags"], 24)
+        self.assertFalse(summary["route_closed"])
+        self.assertIn("beyond the end of the file", summary["warnings"][0])
+        self.assertIn("does not come back to its start", outcome.err)
+
+    def test_another_anchor_moves_the_map_and_is_not_compared(self):
+        (summary,) = self.run_here("map", "lap.mcap", "-o", "map5", "--anchor", "5", "--json").records
+        self.assertIsNone(summary["tag_rmse_m"])
+        self.assertIn("not compared", summary["warnings"][-1])
+        self.assertIn('anchor: "tag36h11:5"', (self.folder / "map5/map.yaml").read_text())
+
+    def test_mistakes(self):
+        (self.folder / "bad.yaml").write_text("name: x\n")
+        (self.folder / "file").touch()
+        for words, code, part in (
+                (["none.mcap", "-o", "m"], 1, "none.mcap"),
+                (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
+                (["lap.mcap"], 2, "--output is required"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
+                (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
+                (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
+                (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),
+                (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
+                (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
+                (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
+            outcome = self.run_here("map", *words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn(part, outcome.err)
+
+
+if __name__ == "__main__":
+    unittest.main()

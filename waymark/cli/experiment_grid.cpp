@@ -1,0 +1,55 @@
+#include "waymark/cli/experiment_grid.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/faults_file.hpp"
+
+namespace waymark::cli {
+
+Result<Stage> stage_of(const ExperimentGrid& grid, const std::string& world, const std::string& robot,
+                       std::uint64_t seed) {
+  Result<Stage> stage = load_stage(world, robot, seed);
+  if (stage && grid.images) stage->simulated.pictures.emplace();
+  return stage;
+}
+
+Status check_grid(const ExperimentGrid& grid) {
+  for (const auto& [key, count] :
+       {std::pair("worlds", grid.worlds.size()), std::pair("robots", grid.robots.size()),
+        std::pair("controllers", grid.controllers.size()), std::pair("faults", grid.faults.size()),
+        std::pair("speeds_m_s", grid.speeds_m_s.size()), std::pair("seeds", grid.seeds.size())}) {
+    if (count == 0)
+      return fail(ErrorCode::InvalidArgument, "an empty list: nothing would be driven", {.key = key},
+                  "Name at least one, or leave the key out.");
+  }
+  const std::vector<std::string> known = replay_controllers();
+  for (const std::string& name : grid.controllers) {
+    if (std::ranges::find(known, name) == known.end())
+      return fail(ErrorCode::InvalidArgument, fmt::format("there is no controller '{}'", name),
+                  {.key = "controllers"}, suggestion(name, known));
+  }
+  for (const double speed : grid.speeds_m_s) {
+    if (!(speed > 0 && speed <= 5))
+      return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 5]", speed),
+                  {.key = "speeds_m_s"});
+  }
+  for (const std::string& world : grid.worlds) {
+    for (const std::string& robot : grid.robots) {
+      const Result<Stage> stage = stage_of(grid, world, robot, 1);
+      if (!stage) return tl::unexpected(stage.error());
+      for (const std::string& faults : grid.faults) {
+        if (faults == kNoFaults) continue;
+        if (const auto read = read_faults(faults, stage->simulated.world); !read)
+          return tl::unexpected(read.error());
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/cli/lap_file.hpp"
+
+namespace waymark::cli {
+
+inline constexpr const char* kNoFaults = "none";
+
+/// What is combined with what.
+struct ExperimentGrid {
+  std::vector<std::string> worlds = {"circuit24"};
+  std::vector<std::string> robots = {"limo"};
+  std::vector<std::string> controllers = {"follower"};
+  std::vector<std::string> faults = {kNoFaults};
+  std::vector<double> speeds_m_s = {0.4};
+  std::vector<std::uint64_t> seeds = {1};
+  double laps = 1;
+  bool images = false;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.worlds, Field{"worlds", "Names or paths."});
+    visit(self.robots, Field{"robots", "Names or paths."});
+    visit(self.controllers, Field{"controllers", "follower, pursuit, pose."});
+    visit(self.faults, Field{"faults", "Paths of scripts; none: nothing goes wrong."});
+    visit(self.speeds_m_s, Field{"speeds_m_s", "Of the replay."});
+    visit(self.seeds, Field{"seeds", "Of the teach lap; the replay's is 1000 more."});
+    visit(self.laps, Field{"laps", "Of a closed route.", 0.01, 1000});
+    visit(self.images, Field{"images", "The camera takes pictures."});
+  }
+};
+
+/// A world and a robot of the grid, as the seed of the teach lap makes them.
+[[nodiscard]] Result<Stage> stage_of(const ExperimentGrid& grid, const std::string& world,
+                                     const std::string& robot, std::uint64_t seed);
+
+/// Looks at everything the grid names, before the first lap is driven. Place of an error: the key.
+[[nodiscard]] Status check_grid(const ExperimentGrid& grid);
+
+}  // namespace waymark::cli

@@ -1,0 +1,27 @@
+#include "waymark/cli/picture_recording.hpp"
+
+#include <utility>
+
+#include "waymark/codecs/image_codec.hpp"
+
+namespace waymark::cli {
+namespace {
+
+constexpr const char* kCompressed = "/image_raw/compressed";
+constexpr int kJpegQuality = 92;
+
+}  // namespace
+
+Status record_picture(const CameraFrame& picture, const std::string& how, SampleRecorder& recorder) {
+  if (how.empty()) return {};
+  if (how == "raw") return recorder.add(picture);
+  auto bytes = encode_jpeg(picture.image, kJpegQuality);
+  if (!bytes) return tl::unexpected(bytes.error());
+  ros2::CompressedImage message;
+  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp}).header;
+  message.format = "jpeg";
+  message.data = std::move(*bytes);
+  return recorder.add_message(kCompressed, picture.stamp, message);
+}
+
+}  // namespace waymark::cli
