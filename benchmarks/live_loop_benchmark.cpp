@@ -47,7 +47,7 @@ class Viewer {
         port));
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     std::string wanted = R"({"op":"subscribe","subscriptions":[)";
-    for (int i = 0; i < 4; ++i)
+    for (int i = 0; i < 5; ++i)  // state, picture, tags, odometry, frames
       wanted += fmt::format(R"({}{{"id":{},"channelId":{}}})", i == 0 ? "" : ",", i, i);
     say_frame(wanted + "]}");
     if (reads) thread_ = std::thread([this] { read_all(); });
@@ -99,7 +99,8 @@ Image noise_picture() {
   for (int y = 0; y < 480; ++y) {
     for (int x = 0; x < 640; ++x) {
       state = state * 1664525U + 1013904223U;
-      image.row(y)[x] = static_cast<std::uint8_t>(96 + (x / 8 + y / 8) % 2 * 64 + (state >> 28U));
+      const auto square = static_cast<std::uint32_t>(x / 8 + y / 8) % 2;
+      image.row(y)[x] = static_cast<std::uint8_t>(96 + square * 64 + (state >> 28U));
     }
   }
   return image;

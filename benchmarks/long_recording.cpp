@@ -24,7 +24,7 @@ Image noise_picture(std::uint32_t seed) {
     for (int x = 0; x < 640; ++x) {
       state = state * 1664525U + 1013904223U;
       image.row(y)[x] =
-          static_cast<std::uint8_t>(100 + (static_cast<std::uint32_t>(x) + seed) % 64 + (state >> 29U) % 8);
+          static_cast<std::uint8_t>(80 + (static_cast<std::uint32_t>(x) + seed) % 64 + (state >> 27U));
     }
   }
   return image;
@@ -33,7 +33,7 @@ Image noise_picture(std::uint32_t seed) {
 Status write(SampleRecorder& recorder, int seconds) {
   constexpr std::size_t kPictureBytes = 25'000;
   std::vector<Bytes> pictures;
-  for (std::uint32_t i = 0; i < 16; ++i) {
+  for (std::uint32_t i = 0; i < 64; ++i) {  // more than a chunk holds: else they would pack well
     auto jpeg = encode_jpeg(noise_picture(i * 7 + 1), 30);
     if (!jpeg) return tl::unexpected(jpeg.error());
     pictures.push_back(std::move(*jpeg));

@@ -1,6 +1,6 @@
 import { defineConfig } from "vite";
 
-// One page, one script, one worker, one style sheet: names without hashes, because the server embeds them.
+// One page, one script and what it loads, one style sheet: names without hashes, because the server embeds them.
 const names = { entryFileNames: "[name].js", chunkFileNames: "[name].js", assetFileNames: "[name][extname]" };
 
 export default defineConfig({
@@ -13,6 +13,6 @@ export default defineConfig({
     chunkSizeWarningLimit: 1500,
     rollupOptions: { output: { ...names, entryFileNames: "app.js" } },
   },
-  worker: { format: "es", rollupOptions: { output: { ...names, entryFileNames: "worker.js" } } },
+  worker: { format: "es", rollupOptions: { output: names } },
   test: { include: ["src/**/*.test.ts"] },
 } as import("vite").UserConfig & { test: unknown });

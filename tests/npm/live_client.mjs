@@ -112,7 +112,7 @@ async function commands() {
 /** The layout names only topics that are there, or come with a lidar or a replay. */
 function layout() {
   const topics = JSON.stringify(JSON.parse(readFileSync(layoutFile, "utf8"))).match(/"\/[a-z_/]+/g).map((text) => text.slice(1));
-  const known = ["/waymark/pose", "/truth/pose", "/scan", "/image_raw/compressed", "/camera_info", "/odom", "/cmd_vel", "/waymark/state", "/waymark/order"];
+  const known = ["/waymark/pose", "/waymark/map", "/truth/pose", "/scan", "/image_raw/compressed", "/camera_info", "/odom", "/cmd_vel", "/waymark/state", "/waymark/order"];
   const strange = topics.filter((topic) => !known.includes(topic));
   check(topics.length > 5 && strange.length === 0, `the layout names ${strange}`);
 }

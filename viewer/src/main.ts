@@ -269,5 +269,6 @@ void openOffered();
 Object.assign(window, { waymark: {
   pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z),
   pictureShown: () => pictureShown,
+  drawn: () => map.drawn(),
   latencies: () => Array.from({ length: content.tracks.latency.length }, (_, row) => content.tracks.latency.at(row, 1)),
 } });

@@ -70,7 +70,7 @@ export class Reader {
 
   open(source: File | string): void {
     this.worker?.terminate();
-    this.asked = false;
+    this.asked = true; // the first picture comes by itself
     this.wish = undefined;
     this.worker = this.spare ?? newWorker();
     this.spare = undefined;

@@ -51,4 +51,10 @@ export async function accessible(page, where) {
   check(violations.length === 0, `${where}: ${violations.map((v) => `${v.id} (${v.nodes[0].html}: ${v.nodes[0].any[0]?.message ?? ""})`).join("; ")}`);
 }
 
-export const drawn = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+/** All that the last change asked for is on the screen. */
+export const drawn = (page) => page.evaluate(async () => {
+  const frame = () => new Promise((done) => requestAnimationFrame(done));
+  await frame();
+  await window.waymark.drawn();
+  await frame();
+});

@@ -1,5 +1,9 @@
 #include "waymark/cli/estimate_message.hpp"
 
+#include <string>
+
+#include <fmt/format.h>
+
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
@@ -16,6 +20,18 @@ ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& est
           estimate.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
     }
   }
+  return message;
+}
+
+ros2::DiagnosticArray nis_message(const NisRecord& record) {
+  ros2::DiagnosticArray message;
+  message.header = {.stamp = ros2::to_ros(record.stamp), .frame_id = std::string(ros2::kMapFrame)};
+  message.status.push_back({.level = static_cast<std::uint8_t>(record.believed ? 0 : 1),
+                            .name = to_string(record.tag),
+                            .message = record.believed ? "believed" : "not believed",
+                            .hardware_id = {},
+                            .values = {{"nis", fmt::format("{:.4f}", record.nis)},
+                                       {"degrees_of_freedom", std::to_string(record.rows)}}});
   return message;
 }
 

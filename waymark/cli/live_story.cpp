@@ -3,7 +3,10 @@
 #include <utility>
 
 #include "waymark/cli/estimate_message.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/recording/map_markers.hpp"
 
 namespace waymark::cli {
 
@@ -18,6 +21,9 @@ void StoryViewers::show_map(const std::filesystem::path& folder) {
     auto text = read_text_file(folder / name, kMostBytes);
     if (text) feed_->show_text(name, std::move(*text));
   }
+  const Result<MapFile> map = read_map(folder / "map.yaml");
+  const Result<Route> route = read_route(folder / "route.yaml");
+  if (map) feed_->show_shapes(map_markers(map->tags, route ? *route : Route{}));
 }
 
 void StoryViewers::tell(const Operator& story, const Pilot& pilot) {
@@ -45,6 +51,7 @@ void StoryViewers::watch(LiveReplay& replay, double goal_m) {
     certain_ = step.estimate && step.estimate->certain;
     halted_ = step.reason.value_or("");
     if (step.estimate) feed_->publish(estimate_message(*step.estimate), host_now_ns());
+    for (const NisRecord& record : step.compared) feed_->publish(nis_message(record), host_now_ns());
   };
 }
 

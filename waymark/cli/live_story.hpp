@@ -16,11 +16,11 @@ class StoryViewers {
   explicit StoryViewers(LiveFeed* feed) : feed_(feed) {}
 
   void show_camera(const SimulatedStage& stage);
-  /// map.yaml, route.yaml and robot.yaml of the folder, those that are there.
+  /// map.yaml, route.yaml and robot.yaml of the folder, those that are there; the map as shapes, too.
   void show_map(const std::filesystem::path& folder);
   void tell(const Operator& story, const Pilot& pilot);
   void tell(LiveStatus status);
-  /// Estimates and progress from now on, until the next call.
+  /// Estimates, what was compared with them, and progress from now on, until the next call.
   void watch(LiveReplay& replay, double goal_m);
 
  private:

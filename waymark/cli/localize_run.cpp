@@ -18,19 +18,6 @@
 namespace waymark::cli {
 namespace {
 
-/// What was compared, as diagnostics: one status a sighting.
-ros2::DiagnosticArray to_ros(const NisRecord& record) {
-  ros2::DiagnosticArray message;
-  message.header = {.stamp = ros2::to_ros(record.stamp), .frame_id = std::string(ros2::kMapFrame)};
-  message.status.push_back({.level = static_cast<std::uint8_t>(record.believed ? 0 : 1),
-                            .name = to_string(record.tag),
-                            .message = record.believed ? "believed" : "not believed",
-                            .hardware_id = {},
-                            .values = {{"nis", fmt::format("{:.4f}", record.nis)},
-                                       {"degrees_of_freedom", std::to_string(record.rows)}}});
-  return message;
-}
-
 /// Hears a run and keeps of it what is reported and written.
 class RunEar {
  public:
@@ -62,7 +49,7 @@ class RunEar {
       ++report_.compared;
       report_.believed += record.believed ? 1 : 0;
       if (record.believed) nis_sum_ += record.nis / record.rows;
-      if (recorder_ && status) status = recorder_->add_message(kNisTopic, record.stamp, to_ros(record));
+      if (recorder_ && status) status = recorder_->add_message(kNisTopic, record.stamp, nis_message(record));
     }
     method.clear_news();
     return status;

@@ -199,7 +199,8 @@ void Replayer::stand(double dt_s, ReplayStep& step) {
 }
 
 ReplayStep Replayer::step(SensorTime now) {
-  ReplayStep step{.estimate = method_->estimate()};
+  ReplayStep step{.estimate = method_->estimate(), .compared = method_->news()};
+  method_->clear_news();
   // Before it starts a robot also has to know better than it must not know while it drives.
   const bool certain = step.estimate && step.estimate->certain &&
                        (state_ != ReplayState::Waiting ||

@@ -61,7 +61,8 @@ struct MeshFile {
 
 /// A shape to draw (visualization_msgs/Marker as of Humble).
 struct Marker {
-  static constexpr std::int32_t kArrow = 0, kCube = 1, kSphere = 2, kLineStrip = 4, kLineList = 5, kText = 9;
+  static constexpr std::int32_t kArrow = 0, kCube = 1, kSphere = 2, kLineStrip = 4, kLineList = 5,
+                                kCubeList = 6, kText = 9;
   Header header{};
   std::string ns{};
   std::int32_t id = 0;

@@ -13,6 +13,8 @@ namespace {
 
 constexpr int kPictureQuality = 80;
 constexpr const char* kCompressed = "/image_raw/compressed";
+constexpr const char* kNis = "/waymark/nis";
+constexpr const char* kMap = "/waymark/map";
 
 std::string topic_of(const std::string& camera, const char* topic) {
   return camera == "cam" ? topic : "/" + camera + topic;
@@ -42,7 +44,8 @@ LiveChannels::Target LiveChannels::target(const std::string& topic, std::string_
                     .topic = topic,
                     .type = std::string(type),
                     .newest = type == ros2::CompressedImage::kType,
-                    .latched = topic == topics::kTfStatic || type == ros2::CameraInfo::kType});
+                    .latched = topic == topics::kTfStatic || type == ros2::CameraInfo::kType ||
+                               type == ros2::MarkerArray::kType});
   return {id, known_.back().latched};
 }
 
@@ -77,12 +80,15 @@ void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint
     frames.transforms.push_back(ros2::to_ros_transform(ros2::from_ros(estimate->header.stamp),
                                                        ros2::kMapFrame, ros2::kOdomFrame,
                                                        map_T_base * lift(odometry_->odom_T_base).inverse()));
-  } else if (const auto* odometry = std::get_if<Odometry>(&std::get<Sample>(sample.value))) {
+    return put(topics::kTf, frames, sample.host_ns, wanted, out);
+  }
+  const auto* heard = std::get_if<Sample>(&sample.value);
+  if (const auto* odometry = heard != nullptr ? std::get_if<Odometry>(heard) : nullptr) {
     odometry_ = *odometry;
     frames.transforms.push_back(ros2::to_ros_transform(odometry->stamp, ros2::kOdomFrame, ros2::kBaseFrame,
                                                        lift(odometry->odom_T_base)));
+    put(topics::kTf, frames, sample.host_ns, wanted, out);
   }
-  if (!frames.transforms.empty()) put(topics::kTf, frames, sample.host_ns, wanted, out);
 }
 
 std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
@@ -90,6 +96,8 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
   std::vector<LiveMessage> out;
   if (const auto* estimate = std::get_if<ros2::PoseWithCovarianceStamped>(&sample.value)) {
     put(topics::kEstimate, *estimate, sample.host_ns, wanted, out);
+  } else if (const auto* compared = std::get_if<ros2::DiagnosticArray>(&sample.value)) {
+    put(kNis, *compared, sample.host_ns, wanted, out);
   } else {
     std::visit(
         [&](const auto& value) {
@@ -115,6 +123,12 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveFeed::Mounted& camera, s
   frames.transforms.push_back(
       ros2::to_ros_transform({}, ros2::kBaseFrame, ros2::kCameraFrame, camera.base_T_cam));
   put(topics::kTfStatic, frames, host_ns, {}, out);
+  return out;
+}
+
+std::vector<LiveMessage> LiveChannels::encode(const ros2::MarkerArray& shapes, std::int64_t host_ns) {
+  std::vector<LiveMessage> out;
+  put(kMap, shapes, host_ns, {}, out);
   return out;
 }
 

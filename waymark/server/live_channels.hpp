@@ -38,6 +38,7 @@ class LiveChannels {
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveSample& sample,
                                                 const std::set<std::uint32_t>& wanted);
   [[nodiscard]] std::vector<LiveMessage> encode(const LiveFeed::Mounted& camera, std::int64_t host_ns);
+  [[nodiscard]] std::vector<LiveMessage> encode(const ros2::MarkerArray& shapes, std::int64_t host_ns);
   /// An object that is written already, on a latched channel of JSON.
   [[nodiscard]] LiveMessage encode_json(const std::string& topic, std::string_view object,
                                         std::int64_t host_ns);

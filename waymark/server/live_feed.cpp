@@ -21,6 +21,11 @@ void LiveFeed::publish(const ros2::PoseWithCovarianceStamped& estimate, std::int
   add({estimate, host_ns});
 }
 
+void LiveFeed::publish(const ros2::DiagnosticArray& compared, std::int64_t host_ns) {
+  if (!listening_.load(std::memory_order_relaxed)) return;
+  add({compared, host_ns});
+}
+
 void LiveFeed::add(LiveSample sample) {
   if (waiting_.size() < kMostWaiting)
     waiting_.push_back(std::move(sample));
@@ -53,6 +58,11 @@ void LiveFeed::show_camera(const CameraModel& camera, const SE3& base_T_cam) {
   hand_over();
 }
 
+void LiveFeed::show_shapes(ros2::MarkerArray shapes) {
+  shapes_waiting_ = std::make_shared<const ros2::MarkerArray>(std::move(shapes));
+  hand_over();
+}
+
 void LiveFeed::hand_over() {
   {
     const std::unique_lock<std::mutex> hand(box_, std::try_to_lock);
@@ -66,6 +76,7 @@ void LiveFeed::hand_over() {
     waiting_.clear();
     if (status_waiting_) box_news_.status = *std::exchange(status_waiting_, std::nullopt);
     if (texts_waiting_) box_news_.texts = std::exchange(texts_waiting_, nullptr);
+    if (shapes_waiting_) box_news_.shapes = std::exchange(shapes_waiting_, nullptr);
     if (camera_waiting_) box_news_.camera = std::exchange(camera_waiting_, std::nullopt);
   }
   wake_();
@@ -76,7 +87,8 @@ LiveFeed::News LiveFeed::take() {
   News news{.samples = std::move(box_news_.samples),
             .status = box_news_.status,
             .texts = box_news_.texts,
-            .camera = box_news_.camera};
+            .camera = box_news_.camera,
+            .shapes = box_news_.shapes};
   box_news_.samples = {};
   return news;
 }

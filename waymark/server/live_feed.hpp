@@ -47,7 +47,8 @@ struct LiveTexts {
 };
 
 struct LiveSample {
-  std::variant<Sample, ros2::PoseWithCovarianceStamped> value;
+  /// What the robot measured, where it believes to be, or what it compared that with.
+  std::variant<Sample, ros2::PoseWithCovarianceStamped, ros2::DiagnosticArray> value;
   std::int64_t host_ns = 0;  ///< of the system's clock, when the robot's loop had it
 };
 
@@ -65,9 +66,12 @@ class LiveFeed {
   // The robot's side.
   void publish(const Sample& sample, std::int64_t host_ns);
   void publish(const ros2::PoseWithCovarianceStamped& estimate, std::int64_t host_ns);
+  void publish(const ros2::DiagnosticArray& compared, std::int64_t host_ns);
   void tell(const LiveStatus& status);
   void show_text(const std::string& name, std::string text);
   void show_camera(const CameraModel& camera, const SE3& base_T_cam);
+  /// The map as shapes, for viewers that cannot read map.yaml.
+  void show_shapes(ros2::MarkerArray shapes);
   /// What viewers asked for since the last call, oldest first.
   [[nodiscard]] std::vector<LiveOrder> take_orders();
   /// Somebody holds control, or held it and went away without giving it back.
@@ -85,6 +89,7 @@ class LiveFeed {
     LiveStatus status{};
     std::shared_ptr<const LiveTexts> texts = std::make_shared<const LiveTexts>();
     std::optional<Mounted> camera{};
+    std::shared_ptr<const ros2::MarkerArray> shapes{};  ///< another one when they change
   };
   void set_listening(bool anybody) { listening_.store(anybody); }
   [[nodiscard]] News take();
@@ -103,6 +108,7 @@ class LiveFeed {
   std::optional<LiveStatus> status_waiting_{};
   std::shared_ptr<const LiveTexts> texts_waiting_{};
   std::optional<Mounted> camera_waiting_{};
+  std::shared_ptr<const ros2::MarkerArray> shapes_waiting_{};
   LiveTexts texts_{};  ///< the robot's own
   LiveStatus told_{};
 

@@ -103,6 +103,8 @@ void LiveHub::tick(Duration now) {
   std::vector<LiveMessage> messages;
   if (news.camera && !std::exchange(camera_told_, true))
     messages = channels_.encode(*news.camera, now.count());
+  if (news.shapes && std::exchange(shapes_, news.shapes) != news.shapes)
+    std::ranges::move(channels_.encode(*news.shapes, now.count()), std::back_inserter(messages));
   const std::set<std::uint32_t> asked = wanted();
   for (const LiveSample& sample : news.samples) {
     if (const auto* heard = std::get_if<Sample>(&sample.value))

@@ -96,6 +96,7 @@ class LiveHub {
   std::string last_phase_{};
   std::optional<Duration> state_told_{};
   bool camera_told_ = false;
+  std::shared_ptr<const ros2::MarkerArray> shapes_{};
 };
 
 }  // namespace waymark

@@ -115,6 +115,42 @@ TEST_F(Hub, WhoComesLaterGetsWhatIsLatched) {
   EXPECT_EQ(Json::parse(body.begin(), body.end())["phase"], "ready");
 }
 
+TEST_F(Hub, TheMapAsShapesIsLatchedAndSaidAgainWhenItChanges) {
+  const auto shapes = [](std::size_t count) {
+    ros2::MarkerArray array;
+    array.markers.resize(count);
+    return array;
+  };
+  feed_.show_shapes(shapes(1));
+  pass(0.01);
+  const auto id = join("foxglove.sdk.v1");
+  say(id, subscription(channel_of(told(id), "/waymark/map")));
+  const Told first = told(id);
+  ASSERT_EQ(first.messages.size(), 1u);
+  pass(0.01);
+  EXPECT_TRUE(told(id).messages.empty());  // the same map
+  feed_.show_shapes(shapes(3));
+  pass(0.01);
+  const Told then = told(id);
+  ASSERT_EQ(then.messages.size(), 1u);
+  EXPECT_GT(then.messages[0].body->size(), first.messages[0].body->size());
+}
+
+TEST_F(Hub, WhatWasComparedIsPassedOnToWhoAsks) {
+  const auto id = join(kPageProtocol);
+  ros2::DiagnosticArray compared;
+  compared.status.push_back({.level = 0, .name = "tag36h11:7", .values = {{"nis", "1.5"}}});
+  feed_.publish(compared, now_.count());
+  pass(0.01);
+  say(id, subscription(channel_of(told(id), "/waymark/nis")));
+  feed_.publish(compared, now_.count());
+  pass(0.01);
+  const Told heard = told(id);
+  ASSERT_EQ(heard.messages.size(), 1u);
+  const Bytes& body = *heard.messages[0].body;
+  EXPECT_NE(std::string(body.begin(), body.end()).find("tag36h11:7"), std::string::npos);
+}
+
 TEST_F(Hub, WithoutTheTokenAViewerOnlyWatches) {
   const auto page = join(kPageProtocol, false);
   const auto studio = join("foxglove.websocket.v1", false);

@@ -12,7 +12,9 @@ const failed = (error: unknown): void => tell({ tell: "failed", words: error ins
 async function open(source: File | string): Promise<void> {
   const opened = await Recording.open(typeof source === "string" ? new HttpSource(source) : new BlobSource(source, source.name));
   recording = opened;
-  tell({ tell: "opened", info: await opened.info() });
+  const info = await opened.info();
+  tell({ tell: "opened", info });
+  if (info.hasPictures) await picture(opened, 0); // before all else is read
   const tracks = emptyTracks(), families = new FamilyNames();
   const sent = new Map<TrackName, number>();
   const send = (progress: number, complete: boolean): void => {
@@ -29,12 +31,13 @@ async function open(source: File | string): Promise<void> {
   send(1, true);
 }
 
+const picture = (from: Recording, t: number): Promise<void> =>
+  from.picture(t).then((found) => tell({ tell: "picture", t, picture: found })).catch((error: unknown) => {
+    tell({ tell: "picture", t, picture: undefined });
+    failed(error);
+  });
+
 self.onmessage = ({ data }: MessageEvent<Request>): void => {
   if (data.ask === "open") open(data.source).catch(failed);
-  else
-    recording?.picture(data.t).then((picture) => tell({ tell: "picture", t: data.t, picture }))
-      .catch((error: unknown) => {
-        tell({ tell: "picture", t: data.t, picture: undefined });
-        failed(error);
-      });
+  else if (recording) void picture(recording, data.t);
 };

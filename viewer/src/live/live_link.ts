@@ -2,8 +2,7 @@ import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import type { Camera } from "../math/camera";
 import type { Pose } from "../math/pose";
-import { add, cameraOf, FamilyNames, kindOf, mountingOf, secondsOf, type Kind } from "../data/messages";
-import { compressedPictureOf, type Picture } from "../data/pictures";
+import { add, cameraOf, type FamilyNames, kindOf, mountingOf, secondsOf, type Kind } from "../data/messages";
 import type { Tracks } from "../data/tracks";
 import { parseData, type Channel, type Control, type DataFrame, type RobotState, type ServerText } from "./frames";
 
@@ -12,7 +11,7 @@ export interface LiveEvents {
   closed(): void;
   rows(): void; // the tracks have grown
   camera(camera: Camera | undefined, base_T_cam: Pose | undefined): void;
-  picture(t: number, hostTime: bigint, picture: Picture): void;
+  picture(t: number, hostTime: bigint, data: Uint8Array<ArrayBuffer>): void;
   state(state: RobotState): void;
   control(control: Control): void;
   text(name: string, text: string): void;
@@ -27,18 +26,15 @@ interface Stream {
 
 /** A robot that runs, over a WebSocket: its messages go into the tracks as those of a recording do. */
 export class LiveLink {
-  readonly families = new FamilyNames();
   private socket: WebSocket | undefined;
   private streams = new Map<number, Stream>();
   private state = -1; // the subscription of the state
-  private over = false;
   private start: bigint | undefined;
   private kinds = new Set<Kind>();
   private camera: Camera | undefined;
   private mounting: Pose | undefined;
-  private alive: ReturnType<typeof setInterval> | undefined;
 
-  constructor(private readonly tracks: Tracks, private readonly events: LiveEvents) {}
+  constructor(private readonly tracks: Tracks, private readonly families: FamilyNames, private readonly events: LiveEvents) {}
 
   connect(): void {
     this.streams = new Map();
@@ -51,19 +47,9 @@ export class LiveLink {
       else this.hearFrame(parseData(data));
     };
     socket.onclose = () => {
-      clearInterval(this.alive);
-      if (this.over) return;
       this.events.closed();
       setTimeout(() => this.connect(), 1000);
     };
-    clearInterval(this.alive);
-    this.alive = setInterval(() => this.say({ op: "alive" }), 500);
-  }
-
-  close(): void {
-    this.over = true;
-    clearInterval(this.alive);
-    this.socket?.close();
   }
 
   say(message: object): void {
@@ -105,7 +91,7 @@ export class LiveLink {
     }
     this.start ??= stampOf(message);
     const t = secondsOf(message, frame.hostTime, this.start);
-    if (stream.kind === "image") return this.events.picture(t, frame.hostTime, compressedPictureOf((message as { data: Uint8Array }).data));
+    if (stream.kind === "image") return this.events.picture(t, frame.hostTime, (message as { data: Uint8Array }).data.slice());
     add(this.tracks, this.families, stream.kind, t, message);
     this.events.rows();
   }

@@ -1,13 +1,14 @@
 import type { Playback } from "../data/playback";
 import { figuresOf, type Plots } from "../view/plots";
 import { marksOf, scoresOf, type Mark } from "../data/scores";
-import { compressedPictureOf, type Picture } from "../data/pictures";
+import { compressedPictureOf } from "../data/pictures";
 import { identity } from "../math/pose";
-import { takeText, type Content } from "../session";
+import { takeRows, takeText, type Content } from "../session";
 import type { CameraView } from "../view/camera_view";
 import type { TimelineBar } from "../view/timeline_bar";
 import type { WorldView } from "../view/world_view";
-import { LiveLink } from "./live_link";
+import type { RobotState } from "./frames";
+import type { LivePicture, News, ShownPicture, ToLink } from "./link_protocol";
 import { LivePage } from "./live_page";
 
 export interface LiveParts {
@@ -31,10 +32,10 @@ const phaseWords: Readonly<Record<string, string>> = {
 
 /** The page of a robot that runs: what comes in is shown as soon as it is there, and kept to look back. */
 export class LiveMode {
-  private readonly link: LiveLink;
+  private readonly link = new Worker(new URL("./link_worker.ts", import.meta.url), { type: "module" });
+  private readonly alive: ReturnType<typeof setInterval>;
   private readonly page: LivePage;
-  private readonly pictures: { t: number; picture: Picture }[] = [];
-  private waiting: { t: number; hostTime: bigint; bitmap: ImageBitmap } | undefined; // for its tags
+  private readonly pictures: LivePicture[] = [];
   private readonly phases: Mark[] = [];
   private phase = "";
   private dirty = false;
@@ -44,66 +45,75 @@ export class LiveMode {
   pictureTime: number | undefined;
 
   constructor(private readonly parts: LiveParts) {
-    const { content, playback } = parts;
-    playback.following = true;
-    this.page = new LivePage((message) => this.link.say(message));
-    this.link = new LiveLink(content.tracks, {
-      opened: (name) => { parts.say(`${name}: live`); document.body.dataset["ready"] = "true"; },
-      closed: () => { parts.say("The robot's program does not answer.", true); this.page.lost(); },
-      said: (words) => parts.say(words, true),
-      rows: () => { this.dirty = true; this.showWaiting(); },
-      camera: (camera, base_T_cam) => {
-        content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasPictures: false,
-                         ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
-        this.rebuilt = 0;
-      },
-      picture: (t, hostTime, picture) => void this.take(t, hostTime, picture),
-      state: (state) => {
-        this.page.show(state);
-        if (state.phase === this.phase) return;
-        this.phase = state.phase;
-        const words = phaseWords[state.phase];
-        if (words) this.phases.push({ t: playback.duration, kind: state.phase === "replaying" ? "go" : state.phase === "teaching" ? "start" : "stop", words });
-      },
-      control: (control) => this.page.showControl(control),
-      text: (name, text) => {
-        const wrong = takeText(content, name, text);
-        if (wrong) parts.say(wrong, true);
-        parts.rebuild(true);
-      },
-    });
-    content.families = this.link.families.names;
-    this.link.connect();
+    parts.playback.following = true;
+    this.page = new LivePage((message) => this.tell({ say: message }));
+    this.link.onmessage = ({ data }: MessageEvent<News>) => this.hear(data);
+    this.link.onerror = (event) => parts.say(event.message || "the connection did not start", true);
+    this.alive = setInterval(() => this.tell({ say: { op: "alive" } }), 500); // from here: a page that hangs holds no control
+    this.tell({ next: true });
   }
 
-  private async take(t: number, hostTime: bigint, picture: Picture): Promise<void> {
-    this.pictures.push({ t, picture });
-    if (this.pictures.length > keptPictures) this.pictures.shift();
-    if (picture.kind !== "file" || !this.parts.playback.following) return;
-    const bitmap = await createImageBitmap(new Blob([picture.bytes], { type: picture.mime }));
-    this.waiting?.bitmap.close();
-    this.waiting = { t, hostTime, bitmap };
-    this.showWaiting();
+  private tell(message: ToLink): void {
+    this.link.postMessage(message);
   }
 
-  /** The picture goes on the screen when its tags are known, so that both belong together. */
-  private showWaiting(): void {
-    const { waiting } = this;
-    const { tracks } = this.parts.content;
-    const newest = tracks.tags.length > 0 ? tracks.tags.time(tracks.tags.length - 1) : -Infinity;
-    if (!waiting || newest < waiting.t - 1e-6 || !this.parts.playback.following) return;
-    this.waiting = undefined;
-    this.pictureTime = waiting.t;
-    this.parts.camera.showBitmap(waiting.bitmap);
-    this.parts.drawCamera();
-    const age = performance.timeOrigin + performance.now() - Number(waiting.hostTime) * 1e-6;
-    const last = tracks.latency.length > 0 ? tracks.latency.time(tracks.latency.length - 1) : -Infinity;
-    if (waiting.t >= last) tracks.latency.push(waiting.t, age);
+  private hear(news: News): void {
+    this.tell({ next: true });
+    const { content, say } = this.parts;
+    takeRows(content, news.rows);
+    content.families = news.families;
+    if (news.name !== undefined) { say(`${news.name}: live`); document.body.dataset["ready"] = "true"; }
+    if (news.lost) { say("The robot's program does not answer.", true); this.page.lost(); }
+    news.words.forEach((words) => say(words, true));
+    if (news.camera || news.base_T_cam) this.takeCamera(news);
+    news.states.forEach((state) => this.takeState(state));
+    if (news.control) this.page.showControl(news.control);
+    for (const { name, text } of news.texts) {
+      const wrong = takeText(content, name, text);
+      if (wrong) say(wrong, true);
+    }
+    if (news.texts.length > 0) this.parts.rebuild(true);
+    this.pictures.push(...news.pictures);
+    if (this.pictures.length > keptPictures) this.pictures.splice(0, this.pictures.length - keptPictures);
+    if (news.shown) this.show(news.shown);
+    this.dirty = true;
+  }
+
+  private takeCamera({ camera, base_T_cam }: News): void {
+    this.parts.content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasPictures: false,
+                                ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
+    this.rebuilt = 0;
+  }
+
+  private takeState(state: RobotState): void {
+    this.page.show(state);
+    if (state.phase === this.phase) return;
+    this.phase = state.phase;
+    const words = phaseWords[state.phase];
+    if (words) this.phases.push({ t: this.newest(), kind: state.phase === "replaying" ? "go" : state.phase === "teaching" ? "start" : "stop", words });
+  }
+
+  /** With its tags, so that both belong together. */
+  private show({ t, hostTime, bitmap }: ShownPicture): void {
+    const { camera, content, drawCamera, playback } = this.parts;
+    if (!playback.following) return bitmap.close();
+    this.pictureTime = t;
+    camera.showBitmap(bitmap);
+    drawCamera();
+    const age = performance.timeOrigin + performance.now() - Number(hostTime) * 1e-6;
+    const last = content.tracks.latency.length > 0 ? content.tracks.latency.time(content.tracks.latency.length - 1) : -Infinity;
+    if (t >= last) content.tracks.latency.push(t, age);
+  }
+
+  private newest(): number {
+    const { odometry, tags, estimate, truth } = this.parts.content.tracks;
+    return Math.max(...[odometry, tags, estimate, truth].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0)));
   }
 
   /** Something else is looked at from now on. */
   close(): void {
-    this.link.close();
+    clearInterval(this.alive);
+    this.link.terminate();
     this.parts.playback.following = false;
     document.body.classList.remove("live");
     document.getElementById("live")!.hidden = true;
@@ -113,7 +123,7 @@ export class LiveMode {
   async seek(t: number): Promise<void> {
     const kept = this.pictures.filter((one) => one.t <= t + 1e-6).at(-1);
     if (!kept) { this.pictureTime = this.pictures.length > 0 ? t : undefined; await this.parts.camera.show(undefined); }
-    else { this.pictureTime = kept.t; await this.parts.camera.show(kept.picture.kind === "file" ? compressedPictureOf(kept.picture.bytes) : kept.picture); }
+    else { this.pictureTime = kept.t; await this.parts.camera.show(compressedPictureOf(kept.bytes)); }
     this.parts.drawCamera();
   }
 
@@ -123,8 +133,7 @@ export class LiveMode {
     this.dirty = false;
     const { content, playback, world, plots, bar } = this.parts;
     const { tracks } = content;
-    const ends = [tracks.odometry, tracks.tags, tracks.estimate, tracks.truth].map((s) => (s.length > 0 ? s.time(s.length - 1) : 0));
-    playback.duration = Math.max(...ends);
+    playback.duration = this.newest();
     if (playback.following) playback.t = playback.duration;
     if (now - this.rebuilt > 1000) {
       this.rebuilt = now;

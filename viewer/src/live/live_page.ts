@@ -125,8 +125,8 @@ export class LivePage {
     take.hidden = !control.may;
     take.disabled = !may;
     setText("control", control.yours ? "Give control back" : "Take control");
-    setText("viewers", (control.yours ? "You hold control" : control.held ? "Another viewer holds control" : control.may ? "Nobody holds control" :
-      "You only watch: open the address with its token to command") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
+    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You only watch: open the address with its token to command" :
+      control.held ? "Another viewer holds control" : "Nobody holds control") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
       (control.dropped > 0 ? `; ${control.dropped} frames were too fast for this browser` : ""));
     byId("lights").replaceChildren(...state.lights.map((light) => {
       const item = document.createElement("li");

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { project, projectTag, type Camera } from "./camera";
-import { ellipseOf, nearestOnRoute } from "./plane";
+import { ellipseOf, nearestOnRoute, thinned } from "./plane";
 import { compose, fromYaw, inverse, transform, wrapAngle, yawOf, type Pose } from "./pose";
 
 const a_T_b: Pose = { p: [1, -2, 0.5], q: [0.1825742, 0.3651484, 0.5477226, 0.7302967] };
@@ -62,5 +62,46 @@ describe("the camera", () => {
   it("sees a tag ahead upright, corners TL TR BR BL", () => {
     const corners = projectTag(camera, fromYaw(0, 0, 0), { p: [0, 0, 2], q: [0, 0, 0, 1] }, 0.2)!;
     expect(corners).toEqual([[300, 219.5], [340, 219.5], [340, 260.5], [300, 260.5]]);
+  });
+});
+
+describe("ways to be drawn", () => {
+  const way = (count: number, at: (i: number) => number[]): number[] => Array.from({ length: count }, (_, i) => at(i)).flat();
+  /** The farthest that a point is from the segment of those kept about it. */
+  const worst = (xyz: number[], kept: number[]): number => {
+    let far = 0;
+    for (let k = 0; k + 1 < kept.length; ++k) {
+      const a = xyz.slice(3 * kept[k]!, 3 * kept[k]! + 3), b = xyz.slice(3 * kept[k + 1]!, 3 * kept[k + 1]! + 3);
+      for (let i = kept[k]!; i <= kept[k + 1]!; ++i) {
+        const p = xyz.slice(3 * i, 3 * i + 3), d = [0, 1, 2].map((c) => b[c]! - a[c]!);
+        const length2 = d.reduce((sum, v) => sum + v * v, 0);
+        const along = length2 === 0 ? 0 : Math.min(1, Math.max(0, d.reduce((sum, v, c) => sum + v * (p[c]! - a[c]!), 0) / length2));
+        far = Math.max(far, Math.hypot(...p.map((v, c) => v - a[c]! - along * d[c]!)));
+      }
+    }
+    return far;
+  };
+  const ways: Record<string, number[]> = {
+    circle: way(5000, (i) => [Math.cos(i * 0.004), Math.sin(i * 0.004), 0.1]),
+    "there and back": way(400, (i) => [i < 200 ? i * 0.01 : (400 - i) * 0.01, 0, 0]),
+    "stands, drives, stands": way(300, (i) => [Math.min(1, Math.max(0, i - 100) * 0.01), 0.3, 0]),
+    ramp: way(300, (i) => [i * 0.01, 0, Math.max(0, i - 100) * 0.002]),
+    noise: way(500, (i) => [i * 0.01 + 0.01 * Math.sin(i * 1.7), 0.02 * Math.sin(i * 12.3), 0]),
+    jumps: way(20, (i) => [(i * 7) % 5, (i * 3) % 4, 0]),
+  };
+  for (const [name, xyz] of Object.entries(ways)) {
+    it(`stay within 2 mm of what they leave out: ${name}`, () => {
+      const kept = thinned(xyz, 0.002);
+      expect(kept[0]).toBe(0);
+      expect(kept.at(-1)).toBe(xyz.length / 3 - 1);
+      kept.forEach((row, i) => i > 0 && expect(row).toBeGreaterThan(kept[i - 1]!));
+      expect(worst(xyz, kept)).toBeLessThan(0.0045); // 2 mm, and as much where it stands or climbs
+    });
+  }
+  it("need few points", () => {
+    expect(thinned(ways["circle"]!, 0.002).length).toBeLessThan(250);
+    expect(thinned(ways["there and back"]!, 0.002).length).toBeLessThan(6);
+    expect(thinned([], 0.002)).toEqual([]);
+    expect(thinned([1, 2, 3], 0.002)).toEqual([0]);
   });
 });

@@ -1,4 +1,5 @@
 // Curves and uncertainty in the plane.
+import { wrapAngle } from "./pose";
 
 export interface Ellipse {
   readonly major: number;
@@ -46,4 +47,40 @@ export function nearestOnRoute(xy: ArrayLike<number>, closed: boolean, x: number
     best = { crossTrack: side * distance, yaw: Math.atan2(dy, dx), piece: i };
   }
   return best;
+}
+
+/**
+ * The points (x y z, one after the other) that are enough to draw a way: none that is left out lies farther than `off` [m] from the line
+ * through its neighbours that are kept. First and last are kept; O(number of points).
+ */
+export function thinned(xyz: ArrayLike<number>, off: number): number[] {
+  const count = Math.floor(xyz.length / 3);
+  const kept: number[] = count > 0 ? [0] : [];
+  let anchor = 0, base = 0, low = -Infinity, high = Infinity, farthest = 0; // directions that pass all points since the anchor
+  for (let i = 1; i < count; ++i) {
+    const dx = xyz[3 * i]! - xyz[3 * anchor]!, dy = xyz[3 * i + 1]! - xyz[3 * anchor + 1]!, dz = xyz[3 * i + 2]! - xyz[3 * anchor + 2]!;
+    const distance = Math.hypot(dx, dy);
+    if (distance <= off && farthest <= off && Math.abs(dz) <= off) continue;
+    const fresh = low === -Infinity;
+    if (fresh) base = Math.atan2(dy, dx);
+    const turned = fresh ? 0 : wrapAngle(Math.atan2(dy, dx) - base);
+    if (turned < low || turned > high || distance < farthest - off || Math.abs(dz) > off) {
+      if (anchor === i - 1) { // nothing between them: this one is the next
+        kept.push(i);
+        anchor = i;
+      } else {
+        kept.push(i - 1);
+        anchor = i - 1;
+        --i; // once more, from there
+      }
+      low = -Infinity; high = Infinity; farthest = 0;
+      continue;
+    }
+    const half = Math.asin(Math.min(1, off / distance));
+    low = Math.max(low, turned - half);
+    high = Math.min(high, turned + half);
+    farthest = Math.max(farthest, distance);
+  }
+  if (count > 1 && kept[kept.length - 1] !== count - 1) kept.push(count - 1);
+  return kept;
 }

@@ -4,7 +4,18 @@ import {
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-/** The scene with its two cameras; draws when something changed, never otherwise. */
+const quick = 25; // [ms] a frame or two of the screen: needs no rest
+
+/** Smooth edges where the picture is made by a graphics card; by a processor they cost too much. */
+function drawnByCard(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const names = context?.getExtension("WEBGL_debug_renderer_info");
+  const renderer = String(context?.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : context.RENDERER));
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return !/swiftshader|llvmpipe|softpipe|software/i.test(renderer);
+}
+
+/** The scene with its two cameras; draws when something changed, never otherwise, and leaves as much time to others as it takes. */
 export class MapView {
   readonly content = new Group(); // what the recording brought
   private readonly scene = new Scene();
@@ -15,13 +26,17 @@ export class MapView {
   private readonly aboveControls: OrbitControls;
   private top = false;
   private waiting = false;
+  private fence: WebGLSync | null = null; // of the picture that is being made
+  private begun = 0;
+  private rest = 0; // until then others come first
+  private readonly asking: (() => void)[] = [];
   private followed: Vector3 | undefined;
   private measuring: ((words: string) => void) | undefined;
   private readonly ends: Vector3[] = [];
   private readonly tape = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xcc79a7, depthTest: false }));
 
   constructor(private readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer = new WebGLRenderer({ canvas, antialias: drawnByCard(), preserveDrawingBuffer: true });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     const grid = new GridHelper(40, 40, 0x7b8594, 0x7b8594);
     grid.rotation.x = Math.PI / 2; // in the plane of the floor
@@ -148,10 +163,36 @@ export class MapView {
   draw(): void {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      this.renderer.render(this.scene, this.camera);
-    });
+    requestAnimationFrame(this.render);
+  }
+  /** Once more, as all is now; for tests. */
+  drawn(): Promise<void> {
+    this.draw();
+    return new Promise((done) => this.asking.push(done));
+  }
+
+  private readonly render = (): void => {
+    if (this.busy()) { requestAnimationFrame(this.render); return; }
+    this.waiting = false;
+    this.begun = performance.now();
+    this.renderer.render(this.scene, this.camera);
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    this.asking.splice(0).forEach((done) => done());
+  };
+
+  /** A picture that takes long would hold up the camera's and the buttons, if the next one followed at once. */
+  private busy(): boolean {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext, now = performance.now();
+    if (this.fence && !gl.isContextLost()) {
+      if (gl.getSyncParameter(this.fence, gl.SYNC_STATUS) !== gl.SIGNALED) return true;
+      gl.deleteSync(this.fence);
+      const took = now - this.begun;
+      this.rest = took > quick ? now + took : 0;
+    }
+    this.fence = null;
+    return now < this.rest;
   }
 }
 

@@ -70,7 +70,7 @@ export class Plots {
 
   at(t: number): void {
     this.now = t;
-    this.plots.forEach((plot) => plot.redraw(false, false));
+    this.plots.forEach((plot) => placeNow(plot, t));
   }
 
   private draw(figure: Figure): uPlot {
@@ -94,24 +94,24 @@ export class Plots {
         points: { show: line.points === true, size: 3, fill: color(line.color) },
       }))],
       hooks: {
-        draw: [(plot) => this.drawNow(plot, color("--text"))],
-        ready: [(plot) => plot.over.addEventListener("click", () => this.seek(plot.posToVal(plot.cursor.left ?? 0, "x")))],
+        draw: [(plot) => placeNow(plot, this.now)],
+        ready: [(plot) => {
+          const now = document.createElement("div");
+          now.className = "now";
+          plot.over.append(now);
+          placeNow(plot, this.now);
+          plot.over.addEventListener("click", () => this.seek(plot.posToVal(plot.cursor.left ?? 0, "x")));
+        }],
       },
     };
     return new uPlot(options, joined(figure.lines.map((line) => line.curve)), holder);
   }
+}
 
-  private drawNow(plot: uPlot, color: string): void {
-    const x = plot.valToPos(this.now, "x", true);
-    const { top, height } = plot.bbox;
-    plot.ctx.save();
-    plot.ctx.strokeStyle = color;
-    plot.ctx.beginPath();
-    plot.ctx.moveTo(x, top);
-    plot.ctx.lineTo(x, top + height);
-    plot.ctx.stroke();
-    plot.ctx.restore();
-  }
+/** A line over the curves, which stay as they are drawn. */
+function placeNow(plot: uPlot, t: number): void {
+  const now = plot.over.querySelector<HTMLElement>(".now"), x = plot.valToPos(t, "x");
+  if (now) now.style.transform = `translateX(${Number.isFinite(x) ? x : -9}px)`;
 }
 
 function summary(line: Line): string {

@@ -1,13 +1,13 @@
 // What stands in the map, as three.js objects. Map axes: z up.
 import {
   AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, DoubleSide, EdgesGeometry, Group, Line, LineBasicMaterial,
-  LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, type Object3D,
+  LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, type InterleavedBufferAttribute, type Object3D,
 } from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import type { Camera } from "../math/camera";
-import type { Ellipse } from "../math/plane";
+import { thinned, type Ellipse } from "../math/plane";
 import type { Pose } from "../math/pose";
 import type { MapTag, Route, Wall } from "../data/map_files";
 import { labelTexture, tagBitmap, tagTexture } from "./tag_texture";
@@ -65,29 +65,50 @@ export function routeObject(route: Route, color: string): Line {
 const geometryOf = (flat: ArrayLike<number>): BufferGeometry =>
   new BufferGeometry().setAttribute("position", new BufferAttribute(Float32Array.from(flat), 3));
 
-/** A trajectory: what was driven so far is strong, the rest weak. */
+/** A trajectory: what was driven so far is strong, the rest weak. Drawn by as few pieces as its shape needs. */
 export class PathObject {
   readonly object = new Group();
   private readonly done: Line2;
+  private readonly tip: Line2; // from the last point that is drawn to where it is now
+  private readonly rows: readonly number[]; // that are drawn
   private readonly drawable: boolean;
 
   /** `width` in pixels; dashes in metres, 0 for none. */
-  constructor(points: Float32Array, color: string, width: number, dash: number, height: number) {
+  constructor(private readonly points: Float32Array, color: string, width: number, dash: number, height: number) {
     this.drawable = points.length >= 6;
     for (let i = 2; i < points.length; i += 3) points[i] = points[i]! + height;
+    this.rows = thinned(points, 0.002);
+    const drawn = Float32Array.from(this.rows.flatMap((row) => [points[3 * row]!, points[3 * row + 1]!, points[3 * row + 2]!]));
     const material = new LineMaterial({ color, linewidth: width, dashed: dash > 0, dashSize: dash, gapSize: dash * 0.6, depthWrite: false });
-    const geometry = new LineGeometry();
-    geometry.setPositions(this.drawable ? points : [0, 0, 0, 0, 0, 0]);
-    this.done = new Line2(geometry, material);
-    this.done.computeLineDistances();
-    this.done.frustumCulled = false;
-    this.done.renderOrder = height * 1000; // higher ones over lower ones, however near they are
-    this.object.add(this.done, new Line(geometryOf(points), new LineBasicMaterial({ color, transparent: true, opacity: 0.35 })));
+    const broad = (positions: ArrayLike<number>): Line2 => {
+      const line = new Line2(new LineGeometry().setPositions(Float32Array.from(positions)), material);
+      line.computeLineDistances();
+      line.frustumCulled = false;
+      line.renderOrder = height * 1000; // higher ones over lower ones, however near they are
+      this.object.add(line);
+      return line;
+    };
+    this.done = broad(this.drawable ? drawn : [0, 0, 0, 0, 0, 0]);
+    this.tip = broad([0, 0, 0, 0, 0, 0]);
+    this.object.add(new Line(geometryOf(drawn), new LineBasicMaterial({ color, transparent: true, opacity: 0.35 })));
   }
-  /** Up to this row. */
-  until(row: number): void {
-    this.done.visible = this.drawable && row > 0;
-    this.done.geometry.instanceCount = Math.max(1, row);
+  /** Up to this row, or to the last that was known when this was made. */
+  until(wanted: number): void {
+    const row = Math.min(wanted, this.points.length / 3 - 1);
+    let low = 0, high = this.rows.length; // the last that is drawn at or before the row
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.rows[middle]! <= row) low = middle + 1;
+      else high = middle;
+    }
+    const last = this.rows[low - 1] ?? 0;
+    this.done.visible = this.drawable && low > 1;
+    this.done.geometry.instanceCount = Math.max(1, low - 1);
+    this.tip.visible = this.drawable && row > last;
+    if (!this.tip.visible) return;
+    const ends = (this.tip.geometry.getAttribute("instanceStart") as InterleavedBufferAttribute).data;
+    ends.set([...this.points.subarray(3 * last, 3 * last + 3), ...this.points.subarray(3 * row, 3 * row + 3)], 0);
+    ends.needsUpdate = true;
   }
 }
 

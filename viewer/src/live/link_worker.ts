@@ -1,0 +1,48 @@
+// The connection to a robot that runs, beside the page: its messages are read as they come, however busy the page is with drawing.
+import { compressedPictureOf } from "../data/pictures";
+import { LiveLink } from "./live_link";
+import type { News, ToLink } from "./link_protocol";
+import { NewsBox } from "./news_box";
+
+const box = new NewsBox();
+let asked = false; // the page waits for news
+let sending = false;
+
+const link = new LiveLink(box.tracks, box.families, {
+  opened: (name) => { box.opened(name); void send(); },
+  closed: () => { box.lost(); void send(); },
+  said: (words) => { box.say(words); void send(); },
+  rows: () => { box.grown(); void send(); },
+  camera: (camera, base_T_cam) => { box.see(camera, base_T_cam); void send(); },
+  picture: (t, hostTime, data) => { box.picture(t, hostTime, data); void send(); },
+  state: (state) => { box.state(state); void send(); },
+  control: (control) => { box.controlled(control); void send(); },
+  text: (name, text) => { box.text(name, text); void send(); },
+});
+
+async function send(): Promise<void> {
+  if (!asked || sending || !box.full) return;
+  sending = true;
+  const picture = box.takePicture();
+  const bitmap = picture && (await bitmapOf(picture.bytes));
+  const news: News = { ...box.take(), ...(picture && bitmap ? { shown: { t: picture.t, hostTime: picture.hostTime, bitmap } } : {}) };
+  asked = sending = false;
+  self.postMessage(news, { transfer: bitmap ? [bitmap] : [] });
+}
+
+async function bitmapOf(bytes: Uint8Array<ArrayBuffer>): Promise<ImageBitmap | undefined> {
+  try {
+    const picture = compressedPictureOf(bytes);
+    return picture.kind === "file" ? await createImageBitmap(new Blob([picture.bytes], { type: picture.mime })) : undefined;
+  } catch (error) {
+    box.say(String(error));
+    return undefined;
+  }
+}
+
+self.onmessage = ({ data }: MessageEvent<ToLink>): void => {
+  if ("say" in data) return link.say(data.say);
+  asked = true;
+  void send();
+};
+link.connect();
