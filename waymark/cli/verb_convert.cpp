@@ -138,8 +138,8 @@ Result<ExportReport> write_out(const std::string& format, MessageLog& log, const
   return report;
 }
 
-nlohmann::ordered_json to_json(const ConvertArgs& args, const std::string& format, const MessageLog& log,
-                               const ExportReport& report) {
+nlohmann::ordered_json conversion_json(const ConvertArgs& args, const std::string& format,
+                                       const MessageLog& log, const ExportReport& report) {
   nlohmann::ordered_json problems = nlohmann::ordered_json::array();
   for (const LogProblem& problem : report.problems) {
     problems.push_back({{"kind", problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
@@ -195,7 +195,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
     return interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed;
   }
   if (args.json) {
-    console.print(json_line(to_json(args, *format, **log, *report)));
+    console.print(json_line(conversion_json(args, *format, **log, *report)));
   } else {
     std::string text = fmt::format("{} ({}) to {}: {} {}\n", args.input, (*log)->description(), args.output,
                                    report->messages, *format == "mcap" ? "messages" : "lines");

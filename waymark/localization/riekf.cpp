@@ -120,7 +120,7 @@ void Riekf::propagate(const MotionStep& step) {
       (SlowVector::Ones() - fades.cwiseAbs2()).cwiseProduct(slow_variances(noise_));
   state_.P = internal::symmetrized<8>(P);
   state_.slow = state_.slow.cwiseProduct(fades);
-  carry_correlations(transition_, std::exp(-step.dt_s / landmark_time_s_));
+  carry_correlations(fades, std::exp(-step.dt_s / landmark_time_s_));
 }
 
 /// Two errors of motion outlast a step, (19), (20): that of a message, which is one twist for all parts a
@@ -158,15 +158,17 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
   state_.motion.col(3) += slide2 * moved_by_.col(3);
 }
 
-void Riekf::carry_correlations(const StateMatrix& transition, double fades) {
-  const StateByBias mounting = state_.C.leftCols<6>();
-  state_.C.leftCols<6>() = transition.lazyProduct(mounting);
-  for (std::size_t i = 0; i < state_.met.size(); ++i) {
-    if (state_.met[i] == 0) continue;
-    auto C = state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(i) + 1));
-    const StateByBias before = fades * C;
-    C = transition.lazyProduct(before);
-  }
+/// C of (6). The slow states only fade: the pose alone takes a product.
+void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fade) {
+  const Eigen::Matrix<double, 3, 8> to_pose = transition_.topRows<3>();
+  const auto carry = [&](auto C, double fades) {
+    const Eigen::Matrix<double, 3, 6> pose = to_pose.lazyProduct(C);
+    C.template topRows<3>() = fades * pose;
+    C.template bottomRows<5>().array().colwise() *= fades * slow_fade.array();
+  };
+  carry(state_.C.leftCols<6>(), 1);
+  for (std::size_t i = 0; i < state_.met.size(); ++i)
+    if (state_.met[i] != 0) carry(block(static_cast<int>(i)), landmarks_fade);
 }
 
 void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
@@ -179,7 +181,7 @@ void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
   T.col(kBias) -= K;
   state_.P =
       internal::symmetrized<8>(T * state_.P * T.transpose() + sigma_rad_s * sigma_rad_s * K * K.transpose());
-  carry_correlations(T, 1);
+  for (Eigen::Index i = 0; i < state_.C.cols(); ++i) state_.C.col(i) -= state_.C(kBias, i) * K;  // T C
   state_.motion = T.lazyProduct(StateByMotion(state_.motion));
   state_.map_T_base = corrected(correction);
   state_.slow += correction.tail<5>();

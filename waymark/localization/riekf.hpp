@@ -127,14 +127,15 @@ class Riekf {
   [[nodiscard]] auto block(int landmark) const {
     return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
   }
+  [[nodiscard]] auto block(int landmark) { return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1)); }
   void expect(const Linearised& z, int place);
-  [[nodiscard]] bool factorize(int count);
+  [[nodiscard]] bool factorize(int count, bool expected);
   [[nodiscard]] static std::size_t index_of(int i, int j) {
     return static_cast<std::size_t>(kMost) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
   }
   [[nodiscard]] Block& S(int i, int j) { return S_[index_of(i, j)]; }
   void add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, StateMatrix& P);
-  void carry_correlations(const StateMatrix& transition, double fades);
+  void carry_correlations(const SlowVector& slow_fade, double landmarks_fade);
   void correct_correlations(const Batch& batch, int count);
 
   MotionNoise noise_;
@@ -145,6 +146,7 @@ class Riekf {
   RiekfState state_;
   std::array<Reach, kMost> reach_;
   std::array<Block, std::size_t{kMost} * kMost> S_;   ///< lower triangle by blocks; its factor L in place
+  Block first_root_;                                  ///< L^-1 of the sighting at the first place
   std::array<Block, kMost> W_;                        ///< L^-1 (P H' + C N')'
   std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
   bool sound_ = false;                                ///< S could be factorized

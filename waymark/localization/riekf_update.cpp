@@ -89,17 +89,23 @@ double Riekf::nis(const Linearised& z, int place) {
   expect(z, place);
   Block L_inverse = S(place, place);
   if (!invert_root(L_inverse)) return std::numeric_limits<double>::infinity();
+  if (place == 0) first_root_ = L_inverse;
   return L_inverse.lazyProduct(z.residual).squaredNorm();
 }
 
 /// Cholesky by blocks of eight in place of the lower triangle, the inverse of L on the diagonal; false when S
 /// has none.
-bool Riekf::factorize(int count) {
+bool Riekf::factorize(int count, bool expected) {
   for (int j = 0; j < count; ++j) {
     for (int i = j; i < count; ++i) {
       for (int k = 0; k < j; ++k) S(i, j) -= S(i, k).lazyProduct(S(j, k).transpose());
-      if (i == j && !invert_root(S(j, j))) return false;
-      if (i == j) continue;
+      if (i == j) {
+        if (j == 0 && expected)
+          S(0, 0) = first_root_;
+        else if (!invert_root(S(j, j)))
+          return false;
+        continue;
+      }
       const Block before = S(i, j);
       S(i, j) = before.lazyProduct(S(j, j).transpose());
     }
@@ -114,7 +120,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
     for (int i = j + 1; i < count; ++i)
       S(i, j) = innovation(batch[at(i)], reach_[at(i)], batch[at(j)], reach_[at(j)]);
   }
-  sound_ = factorize(count);
+  sound_ = factorize(count, expected);
   StateVector correction = StateVector::Zero();
   if (!sound_) return correction;
   for (int i = 0; i < count; ++i) {
