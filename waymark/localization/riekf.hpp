@@ -129,7 +129,7 @@ class Riekf {
   }
   [[nodiscard]] auto block(int landmark) { return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1)); }
   void expect(const Linearised& z, int place);
-  [[nodiscard]] bool factorize(int count, bool expected);
+  [[nodiscard]] bool factorize(int count);
   [[nodiscard]] static std::size_t index_of(int i, int j) {
     return static_cast<std::size_t>(kMost) * static_cast<std::size_t>(i) + static_cast<std::size_t>(j);
   }
@@ -146,7 +146,6 @@ class Riekf {
   RiekfState state_;
   std::array<Reach, kMost> reach_;
   std::array<Block, std::size_t{kMost} * kMost> S_;   ///< lower triangle by blocks; its factor L in place
-  Block first_root_;                                  ///< L^-1 of the sighting at the first place
   std::array<Block, kMost> W_;                        ///< L^-1 (P H' + C N')'
   std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
   bool sound_ = false;                                ///< S could be factorized

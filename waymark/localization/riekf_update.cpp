@@ -35,6 +35,58 @@ bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
   return true;
 }
 
+using Block = Eigen::Matrix<double, 8, 8>;
+
+/// r' S^-1 r; infinite when S is not positive definite.
+double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r) {
+  Block L = S;
+  Eigen::Matrix<double, 8, 1> y = r;
+  double sum = 0;
+  for (Eigen::Index j = 0; j < 8; ++j) {
+    if (!(L(j, j) > 0)) return std::numeric_limits<double>::infinity();
+    const double inverse = 1 / L(j, j);
+    sum += y[j] * y[j] * inverse;
+    for (Eigen::Index i = j + 1; i < 8; ++i) {
+      const double share = L(i, j) * inverse;
+      y[i] -= share * y[j];
+      for (Eigen::Index k = j + 1; k <= i; ++k) L(i, k) -= share * L(k, j);
+    }
+  }
+  return sum;
+}
+
+// Half of a triangle is nothing: products by quarters leave it out, as long as it is a quarter.
+
+/// The lower triangle of S less that of A A'.
+void subtract_square(const Block& A, Block& S) {
+  S.topLeftCorner<4, 4>() -= A.topRows<4>().lazyProduct(A.topRows<4>().transpose());
+  S.bottomRows<4>() -= A.bottomRows<4>().lazyProduct(A.transpose());
+}
+
+/// L A, L lower triangular.
+Block lower_times(const Block& L, const Block& A) {
+  Block LA;
+  LA.topRows<4>() = L.topLeftCorner<4, 4>().lazyProduct(A.topRows<4>());
+  LA.bottomRows<4>() = L.bottomRows<4>().lazyProduct(A);
+  return LA;
+}
+
+/// L' A, L lower triangular.
+Block upper_times(const Block& L, const Block& A) {
+  Block LA;
+  LA.topRows<4>() = L.leftCols<4>().transpose().lazyProduct(A);
+  LA.bottomRows<4>() = L.bottomRightCorner<4, 4>().transpose().lazyProduct(A.bottomRows<4>());
+  return LA;
+}
+
+/// A L', L lower triangular.
+Block times_upper(const Block& A, const Block& L) {
+  Block AL;
+  AL.leftCols<4>() = A.leftCols<4>().lazyProduct(L.topLeftCorner<4, 4>().transpose());
+  AL.rightCols<4>() = A.lazyProduct(L.bottomRows<4>().transpose());
+  return AL;
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
@@ -87,27 +139,21 @@ void Riekf::expect(const Linearised& z, int place) {
 
 double Riekf::nis(const Linearised& z, int place) {
   expect(z, place);
-  Block L_inverse = S(place, place);
-  if (!invert_root(L_inverse)) return std::numeric_limits<double>::infinity();
-  if (place == 0) first_root_ = L_inverse;
-  return L_inverse.lazyProduct(z.residual).squaredNorm();
+  return mahalanobis2(S(place, place), z.residual);
 }
 
 /// Cholesky by blocks of eight in place of the lower triangle, the inverse of L on the diagonal; false when S
 /// has none.
-bool Riekf::factorize(int count, bool expected) {
+bool Riekf::factorize(int count) {
   for (int j = 0; j < count; ++j) {
     for (int i = j; i < count; ++i) {
-      for (int k = 0; k < j; ++k) S(i, j) -= S(i, k).lazyProduct(S(j, k).transpose());
       if (i == j) {
-        if (j == 0 && expected)
-          S(0, 0) = first_root_;
-        else if (!invert_root(S(j, j)))
-          return false;
+        for (int k = 0; k < j; ++k) subtract_square(S(j, k), S(j, j));
+        if (!invert_root(S(j, j))) return false;
         continue;
       }
-      const Block before = S(i, j);
-      S(i, j) = before.lazyProduct(S(j, j).transpose());
+      for (int k = 0; k < j; ++k) S(i, j) -= S(i, k).lazyProduct(S(j, k).transpose());
+      S(i, j) = times_upper(S(i, j), S(j, j));
     }
   }
   return true;
@@ -120,7 +166,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
     for (int i = j + 1; i < count; ++i)
       S(i, j) = innovation(batch[at(i)], reach_[at(i)], batch[at(j)], reach_[at(j)]);
   }
-  sound_ = factorize(count, expected);
+  sound_ = factorize(count);
   StateVector correction = StateVector::Zero();
   if (!sound_) return correction;
   for (int i = 0; i < count; ++i) {
@@ -130,7 +176,7 @@ StateVector Riekf::gain(const Batch& batch, int count, const Eigen::Vector3d& of
       W -= S(i, k).lazyProduct(W_[at(k)]);
       y -= S(i, k).lazyProduct(y_[at(k)]);
     }
-    W_[at(i)] = S(i, i).lazyProduct(W);
+    W_[at(i)] = lower_times(S(i, i), W);
     y_[at(i)] = S(i, i).lazyProduct(y);
     correction -= W_[at(i)].transpose().lazyProduct(y_[at(i)]);
   }
@@ -156,7 +202,7 @@ void Riekf::correct_correlations(const Batch& batch, int count) {
   for (int i = count - 1; i >= 0; --i) {  // W becomes K'
     Block W = W_[at(i)];
     for (int k = i + 1; k < count; ++k) W -= S(k, i).transpose().lazyProduct(W_[at(k)]);
-    W_[at(i)] = S(i, i).transpose().lazyProduct(W);
+    W_[at(i)] = upper_times(S(i, i), W);
   }
   Eigen::Matrix<double, 8, 3> KH = Eigen::Matrix<double, 8, 3>::Zero();
   StateByBias mounted = StateByBias::Zero();
