@@ -135,23 +135,50 @@ def academy(program, folder, laps):
     """The exercise: its tags, its odometry."""
     world = pathlib.Path(__file__).resolve().parents[1] / "share/worlds/academy-house.yaml"
     (folder / "academy.yaml").write_text(map_of_world(world.read_text(encoding="utf-8")))
-    lines = ["| academy-house, tags as the exercise gives them | riekf, m | NEES (3) | NIS (1) | smoother, m | NEES (3) | anchor, m | odometry, m | "
-             "anchor / riekf | anchor / smoother |", "|---|---|---|---|---|---|---|---|---|---|"]
+    lines = ["| academy-house, tags as the exercise gives them | riekf, m | NEES (3) | NIS (1) | smoother, m | NEES (3) | article, m | anchor, m | odometry, m | "
+             "article / riekf | anchor / riekf | anchor / smoother |", "|---|---|---|---|---|---|---|---|---|---|---|---|"]
     rows = []
     for seed in HOUSES:
         lap = taught(program, laps, f"house{seed}.mcap", "--world", "academy-house", "--robot-file", "turtlebot3-waffle", "--seed", str(seed))
         flags = ["--robot", "turtlebot3-waffle"]
         scores = [judged(program, folder, lap, "academy.yaml", method, *flags, *(EXACT if method != "anchor" else []))
                   for method in ("riekf", "smoother", "anchor")]
+        scores.insert(2, judged(program, folder, lap, "academy.yaml", "anchor", *flags, "--plain"))
         beside, _ = run(program, folder, "evaluate", f"{lap.stem}-riekf.mcap", lap, "--odometry", lap)
         rows.append((*scores, beside["beside"][0]))
         lines.append(house_row(f"seed {seed}", *([row] for row in rows[-1])))
     return lines + [house_row("all", *zip(*rows))]
 
 
-def house_row(name, riekf, smoother, anchor, odometry):
+def house_in_pictures(program, folder, laps):
+    """The exercise as its robot sees it: rendered pictures. The article takes the width of the picture for the focal length, as the
+    exercise's text does."""
+    root = pathlib.Path(__file__).resolve().parents[1]
+    robot = (root / "share/robots/turtlebot3-waffle.yaml").read_text(encoding="utf-8")
+    (folder / "article.yaml").write_text(robot.replace("1696.8", "1920.0"))
+    lines = ["| academy-house, rendered pictures | riekf, m | NEES (3) | NIS (1) | article, m | article, with the true focal length, m | "
+             "anchor, m | article / riekf | with the true focal length |", "|---|---|---|---|---|---|---|---|---|"]
+    rows = []
+    for seed in PICTURES:
+        lap = taught(program, laps, f"house-pictures{seed}.mcap", "--world", "academy-house", "--robot-file", "turtlebot3-waffle", "--seed",
+                     str(seed), "--images")
+        known = ["--robot", "turtlebot3-waffle"]
+        rows.append((judged(program, folder, lap, "academy.yaml", "riekf", *known, *EXACT),
+                     judged(program, folder, lap, "academy.yaml", "anchor", "--robot", "article.yaml", "--plain"),
+                     judged(program, folder, lap, "academy.yaml", "anchor", *known, "--plain"),
+                     judged(program, folder, lap, "academy.yaml", "anchor", *known)))
+        lines.append(pictures_row(f"seed {seed}", *([row] for row in rows[-1])))
+    return lines + [pictures_row("all", *zip(*rows))]
+
+
+def pictures_row(name, riekf, article, with_camera, anchor):
+    return (f"| {name} | {metres(rms(riekf))} | {number(mean(riekf, 'nees_mean'))} | {number(mean(riekf, 'nis_mean'))} | {metres(rms(article))} | "
+            f"{metres(rms(with_camera))} | {metres(rms(anchor))} | {rms(article) / rms(riekf):.1f} | {rms(with_camera) / rms(riekf):.1f} |")
+
+
+def house_row(name, riekf, smoother, article, anchor, odometry):
     return (f"| {name} | {metres(rms(riekf))} | {number(mean(riekf, 'nees_mean'))} | {number(mean(riekf, 'nis_mean'))} | {metres(rms(smoother))} | "
-            f"{number(mean(smoother, 'nees_mean'))} | {metres(rms(anchor))} | {metres(rms(odometry))} | {rms(anchor) / rms(riekf):.1f} | "
+            f"{number(mean(smoother, 'nees_mean'))} | {metres(rms(article))} | {metres(rms(anchor))} | {metres(rms(odometry))} | {rms(article) / rms(riekf):.1f} | {rms(anchor) / rms(riekf):.1f} | "
             f"{rms(anchor) / rms(smoother):.1f} |")
 
 
@@ -191,7 +218,7 @@ def main():
         laps = args.laps.resolve() if args.laps else folder
         laps.mkdir(parents=True, exist_ok=True)
         parts = (mbot(program, folder, data), aer1513(program, folder, data), pictures(program, folder, laps),
-                 academy(program, folder, laps), geometric(program))
+                 academy(program, folder, laps), house_in_pictures(program, folder, laps), geometric(program))
         table = "\n\n".join("\n".join(part) for part in parts) + "\n"
     if args.write is None:
         print(table, end="")

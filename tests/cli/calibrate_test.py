@@ -134,13 +134,20 @@ class CalibrateRobot(unittest.TestCase):
         self.assertEqual(outcome.code, 0, outcome.err)
         values = outcome.records[0]["values"]
         for name, truth, enough in (("mounting_y_m", true["y_m"], 0.012), ("mounting_yaw_rad", math.radians(true["yaw_deg"]), 0.006),
-                                    ("odometry_scale", 1 / 1.02, 0.006), ("camera_latency_s", 0, 0.006)):
+                                    ("odometry_scale", 1 / 1.02, 0.006)):
             self.assertEqual(values[name]["verdict"], "known", name)
             self.assertLess(abs(values[name]["value"] - truth), 3 * values[name]["sigma"], name)
             self.assertLess(values[name]["sigma"], enough, name)
+        self.assertEqual(values["camera_latency_s"]["verdict"], "unobservable")
+        self.assertIn("two speeds", values["camera_latency_s"]["advice"])
         self.assertEqual(values["sight_scale"]["verdict"], "unobservable")  # all tags are seen from the same distance
         self.assertIn("from near and from afar", values["sight_scale"]["advice"])
         self.assertNotIn("yaw_gain", values)  # the gyro turns it
+        right = waymark(*words[:-3], "map/robot.yaml", "--json", cwd=self.folder).records[0]["values"]
+        for name, given in (("mounting_x_m", true["x_m"]), ("mounting_y_m", true["y_m"]), ("mounting_yaw_rad", math.radians(true["yaw_deg"]))):
+            self.assertAlmostEqual(right[name]["value"], given, places=9, msg="what was right stays as it was given")
+            self.assertIn("As given", right[name]["advice"])
+        self.assertLess(abs(right["odometry_scale"]["value"] - 1 / 1.02), 3 * right["odometry_scale"]["sigma"])
         lap = (self.folder / "lap.mcap").read_bytes()
         spoilt = waymark(*words[:-1], "lap.mcap", cwd=self.folder)
         self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (1, True))

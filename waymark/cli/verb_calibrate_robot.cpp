@@ -70,7 +70,10 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
     if (fit.sigma[i] == 0) continue;  // was not sought
     CalibratedValue& entry = calibration.values[name];
     entry = {.value = value[i], .sigma = fit.sigma[i]};
-    if (fit.known[i]) continue;
+    if (fit.known[i]) {
+      if (fit.kept[i]) entry.advice = "As given: the drive agrees.";
+      continue;
+    }
     entry.verdict = CalibrationVerdict::Unobservable;
     entry.advice = kAdvice[i];
   }
@@ -87,7 +90,8 @@ std::string values_text(const Calibration& calibration) {
     if (found == calibration.values.end()) continue;
     const CalibratedValue& v = found->second;
     text += v.verdict == CalibrationVerdict::Known
-                ? fmt::format("{:<18}{:>12.5f} +- {:.5f}\n", name, v.value, v.sigma)
+                ? fmt::format("{:<18}{:>12.5f} +- {:.5f}{}{}\n", name, v.value, v.sigma,
+                              v.advice.empty() ? "" : "    ", v.advice)
                 : fmt::format("{:<18}{:>12}    {}\n", name, "unobservable", v.advice);
   }
   return text;

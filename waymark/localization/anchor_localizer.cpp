@@ -169,6 +169,7 @@ Uncertain<SE2> AnchorLocalizer::carried_on(const SE2& odom_T_base) const {
 void AnchorLocalizer::add(const TagFrame& frame) {
   const std::optional<SE2> odom_T_base = odometry_at(frame.stamp);
   if (!odom_T_base) return;
+  if (options_.plain) return add_plainly(frame, *odom_T_base);
   const std::vector<Sighting> seen = sightings(frame);
   if (!map_T_odom_ || contradictions_ >= options_.jumps_until_believed) return look_about(seen, *odom_T_base);
   const Uncertain<SE2> predicted = carried_on(*odom_T_base);
@@ -184,6 +185,29 @@ void AnchorLocalizer::add(const TagFrame& frame) {
   const int contradictions = contradictions_;
   anchor(fix->map_X_base, *odom_T_base);
   contradictions_ = contradictions;
+}
+
+/// Sections "Choosing the Best Tag" to "Odometry Fusion and Outlier Rejection" and no more.
+void AnchorLocalizer::add_plainly(const TagFrame& frame, const SE2& odom_T_base) {
+  std::optional<Fix> fix;
+  for (const TagDetection& detection : frame.detections) {
+    const MappedTag* tag = map_.find(detection.tag);
+    if (tag == nullptr) continue;
+    const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, camera_);
+    if (!pose) continue;
+    const SE3& cam_T_tag = pose->best.cam_T_tag;
+    const double distance_m = cam_T_tag.translation().norm();
+    if (distance_m > options_.max_tag_distance_m || (fix && fix->distance_m <= distance_m)) continue;
+    const SE3 map_T_base = tag->map_T_tag * cam_T_tag.inverse() * base_T_cam_.inverse();
+    const Eigen::Vector3d sigma(options_.map_sigma_m, options_.map_sigma_m, options_.map_sigma_rad);
+    fix = Fix{{project_to_plane(map_T_base), Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())}, distance_m};
+  }
+  if (!fix) return;
+  const bool jumps = map_T_odom_ && !believed(*fix, *map_T_odom_ * odom_T_base);
+  contradictions_ = jumps ? contradictions_ + 1 : 0;
+  rejected_ += jumps ? 1 : 0;
+  if (jumps && contradictions_ < options_.jumps_until_believed) return;
+  anchor(fix->map_X_base, odom_T_base);
 }
 
 void AnchorLocalizer::add(const Odometry& odometry) {

@@ -28,6 +28,7 @@ struct AnchorOptions {
   double tilt_sigma_rad = 0.005;
   double drift_share = 0.03;
   double drift_rad_per_m = 0.03;
+  bool plain = false;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -60,6 +61,9 @@ struct AnchorOptions {
           Field{"drift_share", "Standard deviation that odometry adds, as a share of the way.", 0, 1});
     visit(self.drift_rad_per_m,
           Field{"drift_rad_per_m", "Heading error that odometry adds per metre.", 0, 10});
+    visit(self.plain, Field{"plain",
+                            "No more than the article's algorithm: the nearest tag's better pose as it is, "
+                            "whatever the floor, the other tags and certainty say."});
   }
 };
 
@@ -68,7 +72,8 @@ struct AnchorOptions {
 /// and "Odometry Fusion and Outlier Rejection"). A fix becomes the new anchor when it does not jump, or the
 /// tag is near, and when it is at least as certain as odometry still is since the last one; fixes are never
 /// averaged. The robot stands on a level floor: what that says of each tag's pose is used (fit_to_floor), and
-/// of the two poses of a tag the one nearer to the prediction. The baseline that the filters must beat.
+/// of the two poses of a tag the one nearer to the prediction. The baseline that the filters must beat; the
+/// floor, votes at the start and covariances are ours, and `plain` does without them.
 /// docs/concepts/teach_and_replay.md has the equations.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
@@ -101,6 +106,7 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] static Votes votes_of(const std::vector<Sighting>& seen, const SE2& base_X_to);
   void look_about(const std::vector<Sighting>& seen, const SE2& odom_T_base);
   void anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base);
+  void add_plainly(const TagFrame& frame, const SE2& odom_T_base);
   [[nodiscard]] Uncertain<SE2> carried_on(const SE2& odom_T_base) const;
   [[nodiscard]] std::optional<SE2> odometry_at(SensorTime stamp) const;
   [[nodiscard]] bool believed(const Fix& fix, const SE2& map_X_predicted) const;

@@ -8,84 +8,19 @@
 #include <Eigen/LU>
 
 #include "waymark/geometry/planar.hpp"
+#include "waymark/localization/innovation_cost.hpp"
+#include "waymark/localization/kept_numbers.hpp"
 
 namespace waymark {
 namespace {
 
-constexpr double kCapPerRow = 16;  // what is not believed counts so much and no more
+using internal::Cost;
+using internal::kBlocks;
+
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1>;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
 
 double& number(CalibratedNumbers& numbers, std::size_t at) { return numbers[at]; }
-
-/// One run: what its innovations cost.
-class Cost {
- public:
-  Cost(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
-       const RiekfOptions& options, const CalibratedNumbers& start, const InnovationFitOptions& fit)
-      : samples_(samples),
-        landmarks_(landmarks),
-        eye_(eye),
-        options_(options),
-        start_(start),
-        prior_(fit.prior),
-        keep_going_(fit.keep_going) {
-    // What is sought must show in the innovations, not be explained by something else.
-    options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
-    options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = options_.motion.slip_sigma_s = 0;
-    options_.motion.parts_err_apart = true;
-  }
-
-  /// Twice the negative logarithm of the likelihood, without its constant.
-  double operator()(const CalibratedNumbers& numbers) {
-    stopped = stopped || (keep_going_ && !keep_going_());
-    if (stopped) return 0;
-    ++runs;
-    RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
-                          calibrated_options(options_, numbers));
-    sum_ = 0;
-    rows_ = 0;
-    for (const Sample& sample : samples_) {
-      if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);
-      if (const auto* imu = std::get_if<ImuSample>(&sample)) filter.add(*imu);
-      if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
-      if (const auto* tags = std::get_if<TagPoseFrame>(&sample)) filter.add(*tags);
-      if (const auto* seen = std::get_if<RangeBearing>(&sample)) filter.add(*seen);
-      take(filter);
-    }
-    sightings = filter.news().size() + counted_;
-    double prior = 0;
-    for (std::size_t i = 0; i < kCalibrated; ++i) prior += std::pow((numbers[i] - start_[i]) / prior_[i], 2);
-    return sum_ + prior;
-  }
-  [[nodiscard]] double per_row() const { return rows_ > 0 ? sum_ / rows_ : 0; }
-  [[nodiscard]] double rows() const { return rows_; }
-
-  int runs = 0;
-  std::size_t sightings = 0;
-  bool stopped = false;  ///< by who waits for it; what the cost said since then is nothing
-
- private:
-  void take(RiekfLocalizer& filter) {
-    for (const NisRecord& record : filter.news()) {
-      sum_ += std::min(record.nis, kCapPerRow * record.rows);
-      rows_ += record.rows;
-    }
-    counted_ += filter.news().size();
-    filter.clear_news();
-  }
-
-  std::span<const Sample> samples_;
-  const Landmarks& landmarks_;
-  MountedSensor eye_;
-  RiekfOptions options_;
-  CalibratedNumbers start_;
-  CalibratedNumbers prior_;
-  std::function<bool()> keep_going_;
-  double sum_ = 0;
-  double rows_ = 0;
-  std::size_t counted_ = 0;
-};
 
 constexpr CalibratedNumbers kSteps{0.01, 0.01, 0.01, 0.01, 0.02, 0.01, 0.01, 0.01};
 
@@ -122,6 +57,26 @@ Quadratic differentiate(Cost& cost, const CalibratedNumbers& at, double here,
     }
   }
   return q;
+}
+
+/// How much the stretches of the drive disagree: the covariance of the gradient by the scatter of theirs.
+/// Neighbouring innovations share the errors of the tags they see, so that their number says too much (Huber,
+/// "The behavior of maximum likelihood estimates under nonstandard conditions", 1967; White, "Maximum
+/// Likelihood Estimation of Misspecified Models", Econometrica 50(1), 1982).
+Matrix scatter_of_gradient(Cost& cost, const CalibratedNumbers& at, const std::vector<std::size_t>& what) {
+  Matrix g(kBlocks, static_cast<Eigen::Index>(what.size()));
+  for (Eigen::Index i = 0; i < g.cols(); ++i) {
+    const std::size_t a = what[static_cast<std::size_t>(i)];
+    CalibratedNumbers moved = at;
+    number(moved, a) = at[a] + kSteps[a];
+    static_cast<void>(cost(moved));
+    g.col(i) = cost.blocks();
+    number(moved, a) = at[a] - kSteps[a];
+    static_cast<void>(cost(moved));
+    g.col(i) = (g.col(i) - cost.blocks()) / (2 * kSteps[a]);
+  }
+  const Matrix centred = g.rowwise() - g.colwise().mean();
+  return centred.transpose() * centred * (static_cast<double>(kBlocks) / (kBlocks - 1));
 }
 
 /// What is asked for and can be told at all: with a gyro the wheels do not turn the robot, without one there
@@ -168,6 +123,29 @@ Matrix made_definite(Matrix H, const std::vector<std::size_t>& what, const Calib
     H.diagonal() = diagonal;
   }
   return H;
+}
+
+/// The covariance of the numbers. Innovations of a robot that stands and of tags that stay wrong are not
+/// independent: where their scatter says more than their number, it counts.
+Matrix trusted(const Matrix& inverse, const Matrix& scatter) {
+  const Matrix by_number = 2 * inverse;
+  const Matrix by_scatter = inverse * scatter * inverse;
+  const Vector more = (by_scatter.diagonal().array() / by_number.diagonal().array()).max(1).sqrt();
+  return more.asDiagonal() * by_number * more.asDiagonal();
+}
+
+/// What the drive does not tell from what was given stays that: others gave it who knew more.
+void move_what_is_told(const Matrix& P, const std::vector<std::size_t>& what, const CalibratedNumbers& start,
+                       InnovationFit& result) {
+  constexpr double kEnough_sigma = 3;
+  Vector change(static_cast<Eigen::Index>(what.size()));
+  for (std::size_t i = 0; i < what.size(); ++i)
+    change[static_cast<Eigen::Index>(i)] = result.value[what[i]] - start[what[i]];
+  const std::vector<bool> kept = keep_given(P, kEnough_sigma, change);
+  for (std::size_t i = 0; i < what.size(); ++i) {
+    result.value[what[i]] = start[what[i]] + change[static_cast<Eigen::Index>(i)];
+    result.kept[what[i]] = kept[i];
+  }
 }
 
 }  // namespace
@@ -238,16 +216,16 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
     }
     if (!better) break;
   }
+  const Matrix inverse = Eigen::LLT<Matrix>(H).solve(Matrix::Identity(H.rows(), H.cols()));
+  const Matrix P = trusted(inverse, scatter_of_gradient(cost, result.value, what));
+  move_what_is_told(P, what, start, result);
   static_cast<void>(cost(result.value));
   if (cost.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_after = cost.per_row();
   result.runs = cost.runs;
-  // Innovations of a robot that stands and of tags that stay wrong are not independent: their scatter, not
-  // their number, says how far the numbers are to be trusted.
-  const Matrix P = Eigen::LLT<Matrix>(H).solve(Matrix::Identity(H.rows(), H.cols())) * 2;
   for (std::size_t i = 0; i < what.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
-    result.sigma[what[i]] = std::sqrt(P(at, at));
+    result.sigma[what[i]] = std::min(std::sqrt(P(at, at)), fit.prior[what[i]]);
     result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
   }
   return result;

@@ -31,6 +31,7 @@ struct InnovationFit {
   CalibratedNumbers value{};              ///< of what was sought; what it was before for the others
   CalibratedNumbers sigma{};              ///< from the curvature of the cost; 0 for what was not sought
   std::array<bool, kCalibrated> known{};  ///< the drive tells it: more than what is believed of any robot
+  std::array<bool, kCalibrated> kept{};   ///< the drive does not tell it from what was given, which it stays
   double cost_before = 0;  ///< mean NIS over its degrees of freedom, what is not believed capped
   double cost_after = 0;
   bool improved = false;  ///< something better was found than what was given
