@@ -109,6 +109,8 @@ const std::vector<std::string>& calibration_names() {
                                                  "gyro_bias_rad_s",
                                                  "side_slip_s",
                                                  "camera_latency_s",
+                                                 "turn_lead_s",
+                                                 "odometry_yaw_bias_rad_s",
                                                  "sight_scale"};
   return names;
 }

@@ -191,16 +191,17 @@ TEST(OdometryFactor, JacobiansAgainstNumeric) {
     const OdometryFactor factor{
         SE2(0.28, 0.12, 0.45), whitening_of(Eigen::Matrix3d(random_covariance(random).topLeftCorner<3, 3>())),
         0.7, SE2::Tangent(0.4, -0.1, 0.6)};
-    const OdometryScales scales{1.1, 0.8, -0.2, 0.1};
+    const OdometryScales scales{1.1, 0.8, -0.2, 0.1, -0.05, 0.03};
     OdometryJacobians J;
     (void)odometry_residual(factor, scales, a, b, &J);
     expect_jacobians<3>([&](const SE3& x, const SE3& y) { return odometry_residual(factor, scales, x, y); },
                         a, b, J.a, J.b);
-    const auto of_scales = [&](const Eigen::Vector4d& s) {
-      return odometry_residual(factor, {s[0], s[1], s[2], s[3]}, a, b);
+    const auto of_scales = [&](const OdometryScales::Vector& s) {
+      return odometry_residual(factor, OdometryScales::of(s), a, b);
     };
-    const Eigen::Vector4d at(scales.distance, scales.yaw, scales.slip_s, scales.latency_s);
-    EXPECT_LT((numeric_jacobian<3, 4>(of_scales, at, 1e-3) - J.scales).norm(), 1e-8 * (1 + J.scales.norm()));
+    EXPECT_LT(
+        (numeric_jacobian<3, OdometryScales::kCount>(of_scales, scales.vector(), 1e-3) - J.scales).norm(),
+        1e-8 * (1 + J.scales.norm()));
   }
 }
 
@@ -243,6 +244,12 @@ TEST(PoseFactors, WhatIsAsMeasuredLeavesNothing) {
   const SE2 earlier = SE2::exp({0.2 - 0.1 * 0.3, 0, 0.3});  // 0.1 s earlier it was slower by 0.3 m/s
   EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0.3, 0, 0}},
                               {1, 1, 0, 0.1}, a, a * lift(earlier))
+                .norm(),
+            1e-12);
+  const SE2 turned_earlier =
+      SE2::exp({0.2, 0, 0.3 - 0.02 * 0.5 - 0.01 * 0.5});  // told 0.02 s ahead, and a bias
+  EXPECT_LT(odometry_residual({SE2::exp({0.2, 0, 0.3}), Eigen::Matrix3d::Identity(), 0.5, {0, 0, 0.5}},
+                              {1, 1, 0, 0, 0.02, 0.01}, a, a * lift(turned_earlier))
                 .norm(),
             1e-12);
   EXPECT_LT(on_floor_residual({}, a, a * lift(motion)).norm(), 1e-9);

@@ -16,9 +16,12 @@ Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vecto
   return J;
 }
 
-/// What the base truly did, and its derivative for (distance, yaw, slip, latency).
-SE2::Tangent scaled_twist(const OdometryFactor& factor, const OdometryScales& scales,
-                          const SE2::Tangent& twist, Eigen::Matrix<double, 3, 4>& J) {
+using ScaleJacobian = Eigen::Matrix<double, 3, OdometryScales::kCount>;
+
+/// What the base truly did, and its derivative for the scales.
+SE2::Tangent scaled_twist(const OdometryFactor& factor, const OdometryScales& scales, ScaleJacobian& J) {
+  SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
+  twist[2] -= scales.turn_lead_s * factor.rate_change[2] + scales.yaw_bias_rad_s * factor.duration_s;
   const double per_s = factor.duration_s > 0 ? 1 / factor.duration_s : 0;
   const double way = scales.distance * twist[0];
   const double turn = scales.yaw * twist[2];
@@ -30,16 +33,22 @@ SE2::Tangent scaled_twist(const OdometryFactor& factor, const OdometryScales& sc
   J.col(3) << scales.distance * late[0],
       scales.distance * late[1] + slip * (scales.distance * late[0] * turn + way * scales.yaw * late[2]),
       scales.yaw * late[2];
+  J.col(4) << 0, slip * way * scales.yaw * late[2], scales.yaw * late[2];
+  J.col(5) << 0, -slip * way * scales.yaw * factor.duration_s, -scales.yaw * factor.duration_s;
   return {way, scales.distance * twist[1] + slip * way * turn, turn};
 }
 
 }  // namespace
 
+SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales) {
+  ScaleJacobian unused;
+  return SE2::exp(scaled_twist(factor, scales, unused));
+}
+
 Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                   const SE3& map_T_a, const SE3& map_T_b, OdometryJacobians* J) {
-  const SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
-  Eigen::Matrix<double, 3, 4> J_scaled;
-  const SE2::Tangent scaled = scaled_twist(factor, scales, twist, J_scaled);
+  ScaleJacobian J_scaled;
+  const SE2::Tangent scaled = scaled_twist(factor, scales, J_scaled);
   const SE2 a_X_b = SE2::exp(scaled);
   const SE3 a_T_map = map_T_a.inverse();
   const SE3 a_T_b = a_T_map * map_T_b;
@@ -52,7 +61,7 @@ Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometrySc
     J->a = -J->b;
     // The motion's end moves by d = J_right dscaled in its own axes; then the residual moves by -d and turns
     // by -d_yaw.
-    const Eigen::Matrix<double, 3, 4> d = SE2::right_jacobian(scaled) * J_scaled;
+    const ScaleJacobian d = SE2::right_jacobian(scaled) * J_scaled;
     Eigen::Matrix3d turn = -Eigen::Matrix3d::Identity();
     turn.topRightCorner<2, 1>() << off.y(), -off.x();
     J->scales = factor.whitening * turn * d;

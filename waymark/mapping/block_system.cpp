@@ -86,22 +86,45 @@ void BlockSystem::add(std::span<const Part> parts, const Eigen::Ref<const Eigen:
   }
 }
 
+void BlockSystem::add_to_block(int row, int column, const Matrix6& M) {
+  const auto [early, late] = std::minmax(row, column);
+  const int first = H_.outerIndexPtr()[offset(early)];
+  const int stride = H_.outerIndexPtr()[offset(early) + 1] - first;
+  Eigen::Map<Matrix6, 0, Eigen::OuterStride<>> block(H_.valuePtr() + first + place(late, early),
+                                                     Eigen::OuterStride<>(stride));
+  if (row >= column)
+    block += M;
+  else
+    block += M.transpose();
+}
+
 void BlockSystem::add_corners(const std::array<int, 4>& unknowns,
                               const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                               const Eigen::Matrix<double, 8, 1>& r, double weight) {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  const auto& [rig, cam, body, tag] = unknowns;
+  const bool mirrored = rig >= 0 && body >= 0;
+  const auto add = [&](int row, int column, const Matrix6& M) {
+    add_to_block(row, column, M);
+    if (row == column) add_to_block(row, column, M.transpose());  // one unknown in two places
+  };
   for (std::size_t c = 0; c < 4; ++c) {
-    const int column = unknowns[c];
-    if (column < 0) continue;
-    const Eigen::Matrix<double, 6, 8> Jt = weight * J[c]->transpose();
-    gradient_.segment<6>(offset(column)) += Jt.lazyProduct(r);
-    for (std::size_t k = 0; k < 4; ++k) {
-      const int row = unknowns[k];
-      if (row < column) continue;
-      const int stride = H_.outerIndexPtr()[offset(column) + 1] - H_.outerIndexPtr()[offset(column)];
-      Eigen::Map<Matrix6, 0, Eigen::OuterStride<>>(
-          H_.valuePtr() + H_.outerIndexPtr()[offset(column)] + place(row, column),
-          Eigen::OuterStride<>(stride)) += J[k]->transpose().lazyProduct(Jt.transpose());
+    if (unknowns[c] < 0 || (c == 2 && mirrored)) continue;
+    const Eigen::Matrix<double, 8, 6> weighted = weight * *J[c];
+    const Eigen::Matrix<double, 6, 1> g = weighted.transpose().lazyProduct(r);
+    gradient_.segment<6>(offset(unknowns[c])) += g;
+    if (c == 0 && mirrored) gradient_.segment<6>(offset(body)) -= g;
+    for (std::size_t k = c; k < 4; ++k) {
+      if (unknowns[k] < 0 || (k == 2 && mirrored)) continue;
+      // Sums of columns times numbers, which fill registers; dot products of short columns would not.
+      const Eigen::Matrix<double, 6, 8> Jt = J[k]->transpose();
+      const Matrix6 M = Jt.lazyProduct(weighted);
+      if (k == c)
+        add_to_block(unknowns[k], unknowns[c], M);
+      else
+        add(unknowns[k], unknowns[c], M);
+      if (!mirrored || c != 0) continue;
+      add(unknowns[k], body, -M);
+      if (k == 0) add_to_block(body, body, M);
     }
   }
 }

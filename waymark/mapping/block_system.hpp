@@ -30,7 +30,9 @@ class BlockSystem {
   /// Adds weight J^T J to H and weight J^T r to g.
   void add(std::span<const Part> parts, const Eigen::Ref<const Eigen::VectorXd>& r, double weight = 1);
 
-  /// The same of a tag's corners, whose blocks are all 8x6; J is nullptr where the unknown is -1.
+  /// The same of a tag's corners, whose blocks are all 8x6, for rig, camera, body and tag. What moves the rig
+  /// and what moves the body the other way are one and the same: J of the body is not read where both are
+  /// unknown.
   void add_corners(const std::array<int, 4>& unknowns,
                    const std::array<const Eigen::Matrix<double, 8, 6>*, 4>& J,
                    const Eigen::Matrix<double, 8, 1>& r, double weight);
@@ -55,6 +57,9 @@ class BlockSystem {
   [[nodiscard]] int dimension(int unknown) const { return dimensions_[static_cast<std::size_t>(unknown)]; }
 
  private:
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  /// Adds to a block, or to its mirror image in the lower triangle.
+  void add_to_block(int row, int column, const Matrix6& M);
   /// Where in a column of block column `column` the rows of block `row` start.
   [[nodiscard]] int place(int row, int column) const;
   [[nodiscard]] Block at_place(int row, int column, int start) const;

@@ -85,11 +85,12 @@ struct PointCoordinateTerm {
 
 struct BundleScales {
   OdometryScales value{};
-  /// How far from 1, 1, 0, 0 they may be, beforehand; slip and latency are unknown when both are positive.
-  OdometryScales sigma{0.1, 0.3, 0, 0};
+  /// How far from 1, 1, 0, … they may be, beforehand; beyond the first two they are unknown when all are
+  /// positive.
+  OdometryScales sigma{0.1, 0.3};
   bool fixed = false;
 
-  [[nodiscard]] int unknowns() const { return sigma.slip_s > 0 && sigma.latency_s > 0 ? 4 : 2; }
+  [[nodiscard]] int unknowns() const { return sigma.vector().minCoeff() > 0 ? OdometryScales::kCount : 2; }
 };
 
 struct Bundle {
@@ -163,7 +164,7 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const Bun
 /// What is known afterwards: the inverse of the information matrix, by blocks.
 struct BundleCovariance {
   std::vector<Matrix6> poses{};             ///< of each pose in its left tangent; zero for fixed ones
-  std::vector<Eigen::Matrix4d> scales{};    ///< distance, yaw, slip, latency; zero for what is known
+  std::vector<Matrix6> scales{};            ///< of OdometryScales::vector(); zero for what is known
   std::vector<std::size_t> undetermined{};  ///< poses (by index) with a direction that nothing determines
   std::vector<Matrix6> pairs{};             ///< of the pairs asked for: rows first, columns second
 };

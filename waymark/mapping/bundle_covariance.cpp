@@ -12,7 +12,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   using internal::BlockSystem;
   BundleCovariance result;
   result.poses.assign(bundle.poses.size(), Matrix6::Zero());
-  result.scales.assign(bundle.odometry_scales.size(), Eigen::Matrix4d::Zero());
+  result.scales.assign(bundle.odometry_scales.size(), Matrix6::Zero());
   internal::Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) return result;
   result.pairs.assign(pairs.size(), Matrix6::Zero());

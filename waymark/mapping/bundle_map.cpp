@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "waymark/mapping/odometry_noise.hpp"
@@ -85,17 +84,23 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
                        std::vector<TagId>& unconnected) {
   constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   constexpr int kEnough = 4;
+  std::map<TagId, std::vector<LapBundle::Sighting>> sightings;
+  for (const TagId& tag : unconnected) sightings[tag] = {};
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    for (std::size_t d = 0; lap.bases[i] && d < input.frames[i].detections.size(); ++d) {
+      const auto of_tag = sightings.find(input.frames[i].detections[d].tag);
+      if (of_tag != sightings.end()) of_tag->second.push_back({i, d});
+    }
+  }
   const auto placed = std::erase_if(unconnected, [&](const TagId& tag) {
     std::vector<internal::Vote<SE3>> votes;
-    for (std::size_t i = 0; i < input.frames.size(); ++i) {
-      for (const TagDetection& detection : input.frames[i].detections) {
-        if (detection.tag != tag || !lap.bases[i]) continue;
-        votes.push_back(internal::vote_for_place(detection, input, lap.bundle.poses[*lap.bases[i]].value));
-      }
+    for (const auto& [frame, detection] : sightings[tag]) {
+      votes.push_back(internal::vote_for_place(input.frames[frame].detections[detection], input,
+                                               lap.bundle.poses[*lap.bases[frame]].value));
     }
     const auto agreed = internal::agree(votes, kGate);
     if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
-    add_tag(input, tag, agreed->value.mean, options.model, lap);
+    add_tag(input, tag, agreed->value.mean, sightings[tag], options.model, lap);
     return true;
   });
   return placed > 0;
@@ -128,7 +133,9 @@ BundleProgress stage(const MapProgress& progress, const char* name, BundleMap& r
 /// Optimises until the set of sightings in use and the noise agree with each other.
 void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
               const MapProgress& progress, BundleMap& result) {
-  const BundleOptions search{.max_iterations = options.max_iterations, .robust_chi2 = options.robust_chi2};
+  constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
+  const BundleOptions search{
+      .max_iterations = options.max_iterations, .relative_gain = kRough, .robust_chi2 = options.robust_chi2};
   const BundleProgress looking = stage(progress, "looking for outliers", result);
   result.summary = solve(lap.bundle, search, looking);
   if (result.interrupted || !result.summary.usable()) return;
@@ -285,8 +292,7 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
     result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
   }
   result.odometry_scales = lap.bundle.odometry_scales[0].value;
-  result.odometry_scales_sigma = {std::sqrt(P.scales[0](0, 0)), std::sqrt(P.scales[0](1, 1)),
-                                  std::sqrt(P.scales[0](2, 2)), std::sqrt(P.scales[0](3, 3))};
+  result.odometry_scales_sigma = OdometryScales::of(P.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt());
   return result;
 }
 

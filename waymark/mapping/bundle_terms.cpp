@@ -23,7 +23,7 @@ class Accumulator {
     CornerJacobians J;
     J.wants_rig = at(term.rig) >= 0;
     J.wants_cam = at(term.cam) >= 0;
-    J.wants_body = at(term.body) >= 0;
+    J.wants_body = at(term.body) >= 0 && !J.wants_rig;  // else the rig's, the other way
     J.wants_tag = at(term.tag) >= 0;
     const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
@@ -122,11 +122,8 @@ class Accumulator {
     const BundleScales& scales = bundle_.odometry_scales[i];
     if (unknowns_.of_scales[i] < 0) return;
     const int n = scales.unknowns();
-    const OdometryScales& sigma = scales.sigma;
-    const Eigen::Vector4d inverse_sigma =
-        Eigen::Vector4d(sigma.distance, sigma.yaw, sigma.slip_s, sigma.latency_s).cwiseInverse();
-    const Eigen::Vector4d off(scales.value.distance - 1, scales.value.yaw - 1, scales.value.slip_s,
-                              scales.value.latency_s);
+    const OdometryScales::Vector inverse_sigma = scales.sigma.vector().cwiseInverse();
+    const OdometryScales::Vector off = scales.value.vector() - OdometryScales().vector();
     const Eigen::MatrixXd J = inverse_sigma.head(n).asDiagonal();
     add(inverse_sigma.head(n).cwiseProduct(off.head(n)), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
   }
@@ -241,12 +238,10 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     const int unknown = unknowns.of_scales[i];
     if (unknown < 0) continue;
     OdometryScales& value = bundle.odometry_scales[i].value;
-    const int at = system.offset(unknown);
-    value.distance += step[at];
-    value.yaw += step[at + 1];
-    if (bundle.odometry_scales[i].unknowns() == 2) continue;
-    value.slip_s += step[at + 2];
-    value.latency_s += step[at + 3];
+    OdometryScales::Vector moved = value.vector();
+    const int n = bundle.odometry_scales[i].unknowns();
+    moved.head(n) += step.segment(system.offset(unknown), n);
+    value = OdometryScales::of(moved);
   }
 }
 

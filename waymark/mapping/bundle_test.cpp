@@ -195,7 +195,7 @@ TEST(Bundle, OdometryScalesAreFound) {
          {SE2::exp({twist[0] / 1.05, twist[1] / 1.05, twist[2] / 0.8}), 100 * Eigen::Matrix3d::Identity()}});
     before = here;
   }
-  bundle.odometry_scales[0].sigma = {10, 10, 0, 0};
+  bundle.odometry_scales[0].sigma = {10, 10};
   EXPECT_TRUE(solve(bundle).usable());
   EXPECT_NEAR(bundle.odometry_scales[0].value.distance, 1.05, 1e-4);
   EXPECT_NEAR(bundle.odometry_scales[0].value.yaw, 0.8, 1e-4);

@@ -74,21 +74,17 @@ PosePriorFactor floor_prior(const SE3& map_T_floor) {
   return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
 }
 
-/// Terms for the sightings of all tags, or of one.
-void add_corners(const LapInput& lap, const LapModelOptions& options, LapBundle& result,
-                 const TagId* only = nullptr) {
-  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
-    if (!result.bases[i]) continue;
-    for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d) {
-      const TagDetection& detection = lap.frames[i].detections[d];
-      const auto tag = result.tags.find(detection.tag);
-      if (tag == result.tags.end() || (only != nullptr && detection.tag != *only)) continue;
-      const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
-      if (!factor) continue;
-      result.bundle.corners.push_back({*result.bases[i], result.cam, result.map, tag->second, 0, *factor});
-      result.sightings.push_back({i, d});
-    }
-  }
+/// A term for a sighting of a tag that has a pose, in a frame that has one.
+void add_corners(const LapInput& lap, const LapModelOptions& options, const LapBundle::Sighting& sighting,
+                 LapBundle& result) {
+  const TagDetection& detection = lap.frames[sighting.frame].detections[sighting.detection];
+  const auto tag = result.tags.find(detection.tag);
+  if (tag == result.tags.end() || !result.bases[sighting.frame]) return;
+  const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
+  if (!factor) return;
+  result.bundle.corners.push_back(
+      {*result.bases[sighting.frame], result.cam, result.map, tag->second, 0, *factor});
+  result.sightings.push_back(sighting);
 }
 
 }  // namespace
@@ -120,14 +116,18 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
         {*result.bases[i - 1], *result.bases[i], 0, odometry_factor(lap, wheels, i, options)});
   }
   bundle.odometry_scales[0].fixed = bundle.odometry.empty();
-  add_corners(lap, options, result);
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d)
+      add_corners(lap, options, {i, d}, result);
+  }
   return result;
 }
 
-void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag, const LapModelOptions& options,
+void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
+             const std::vector<LapBundle::Sighting>& sightings, const LapModelOptions& options,
              LapBundle& result) {
   result.tags[tag] = result.bundle.add(map_T_tag);
-  add_corners(lap, options, result, &tag);
+  for (const LapBundle::Sighting& sighting : sightings) add_corners(lap, options, sighting, result);
 }
 
 }  // namespace waymark

@@ -82,8 +82,9 @@ struct LapBundle {
                                    const LapModelOptions& options = {});
 
 /// A tag that the start does not know, once the base poses are known: its pose becomes an unknown, its
-/// sightings terms.
-void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag, const LapModelOptions& options,
+/// sightings (all of frames that have a pose) terms.
+void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
+             const std::vector<LapBundle::Sighting>& sightings, const LapModelOptions& options,
              LapBundle& result);
 
 }  // namespace waymark

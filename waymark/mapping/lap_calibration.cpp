@@ -9,14 +9,16 @@ namespace waymark {
 namespace {
 
 constexpr const char* kSpeeds =
-    "Drive at two speeds, both turns: at one speed slip and a camera that sits elsewhere are the same thing.";
+    "Drive at two speeds, both turns (bends to both sides for a minute, slow and quick): at one speed slip "
+    "and "
+    "a camera that sits elsewhere are the same thing.";
 constexpr const char* kTurns = "Drive both turns, with tags in view all the time.";
 constexpr const char* kStraight = "Drive some metres straight, past several tags.";
 constexpr const char* kUnsteady = "Drive at two speeds, and change between them with tags in view.";
 
 /// A number is worth using when it is known better than this.
 struct Worth {
-  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, latency_s = 0.01;
+  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, latency_s = 0.01, bias_rad_s = 0.002;
 };
 
 class Values {
@@ -53,6 +55,9 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   values.add("yaw_gain", scales.yaw, sigma.yaw, worth.scale, kTurns);
   values.add("side_slip_s", scales.slip_s, sigma.slip_s, worth.slip_s, kSpeeds);
   values.add("camera_latency_s", scales.latency_s, sigma.latency_s, worth.latency_s, kUnsteady);
+  values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.latency_s, kTurns);
+  values.add("odometry_yaw_bias_rad_s", scales.yaw_bias_rad_s, sigma.yaw_bias_rad_s, worth.bias_rad_s,
+             kTurns);
   return calibration;
 }
 

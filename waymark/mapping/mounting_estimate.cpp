@@ -26,8 +26,11 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   BundlePose& cam = lap.bundle.poses[lap.cam];
   constexpr double kSlip_s = 0.1;
   constexpr double kLatency_s = 0.1;
+  constexpr double kTurnLead_s = 0.03;
+  constexpr double kYawBias_rad_s = 0.02;
   for (BundleScales& scales : lap.bundle.odometry_scales)
-    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s, kLatency_s};
+    scales.sigma = {scales.sigma.distance, scales.sigma.yaw, kSlip_s, kLatency_s,
+                    kTurnLead_s,           kYawBias_rad_s};
   const SE3 believed = given.value_or(cam.value);
   if (cam.fixed) {
     cam.fixed = false;
@@ -42,8 +45,7 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   MountingEstimate estimate{.base_T_cam = lap.bundle.poses[lap.cam].value};
   const BundleCovariance known = covariance(lap.bundle);
   estimate.scales = lap.bundle.odometry_scales[0].value;
-  const Eigen::Vector4d sigma = known.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt();
-  estimate.scales_sigma = {sigma[0], sigma[1], sigma[2], sigma[3]};
+  estimate.scales_sigma = OdometryScales::of(known.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt());
   const Matrix6 P = coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, known.poses[lap.cam]});
   estimate.sigma = P.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.off << estimate.base_T_cam.translation() - believed.translation(),

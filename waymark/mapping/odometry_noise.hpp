@@ -11,7 +11,9 @@ using OdometryNoise = Eigen::Vector3d;
 /// everything again: expectation maximisation of the variances (Dempster, Laird and Rubin, "Maximum
 /// Likelihood from Incomplete Data via the EM Algorithm", J. Royal Statistical Society B 39(1), 1977).
 /// Numbers that rest on many small turns, such as where the camera sits, are biased when the noise is taken
-/// for larger than it is. The bundle stays where it ends.
+/// for larger than it is. Errors that outlast a picture (a robot that drifts sideways for a tenth of a
+/// second) add up to more than the single steps show, and one that undoes itself (ticks of a counter) to
+/// less: what half a second shows counts where it is more. The bundle stays where it ends.
 OdometryNoise fit_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress = {});
 
 }  // namespace waymark

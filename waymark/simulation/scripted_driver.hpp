@@ -32,7 +32,7 @@ struct DriverOptions {
     visit(self.speed_wander,
           Field{"speed_wander", "How unevenly, as a share of the speed, standard deviation.", 0, 0.5});
     visit(self.wander_time_s, Field{"wander_time_s", "How long the driver's mistakes last.", 0.1, 60});
-    visit(self.overlap_m, Field{"overlap_m", "How far past the start a closed lap is driven.", 0, 10});
+    visit(self.overlap_m, Field{"overlap_m", "How far past the start a closed lap is driven.", 0, 1000});
   }
 };
 
