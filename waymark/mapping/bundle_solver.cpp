@@ -58,7 +58,7 @@ std::optional<Eigen::VectorXd> step_of(internal::SchurSystem& schur, const Block
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress) {
   constexpr double kLeastDamping = 1e-12;
   constexpr double kMostDamping = 1e12;
-  BundleSummary summary{.invisible = set_invisible_aside(bundle)};
+  BundleSummary summary;
   const Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) {
     summary.why = "nothing is unknown, or nothing was measured";
@@ -70,6 +70,11 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   const internal::FrontPlan fronts = plan.worth_it() ? internal::FrontPlan() : internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
+  if (const int invisible = std::isfinite(cost) ? 0 : set_invisible_aside(bundle); invisible > 0) {
+    summary = solve(bundle, options, progress);
+    summary.invisible += invisible;
+    return summary;
+  }
   summary.initial_cost = cost;
   double damping = 1e-6;
   while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {

@@ -84,12 +84,13 @@ double position_sigma_m(const MappedTag& tag) {
   return std::sqrt(P.topLeftCorner<3, 3>().diagonal().maxCoeff());
 }
 
-/// The longest side any sighting of a tag had.
-double largest_side_px(const TagId& tag, const LapInput& lap) {
-  double largest = 0;
+/// The longest side any sighting of each tag had.
+std::map<TagId, double> largest_sides_px(const LapInput& lap) {
+  std::map<TagId, double> largest;
   for (const TagFrame& frame : lap.frames) {
     for (const TagDetection& detection : frame.detections) {
-      if (detection.tag == tag) largest = std::max(largest, mean_side_px(detection.corners_px));
+      double& so_far = largest[detection.tag];
+      so_far = std::max(so_far, mean_side_px(detection.corners_px));
     }
   }
   return largest;
@@ -111,6 +112,7 @@ void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::str
 }
 
 void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+  std::map<TagId, double> largest_px = largest_sides_px(lap);
   for (const auto& [id, tag] : map.map.tags) {
     const int sightings = map.sightings.at(id);
     const double sigma = position_sigma_m(tag);
@@ -118,7 +120,7 @@ void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::stri
     if ((sightings >= kFewSightings || of_prior) && sigma < kWeakSigma) continue;
     words.push_back(fmt::format(
         "{} hangs on {} view{} of at most {:.0f} px and is known to {:.0f} mm only: drive nearer past it",
-        to_string(id), sightings, sightings == 1 ? "" : "s", largest_side_px(id, lap), 1000 * sigma));
+        to_string(id), sightings, sightings == 1 ? "" : "s", largest_px[id], 1000 * sigma));
   }
   for (const TagId& id : map.unconnected) {
     words.push_back(

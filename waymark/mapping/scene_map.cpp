@@ -51,9 +51,9 @@ class Search {
     own_noise(kStartPx);
     replace_contradicted(bundle, map_.placed, known_, kFar);
     // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
-    for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers");
+    for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers", kFarGain);
     for (int round = 0; round < kRounds && goes_on(); ++round) {
-      find(options_.robust_chi2, 10, "looking for outliers");
+      find(options_.robust_chi2, 10, "looking for outliers", kFarGain);
       own_noise(noise_px_ * noise_ratio());
       if (replace_contradicted(bundle, map_.placed, known_, options_.outlier_chi2) == 0) break;
     }
@@ -74,22 +74,26 @@ class Search {
       own_noise(noise_px_ * noise_ratio());
       const bool changed = judge();
       if (!changed && round > 0) break;
-      find(0, options_.max_iterations, "adjusting");
+      find(0, options_.max_iterations, "adjusting", kRough);
     }
+    find(0, options_.max_iterations, "adjusting");
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
 
  private:
   static constexpr double kStartPx = 0.5;
+  static constexpr double kFarGain = 1e-3;  // enough to tell outliers
+  static constexpr double kRough = 1e-4;    // which sightings count shows long before the last digit
+  static constexpr double kFine = 1e-8;
   static constexpr double kFar = 200;
 
   [[nodiscard]] bool goes_on() const { return !map_.interrupted && map_.summary.usable(); }
 
-  void find(double robust_chi2, int steps, const char* stage) {
+  void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFine) {
     if (!goes_on()) return;
     const BundleOptions search{
-        .max_iterations = steps, .relative_gain = robust_chi2 > 0 ? 1e-4 : 1e-8, .robust_chi2 = robust_chi2};
+        .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
     map_.summary = solve(map_.problem.bundle, search, [&](int iteration, double cost) {
       if (progress_ && !progress_(stage, iteration, cost)) map_.interrupted = true;
       return !map_.interrupted;

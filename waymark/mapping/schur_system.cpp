@@ -129,30 +129,43 @@ SchurPlan schur_plan(const std::vector<int>& dimensions, const std::vector<std::
   return plan;
 }
 
-void SchurSystem::gather(const SchurPlan::Group& group, double damping, double floor, Eigen::MatrixXd& A,
-                         Eigen::MatrixXd& B) const {
-  A.setZero(group.size, group.size);
-  B.setZero(group.size, group.kept_size);
+SchurSystem::SchurSystem(const BlockSystem& system, const SchurPlan& plan) : system_(system), plan_(plan) {
+  if (!plan.worth_it()) return;
+  pieces_.reserve(plan.groups.size());
+  for (const SchurPlan::Group& group : plan.groups) pieces_.push_back(pieces_of(group));
+}
+
+std::vector<SchurSystem::Piece> SchurSystem::pieces_of(const SchurPlan::Group& group) const {
+  std::vector<Piece> pieces;
   for (int a : group.members) {
     const int row = plan_.place[static_cast<std::size_t>(a)];
-    const int rows = system_.dimension(a);
     for (int b : group.members) {
-      const auto block = b <= a ? system_.block(a, b) : std::nullopt;
-      if (block) A.block(row, plan_.place[static_cast<std::size_t>(b)], rows, system_.dimension(b)) = *block;
+      if (const auto block = b <= a ? system_.block(a, b) : std::nullopt)
+        pieces.push_back({*block, row, plan_.place[static_cast<std::size_t>(b)], true, false});
     }
     int column = 0;
     for (int k : group.kept) {
-      const int columns = system_.dimension(k);
-      if (const auto block = k < a ? system_.block(a, k) : system_.block(k, a)) {
-        if (k < a)
-          B.block(row, column, rows, columns) = *block;
-        else
-          B.block(row, column, rows, columns) = block->transpose();
-      }
-      column += columns;
+      if (const auto block = k < a ? system_.block(a, k) : system_.block(k, a))
+        pieces.push_back({*block, row, column, false, k > a});
+      column += system_.dimension(k);
     }
   }
-  A.diagonal() += damping * A.diagonal() + Eigen::VectorXd::Constant(group.size, floor);
+  return pieces;
+}
+
+void SchurSystem::gather(std::size_t group, double damping, double floor, Eigen::MatrixXd& A,
+                         Eigen::MatrixXd& B) const {
+  const SchurPlan::Group& shape = plan_.groups[group];
+  A.setZero(shape.size, shape.size);
+  B.setZero(shape.size, shape.kept_size);
+  for (const Piece& piece : pieces_[group]) {
+    Eigen::MatrixXd& to = piece.own ? A : B;
+    if (piece.transposed)
+      to.block(piece.row, piece.column, piece.block.cols(), piece.block.rows()) = piece.block.transpose();
+    else
+      to.block(piece.row, piece.column, piece.block.rows(), piece.block.cols()) = piece.block;
+  }
+  A.diagonal() += damping * A.diagonal() + Eigen::VectorXd::Constant(shape.size, floor);
 }
 
 bool SchurSystem::factorize(double damping, double floor) {
@@ -173,7 +186,7 @@ bool SchurSystem::factorize(double damping, double floor) {
   for (std::size_t g = 0; g < plan_.groups.size(); ++g) {
     const SchurPlan::Group& group = plan_.groups[g];
     Factor& factor = factors_[g];
-    gather(group, damping, floor, A, factor.W);
+    gather(g, damping, floor, A, factor.W);
     factor.A.compute(A);
     if (factor.A.info() != Eigen::Success) return false;
     factor.A.matrixL().solveInPlace(factor.W);

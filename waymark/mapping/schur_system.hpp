@@ -35,7 +35,7 @@ struct SchurPlan {
 /// Solves the normal equations of a block system by eliminating the groups of a plan.
 class SchurSystem {
  public:
-  SchurSystem(const BlockSystem& system, const SchurPlan& plan) : system_(system), plan_(plan) {}
+  SchurSystem(const BlockSystem& system, const SchurPlan& plan);
 
   /// Of H + damping diag(H) + floor I; false when that is not positive definite.
   [[nodiscard]] bool factorize(double damping, double floor);
@@ -50,11 +50,20 @@ class SchurSystem {
     Eigen::MatrixXd W{};              ///< L^-1 B, B between the group and what is kept
   };
 
-  void gather(const SchurPlan::Group& group, double damping, double floor, Eigen::MatrixXd& A,
-              Eigen::MatrixXd& B) const;
+  /// A block of the system and where it belongs among those of a group.
+  struct Piece {
+    BlockSystem::Block block;
+    int row = 0, column = 0;
+    bool own = false;         ///< both unknowns are of the group
+    bool transposed = false;  ///< the system has the other triangle's
+  };
+
+  [[nodiscard]] std::vector<Piece> pieces_of(const SchurPlan::Group& group) const;
+  void gather(std::size_t group, double damping, double floor, Eigen::MatrixXd& A, Eigen::MatrixXd& B) const;
 
   const BlockSystem& system_;
   const SchurPlan& plan_;
+  std::vector<std::vector<Piece>> pieces_{};  ///< by group
   std::vector<Factor> factors_{};
   Eigen::LLT<Eigen::MatrixXd> reduced_{};
 };
