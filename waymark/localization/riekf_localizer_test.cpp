@@ -1,97 +1,27 @@
-// The filter fed sample by sample in a ring of tags: late samples, lying tags, kidnapping, doubt, bad input.
+// The filter fed sample by sample in a ring of tags: late samples, lying tags, doubt, bad input.
 #include "waymark/localization/riekf_localizer.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "waymark/base/random.hpp"
+#include "tests/support/tag_ring.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/geometry/planar.hpp"
-#include "waymark/samples/camera_body.hpp"
-#include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
 
-SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
-
-MountedSensor eye() {
-  const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
-  return {CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
-}
-
-/// Sixteen upright tags around, facing inwards, not evenly.
-TagMap ring() {
-  TagMap map;
-  for (int i = 0; i < 16; ++i) {
-    const double angle = 2 * std::numbers::pi * (i + 0.2 * std::sin(3.0 * i)) / 16;
-    const SE2 place(2.5 * std::cos(angle), (2.2 + 0.3 * (i % 3)) * std::sin(angle), angle);
-    map.tags[{.number = i}] = {.map_T_tag = lift(place) * SE3(body_R_optical(), {0, 0, 0.3}), .size_m = 0.16};
-  }
-  return map;
-}
-
-/// What is really there, and what the robot is told.
-struct World {
-  TagMap tags = ring();
-  double wrong_id_share = 0;
-  bool dark = false;
-};
-
-TagFrame look(const World& world, const SE2& map_X_base, double seconds, Random& random) {
-  TagFrame frame{.stamp = at(seconds)};
-  if (world.dark) return frame;
-  const SE3 cam_T_map = (lift(map_X_base) * eye().base_T_sensor).inverse();
-  for (const auto& [id, tag] : world.tags.tags) {
-    const auto corners = visible_corners(*eye().camera, cam_T_map * tag.map_T_tag, tag.size_m);
-    if (!corners) continue;
-    TagDetection seen{.tag = id, .corners_px = *corners};
-    if (random.uniform() < world.wrong_id_share) seen.tag.number = static_cast<int>(random.index(16));
-    for (auto& corner : seen.corners_px) corner += 0.15 * Eigen::Vector2d(random.normal(), random.normal());
-    seen.corner_covariance_px2 = CornerCovariance::Identity() * 0.15 * 0.15;
-    frame.detections.push_back(seen);
-  }
-  return frame;
-}
-
-/// A robot that drives in circles in the ring; its odometry is a little wrong.
-struct Robot {
-  SE2 truth{0, -1, 0};
-  SE2 odom{};
-  double seconds = 10;
-  int steps = 0;
-
-  Odometry drive(double dt_s, Random& random) {
-    const Eigen::Vector3d u(0.3 * dt_s, 0, 0.3 * dt_s);
-    truth = truth * SE2::exp(u);
-    odom = odom * SE2::exp({1.02 * u.x() + 1e-3 * std::sqrt(dt_s) * random.normal(), 0,
-                            u.z() + 1e-3 * std::sqrt(dt_s) * random.normal()});
-    seconds += dt_s;
-    ++steps;
-    return {.stamp = at(seconds), .odom_T_base = odom, .speed_m_s = 0.3, .yaw_rate_rad_s = 0.3};
-  }
-};
-
-void run(RiekfLocalizer& filter, Robot& robot, const World& world, double seconds, Random& random) {
-  for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
-    filter.add(robot.drive(0.02, random));
-    if (robot.steps % 4 == 0) filter.add(look(world, robot.truth, robot.seconds, random));
-    filter.clear_news();
-  }
-}
-
-double off_m(const RiekfLocalizer& filter, const Robot& robot) {
-  const auto estimate = filter.estimate();
-  if (!estimate) return std::numeric_limits<double>::infinity();
-  return (estimate->map_T_base.translation() - robot.truth.translation()).norm();
-}
-
-bool certain(const RiekfLocalizer& filter) { return filter.estimate() && filter.estimate()->certain; }
+using testing::at;
+using testing::certain;
+using testing::eye;
+using testing::look;
+using testing::off_m;
+using testing::ring;
+using testing::Robot;
+using testing::run;
+using testing::World;
 
 bool says(const RiekfLocalizer& filter, const std::string& word) {
   const auto all = filter.problems();
@@ -210,89 +140,6 @@ INSTANTIATE_TEST_SUITE_P(
                       Liar{"larger", [](TagMap& real) { real.tags.at({.number = 8}).size_m = 0.2; },
                            "tag36h11:8 seems to be 0.20"}),
     [](const auto& of) { return of.param.name; });
-
-/// Of what a filter claims: every "certain" must be true from the moment it is said, until it is withdrawn.
-/// Whoever is carried away in the dark cannot know it: that claim may stand until a second of tags has spoken
-/// against it.
-struct Claims {
-  bool certain = false;
-  int starts = 0;
-  bool carried = false;  ///< since the claim that stands was made
-  int made = 0;
-  int false_moments = 0;
-
-  void hear(const RiekfLocalizer& filter, const Robot& robot, double two_tags_s) {
-    const bool now = waymark::certain(filter);
-    const int begun = filter.tracker().state().starts;
-    if (now && (!certain || begun != starts)) {
-      ++made;
-      carried = false;
-    }
-    certain = now;
-    starts = begun;
-    if (!certain || (carried && two_tags_s < 1)) return;
-    const double sigma_m = filter.estimate()->position_sigma_m();
-    if (off_m(filter, robot) > std::max(0.15, 5 * sigma_m)) ++false_moments;
-  }
-};
-
-/// One robot among tags of which a fifth is misread.
-struct Trial {
-  RiekfLocalizer filter{Landmarks(ring()), eye()};
-  Robot robot{};
-  World world{.wrong_id_share = 0.2};
-  Random random;
-  Claims claims{};
-  double two_tags_s = 0;  ///< since it was dark last
-  bool back = false;
-
-  explicit Trial(std::uint64_t seed) : random(seed) {}
-
-  void run_for(double seconds) {
-    constexpr double kFrame = 0.08;
-    for (int i = 0; i < static_cast<int>(std::lround(seconds / kFrame)); ++i) {
-      const std::size_t seen = look({}, robot.truth, 0, random).detections.size();
-      run(filter, robot, world, kFrame, random);
-      two_tags_s = world.dark ? 0 : two_tags_s + (seen >= 2 ? kFrame : 0);
-      claims.hear(filter, robot, two_tags_s);
-      back = back || (!world.dark && certain(filter) && off_m(filter, robot) < 0.1);
-    }
-  }
-};
-
-/// Wrong numbers, darkness, kidnapping: in a second after two tags are seen it is right again, and it never
-/// says that it is certain when it is wrong.
-TEST(RiekfLocalizer, IsHardToLose) {
-  const int trials = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 40;
-  int made = 0;
-  int false_moments = 0;
-  int not_back = 0;
-  for (int number = 0; number < trials; ++number) {
-    Trial trial(static_cast<std::uint64_t>(100 + number));
-    trial.run_for(3);
-    trial.world.dark = true;
-    if (number % 2 == 0) {  // carried away
-      trial.run_for(1);
-      trial.robot.truth =
-          SE2(trial.random.uniform(-1, 1), trial.random.uniform(-1, 1), trial.random.uniform(-3, 3));
-      trial.claims.carried = true;
-    } else {
-      trial.run_for(5);
-    }
-    trial.world.dark = false;
-    trial.back = false;
-    while (trial.two_tags_s < 1) trial.run_for(0.08);
-    not_back += trial.back ? 0 : 1;
-    trial.run_for(4);
-    made += trial.claims.made;
-    false_moments += trial.claims.false_moments;
-    EXPECT_EQ(trial.claims.false_moments, 0) << "trial " << number;
-  }
-  std::printf("%d trials: certain %d times anew, %d moments of it false, %d not back in a second\n", trials,
-              made, false_moments, not_back);
-  EXPECT_GE(made, trials);
-  EXPECT_EQ(not_back, 0);
-}
 
 TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/localization/riekf_localizer.hpp"
+#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/visibility.hpp"
+
+/// A robot that drives in a ring of tags, and the filter that hears it.
+namespace waymark::testing {
+
+inline SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
+
+inline MountedSensor eye() {
+  const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
+  return {CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
+}
+
+/// Sixteen upright tags around, facing inwards, not evenly.
+inline TagMap ring() {
+  TagMap map;
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 2 * std::numbers::pi * (i + 0.2 * std::sin(3.0 * i)) / 16;
+    const SE2 place(2.5 * std::cos(angle), (2.2 + 0.3 * (i % 3)) * std::sin(angle), angle);
+    map.tags[{.number = i}] = {.map_T_tag = lift(place) * SE3(body_R_optical(), {0, 0, 0.3}), .size_m = 0.16};
+  }
+  return map;
+}
+
+/// What is really there, and what the robot is told.
+struct World {
+  TagMap tags = ring();
+  double wrong_id_share = 0;
+  bool dark = false;
+};
+
+inline TagFrame look(const World& world, const SE2& map_X_base, double seconds, Random& random) {
+  TagFrame frame{.stamp = at(seconds)};
+  if (world.dark) return frame;
+  const SE3 cam_T_map = (lift(map_X_base) * eye().base_T_sensor).inverse();
+  for (const auto& [id, tag] : world.tags.tags) {
+    const auto corners = visible_corners(*eye().camera, cam_T_map * tag.map_T_tag, tag.size_m);
+    if (!corners) continue;
+    TagDetection seen{.tag = id, .corners_px = *corners};
+    if (random.uniform() < world.wrong_id_share) seen.tag.number = static_cast<int>(random.index(16));
+    for (auto& corner : seen.corners_px) corner += 0.15 * Eigen::Vector2d(random.normal(), random.normal());
+    seen.corner_covariance_px2 = CornerCovariance::Identity() * 0.15 * 0.15;
+    frame.detections.push_back(seen);
+  }
+  return frame;
+}
+
+/// A robot that drives in circles in the ring; its odometry is a little wrong.
+struct Robot {
+  SE2 truth{0, -1, 0};
+  SE2 odom{};
+  double seconds = 10;
+  int steps = 0;
+
+  Odometry drive(double dt_s, Random& random) {
+    const Eigen::Vector3d u(0.3 * dt_s, 0, 0.3 * dt_s);
+    truth = truth * SE2::exp(u);
+    odom = odom * SE2::exp({1.02 * u.x() + 1e-3 * std::sqrt(dt_s) * random.normal(), 0,
+                            u.z() + 1e-3 * std::sqrt(dt_s) * random.normal()});
+    seconds += dt_s;
+    ++steps;
+    return {.stamp = at(seconds), .odom_T_base = odom, .speed_m_s = 0.3, .yaw_rate_rad_s = 0.3};
+  }
+};
+
+inline void run(RiekfLocalizer& filter, Robot& robot, const World& world, double seconds, Random& random) {
+  for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
+    filter.add(robot.drive(0.02, random));
+    if (robot.steps % 4 == 0) filter.add(look(world, robot.truth, robot.seconds, random));
+    filter.clear_news();
+  }
+}
+
+inline double off_m(const RiekfLocalizer& filter, const Robot& robot) {
+  const auto estimate = filter.estimate();
+  if (!estimate) return std::numeric_limits<double>::infinity();
+  return (estimate->map_T_base.translation() - robot.truth.translation()).norm();
+}
+
+inline bool certain(const RiekfLocalizer& filter) { return filter.estimate() && filter.estimate()->certain; }
+
+}  // namespace waymark::testing

@@ -1,0 +1,107 @@
+// Wrong numbers, darkness, kidnapping: a thousand robots in a ring of tags (forty unless WAYMARK_FULL is
+// set).
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/tag_ring.hpp"
+
+namespace waymark {
+namespace {
+
+using testing::certain;
+using testing::eye;
+using testing::look;
+using testing::off_m;
+using testing::ring;
+using testing::Robot;
+using testing::run;
+using testing::World;
+
+/// Of what a filter claims: every "certain" must be true from the moment it is said, until it is withdrawn.
+/// Whoever is carried away in the dark cannot know it: that claim may stand until a second of tags has spoken
+/// against it.
+struct Claims {
+  bool certain = false;
+  int starts = 0;
+  bool carried = false;  ///< since the claim that stands was made
+  int made = 0;
+  int false_moments = 0;
+
+  void hear(const RiekfLocalizer& filter, const Robot& robot, double two_tags_s) {
+    const bool now = testing::certain(filter);
+    const int begun = filter.tracker().state().starts;
+    if (now && (!certain || begun != starts)) {
+      ++made;
+      carried = false;
+    }
+    certain = now;
+    starts = begun;
+    if (!certain || (carried && two_tags_s < 1)) return;
+    const double sigma_m = filter.estimate()->position_sigma_m();
+    if (off_m(filter, robot) > std::max(0.15, 5 * sigma_m)) ++false_moments;
+  }
+};
+
+/// One robot among tags of which a fifth is misread.
+struct Trial {
+  RiekfLocalizer filter{Landmarks(ring()), eye()};
+  Robot robot{};
+  World world{.wrong_id_share = 0.2};
+  Random random;
+  Claims claims{};
+  double two_tags_s = 0;  ///< since it was dark last
+  bool back = false;
+
+  explicit Trial(std::uint64_t seed) : random(seed) {}
+
+  void run_for(double seconds) {
+    constexpr double kFrame = 0.08;
+    for (int i = 0; i < static_cast<int>(std::lround(seconds / kFrame)); ++i) {
+      const std::size_t seen = look({}, robot.truth, 0, random).detections.size();
+      run(filter, robot, world, kFrame, random);
+      two_tags_s = world.dark ? 0 : two_tags_s + (seen >= 2 ? kFrame : 0);
+      claims.hear(filter, robot, two_tags_s);
+      back = back || (!world.dark && certain(filter) && off_m(filter, robot) < 0.1);
+    }
+  }
+};
+
+/// Wrong numbers, darkness, kidnapping: in a second after two tags are seen it is right again, and it never
+/// says that it is certain when it is wrong.
+TEST(RiekfLocalizer, IsHardToLose) {
+  const int trials = std::getenv("WAYMARK_FULL") != nullptr ? 1000 : 40;
+  int made = 0;
+  int false_moments = 0;
+  int not_back = 0;
+  for (int number = 0; number < trials; ++number) {
+    Trial trial(static_cast<std::uint64_t>(100 + number));
+    trial.run_for(3);
+    trial.world.dark = true;
+    if (number % 2 == 0) {  // carried away
+      trial.run_for(1);
+      trial.robot.truth =
+          SE2(trial.random.uniform(-1, 1), trial.random.uniform(-1, 1), trial.random.uniform(-3, 3));
+      trial.claims.carried = true;
+    } else {
+      trial.run_for(5);
+    }
+    trial.world.dark = false;
+    trial.back = false;
+    while (trial.two_tags_s < 1) trial.run_for(0.08);
+    not_back += trial.back ? 0 : 1;
+    trial.run_for(4);
+    made += trial.claims.made;
+    false_moments += trial.claims.false_moments;
+    EXPECT_EQ(trial.claims.false_moments, 0) << "trial " << number;
+  }
+  std::printf("%d trials: certain %d times anew, %d moments of it false, %d not back in a second\n", trials,
+              made, false_moments, not_back);
+  EXPECT_GE(made, trials);
+  EXPECT_EQ(not_back, 0);
+}
+
+}  // namespace
+}  // namespace waymark
