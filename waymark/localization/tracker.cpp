@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 #include "waymark/geometry/lie.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -209,66 +208,6 @@ void Tracker::update(const Verdict& verdict) {
     }
     filter_.correct(batch_, count, correction);
   }
-}
-
-void Tracker::search(const Look& look) {
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < look.count; ++i) {
-    if (watch_.usable(look.seen[i].landmark)) usable_[count++] = look.seen[i];
-  }
-  state_.whereabouts.look(std::span(usable_.data(), count), landmarks_, eye_);
-  const Candidate* found = state_.whereabouts.believable(state_.mode != TrackMode::Lost);
-  if (found == nullptr) return;
-  filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
-  state_.mode = TrackMode::Certain;
-  state_.given = false;
-  state_.contradicted = false;
-  state_.contradicting_looks = 0;
-  ++state_.starts;
-  state_.whereabouts.clear();
-  watch_.forget_pending();
-}
-
-void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
-  if (verdict.believed_count == 0 && verdict.rejected_count == 0) return;
-  const bool agrees = verdict.believed_count > 0 && verdict.believed_count >= verdict.rejected_count;
-  if (state_.given) {
-    state_.given = false;
-    if (!agrees) {
-      if (!look.reported) ++refused_starts_;
-      state_.mode = TrackMode::Uncertain;
-    }
-  }
-  state_.contradicting_looks = agrees ? 0 : state_.contradicting_looks + 1;
-  if (!agrees) {
-    if (!state_.contradicted) {
-      state_.contradicted = true;
-      state_.contradicted_since = look.stamp;
-      state_.whereabouts.clear();
-    }
-    state_.agreeing_looks = 0;
-    state_.agreeing_distinct = 0;
-    if (to_seconds(look.stamp - state_.contradicted_since) >= options_.uncertain_after_s)
-      state_.mode = TrackMode::Uncertain;
-    search(look);
-    return;
-  }
-  if (state_.mode == TrackMode::Certain) {
-    state_.contradicted = false;
-    watch_.confirm();
-    return;
-  }
-  ++state_.agreeing_looks;
-  for (std::size_t i = 0; i < verdict.believed_count; ++i) {
-    const int landmark = verdict.believed[i]->landmark;
-    if (state_.agreeing_distinct == 0 || (state_.agreeing_distinct == 1 && state_.agreeing[0] != landmark))
-      state_.agreeing[static_cast<std::size_t>(state_.agreeing_distinct++)] = landmark;
-  }
-  constexpr int kLooks = 3;
-  if (state_.agreeing_looks < kLooks || state_.agreeing_distinct < 2) return;
-  state_.mode = TrackMode::Certain;
-  state_.contradicted = false;
-  watch_.confirm();
 }
 
 void Tracker::look(Look& look) {

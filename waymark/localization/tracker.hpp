@@ -99,6 +99,8 @@ class Tracker {
   [[nodiscard]] Verdict judge(Look& look);
   void update(const Verdict& verdict);
   void judge_mode(const Verdict& verdict, const Look& look);
+  void agree(const Verdict& verdict);
+  void contradict(const Look& look);
   void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed,
               int place);
   void search(const Look& look);

@@ -1,0 +1,74 @@
+// Lost, uncertain, certain: what a look makes of it.
+#include <span>
+
+#include "waymark/localization/tracker.hpp"
+
+namespace waymark {
+
+void Tracker::search(const Look& look) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < look.count; ++i) {
+    if (watch_.usable(look.seen[i].landmark)) usable_[count++] = look.seen[i];
+  }
+  state_.whereabouts.look(std::span(usable_.data(), count), landmarks_, eye_);
+  const Candidate* found = state_.whereabouts.believable(state_.mode != TrackMode::Lost);
+  if (found == nullptr) return;
+  filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
+  state_.mode = TrackMode::Certain;
+  state_.given = false;
+  state_.contradicted = false;
+  state_.contradicting_looks = 0;
+  ++state_.starts;
+  state_.whereabouts.clear();
+  watch_.forget_pending();
+}
+
+void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
+  if (verdict.believed_count == 0 && verdict.rejected_count == 0) return;
+  const bool agrees = verdict.believed_count > 0 && verdict.believed_count >= verdict.rejected_count;
+  if (state_.given) {
+    state_.given = false;
+    if (!agrees) {
+      if (!look.reported) ++refused_starts_;
+      state_.mode = TrackMode::Uncertain;
+    }
+  }
+  agrees ? agree(verdict) : contradict(look);
+}
+
+void Tracker::contradict(const Look& look) {
+  ++state_.contradicting_looks;
+  if (!state_.contradicted) {
+    state_.contradicted = true;
+    state_.contradicted_since = look.stamp;
+    state_.whereabouts.clear();
+  }
+  state_.agreeing_looks = 0;
+  state_.agreeing_distinct = 0;
+  if (to_seconds(look.stamp - state_.contradicted_since) >= options_.uncertain_after_s)
+    state_.mode = TrackMode::Uncertain;
+  search(look);
+}
+
+/// Certain is who agreed in several looks, with two tags at least.
+void Tracker::agree(const Verdict& verdict) {
+  state_.contradicting_looks = 0;
+  if (state_.mode == TrackMode::Certain) {
+    state_.contradicted = false;
+    watch_.confirm();
+    return;
+  }
+  ++state_.agreeing_looks;
+  for (std::size_t i = 0; i < verdict.believed_count; ++i) {
+    const int landmark = verdict.believed[i]->landmark;
+    if (state_.agreeing_distinct == 0 || (state_.agreeing_distinct == 1 && state_.agreeing[0] != landmark))
+      state_.agreeing[static_cast<std::size_t>(state_.agreeing_distinct++)] = landmark;
+  }
+  constexpr int kLooks = 3;
+  if (state_.agreeing_looks < kLooks || state_.agreeing_distinct < 2) return;
+  state_.mode = TrackMode::Certain;
+  state_.contradicted = false;
+  watch_.confirm();
+}
+
+}  // namespace waymark
