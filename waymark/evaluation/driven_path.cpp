@@ -33,12 +33,15 @@ std::vector<PathPose> driven_path(const Trajectory& trajectory, double step_m) {
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
     const SE2 map_T_base = project_to_plane(trajectory[i].map_T_base);
     double arc = 0;
+    bool backwards = false;
     if (!path.empty()) {
-      const double distance = (map_T_base.translation() - path.back().map_p).norm();
-      if (distance < step_m) continue;
-      arc = path.back().arc_length_m + distance;
+      const Eigen::Vector2d way = map_T_base.translation() - path.back().map_p;
+      if (way.norm() < step_m) continue;
+      arc = path.back().arc_length_m + way.norm();
+      backwards = way.dot(map_T_base.rotation() * Eigen::Vector2d::UnitX()) < 0;
+      if (path.size() == 1) path.front().backwards = backwards;
     }
-    path.push_back({map_T_base.translation(), map_T_base.yaw(), arc, i});
+    path.push_back({map_T_base.translation(), map_T_base.yaw(), arc, i, backwards});
   }
   return path;
 }
@@ -77,7 +80,7 @@ std::optional<PathFoot> nearest_foot(const std::vector<PathPose>& path, const Pa
   std::optional<PathFoot> nearest;
   for (auto i = static_cast<std::size_t>(first - path.begin()); i + 1 < path.size(); ++i) {
     if (path[i].arc_length_m > to_m) break;
-    keep_nearer(nearest, foot_on(path, i, at.map_p));
+    if (path[i + 1].backwards == at.backwards) keep_nearer(nearest, foot_on(path, i, at.map_p));
   }
   return nearest;
 }

@@ -50,7 +50,12 @@ Feet follow(const std::vector<PathPose>& replayed, const std::vector<PathPose>& 
     std::optional<PathFoot> foot;
     if (!result.feet.empty()) foot = foot_near(taught, at, result.feet.back().arc_length_m, lap_m);
     if (!foot) foot = nearest_foot(taught, at);
-    if (!foot) foot = nearest_foot(taught, at, 0, std::numeric_limits<double>::infinity());
+    for (const bool backwards : {at.backwards, !at.backwards}) {
+      if (foot) break;
+      PathPose either = at;
+      either.backwards = backwards;
+      foot = nearest_foot(taught, either, 0, std::numeric_limits<double>::infinity());
+    }
     if (!result.feet.empty()) {
       const double moved = foot->arc_length_m - result.feet.back().arc_length_m;
       result.progress_m += lap_m ? std::remainder(moved, *lap_m) : moved;

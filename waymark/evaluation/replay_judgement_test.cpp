@@ -71,6 +71,28 @@ TEST(ReplayJudgement, EitherPassOfTheOverlapIsRight) {
   EXPECT_NEAR(judge_replay(circle(2.04, 0.2, 0.5), taught, {}, kHull)->cross_track_rmse_m, 0.04, 1e-3);
 }
 
+/// A metre and a half ahead, back over the same way, ahead again: `aside_m` to the left of it.
+Trajectory there_and_back(double aside_m) {
+  Trajectory trajectory;
+  for (int i = 0; i <= 450; ++i) {
+    const double x = i <= 150 ? 0.01 * i : (i <= 300 ? 3 - 0.01 * i : 0.01 * (i - 300));
+    const double left = aside_m + (i <= 300 ? 0 : 0.3 * x * x);  // the last way bends
+    const double yaw = i <= 300 ? 0 : std::atan(0.6 * x);
+    trajectory.push_back({at(0.05 * i), lift(SE2(x, left, yaw))});
+  }
+  return trajectory;
+}
+
+TEST(ReplayJudgement, AWayBackOverTheWayThereIsNotTheWayThere) {
+  for (const double aside_m : {0.0, 0.004, -0.004}) {
+    const auto judged = judge_replay(there_and_back(aside_m), there_and_back(0), {}, kHull);
+    ASSERT_TRUE(judged);
+    EXPECT_LT(judged->cross_track_max_m, std::abs(aside_m) + 1e-3);
+    EXPECT_NEAR(judged->progress_m, 4.6, 0.1) << "all three ways";
+    EXPECT_LT(judged->heading_rmse_deg, 1);
+  }
+}
+
 TEST(ReplayJudgement, StandingStillCountsOnce) {
   Trajectory replay = circle(2, 0.1, 0.4);  // ends at (-2, 0)
   for (int i = 0; i < 5000; ++i) replay.push_back({at(100 + i), lift(SE2(-2.2, 0, -kPi / 2))});
