@@ -81,6 +81,7 @@ TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
   EXPECT_GT(figures.count, 500);
   EXPECT_LE(rmse_m, 0.010);
   EXPECT_LE(nees, 4.5) << "surer than it should be";
+  EXPECT_GE(nees, 2) << "doubts more than it errs";
   EXPECT_LT(figures.uncertain, figures.count / 20);
 }
 
