@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 usage() {
   cat <<'TXT'
-usage: ./demo.sh [OUT_DIR]          (default: out/demo)
+usage: ./demo.sh [--laps N] [OUT_DIR]          (default: one lap driven again; out/demo)
 
 Installs the Debian packages it needs (says which; asks before sudo), builds the release preset (and, where there is npm, the page of
 `waymark view`), then
@@ -17,6 +17,8 @@ Installs the Debian packages it needs (says which; asks before sudo), builds the
 The second run takes seconds.
 TXT
 }
+laps=1
+if [ "${1:-}" = "--laps" ]; then laps="${2:?--laps needs a number}"; shift 2; fi
 case "${1:-}" in
   -h|--help) usage; exit 0 ;;
   -*) echo "demo.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
@@ -37,8 +39,8 @@ cmake --build --preset release -j "$(nproc)" --target waymark waymark_photograph
 waymark=build/release/waymark/cli/waymark
 
 echo
-echo "1. \$ waymark demo --images -o $out/loop"
-"$waymark" demo --images -o "$out/loop"
+echo "1. \$ waymark demo --images --laps $laps -o $out/loop"
+"$waymark" demo --images --laps "$laps" -o "$out/loop"
 echo
 echo "2. A photograph of tags, with blur and noise:  $out/photograph.png"
 build/release/examples/waymark_photograph "$out"

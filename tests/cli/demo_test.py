@@ -50,6 +50,8 @@ class Demo(InFolder):
         for path in report["figures"]:
             data = (self.folder / path).read_bytes()
             self.assertTrue(data.startswith(b"\x89PNG") if path.endswith(".png") else b"<svg" in data, path)
+        (thrice,) = self.run_here("demo", "--seed", 4, "-o", "thrice", "--laps", 3, "--json").records
+        self.assertEqual(thrice["replay"]["laps_completed"], 3)
         table = self.run_here("demo", "--seed", 4, "-o", "out")
         self.assertEqual(table.code, 0, "a second run writes over its own files")
         (self.folder / "mine").mkdir()

@@ -36,6 +36,7 @@ struct DemoArgs {
   LiveFlags live{};
   bool images = false;
   std::string folder = "demo";
+  double laps = 1;
   bool durable = false;
   bool json = false;
 };
@@ -108,8 +109,9 @@ Status write_report(const fs::path& folder, Console& console) {
 }
 
 /// The three steps. What fails is said with the step it failed in.
-Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool durable, Console& console) {
+Result<DemoReport> run_steps(const Stage& stage, const DemoArgs& args, Console& console) {
   const Stopwatch watch;
+  const fs::path folder = args.folder;
   DemoReport report;
   const auto failed_in = [](const char* step, Error error) {
     error.message = fmt::format("{}: {}", step, error.message);
@@ -117,7 +119,7 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool du
   };
   if (Status status = clear(folder); !status) return tl::unexpected(status.error());
   const std::string lap = (folder / "lap.mcap").string();
-  const Result<TeachReport> taught = teach_lap(stage, {.output = lap, .durable = durable}, console);
+  const Result<TeachReport> taught = teach_lap(stage, {.output = lap, .durable = args.durable}, console);
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
@@ -126,7 +128,9 @@ Result<DemoReport> run_steps(const Stage& stage, const fs::path& folder, bool du
   report.map = std::move(*map);
   Stage another_day = stage;
   another_day.simulated.robot.seed += kReplaySeed;
-  ReplayJob job{.folder = folder / "map", .output = (folder / "replay.mcap").string(), .durable = durable};
+  ReplayJob job{
+      .folder = folder / "map", .output = (folder / "replay.mcap").string(), .durable = args.durable};
+  job.replay.laps = args.laps;
   Result<ReplayReport> replay = replay_route(another_day, job, console);
   if (!replay) return failed_in("replay", replay.error());
   report.replay = std::move(*replay);
@@ -185,6 +189,7 @@ ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
   }
   StoryJob job{.folder = args.folder, .driver = "scripted", .feed = &(*view)->feed()};
   job.replay.durable = args.durable;
+  job.replay.replay.laps = args.laps;
   const Result<StoryReport> report = run_story(stage, job, console);
   if (!report) {
     console.say(report.error());
@@ -205,7 +210,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     stage->simulated.pictures = SceneEyeOptions{};
     stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   }
-  const Result<DemoReport> report = run_steps(*stage, args.folder, args.durable, console);
+  const Result<DemoReport> report = run_steps(*stage, args, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
@@ -238,6 +243,10 @@ Run prepare_demo(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for recordings, map and figures")
       ->capture_default_str()
       ->type_name("FOLDER");
+  app.add_option("--laps", args->laps, "How often the lap is driven again")
+      ->capture_default_str()
+      ->check(CLI::Range(0.01, 1000.0))
+      ->type_name("NUMBER");
   app.add_flag("--images", args->images, "The camera takes pictures, and the detector looks at them");
   app.add_flag("--durable", args->durable, kDurableHelp);
   app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
@@ -264,6 +273,7 @@ Exit code: 0 the route was driven to its end, 1 it was not (said in words; the t
 Examples:
   waymark demo
   waymark demo -o out --seed 5 --json
+  waymark demo --laps 3 --world limo-walls -o out
   waymark demo --view --images --open
 )",
       .prepare = prepare_demo,
