@@ -12,6 +12,7 @@ import math
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -51,6 +52,8 @@ def mbot(program, folder, data):
         later, _ = run(program, folder, *judge, "--from", LAP_1_S)
         first, _ = run(program, folder, *judge, "--to", LAP_1_S)
         rows.append((name, later, first, report))
+    subprocess.run([program, "evaluate", output, "tape.csv", "--closed", "--odometry", log, "--from", str(LAP_1_S), "--figures", "mbot"],
+                   cwd=folder, check=True, capture_output=True)
     last_later, last_first = rows[-1][1], rows[-1][2]
     lines = ["| MBot, from the tape, m | laps 2 and 3, RMS | worst | lap 1, signed, RMS |", "|---|---|---|---|"]
     for beside in last_later["beside"]:
@@ -72,7 +75,8 @@ def aer1513(program, folder, data):
                     "--farthest-m", farthest, "--sensor-pose", 0.219016, left_m, 0, *AER]
         run(program, folder, *localize, "-o", output)
         run(program, folder, *localize, "--method", "smoother", "-o", "smooth-" + output)
-        scores, _ = run(program, folder, "evaluate", output, where / "truth.csv.gz", "--odometry", where / "odometry.csv.gz")
+        scores, _ = run(program, folder, "evaluate", output, where / "truth.csv.gz", "--odometry", where / "odometry.csv.gz",
+                        *(["--figures", "aer1513"] if len(lines) == 2 else []))
         smoothed, _ = run(program, folder, "evaluate", "smooth-" + output, where / "truth.csv.gz")
         lines.append(f"| landmarks within {farthest} m{words} | {metres(scores['ate_rmse_m'])} | {metres(scores['ate_max_m'])} | "
                      f"{scores['heading_rmse_deg']:.2f} | {scores['nees_mean']:.2f} | {scores['nis_mean']:.2f} | "
@@ -220,6 +224,9 @@ def main():
         parts = (mbot(program, folder, data), aer1513(program, folder, data), pictures(program, folder, laps),
                  academy(program, folder, laps), house_in_pictures(program, folder, laps), geometric(program))
         table = "\n\n".join("\n".join(part) for part in parts) + "\n"
+        if args.write is not None:
+            for name in ("mbot", "aer1513"):
+                shutil.copy(folder / name / "trajectories.png", args.write.resolve().parent / f"images/{name}.png")
     if args.write is None:
         print(table, end="")
         return

@@ -197,16 +197,18 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
   if (poses && !inputs.planar_sensor && !inputs.setup.eye.camera && job.robot.empty()) {
     // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
     inputs.setup.eye.base_T_sensor = SE3(body_R_optical(), inputs.setup.eye.base_T_sensor.translation());
+    inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
         "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");
   }
   const bool ranges = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<RangeBearing>(s); });
-  if (ranges && job.sensor_pose.empty() && job.robot.empty() && job.calibration.empty())
+  if (ranges && job.sensor_pose.empty() && job.robot.empty() && job.calibration.empty()) {
+    inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
         "nobody says where the sensor sits that measures ranges: taken as the middle of the base "
-        "(--sensor-pose "
-        "says more)");
+        "(--sensor-pose says more)");
+  }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
   return inputs;
 }

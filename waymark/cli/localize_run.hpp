@@ -35,7 +35,8 @@ struct LocalizeInputs {
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
   std::size_t sightings = 0;
-  bool planar_sensor = false;  ///< --sensor-pose: x ahead, y left; else the axes are a camera's
+  bool mounting_guessed = false;  ///< nobody says where the sensor sits
+  bool planar_sensor = false;     ///< --sensor-pose: x ahead, y left; else the axes are a camera's
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& console);

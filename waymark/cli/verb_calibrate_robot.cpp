@@ -174,6 +174,7 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   const std::vector<Sample> samples = within(inputs->samples, args.from_s, args.to_s);
   int runs = 0;
   InnovationFitOptions options;
+  if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more
   options.keep_going = [&] {
     console.live(fmt::format("run {} of the filter over the recording, of some two hundred", ++runs));
     return !interrupted();

@@ -136,12 +136,11 @@ Matrix trusted(const Matrix& inverse, const Matrix& scatter) {
 
 /// What the drive does not tell from what was given stays that: others gave it who knew more.
 void move_what_is_told(const Matrix& P, const std::vector<std::size_t>& what, const CalibratedNumbers& start,
-                       InnovationFit& result) {
-  constexpr double kEnough_sigma = 3;
+                       double keep_sigma, InnovationFit& result) {
   Vector change(static_cast<Eigen::Index>(what.size()));
   for (std::size_t i = 0; i < what.size(); ++i)
     change[static_cast<Eigen::Index>(i)] = result.value[what[i]] - start[what[i]];
-  const std::vector<bool> kept = keep_given(P, kEnough_sigma, change);
+  const std::vector<bool> kept = keep_given(P, keep_sigma, change);
   for (std::size_t i = 0; i < what.size(); ++i) {
     result.value[what[i]] = start[what[i]] + change[static_cast<Eigen::Index>(i)];
     result.kept[what[i]] = kept[i];
@@ -218,7 +217,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   }
   const Matrix inverse = Eigen::LLT<Matrix>(H).solve(Matrix::Identity(H.rows(), H.cols()));
   const Matrix P = trusted(inverse, scatter_of_gradient(cost, result.value, what));
-  move_what_is_told(P, what, start, result);
+  move_what_is_told(P, what, start, fit.keep_sigma, result);
   static_cast<void>(cost(result.value));
   if (cost.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_after = cost.per_row();

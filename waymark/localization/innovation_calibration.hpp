@@ -43,6 +43,8 @@ struct InnovationFitOptions {
   /// How far from what is given each may be (standard deviation), for any robot.
   CalibratedNumbers prior{0.1, 0.05, 0.1, 0.05, 0.1, 0.05, 0.05, 0.03};
   int iterations = 3;
+  /// What changes by less than so many of its standard deviations stays as it was given; 0: was only guessed.
+  double keep_sigma = 3;
   /// Asked before each run of the filter; false ends the search with an error. Empty: never ends it.
   std::function<bool()> keep_going{};
 };
