@@ -1,6 +1,6 @@
 // Measures the page on a long recording: how soon after the start of the server it is usable in a browser that is open, and how long each jump of the
-// timeline takes until its picture is drawn.
-// usage: node scrub.mjs PROGRAM RECORDING     environment as the tests of the page have it (tests/viewer/page_test.py)
+// timeline takes until its picture is drawn; one object of JSON. Run by tools/measure_page.py.
+// usage: node scrub.mjs PROGRAM RECORDING
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { drawn, launch, openPage } from "./browser.mjs";
@@ -31,8 +31,6 @@ for (let i = 1; i <= 60; ++i) {
     return performance.now() - start;
   }, (i * 0.618034) % 1));
 }
-times.sort((a, b) => a - b);
-console.log(`painted ${(painted - begun).toFixed(0)} ms and usable ${usable - begun} ms after the server was started, all read after ${read - begun} ms; ` +
-  `60 jumps: median ${times[30].toFixed(0)} ms, 95 % ${times[57].toFixed(0)} ms, longest ${times[59].toFixed(0)} ms, ${times.filter((t) => t > 200).length} above 200 ms`);
+console.log(JSON.stringify({ painted_ms: painted - begun, usable_ms: usable - begun, read_ms: read - begun, jumps_ms: times }));
 await browser.close();
 server.kill("SIGINT");

@@ -8,12 +8,18 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kMostOrders = 64;
+constexpr std::size_t kMostSpare = 4;
 
 }  // namespace
 
 void LiveFeed::publish(const Sample& sample, std::int64_t host_ns) {
   if (!listening_.load(std::memory_order_relaxed)) return;
-  add({sample, host_ns});
+  const auto* picture = std::get_if<CameraFrame>(&sample);
+  if (picture == nullptr || spare_.empty()) return add({sample, host_ns});
+  CameraFrame copy = std::move(spare_.back());
+  spare_.pop_back();
+  copy = *picture;
+  add({Sample(std::move(copy)), host_ns});
 }
 
 void LiveFeed::publish(const ros2::PoseWithCovarianceStamped& estimate, std::int64_t host_ns) {
@@ -74,6 +80,7 @@ void LiveFeed::hand_over() {
     samples.insert(samples.end(), std::make_move_iterator(waiting_.begin()),
                    std::make_move_iterator(waiting_.begin() + static_cast<std::ptrdiff_t>(fits)));
     waiting_.clear();
+    if (spare_.empty()) std::swap(spare_, box_spare_);
     if (status_waiting_) box_news_.status = *std::exchange(status_waiting_, std::nullopt);
     if (texts_waiting_) box_news_.texts = std::exchange(texts_waiting_, nullptr);
     if (shapes_waiting_) box_news_.shapes = std::exchange(shapes_waiting_, nullptr);
@@ -91,6 +98,11 @@ LiveFeed::News LiveFeed::take() {
             .shapes = box_news_.shapes};
   box_news_.samples = {};
   return news;
+}
+
+void LiveFeed::give_back(CameraFrame picture) {
+  const std::scoped_lock hand(box_);
+  if (box_spare_.size() < kMostSpare) box_spare_.push_back(std::move(picture));
 }
 
 std::vector<LiveOrder> LiveFeed::take_orders() {

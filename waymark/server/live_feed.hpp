@@ -93,6 +93,8 @@ class LiveFeed {
   };
   void set_listening(bool anybody) { listening_.store(anybody); }
   [[nodiscard]] News take();
+  /// A picture that is of no use any more: the next one takes its memory, and the loop need not ask for any.
+  void give_back(CameraFrame picture);
   void order(const LiveOrder& order);
   void set_control(Control control) { control_.store(control); }
 
@@ -109,11 +111,13 @@ class LiveFeed {
   std::shared_ptr<const LiveTexts> texts_waiting_{};
   std::optional<Mounted> camera_waiting_{};
   std::shared_ptr<const ros2::MarkerArray> shapes_waiting_{};
-  LiveTexts texts_{};  ///< the robot's own
+  std::vector<CameraFrame> spare_{};  ///< to be written over
+  LiveTexts texts_{};                 ///< the robot's own
   LiveStatus told_{};
 
   std::mutex box_;  ///< guards what follows
   News box_news_{};
+  std::vector<CameraFrame> box_spare_{};
   std::mutex order_box_;
   std::vector<LiveOrder> orders_{};
 };

@@ -39,6 +39,34 @@ TEST(LiveFeed, AServerThatDoesNotComeCostsABoundedMemory) {
   EXPECT_EQ(feed.dropped(), 5000 - LiveFeed::kMostWaiting);
 }
 
+TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {
+  LiveFeed feed;
+  feed.set_listening(true);
+  const auto picture_of = [](std::uint8_t grey) {
+    CameraFrame frame{.image = Image(64, 48)};
+    frame.image.row(47)[63] = grey;
+    return frame;
+  };
+  const auto taken = [&] { return std::get<CameraFrame>(std::get<Sample>(feed.take().samples.at(0).value)); };
+  const std::uint8_t* place = nullptr;
+  for (std::uint8_t grey = 1; grey < 10; ++grey) {
+    feed.publish(Sample(picture_of(grey)), grey);
+    LiveFeed::News news = feed.take();
+    ASSERT_EQ(news.samples.size(), 1u);
+    auto& frame = std::get<CameraFrame>(std::get<Sample>(news.samples[0].value));
+    EXPECT_EQ(frame.image.row(47)[63], grey);
+    if (place != nullptr) {
+      EXPECT_EQ(frame.image.row(0), place);  // no new memory
+    }
+    place = frame.image.row(0);
+    feed.give_back(std::move(frame));
+    feed.publish(odometry_at(grey), grey);  // the mailbox is visited
+    static_cast<void>(feed.take());
+  }
+  feed.publish(Sample(CameraFrame{.image = Image(8, 4)}), 1);
+  EXPECT_EQ(taken().image.width(), 8);  // of another size
+}
+
 TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverLost) {
   LiveFeed feed;
   for (int i = 0; i < 1000; ++i) feed.order({.kind = LiveOrder::Kind::Velocity});

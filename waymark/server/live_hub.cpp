@@ -97,7 +97,7 @@ std::set<std::uint32_t> LiveHub::wanted() const {
 }
 
 void LiveHub::tick(Duration now) {
-  const LiveFeed::News news = feed_.take();
+  LiveFeed::News news = feed_.take();
   status_ = news.status;
   texts_ = news.texts;
   std::vector<LiveMessage> messages;
@@ -106,10 +106,12 @@ void LiveHub::tick(Duration now) {
   if (news.shapes && std::exchange(shapes_, news.shapes) != news.shapes)
     std::ranges::move(channels_.encode(*news.shapes, now.count()), std::back_inserter(messages));
   const std::set<std::uint32_t> asked = wanted();
-  for (const LiveSample& sample : news.samples) {
-    if (const auto* heard = std::get_if<Sample>(&sample.value))
-      health_.hear(*heard, Duration(sample.host_ns));
+  for (LiveSample& sample : news.samples) {
+    auto* heard = std::get_if<Sample>(&sample.value);
+    if (heard != nullptr) health_.hear(*heard, Duration(sample.host_ns));
     std::ranges::move(channels_.encode(sample, asked), std::back_inserter(messages));
+    auto* picture = heard != nullptr ? std::get_if<CameraFrame>(heard) : nullptr;
+    if (picture != nullptr) feed_.give_back(std::move(*picture));
   }
   for (auto& [id, client] : clients_) {
     advertise(client);
