@@ -75,6 +75,7 @@ async function replays() {
   await speedIs((v) => v < 0.02, "pause stands");
   await page.click("#go");
   await phase("replaying");
+  await page.waitForFunction(() => document.querySelector("#legend .estimate"));
   await page.waitForFunction(() => /residual [\d.]+ px/.test(document.querySelector("#seen").textContent));
   await page.waitForFunction(() => parseFloat(document.querySelector("#phase").textContent.split(";")[1]) > 1.2); // metres of the way
   if (pictures) await page.screenshot({ path: `${pictures}/live.png` });

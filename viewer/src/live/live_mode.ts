@@ -41,6 +41,7 @@ export class LiveMode {
   private dirty = false;
   private rebuilt = 0;
   private framed = false;
+  private streams = 0; // that have something to show
   /** When the picture that is shown was taken; nothing where there are none. */
   pictureTime: number | undefined;
 
@@ -139,6 +140,8 @@ export class LiveMode {
       this.rebuilt = now;
       world.rebuildTracks(content, this.parts.colour);
       if (!this.framed && tracks.odometry.length > 1) { this.framed = true; this.parts.rebuild(true); }
+      const streams = [tracks.truth, tracks.odometry, tracks.estimate].filter((one) => one.length > 0).length;
+      if (streams !== this.streams) { this.streams = streams; this.parts.rebuild(false); } // the legend names them
       plots.refresh(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity, 0.2)));
       bar.showMarks([...marksOf(tracks), ...this.phases].sort((a, b) => a.t - b.t));
     }
