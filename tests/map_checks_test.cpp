@@ -1,12 +1,15 @@
 // What was wrong with a lap is found and named: circuit24, one thing spoiled at a time.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <gmock/gmock.h>
 
 #include "tests/support/circuit_lap.hpp"
+#include "tests/support/warehouse.hpp"
 #include "waymark/evaluation/map_errors.hpp"
 #include "waymark/mapping/lap_diagnosis.hpp"
+#include "waymark/mapping/loop_closure.hpp"
 
 namespace waymark {
 namespace {
@@ -15,6 +18,7 @@ using namespace test;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
@@ -142,12 +146,49 @@ TEST(MapChecks, SaysThatTagsStandOnOneLine) {
   BundleMap map;
   for (int i = 0; i < 5; ++i) map.map.tags[tag(i)] = {SE3({}, {1.0 * i, 0.01 * (i % 2), 0.3}), 0.16};
   std::vector<std::string> words;
-  internal::check_line(map, words);
+  waymark::internal::check_line(map, words);
   EXPECT_THAT(words, ::testing::ElementsAre(HasSubstr("on one line")));
   map.map.tags[tag(7)] = {SE3({}, {2, 1, 0.3}), 0.16};
   words.clear();
-  internal::check_line(map, words);
+  waymark::internal::check_line(map, words);
   EXPECT_TRUE(words.empty());
+}
+
+/// An aisle of signs, only those on the left, or all.
+LapInput aisle(bool only_left) {
+  LapInput lap = drive_warehouse({.tags = 100}).lap;
+  for (TagFrame& frame : lap.frames) {
+    std::erase_if(frame.detections,
+                  [&](const TagDetection& seen) { return only_left && seen.tag.number % 2 != 0; });
+  }
+  return lap;
+}
+
+TEST(MapChecks, NamesTagsOnALine) {
+  const LapInput line = aisle(true);
+  EXPECT_THAT(check_map(line, map_of(line)), Contains(HasSubstr("all tags stand on one line")));
+  const LapInput both = aisle(false);
+  EXPECT_THAT(check_map(both, map_of(both)), Not(Contains(HasSubstr("all tags stand on one line"))));
+}
+
+TEST(MapChecks, SaysHowWellTheWayCloses) {
+  const Lap lap = drive(1);
+  const BundleMap map = map_of(lap.input);
+  const auto loop = loop_closure(lap.input, map);
+  ASSERT_TRUE(loop);
+  std::printf("%s after %.1f m: wheels %.3f m and %.2f deg off, adjusted %.4f m\n",
+              to_string(loop->tag).c_str(), loop->way_m, loop->before_m, 57.3 * loop->before_rad,
+              loop->after_m);
+  EXPECT_GT(loop->way_m, 8);
+  // A bias of the gyro of 0.002 rad/s for half a minute and more, wheels that are 2 % off.
+  EXPECT_GT(loop->before_m, 0.05);
+  EXPECT_LT(loop->before_m, 2);
+  EXPECT_LT(loop->after_m, 0.03);
+  LapInput open = lap.input;
+  std::erase_if(open.frames, [&](const TagFrame& frame) {
+    return to_seconds(frame.stamp - lap.input.frames.front().stamp) > 9;
+  });
+  EXPECT_FALSE(loop_closure(open, map));
 }
 
 }  // namespace

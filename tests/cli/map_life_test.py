@@ -61,13 +61,23 @@ class Convert(InFolder):
             self.assertEqual(held.code, 0, held.err)
             self.assertEqual(held.records[0]["prior_tags_agreeing"], 24)
             self.assertLess(held.records[0]["prior_rms_m"], 0.01)
+        recorded = self.run_here("map", "convert", "map", "tf.mcap", "--to", "tf", "--json")
+        self.assertEqual(recorded.code, 0, recorded.err)
+        back = self.run_here("map", "convert", "tf.mcap", "tf_back2.yaml", "--tag-size-m", 0.16, "--json")
+        self.assertEqual(back.code, 0, back.err)
+        self.assertEqual((back.records[0]["from"], back.records[0]["tags"]), ("tf", 24))
+        held = self.run_here("map", "lap.mcap", "-o", "again", "--prior", "tf_back2.yaml", "--json")
+        self.assertEqual(held.records[0]["prior_tags_agreeing"], 24, held.err)
+        loop = held.records[0]["loop_closure"]
+        self.assertGreater(loop["way_m"], 8)
+        self.assertGreater(loop["before_m"], 5 * loop["after_m"])
         again = self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf")
         self.assertEqual(again.code, 1)
         self.assertIn("there is a file already", again.err)
         self.assertEqual(self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf", "--force", "--remove", "3").code, 0)
         for words, code, part in ((["map", "x.yaml", "--to", "tff"], 2, "Did you mean 'tf'?"), (["tf.yaml", "x.yaml"], 1, "--tag-size-m"),
                                   (["none", "x.yaml"], 1, "none"), (["map", "x.yaml", "--remove", "99"], 1, "is not in the map"),
-                                  (["lap.mcap", "x.yaml"], 1, "lap.mcap")):
+                                  (["lap.mcap", "x.yaml"], 1, "no transform from the frame map")):
             mistake = self.run_here("map", "convert", *words)
             self.assertEqual(mistake.code, code, mistake.err)
             self.assertIn(part, mistake.err)

@@ -137,6 +137,15 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"wall_s", report.wall_s},
       {"peak_rss_mib", report.peak_rss_mib},
       {"warnings", report.warnings}};
+  if (lap.bundle && lap.bundle->loop) {
+    const LoopClosure& loop = *lap.bundle->loop;
+    json["loop_closure"] = {{"tag", to_string(loop.tag)},
+                            {"away_s", loop.away_s},
+                            {"way_m", loop.way_m},
+                            {"before_m", loop.before_m},
+                            {"before_deg", loop.before_rad * 180 / std::numbers::pi},
+                            {"after_m", loop.after_m}};
+  }
   if (report.prior_agreeing) {
     json["prior_tags_agreeing"] = *report.prior_agreeing;
     json["prior_rms_m"] = report.prior_rms_m;

@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include <fmt/format.h>
 
 #include "waymark/cli/map_steps.hpp"
@@ -30,6 +32,14 @@ std::string to_text(const MapReport& report, const std::string& folder) {
           "(turns)\n",
           b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
           b.odometry_scales_sigma.yaw);
+  }
+  if (lap.bundle && lap.bundle->loop) {
+    const LoopClosure& loop = *lap.bundle->loop;
+    text += fmt::format(
+        "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
+        "adjusted its sightings agree within {:.3f} m\n",
+        to_string(loop.tag), loop.way_m, loop.before_m, loop.before_rad * 180 / std::numbers::pi,
+        loop.after_m);
   }
   if (report.poses) {
     const PoseLapFigures& p = *report.poses;

@@ -113,9 +113,7 @@ Result<MapSceneJob> scene_job_of(const MapArgs& args) {
                      .folder = args.folder,
                      .against = args.against,
                      .options = {.model = args.model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark,
-                                 .outlier_chi2 = bundle.outlier_chi2,
-                                 .robust_chi2 = bundle.robust_chi2,
-                                 .max_iterations = bundle.max_iterations}};
+                                 .search = bundle.search}};
 }
 
 /// With TagSLAM's files: no floor, any number of cameras and bodies.

@@ -11,6 +11,7 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/map_transforms.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_exchange.hpp"
@@ -46,7 +47,8 @@ Status remove_tags(const ConvertMapArgs& args, MapFile& map) {
 }
 
 Result<ReadMap> converted(const ConvertMapArgs& args, MapForm form) {
-  Result<ReadMap> read = read_any_map(args.input, args.tag_size_m);
+  Result<ReadMap> read = is_ros_recording(args.input) ? read_map_transforms(args.input, args.tag_size_m)
+                                                      : read_any_map(args.input, args.tag_size_m);
   if (!read) return read;
   if (Status status = remove_tags(args, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)
@@ -57,8 +59,11 @@ Result<ReadMap> converted(const ConvertMapArgs& args, MapForm form) {
   if (!args.force && std::filesystem::exists(args.output, ignored))
     return fail(ErrorCode::Unwritable, "there is a file already", {.source = args.output},
                 "Give --force to replace it.");
-  const Status status =
-      form == MapForm::Waymark ? write_map(args.output, read->map) : write_text_file(args.output, *text);
+  const bool as_recording =
+      form == MapForm::Transforms && std::filesystem::path(args.output).extension() == ".mcap";
+  const Status status = as_recording               ? write_map_transforms(args.output, read->map)
+                        : form == MapForm::Waymark ? write_map(args.output, read->map)
+                                                   : write_text_file(args.output, *text);
   if (!status) return tl::unexpected(status.error());
   return read;
 }
@@ -114,14 +119,16 @@ Verb map_convert_verb() {
       .sentence = "Turn a map of tags into another program's form, or another's into ours",
       .help =
           R"(Reads our map.yaml, apriltags_poses.yaml of the Robotics Academy, TagSLAM's tagslam.yaml or poses.yaml, and
-transforms of tf as YAML; what a file is, its content tells. What a form cannot say is left out and named. Formats:
-docs/formats/map.md, "Maps of others".
+transforms of tf as YAML or in a recording (MCAP, ROS 1 bag: /tf, /tf_static); what a file is, its content tells. What
+a form cannot say is left out and named. With --to tf an OUTPUT that ends in .mcap becomes a recording with /tf_static.
+Formats: docs/formats/map.md, "Maps of others".
 
 Exit code: 0 written, 1 unreadable or not written, 2 wrong usage.
 
 Examples:
   waymark map convert map poses.yaml --to tagslam
   waymark map convert map tags_tf.yaml --to tf
+  waymark map convert map tags_tf.mcap --to tf
   waymark map convert apriltags_poses.yaml map.yaml
 )",
       .prepare = prepare_convert_map,

@@ -61,7 +61,7 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
   for (std::size_t i = 0; i < chi2.size(); ++i) terms[lap.bundle.corners[i].tag].push_back(i);
   for (const auto& [id, pose] : lap.tags) {
     const auto good =
-        std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.outlier_chi2; });
+        std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
     if (lap.bundle.poses[pose].fixed || 2 * good >= std::ssize(terms[pose])) continue;
     std::vector<internal::Vote<SE3>> votes;
     for (std::size_t i : terms[pose]) {
@@ -109,14 +109,14 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
 /// The noise as it is and what contradicts the rest left out, until neither changes any more.
 void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
             BundleMap& result) {
-  const BundleOptions search{.max_iterations = options.max_iterations};
+  const BundleOptions search{.max_iterations = options.search.max_iterations};
   for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
       const double ratio = noise_ratio(lap, corner_chi2(lap.bundle));
       scale_noise(lap.bundle, ratio);
       result.noise_ratio *= ratio;
     }
-    const bool changed = judge(lap.bundle, options.outlier_chi2);
+    const bool changed = judge(lap.bundle, options.search.outlier_chi2);
     if (!changed && round > 0) break;
     result.summary = solve(lap.bundle, search, progress);
   }
@@ -134,8 +134,7 @@ BundleProgress stage(const MapProgress& progress, const char* name, BundleMap& r
 void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
               const MapProgress& progress, BundleMap& result) {
   constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
-  const BundleOptions search{
-      .max_iterations = options.max_iterations, .relative_gain = kRough, .robust_chi2 = options.robust_chi2};
+  const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
   const BundleProgress looking = stage(progress, "looking for outliers", result);
   result.summary = solve(lap.bundle, search, looking);
   if (result.interrupted || !result.summary.usable()) return;
@@ -152,7 +151,7 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
       internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
   if (!tied) return tied;
   const BundleProgress told = stage(progress, "extending the map", result);
-  result.summary = solve(lap.bundle, {.max_iterations = options.max_iterations}, told);
+  result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, told);
   settle(lap, options, told, result);
   result.prior_words = tied->words;
   result.prior_agreeing = static_cast<int>(tied->agreeing.size());
@@ -167,14 +166,14 @@ void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const Map
   result.mounting_used = options.find_mounting && !lap.bundle.odometry.empty();
   if (!result.mounting_used) {
     LapBundle copy = lap;
-    result.mounting = estimate_mounting(copy, options.max_iterations, told);
+    result.mounting = estimate_mounting(copy, options.search.max_iterations, told);
     return;
   }
   const SE3 believed = lap.bundle.poses[lap.cam].value;
-  result.mounting = estimate_mounting(lap, options.max_iterations, told);
-  fit_odometry_noise(lap, options.max_iterations, told);
+  result.mounting = estimate_mounting(lap, options.search.max_iterations, told);
+  fit_odometry_noise(lap, options.search.max_iterations, told);
   settle(lap, options, told, result);
-  result.mounting = estimate_mounting(lap, options.max_iterations, told, believed);
+  result.mounting = estimate_mounting(lap, options.search.max_iterations, told, believed);
 }
 
 /// Tags of the map that is extended which the lap did not see stay.

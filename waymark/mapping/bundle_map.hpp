@@ -8,34 +8,24 @@
 
 #include "waymark/mapping/lap_bundle.hpp"
 #include "waymark/mapping/mounting_estimate.hpp"
+#include "waymark/mapping/search_options.hpp"
 
 namespace waymark {
 
 struct BundleMapOptions {
-  double outlier_chi2 = 26.1;
-  double robust_chi2 = 12;
+  SearchOptions search{};
   bool estimate_noise = true;
   bool find_mounting = false;
-  int max_iterations = 100;
   LapModelOptions model{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.outlier_chi2, Field{"outlier_chi2",
-                                   "A sighting whose squared error over its variance (8 numbers) exceeds "
-                                   "this is left out (0.999 quantile).",
-                                   8, 1e9});
-    visit(
-        self.robust_chi2,
-        Field{"robust_chi2",
-              "From this squared error on a sighting's say shrinks while outliers are looked for.", 1, 1e9});
+    SearchOptions::fields(self.search, visit);
     visit(self.estimate_noise,
           Field{"estimate_noise",
                 "Take the corner noise from what is left over instead of the detector's word."});
     visit(self.find_mounting,
           Field{"find_mounting", "Where the camera sits is not known but found, together with the map."});
-    visit(self.max_iterations,
-          Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
     LapModelOptions::fields(self.model, visit);
   }
 };

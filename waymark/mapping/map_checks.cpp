@@ -129,16 +129,6 @@ void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::stri
   }
 }
 
-void check_sightings(const BundleMap& map, std::vector<std::string>& words) {
-  int used = 0;
-  for (const auto& [id, sightings] : map.sightings) used += sightings;
-  const int all = used + static_cast<int>(map.rejected.size());
-  constexpr double kMany = 0.03;
-  if (all == 0 || static_cast<double>(map.rejected.size()) < kMany * all) return;
-  words.push_back(fmt::format("{} of {} sightings of tags contradict the others and were left out",
-                              map.rejected.size(), all));
-}
-
 }  // namespace
 
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
@@ -190,7 +180,7 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   words.insert(words.end(), map.prior_words.begin(), map.prior_words.end());
   check_places(lap, map, words);
   check_tags(lap, map, words);
-  check_sightings(map, words);
+  internal::check_sightings(lap, map, words);
   internal::check_mounting(map, words);
   internal::check_regions(map, words);
   internal::check_line(map, words);

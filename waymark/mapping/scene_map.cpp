@@ -53,9 +53,9 @@ class Search {
     // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
     for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers", kFarGain);
     for (int round = 0; round < kRounds && goes_on(); ++round) {
-      find(options_.robust_chi2, 10, "looking for outliers", kFarGain);
+      find(options_.search.robust_chi2, 10, "looking for outliers", kFarGain);
       own_noise(noise_px_ * noise_ratio());
-      if (replace_contradicted(bundle, map_.placed, known_, options_.outlier_chi2) == 0) break;
+      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
     }
   }
 
@@ -65,7 +65,7 @@ class Search {
     for (CornerTerm& term : map_.problem.bundle.corners) term.used = can_count(term);
     add_wiggle(map_.scene, map_.sightings, map_.problem);
     map_.placed.resize(map_.problem.bundle.poses.size(), 1);
-    find(0, options_.max_iterations, "adjusting");
+    find(0, options_.search.max_iterations, "adjusting");
   }
 
   /// Until the set of sightings in use and the noise agree with each other.
@@ -74,9 +74,9 @@ class Search {
       own_noise(noise_px_ * noise_ratio());
       const bool changed = judge();
       if (!changed && round > 0) break;
-      find(0, options_.max_iterations, "adjusting", kRough);
+      find(0, options_.search.max_iterations, "adjusting", kRough);
     }
-    find(0, options_.max_iterations, "adjusting");
+    find(0, options_.search.max_iterations, "adjusting");
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
@@ -143,7 +143,7 @@ class Search {
     const std::vector<double> chi2 = corner_chi2(bundle);
     bool changed = false;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      const bool used = can_count(bundle.corners[i]) && chi2[i] < options_.outlier_chi2;
+      const bool used = can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }

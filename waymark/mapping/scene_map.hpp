@@ -8,6 +8,7 @@
 #include "waymark/mapping/bundle_map.hpp"
 #include "waymark/mapping/place_poses.hpp"
 #include "waymark/mapping/scene_bundle.hpp"
+#include "waymark/mapping/search_options.hpp"
 
 namespace waymark {
 
@@ -20,26 +21,15 @@ enum class SceneModel : std::uint8_t {
 
 struct SceneMapOptions {
   SceneModel model = SceneModel::Waymark;
-  double outlier_chi2 = 26.1;
-  double robust_chi2 = 12;
+  SearchOptions search{};
   int min_sightings = 2;
-  int max_iterations = 100;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.outlier_chi2, Field{"outlier_chi2",
-                                   "A sighting whose squared error over its variance (8 numbers) exceeds "
-                                   "this is left out (0.999 quantile).",
-                                   8, 1e9});
-    visit(
-        self.robust_chi2,
-        Field{"robust_chi2",
-              "From this squared error on a sighting's say shrinks while outliers are looked for.", 1, 1e9});
+    SearchOptions::fields(self.search, visit);
     visit(
         self.min_sightings,
         Field{"min_sightings", "A tag on no list must be seen in so many pictures to be believed.", 1, 1000});
-    visit(self.max_iterations,
-          Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
   }
 };
 

@@ -67,7 +67,7 @@ Result<CostAtValues> cost_at(const SceneValues& values, TagScene scene, const Sc
   }
   add_wiggle(map.scene, map.sightings, map.problem);
   map.placed.resize(map.problem.bundle.poses.size(), 1);
-  solve(map.problem.bundle, {.max_iterations = options.max_iterations, .relative_gain = 1e-8});
+  solve(map.problem.bundle, {.max_iterations = options.search.max_iterations, .relative_gain = 1e-8});
   result.cost = cost(map.problem.bundle);
   measure_reprojection(map);
   result.reprojection_mean_px = map.reprojection_mean_px;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/mapping/bundle_map.hpp"
+#include "waymark/mapping/loop_closure.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/route.hpp"
@@ -35,6 +36,7 @@ struct BundleFigures {
   OdometryScales odometry_scales_sigma{};
   int prior_agreeing = 0;  ///< tags that stand where the map that is extended has them
   double moved_m = 0;      ///< how far from the chain's place the tag is that moved most
+  std::optional<LoopClosure> loop{};
   bool interrupted = false;
 };
 
