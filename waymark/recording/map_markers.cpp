@@ -36,10 +36,11 @@ ros2::Marker printed(const TagId& id, const MappedTag& tag, std::int32_t number)
   ros2::Marker shape = blank(tag, number);
   shape.type = ros2::Marker::kCubeList;
   shape.scale.x = shape.scale.y = cell_m;
-  const std::vector<std::uint8_t> cells = bitmap(id);
+  const std::vector<std::uint8_t> cells = bitmap(id);  // row by row
+  std::size_t at = 0;
   for (int row = 0; row < layout.total_width; ++row) {
     for (int column = 0; column < layout.total_width; ++column) {
-      const std::uint8_t cell = cells[static_cast<std::size_t>(row * layout.total_width + column)];
+      const std::uint8_t cell = cells[at++];
       if (cell != 0 && cell != 255) continue;  // not part of the tag
       const double middle = 0.5 * (layout.total_width - 1);
       shape.points.push_back({.x = (column - middle) * cell_m, .y = (row - middle) * cell_m, .z = 0});

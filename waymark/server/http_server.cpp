@@ -41,7 +41,7 @@ using asio::ip::tcp;
 constexpr std::size_t kMostConnections = 64;
 constexpr std::uint32_t kMostHeaderBytes = 8192;
 constexpr std::chrono::seconds kPatience{30};
-constexpr std::size_t kPieceBytes = 256 * 1024;
+constexpr std::size_t kPieceBytes = std::size_t{256} * 1024;
 
 std::string_view field(const http::request<http::empty_body>& request, http::field name) {
   const auto value = request[name];
