@@ -129,7 +129,8 @@ class CalibrateRobot(unittest.TestCase):
         wrong = re.sub(r"(camera_mounting: .*y_m: )[-\d.e]+(.*yaw_deg: )[-\d.e]+",
                        lambda m: f"{m[1]}{true['y_m'] + 0.03}{m[2]}{true['yaw_deg'] + 2}", text)
         (self.folder / "wrong.yaml").write_text(wrong)
-        words = ["calibrate", "robot", "lap.mcap", "--map", "map/map.yaml", "--robot", "wrong.yaml", "-o", "calibration.yaml"]
+        words = ["calibrate", "robot", "lap.mcap", "--by", "innovations", "--map", "map/map.yaml", "--robot", "wrong.yaml", "-o",
+                 "calibration.yaml"]
         outcome = waymark(*words, "--json", cwd=self.folder)
         self.assertEqual(outcome.code, 0, outcome.err)
         values = outcome.records[0]["values"]
@@ -162,9 +163,36 @@ class CalibrateRobot(unittest.TestCase):
         _, words_said = running.communicate(timeout=60)
         self.assertEqual(running.returncode, 130, words_said)
         self.assertFalse((self.folder / "stopped.yaml").exists())
-        too_little = waymark("calibrate", "robot", "lap.mcap", "--map", "map/map.yaml", "--to", "0.2", cwd=self.folder)
+        too_little = waymark(*words[:7], "--to", "0.2", cwd=self.folder)
         self.assertEqual(too_little.code, 1)
         self.assertIn("too few sightings", too_little.err)
+
+    def test_bends_at_two_speeds_tell_where_the_camera_sits(self):
+        """3 cm and 2 degrees off, found within 5 mm and 0.2 degrees, without a map and with one."""
+        share = pathlib.Path(__file__).resolve().parents[2] / "share/robots/limo.yaml"
+        text = share.read_text()
+        x_m, y_m, yaw_deg = (float(re.search(rf"camera_mounting: .*\b{name}: ([-\d.e]+)", text)[1]) for name in ("x_m", "y_m", "yaw_deg"))
+        wrong = re.sub(r"camera_mounting: {x_m: [-\d.e]+, y_m: [-\d.e]+(.*yaw_deg: )[-\d.e]+",
+                       lambda m: f"camera_mounting: {{x_m: {x_m + 0.02}, y_m: {y_m + 0.0224}{m[1]}{yaw_deg + 2}", text)
+        self.assertNotEqual(wrong, text)
+        (self.folder / "wrong.yaml").write_text(wrong)
+        self.assertEqual(waymark("teach", "--world", "circuit24", "--seed", "2", "-o", "known.mcap", cwd=self.folder).code, 0)
+        self.assertEqual(waymark("map", "known.mcap", "-o", "map", cwd=self.folder).code, 0)
+        taught = waymark("teach", "--world", "circuit24", "--seed", "1", "--speed-m-s", "0.3", "--second-speed-m-s", "1", "--wander-m", "0.3",
+                         "--wander-time-s", "1.5", "--overlap-m", "16", "-o", "lap.mcap", cwd=self.folder)
+        self.assertEqual(taught.code, 0, taught.err)
+        for words in ([], ["--map", "map"]):
+            outcome = waymark("calibrate", "robot", "lap.mcap", "--robot", "wrong.yaml", "--json", *words, cwd=self.folder)
+            self.assertEqual(outcome.code, 0, outcome.err)
+            values = outcome.records[0]["values"]
+            for name, truth, most in (("mounting_x_m", x_m, 0.005), ("mounting_y_m", y_m, 0.005),
+                                      ("mounting_yaw_rad", math.radians(yaw_deg), math.radians(0.2))):
+                self.assertEqual(values[name]["verdict"], "known", (name, words))
+                self.assertLess(abs(values[name]["value"] - truth), most, (name, words))
+                self.assertLess(abs(values[name]["value"] - truth), 2.5 * values[name]["sigma"], (name, words))
+        alone = waymark("calibrate", "robot", "lap.mcap", "--by", "innovations", cwd=self.folder)
+        self.assertEqual(alone.code, 2)
+        self.assertIn("Give their map with --map", alone.err)
 
 
 if __name__ == "__main__":

@@ -1,17 +1,23 @@
 #include "waymark/cli/calibrate_lap.hpp"
 
 #include <algorithm>
+#include <filesystem>
+#include <system_error>
 
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/recording_input.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
 
 namespace waymark::cli {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// What a robot's file and an earlier calibration say of the camera counts for more than the recording.
 Status believe_files(const LocalizeJob& job, RecordingSetup& setup) {
@@ -45,6 +51,26 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   return overrides;
 }
 
+fs::path map_file(const LocalizeJob& job) {
+  std::error_code ignored;
+  const fs::path path(job.map);
+  return fs::is_directory(path, ignored) ? path / "map.yaml" : path;
+}
+
+/// A map that is known: its tags stand there as surely as it says, and the lap's anchor becomes one of them.
+Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& overrides,
+                std::optional<LapPrior>& prior) {
+  if (job.map.empty()) return {};
+  Result<MapFile> map = read_map(map_file(job));
+  if (!map) return tl::unexpected(map.error());
+  MapJob extension;
+  extension.extend = std::move(*map);
+  MapLapOptions options;
+  Status status = prepare_extension(extension, recorded, overrides, options);
+  if (status) prior = std::move(options.prior);
+  return status;
+}
+
 Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, Console& console) {
   if (job.logs.size() > 1)
     return fail(ErrorCode::InvalidArgument, "without --map a calibration is made of one recording",
@@ -60,7 +86,11 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, C
     const double at_s = to_seconds(frame.stamp - first);
     return at_s < from_s || at_s > to_s;
   });
-  Result<TeachSetup> setup = setup_of(*recorded, overrides_of(job, *recorded));
+  SetupOverrides overrides = overrides_of(job, *recorded);
+  std::optional<LapPrior> prior;
+  if (Status status = take_map(job, *recorded, overrides, prior); !status)
+    return tl::unexpected(status.error());
+  Result<TeachSetup> setup = setup_of(*recorded, overrides);
   if (!setup) return tl::unexpected(setup.error());
   return LapInput{.frames = std::move(recorded->frames),
                   .odometry = std::move(recorded->odometry),
@@ -68,10 +98,19 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, C
                   .base_T_cam = setup->base_T_cam,
                   .sizes = setup->sizes,
                   .anchor = setup->anchor,
-                  .map_T_anchor = setup->map_T_anchor};
+                  .map_T_anchor = setup->map_T_anchor,
+                  .prior = std::move(prior)};
 }
 
 }  // namespace
+
+bool can_calibrate_by_lap(const LocalizeJob& job) {
+  if (job.map.empty()) return true;
+  if (job.logs.size() != 1 || !looks_like_recording(job.logs.front()) || !read_map(map_file(job)))
+    return false;
+  const Result<RecordedLap> recorded = read_lap_file(job.logs.front());
+  return recorded && !recorded->frames.empty() && !recorded->odometry.empty();
+}
 
 Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double from_s, double to_s,
                                               Console& console) {

@@ -50,6 +50,9 @@ struct TeachJob {
   std::string driver = "scripted";
   double speed_m_s = kUsualSpeed_m_s;  ///< that the driver means to drive
   double second_speed_m_s = 0;         ///< another in turn with it (scripted); 0: none
+  double wander_m = 0.02;              ///< how far off the line (scripted), standard deviation
+  double wander_time_s = 3;            ///< and how long that lasts
+  double overlap_m = 1;                ///< how far past the start a closed lap is driven (scripted)
   bool durable = false;                ///< also a power cut loses at most a second
   std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
   LiveFeed* feed = nullptr;            ///< of viewers, if there are any

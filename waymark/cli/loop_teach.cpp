@@ -73,7 +73,11 @@ std::vector<std::string> teach_drivers() { return {"scripted", "keyboard", "game
 Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console) {
   const Stopwatch watch;
   const SimulatedStage& simulated = stage.simulated;
-  const DriverOptions driver{.speed_m_s = job.speed_m_s, .second_speed_m_s = job.second_speed_m_s};
+  const DriverOptions driver{.speed_m_s = job.speed_m_s,
+                             .second_speed_m_s = job.second_speed_m_s,
+                             .lateral_wander_m = job.wander_m,
+                             .wander_time_s = job.wander_time_s,
+                             .overlap_m = job.overlap_m};
   const auto human = human_of(job);
   if (!human) return tl::unexpected(human.error());
   Result<SampleRecorder> recorder = start_recording(job.output,

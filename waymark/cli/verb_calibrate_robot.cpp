@@ -27,6 +27,7 @@ struct CalibrateRobotArgs {
   explicit CalibrateRobotArgs(CLI::App& app) : filter(app, "Filter"), motion(app, "Filter: motion") {}
 
   LocalizeJob job{};
+  std::string by;
   double from_s = 0;
   double to_s = std::numeric_limits<double>::infinity();
   bool json = false;
@@ -90,9 +91,9 @@ std::string values_text(const Calibration& calibration) {
     if (found == calibration.values.end()) continue;
     const CalibratedValue& v = found->second;
     text += v.verdict == CalibrationVerdict::Known
-                ? fmt::format("{:<18}{:>12.5f} +- {:.5f}{}{}\n", name, v.value, v.sigma,
+                ? fmt::format("{:<25}{:>12.5f} +- {:.5f}{}{}\n", name, v.value, v.sigma,
                               v.advice.empty() ? "" : "    ", v.advice)
-                : fmt::format("{:<18}{:>12}    {}\n", name, "unobservable", v.advice);
+                : fmt::format("{:<25}{:>12}    {}\n", name, "unobservable", v.advice);
   }
   return text;
 }
@@ -157,7 +158,15 @@ ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
 }
 
 ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
-  if (args.job.map.empty()) return calibrate_lap(args, console);
+  if (args.job.map.empty() && args.by == "innovations") {
+    console.say(Error{.code = ErrorCode::InvalidArgument,
+                      .message = "innovations are about tags that are known",
+                      .place = {.key = "--by"},
+                      .hint = "Give their map with --map."});
+    return ExitCode::Usage;
+  }
+  if (args.by == "lap" || (args.by.empty() && can_calibrate_by_lap(args.job)))
+    return calibrate_lap(args, console);
   LocalizeJob job = args.job;
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
@@ -210,6 +219,13 @@ Run prepare_calibrate_robot(CLI::App& app) {
          "--map", job.map,
          "Where the tags are: as for `waymark localize`. Without it they are found together with the rest")
       ->type_name("FILE");
+  app.add_option(
+         "--by", args->by,
+         "How: lap, tags, way and numbers together, the map held as surely as it says; innovations, the "
+         "predictions of the filter. Unless given: lap where there are corners of tags and odometry, and "
+         "no map or one of ours")
+      ->check(CLI::IsMember({"lap", "innovations"}))
+      ->type_name("HOW");
   app.add_option("--robot", job.robot, "Camera and where it sits, as far as known: a robot's file, or a name")
       ->type_name("FILE");
   app.add_option("--calibration", job.calibration, "calibration.yaml with what is known before (the camera)")
@@ -235,15 +251,16 @@ Verb calibrate_robot_verb() {
       .name = "robot",
       .sentence = "Find where the camera sits, scales, gains and latency from a drive past tags",
       .help =
-          R"(No truth is needed. With a map the numbers are those under which the filter's predictions fit best what was
-seen. Without one (one recording, with corners of tags and odometry) tags, way and numbers are found together; drive it at
+          R"(No truth is needed. Where a recording has corners of tags and odometry, tags, way and numbers are found together,
+with --map from where the tags are known to be. Of other recordings (poses of tags, ranges and bearings) the numbers are
+those under which the filter's predictions fit best what was seen, which needs a map. Drive at
 two speeds and with turns to both sides, for at one speed a robot that slips looks like one whose camera sits elsewhere. What the drive does not tell is called unobservable, with what to drive instead of a number. Give the
 result to `waymark localize --calibration`; judge it on another lap than it was made from (--from, --to).
 
 Exit code: 0 calibrated, 1 it could not be (says why), 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
-  waymark teach --world circuit24 --speed-m-s 0.2 --second-speed-m-s 0.6 -o lap.mcap
+  waymark teach --world circuit24 --speed-m-s 0.3 --second-speed-m-s 1 --wander-m 0.3 --wander-time-s 1.5 --overlap-m 16 -o lap.mcap
   waymark calibrate robot lap.mcap -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml

@@ -137,6 +137,22 @@ Run prepare_teach(CLI::App& app) {
          "Another speed, driven in turn with the first every three metres: for `waymark calibrate robot`")
       ->check(CLI::Range(0.01, 5.0))
       ->type_name("FLOAT");
+  const char* scripted = "Driver scripted";
+  app.add_option("--wander-m", args->job.wander_m, "How far off the line it drives, standard deviation")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
+  app.add_option("--wander-time-s", args->job.wander_time_s, "How long it stays off: short makes it wind")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 60.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
+  app.add_option("--overlap-m", args->job.overlap_m, "How far past the start it drives a closed lap")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1000.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
   app.add_option("--record-images", args->job.images,
                  "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
                  "times as large")
