@@ -42,7 +42,7 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   return {};
 }
 
-Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, SetupOverrides overrides,
+Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, const SetupOverrides& overrides,
                             const MapLapOptions& options, const MapProgress& progress, MapReport& report) {
   Result<TeachSetup> setup = setup_of(recorded, overrides);
   if (!setup) return tl::unexpected(setup.error());

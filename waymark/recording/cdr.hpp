@@ -61,7 +61,7 @@ class Encoder {
   }
   template <Struct T>
   void write(const T& value) {
-    T::fields(value, [this](const auto&... fields) { (write(fields), ...); });
+    T::fields(value, [this](const auto&... fields) { (this->write(fields), ...); });
   }
 
  private:
@@ -111,7 +111,7 @@ class Decoder {
   }
   template <Struct T>
   void read(T& value) {
-    T::fields(value, [this](auto&... fields) { (read(fields), ...); });
+    T::fields(value, [this](auto&... fields) { (this->read(fields), ...); });
   }
 
  private:
