@@ -23,7 +23,7 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 
 TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
-  const int laps = std::getenv("WAYMARK_FULL") != nullptr ? 50 : 16;
+  const int laps = std::getenv("WAYMARK_FULL") != nullptr ? 200 : 16;
   Score tags;
   Score trajectory;
   for (int seed = 1; seed <= laps; ++seed) {
@@ -42,18 +42,26 @@ TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
       trajectory.add(estimate.translation() - truth->translation(),
                      position_covariance(estimate, map.trajectory_covariance[i]));
     }
+    tags.end_lap();
+    trajectory.end_lap();
   }
   std::printf(
-      "%d laps: tags %.4f m rmse, %.3f of the bound, %.3f in their 95 %% ellipsoids; trajectory %.4f m, "
-      "%.3f, %.3f\n",
-      laps, tags.rmse_m(), tags.ratio(), tags.coverage(), trajectory.rmse_m(), trajectory.ratio(),
-      trajectory.coverage());
+      "%d laps: tags %.4f m rmse, %.3f +- %.3f of the bound, %.3f +- %.3f in their 95 %% ellipsoids; "
+      "trajectory "
+      "%.4f m, %.3f +- %.3f, %.3f\n",
+      laps, tags.rmse_m(), tags.ratio(), tags.ratio_sigma(), tags.coverage(), tags.coverage_sigma(),
+      trajectory.rmse_m(), trajectory.ratio(), trajectory.ratio_sigma(), trajectory.coverage());
   EXPECT_GT(trajectory.count, 100 * laps);
-  EXPECT_LT(tags.ratio(), 1.15);
-  EXPECT_GT(tags.ratio(), 0.75) << "nobody beats the bound: the covariance is too large";
-  EXPECT_LT(trajectory.ratio(), 1.15);
-  EXPECT_GT(tags.coverage(), 0.92);
-  EXPECT_LT(tags.coverage(), 0.98);
+  // The errors of a lap are one error, mostly a turn about the anchor: few laps scatter, by what they say
+  // themselves.
+  constexpr double kSigmas = 2;
+  EXPECT_LT(tags.ratio() - kSigmas * tags.ratio_sigma(), 1.15);
+  EXPECT_GT(tags.ratio() + kSigmas * tags.ratio_sigma(), 0.85)
+      << "nobody beats the bound: the covariance is too large";
+  EXPECT_LT(trajectory.ratio() - kSigmas * trajectory.ratio_sigma(), 1.15);
+  EXPECT_GT(tags.coverage() + kSigmas * tags.coverage_sigma(), 0.92);
+  EXPECT_LT(tags.coverage() - kSigmas * tags.coverage_sigma(), 0.98);
+  EXPECT_LT(tags.ratio_sigma(), 0.25) << "then this says nothing";
 }
 
 TEST(BundleMap, TheSameLapGivesTheSameBits) {
@@ -83,8 +91,12 @@ void for_each_detection(LapInput& lap, const std::function<void(const TagFrame&,
   }
 }
 
-TEST(BundleMap, NamesAnIdThatTwoTagsCarry) {
-  Lap lap = drive(4);
+/// Which of the two a lap meets first, and how it drives between them, must not matter.
+class TwoTagsOfOneId : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, TwoTagsOfOneId, ::testing::Range(1, 7));
+
+TEST_P(TwoTagsOfOneId, AreNamed) {
+  Lap lap = drive(static_cast<std::uint64_t>(GetParam()));
   const TagId real{FamilyId::Tag36h11, 5};
   const TagId copy{FamilyId::Tag36h11, 14};
   for_each_detection(lap.input, [&](const TagFrame&, TagDetection& detection) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
@@ -61,7 +62,8 @@ struct Score {
   double squared = 0;
   double bound = 0;
   int count = 0;
-  int inside = 0;  ///< of the 95 % ellipsoid
+  int inside = 0;             ///< of the 95 % ellipsoid
+  std::vector<Score> laps{};  ///< sums up to the end of each
   void add(const Eigen::Vector3d& error, const Eigen::Matrix3d& P) {
     constexpr double k95 = 7.815;  // chi-square, 3 degrees of freedom
     squared += error.squaredNorm();
@@ -69,9 +71,37 @@ struct Score {
     inside += error.dot(P.llt().solve(error)) < k95 ? 1 : 0;
     ++count;
   }
+  /// What was added since the last call is of one lap.
+  void end_lap() { laps.push_back({squared, bound, count, inside}); }
   [[nodiscard]] double ratio() const { return std::sqrt(squared / bound); }
+  /// Standard deviations over the laps (jackknife: Efron and Tibshirani, "An Introduction to the Bootstrap",
+  /// section 11.5).
+  [[nodiscard]] double ratio_sigma() const {
+    return jackknife([](const Score& score) { return score.ratio(); });
+  }
+  [[nodiscard]] double coverage_sigma() const {
+    return jackknife([](const Score& score) { return score.coverage(); });
+  }
   [[nodiscard]] double rmse_m() const { return std::sqrt(squared / count); }
   [[nodiscard]] double coverage() const { return static_cast<double>(inside) / count; }
+
+  template <class Figure>
+  [[nodiscard]] double jackknife(Figure&& figure) const {
+    std::vector<double> without;
+    Score before;
+    for (const Score& upto : laps) {
+      without.push_back(
+          figure(Score{squared - (upto.squared - before.squared), bound - (upto.bound - before.bound),
+                       count - (upto.count - before.count), inside - (upto.inside - before.inside)}));
+      before = {upto.squared, upto.bound, upto.count, upto.inside};
+    }
+    const auto n = static_cast<double>(without.size());
+    double mean = 0;
+    for (const double value : without) mean += value / n;
+    double sum = 0;
+    for (const double value : without) sum += (value - mean) * (value - mean);
+    return std::sqrt((n - 1) / n * sum);
+  }
 };
 
 inline std::optional<SE3> true_pose(const Lap& lap, SensorTime stamp) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
+#include "waymark/mapping/second_sites.hpp"
 #include "waymark/mapping/tag_ties.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 
@@ -251,14 +253,22 @@ void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& resu
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
 
-}  // namespace
-
-Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain_options,
-                                const BundleMapOptions& options, const MapProgress& progress) {
-  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+std::vector<ObservedFrame> observe_all(const LapInput& input) {
   std::vector<ObservedFrame> observed;
   observed.reserve(input.frames.size());
   for (const TagFrame& frame : input.frames) observed.push_back(observe(frame, input.camera, input.sizes));
+  return observed;
+}
+
+}  // namespace
+
+Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
+                                const BundleMapOptions& options, const MapProgress& progress) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  std::vector<ObservedFrame> observed = observe_all(given);
+  const std::vector<internal::SightingIndex> second = internal::sightings_of_second_sites(given, observed);
+  const LapInput input = internal::without(given, second);
+  if (!second.empty()) observed = observe_all(input);
   const Result<ChainResult> start =
       map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
   if (!start) return tl::unexpected(start.error());
@@ -282,6 +292,9 @@ Result<BundleMap> map_by_bundle(const LapInput& input, const ChainOptions& chain
   if (tied) keep_unseen(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);
   read_sightings(input, lap, result);
+  for (const auto& [frame, detection] : second)
+    result.rejected.push_back({given.frames[frame].stamp, given.frames[frame].detections[detection].tag,
+                               std::numeric_limits<double>::infinity()});
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {
       ++result.frames_without_pose;
