@@ -39,7 +39,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
         world = pathlib.Path(folder) / "ring.yaml"
         world.write_text(round_world(), encoding="utf-8")
-        with Robot(folder, "--world", world, "--images", "--pace", "2") as robot:
+        with Robot(folder, "--world", world, "--images", "--pace", "1") as robot:
             script = HERE.parents[1] / "viewer/test/live_test.mjs"
             return subprocess.run([node, script, robot.url.geturl(), *sys.argv[3:4]], check=False, timeout=190, env={**os.environ, **environment}).returncode
 
