@@ -95,6 +95,7 @@ Result<RobotLoopEnd> RobotLoop::drive(const RobotListener& listener) {
     if (!goes_on) return tl::unexpected(goes_on.error());
     over = !*goes_on;
   }
+  end.interrupted = interrupted();  // also where the last decision was to end
   const auto now = robot_->now();
   if (end.interrupted && now) (void)send({}, *now, listener);
   if (now && first_) end.seconds = to_seconds(*now - *first_);
