@@ -131,7 +131,7 @@ TEST(LocalizationOfAnMbot, CalibratedOnOneLapItKeepsToTheTapeForTheOthers) {
   }
   InnovationFitOptions fit;
   fit.seek[static_cast<std::size_t>(Calibrated::YawGain)] = false;  // the gyro turns it
-  fit.keep_sigma = 0;  // where the camera sits is a guess
+  fit.keep_sigma = 0;                                               // where the camera sits is a guess
   const auto calibrated = calibrate_by_innovations(lap1, map->landmarks, camera_ahead(), mbot_options(), fit);
   ASSERT_TRUE(calibrated) << to_string(calibrated.error());
   for (std::size_t i = 0; i < kCalibrated; ++i)
