@@ -56,7 +56,7 @@ TEST(MapMarkers, ARouteIsALineThatClosesWhereItDoes) {
       .points = {{.map_T_base = SE2(0, 0, 0)}, {.map_T_base = SE2(1, 0, 1)}, {.map_T_base = SE2(1, 1, 2)}}};
   EXPECT_EQ(map_markers({}, route).markers.back().points.size(), 3u);
   route.closed = true;
-  const ros2::Marker& line = map_markers({}, route).markers.back();
+  const ros2::Marker line = map_markers({}, route).markers.back();
   ASSERT_EQ(line.points.size(), 4u);
   EXPECT_EQ(line.type, ros2::Marker::kLineStrip);
   EXPECT_EQ(line.points.back().x, 0);
