@@ -1,7 +1,9 @@
 #!/usr/bin/python3
-"""The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator, with pictures.
+"""The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator; what its camera sees.
 
-usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER [PICTURES]     with PICTURES the screenshot of the documents goes there
+usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER story|pictures [PICTURES]
+story: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
+pictures as well, and the screenshot of the documents goes there. pictures: a short lap with pictures.
 Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
 """
 import math
@@ -30,8 +32,8 @@ def round_world():
 
 
 def main():
-    program, built = sys.argv[1], pathlib.Path(sys.argv[2])
-    tools = browser_tools(built)
+    program, built, what, *pictures = sys.argv[1:]
+    tools = browser_tools(pathlib.Path(built))
     if tools is None:
         return SKIPPED
     node, environment = tools
@@ -39,9 +41,11 @@ def main():
     with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
         world = pathlib.Path(folder) / "ring.yaml"
         world.write_text(round_world(), encoding="utf-8")
-        with Robot(folder, "--world", world, "--images", "--pace", "1") as robot:
+        # Nothing runs out while somebody looks: a replay is many laps long.
+        how = ["--images", "--pace", "1"] if what == "pictures" or pictures else ["--pace", "2"]
+        with Robot(folder, "--world", world, "--laps", "50", *how) as robot:
             script = HERE.parents[1] / "viewer/test/live_test.mjs"
-            return subprocess.run([node, script, robot.url.geturl(), *sys.argv[3:4]], check=False, timeout=190, env={**os.environ, **environment}).returncode
+            return subprocess.run([node, script, robot.url.geturl(), what, *pictures], check=False, timeout=570, env={**os.environ, **environment}).returncode
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ export const launch = () => chromium.launch({
 /** A page that remembers its troubles: errors, and requests to anybody but `origin`. */
 export async function openPage(browser, origin, options = {}) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light", ...options });
-  page.setDefaultTimeout(90000); // a busy machine
+  page.setDefaultTimeout(120000); // a busy machine
   const troubles = [];
   page.on("console", (message) => message.type() === "error" && troubles.push(message.text()));
   page.on("pageerror", (error) => troubles.push(String(error)));

@@ -36,7 +36,10 @@ PageOrders::Act PageOrders::act(Duration uptime, S state) {
     if (order.kind == Kind::Go) act.events.push_back(E::Go);
     if (order.kind == Kind::Stop) act.events.push_back(E::Stop);
     if (order.kind == Kind::Quit) act.events.push_back(E::Quit);
-    if (order.kind == Kind::Script) act.script = true;
+    if (order.kind == Kind::Script) {
+      act.script = true;
+      told_.reset();  // the hand that drove a moment ago lets go
+    }
     if (order.kind != Kind::Velocity) continue;
     if (state != S::Teaching && order.command != VelocityCommand{}) act.events.push_back(E::StickMoved);
     command_ = order.command;

@@ -35,6 +35,19 @@ TEST_F(Orders, ASpeedHoldsForHalfASecond) {
   EXPECT_FALSE(orders_.act(seconds(1.51), S::Teaching).drive);
 }
 
+TEST_F(Orders, TheScriptTakesOverFromAKeyThatWasJustLetGo) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
+  feed_.order({.kind = Kind::Velocity});
+  EXPECT_EQ(orders_.act(seconds(1), S::Teaching).drive, VelocityCommand{});
+  feed_.order({.kind = Kind::Script});
+  const auto act = orders_.act(seconds(1.1), S::Teaching);
+  EXPECT_TRUE(act.script);
+  EXPECT_FALSE(act.drive);
+  feed_.order({.kind = Kind::Velocity, .command = {0.1, 0}});
+  EXPECT_TRUE(orders_.act(seconds(1.2), S::Teaching).drive);  // and a key from it
+}
+
 TEST_F(Orders, KeysStopAReplayAsSticksDo) {
   feed_.set_control(Control::Held);
   feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
