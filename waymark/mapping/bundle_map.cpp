@@ -5,41 +5,18 @@
 #include <limits>
 #include <optional>
 
+#include "waymark/mapping/corner_noise.hpp"
+#include "waymark/mapping/lost_poses.hpp"
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
 #include "waymark/mapping/second_sites.hpp"
 #include "waymark/mapping/tag_ties.hpp"
-#include "waymark/mapping/tag_votes.hpp"
+#include "waymark/mapping/way_jumps.hpp"
 
 namespace waymark {
 namespace {
 
-constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
 constexpr int kRounds = 4;
-
-/// The share of the measured numbers that is left over once the unknowns are fitted.
-double share_left_over(const LapBundle& lap) {
-  std::size_t numbers = 3 * (lap.bundle.on_floor.size() + lap.bundle.odometry.size());
-  for (const CornerTerm& term : lap.bundle.corners) numbers += term.used ? 8U : 0U;
-  const std::size_t unknowns = 6 * (lap.bundle.on_floor.size() + lap.tags.size());
-  if (numbers <= unknowns) return 0;
-  return 1 - static_cast<double>(unknowns) / static_cast<double>(numbers);
-}
-
-/// Corner noise over what is claimed: from the median, which outliers hardly move.
-double noise_ratio(const LapBundle& lap, std::vector<double> chi2) {
-  const double share = share_left_over(lap);
-  std::erase_if(chi2, [](double x) { return !std::isfinite(x); });
-  constexpr std::size_t kEnough = 50;
-  if (chi2.size() < kEnough || share < 0.05) return 1;
-  const auto middle = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 2);
-  std::ranges::nth_element(chi2, middle);
-  return std::sqrt(*middle / (kMedianChi2 * share));
-}
-
-void scale_noise(Bundle& bundle, double ratio) {
-  for (CornerTerm& term : bundle.corners) term.factor.whitening /= ratio;
-}
 
 /// Which sightings count, by their error where the poses stand. Whether that changed anything.
 bool judge(Bundle& bundle, double gate) {
@@ -53,69 +30,16 @@ bool judge(Bundle& bundle, double gate) {
   return changed;
 }
 
-/// A tag most of whose sightings contradict its place was started in the wrong one, on the other of its two
-/// poses for example: it is placed anew by what its sightings say from where the base was. Whether any was.
-bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
-  const std::vector<double> chi2 = corner_chi2(lap.bundle);
-  bool any = false;
-  std::vector<std::vector<std::size_t>> terms(lap.bundle.poses.size());  // of each tag
-  for (std::size_t i = 0; i < chi2.size(); ++i) terms[lap.bundle.corners[i].tag].push_back(i);
-  for (const auto& [id, pose] : lap.tags) {
-    const auto good =
-        std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
-    if (lap.bundle.poses[pose].fixed || 2 * good >= std::ssize(terms[pose])) continue;
-    std::vector<internal::Vote<SE3>> votes;
-    for (std::size_t i : terms[pose]) {
-      const auto [frame, detection] = lap.sightings[i];
-      votes.push_back(internal::vote_for_place(input.frames[frame].detections[detection], input,
-                                               lap.bundle.poses[lap.bundle.corners[i].rig].value));
-    }
-    const auto agreed = internal::agree(votes, kGate);
-    if (!agreed || agreed->votes <= good) continue;
-    lap.bundle.poses[pose].value = agreed->value.mean;
-    any = true;
-  }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || any;
-  return any;
-}
-
-/// Tags the chain could not place (too far away for it, say), placed by what their sightings say from where
-/// the base was. Those that were are taken from the list of the unconnected.
-bool place_unconnected(const LapInput& input, const BundleMapOptions& options, LapBundle& lap,
-                       std::vector<TagId>& unconnected) {
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
-  constexpr int kEnough = 4;
-  std::map<TagId, std::vector<LapBundle::Sighting>> sightings;
-  for (const TagId& tag : unconnected) sightings[tag] = {};
-  for (std::size_t i = 0; i < input.frames.size(); ++i) {
-    for (std::size_t d = 0; lap.bases[i] && d < input.frames[i].detections.size(); ++d) {
-      const auto of_tag = sightings.find(input.frames[i].detections[d].tag);
-      if (of_tag != sightings.end()) of_tag->second.push_back({i, d});
-    }
-  }
-  const auto placed = std::erase_if(unconnected, [&](const TagId& tag) {
-    std::vector<internal::Vote<SE3>> votes;
-    for (const auto& [frame, detection] : sightings[tag]) {
-      votes.push_back(internal::vote_for_place(input.frames[frame].detections[detection], input,
-                                               lap.bundle.poses[*lap.bases[frame]].value));
-    }
-    const auto agreed = internal::agree(votes, kGate);
-    if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
-    add_tag(input, tag, agreed->value.mean, sightings[tag], options.model, lap);
-    return true;
-  });
-  return placed > 0;
-}
-
 /// The noise as it is and what contradicts the rest left out, until neither changes any more.
 void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
             BundleMap& result) {
   const BundleOptions search{.max_iterations = options.search.max_iterations};
+  std::vector<double> freedom;  // hardly changes from round to round
   for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
-      const double ratio = noise_ratio(lap, corner_chi2(lap.bundle));
-      scale_noise(lap.bundle, ratio);
+      if (freedom.empty()) freedom = internal::freedom_left(lap);
+      const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), freedom);
+      internal::scale_noise(lap.bundle, ratio);
       result.noise_ratio *= ratio;
     }
     const bool changed = judge(lap.bundle, options.search.outlier_chi2);
@@ -140,9 +64,12 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
   const BundleProgress looking = stage(progress, "looking for outliers", result);
   result.summary = solve(lap.bundle, search, looking);
   if (result.interrupted || !result.summary.usable()) return;
-  const bool anew = place_lost_tags_anew(input, options, lap);
-  if (place_unconnected(input, options, lap, result.unconnected) || anew)
+  const bool frames = internal::place_lost_frames_anew(input, options, lap);
+  const bool tags = internal::place_lost_tags_anew(input, options, lap);
+  if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
+  if (result.interrupted || !result.summary.usable()) return;
+  internal::mend_jumps_of_the_way(input, options, search, looking, lap, result.summary);
   settle(lap, options, stage(progress, "adjusting", result), result);
 }
 

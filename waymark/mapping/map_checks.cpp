@@ -26,29 +26,36 @@ const SE3* base_at(const BundleMap& map, SensorTime stamp) {
   return at != map.trajectory.end() && at->stamp == stamp ? &at->map_T_base : nullptr;
 }
 
-/// A tag's sightings, those that agree with its place in the map and those that do not.
-struct Split {
-  std::vector<SensorTime> here;
-  std::vector<SensorTime> there;
-  std::vector<Vote<SE3>> votes;  ///< of those that do not: where the tag would have to be
+constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
+
+/// Where a sighting says its tag is.
+struct Sighting {
+  SensorTime stamp{};
+  Vote<SE3> vote{};
 };
 
-Split split_of(const TagId& tag, const std::set<SensorTime>& rejected, const LapInput& lap,
-               const BundleMap& map) {
+/// A tag's sightings, those that show it in its place in the map and those that do not.
+struct Split {
+  std::vector<Sighting> here;
+  std::vector<Sighting> there;
+};
+
+bool shows(const Sighting& sighting, const SE3& map_T_tag) {
+  return internal::nearest(sighting.vote, map_T_tag, kGate).first != nullptr;
+}
+
+Split split_of(const TagId& tag, const MappedTag& mapped, const std::set<SensorTime>& rejected,
+               const LapInput& lap, const BundleMap& map) {
   Split split;
   for (const TagFrame& frame : lap.frames) {
     for (const TagDetection& detection : frame.detections) {
       if (detection.tag != tag) continue;
-      if (!rejected.contains(frame.stamp)) {
-        split.here.push_back(frame.stamp);
-        continue;
-      }
       const SE3* map_T_base = base_at(map, frame.stamp);
       if (map_T_base == nullptr) continue;
-      Vote<SE3> vote = internal::vote_for_place(detection, lap, *map_T_base);
-      if (vote.empty()) continue;
-      split.there.push_back(frame.stamp);
-      split.votes.push_back(std::move(vote));
+      Sighting sighting{frame.stamp, internal::vote_for_place(detection, lap, *map_T_base)};
+      if (sighting.vote.empty()) continue;
+      const bool here = !rejected.contains(frame.stamp) || shows(sighting, mapped.map_T_tag);
+      (here ? split.here : split.there).push_back(std::move(sighting));
     }
   }
   return split;
@@ -61,11 +68,23 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
   return frames >= 2;
 }
 
-bool apart_in_time(const Split& split) {
-  if (split.here.empty() || split.there.empty()) return false;
-  const auto [here_first, here_last] = std::ranges::minmax(split.here);
-  const auto [there_first, there_last] = std::ranges::minmax(split.there);
-  return here_last < there_first || there_last < here_first;
+/// Whether a moment parts the two, but for a few.
+bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
+  constexpr double kFew = 0.2;
+  std::vector<std::pair<SensorTime, int>> both;
+  for (const SensorTime stamp : here) both.emplace_back(stamp, 1);
+  for (const SensorTime stamp : there) both.emplace_back(stamp, -1);
+  std::ranges::sort(both);
+  const auto all_here = static_cast<int>(here.size());
+  const auto all_there = static_cast<int>(there.size());
+  int fewest = std::min(all_here, all_there);
+  int before = 0;  // here less there
+  for (const auto& [stamp, which] : both) {
+    before += which;
+    // Wrong if all here came before: there so far, and here from now on; or the other way round.
+    fewest = std::min({fewest, all_here - before, all_there + before});
+  }
+  return fewest < kFew * std::min(all_here, all_there);
 }
 
 std::string in_words(const SecondPlace& place) {
@@ -129,27 +148,66 @@ void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::stri
   }
 }
 
+/// Where most of those agree that contradict the map, and which.
+struct AgreedPlace {
+  SE3 map_T_tag{};
+  std::vector<SensorTime> stamps{};
+};
+
+std::optional<AgreedPlace> agreed_place(const std::vector<Sighting>& sightings) {
+  std::vector<Vote<SE3>> votes;
+  for (const Sighting& sighting : sightings) votes.push_back(sighting.vote);
+  const auto agreed = internal::agree(votes, kGate);
+  if (!agreed) return std::nullopt;
+  AgreedPlace place{.map_T_tag = agreed->value.mean};
+  for (const Sighting& sighting : sightings) {
+    if (shows(sighting, place.map_T_tag)) place.stamps.push_back(sighting.stamp);
+  }
+  return place;
+}
+
+/// When a tag was surely here: from far away both places look alike.
+std::vector<SensorTime> surely_here(const Split& split, const SE3& elsewhere) {
+  std::vector<SensorTime> stamps;
+  for (const Sighting& sighting : split.here) {
+    if (!shows(sighting, elsewhere)) stamps.push_back(sighting.stamp);
+  }
+  return stamps;
+}
+
+/// A few of very many sightings of the tag that stands there: their ids were read wrongly.
+bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
+  constexpr double kSame_m = 0.1;
+  constexpr double kFew = 0.2;
+  return std::ranges::any_of(map.map.tags, [&](const auto& other) {
+    const double apart_m = (other.second.map_T_tag.translation() - place.map_T_tag.translation()).norm();
+    return other.first != place.tag && apart_m < kSame_m &&
+           place.there < kFew * map.sightings.at(other.first);
+  });
+}
+
 }  // namespace
 
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
   constexpr std::size_t kEnough = 4;
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   constexpr double kApart = 0.03;
   std::map<TagId, std::set<SensorTime>> rejected;
   for (const RejectedSighting& sighting : map.rejected) rejected[sighting.tag].insert(sighting.stamp);
   std::vector<SecondPlace> places;
   for (const auto& [tag, stamps] : rejected) {
-    if (stamps.size() < kEnough) continue;
     const MappedTag* mapped = map.map.find(tag);
-    const Split split = split_of(tag, stamps, lap, map);
-    const auto agreed = internal::agree(split.votes, kGate);
-    if (mapped == nullptr || !agreed || agreed->votes < static_cast<int>(kEnough)) continue;
-    SecondPlace place{
-        .tag = tag, .map_T_tag = agreed->value.mean, .here = map.sightings.at(tag), .there = agreed->votes};
+    if (stamps.size() < kEnough || mapped == nullptr) continue;
+    const Split split = split_of(tag, *mapped, stamps, lap, map);
+    const auto agreed = agreed_place(split.there);
+    if (!agreed || agreed->stamps.size() < kEnough) continue;
+    SecondPlace place{.tag = tag,
+                      .map_T_tag = agreed->map_T_tag,
+                      .here = map.sightings.at(tag),
+                      .there = static_cast<int>(agreed->stamps.size())};
     place.distance_m = (place.map_T_tag.translation() - mapped->map_T_tag.translation()).norm();
-    if (place.distance_m < kApart) continue;
+    if (place.distance_m < kApart || misread_for_another(place, map)) continue;
     place.at_once = seen_twice_at_once(tag, lap);
-    place.one_after_the_other = apart_in_time(split);
+    place.one_after_the_other = apart_in_time(surely_here(split, agreed->map_T_tag), agreed->stamps);
     places.push_back(place);
   }
   return places;

@@ -1,116 +1,116 @@
 #include "waymark/mapping/second_sites.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
-#include <optional>
 #include <ranges>
 #include <set>
-#include <utility>
-
-#include "waymark/geometry/planar.hpp"
 
 namespace waymark::internal {
 namespace {
 
-/// Where the wheels have a tag, as its last sighting says, and who saw it there.
-struct Site {
-  Eigen::Vector2d odom_p = Eigen::Vector2d::Zero();
-  double driven_m = 0;        ///< when it was seen last
-  bool passed_twice = false;  ///< it was found there again after some metres
-  std::vector<SightingIndex> seen{};
-};
-using Sites = std::map<TagId, std::vector<Site>>;
+using Sites = std::map<TagId, std::vector<WheelSite>>;
+constexpr std::size_t kEnough = 8;  // fewer are misread
+constexpr double kSoon_m = 0.5;     // the wheels are believed to the centimetre
 
-/// The wheels' pose and way, moment by moment.
-class Wheels {
- public:
-  explicit Wheels(const std::vector<Odometry>& odometry) : odometry_(odometry) {
-    driven_m_.reserve(odometry.size());
-    for (std::size_t i = 0; i < odometry.size(); ++i) {
-      const double step =
-          i == 0 ? 0
-                 : (odometry[i].odom_T_base.translation() - odometry[i - 1].odom_T_base.translation()).norm();
-      driven_m_.push_back((i == 0 ? 0 : driven_m_.back()) + step);
+/// How a site of a tag and its main one follow each other.
+enum class Second : std::uint8_t { ByTurns, Jumped, Later };
+
+struct SecondSite {
+  const WheelSite* site = nullptr;
+  Second how = Second::Later;
+  double driven_m = 0;  ///< when it jumped
+};
+
+/// Both sites' sightings in order of time: how often it goes from one to the other with little driven
+/// between.
+SecondSite compare(const WheelSite& main, const WheelSite& other) {
+  constexpr int kTurns = 4;
+  SecondSite second{.site = &other};
+  int turns = 0;
+  const WheelSighting* last = nullptr;
+  bool last_of_main = false;
+  auto a = main.seen.begin();
+  auto b = other.seen.begin();
+  while (a != main.seen.end() || b != other.seen.end()) {
+    const bool of_main = b == other.seen.end() || (a != main.seen.end() && a->index < b->index);
+    const WheelSighting& now = of_main ? *a++ : *b++;
+    if (last != nullptr && of_main != last_of_main && now.driven_m - last->driven_m < kSoon_m) {
+      ++turns;
+      second.driven_m = now.driven_m;
     }
+    last = &now;
+    last_of_main = of_main;
   }
-
-  [[nodiscard]] std::optional<std::pair<SE2, double>> at(SensorTime stamp) const {
-    const auto after = std::ranges::lower_bound(odometry_, stamp, {}, &Odometry::stamp);
-    if (after == odometry_.end()) return std::nullopt;
-    const auto i = static_cast<std::size_t>(after - odometry_.begin());
-    if (after->stamp == stamp || i == 0) return std::pair(after->odom_T_base, driven_m_[i]);
-    const Odometry& before = odometry_[i - 1];
-    const double u = to_seconds(stamp - before.stamp) / to_seconds(after->stamp - before.stamp);
-    return std::pair(interpolate(before.odom_T_base, after->odom_T_base, u), driven_m_[i]);
-  }
-
- private:
-  const std::vector<Odometry>& odometry_;
-  std::vector<double> driven_m_;
-};
-
-void add_to_sites(const Eigen::Vector2d& odom_p, double distance_m, double driven_m,
-                  const SightingIndex& index, std::vector<Site>& sites) {
-  constexpr double kSlack_m = 1.0;
-  constexpr double kDrift =
-      0.2;  // of the way since, and of the distance to a tag whose pose may be the other one
-  constexpr double kLater_m = 3.0;
-  Site* home = nullptr;
-  double nearest_m = 0;
-  for (Site& site : sites) {
-    const double apart_m = (odom_p - site.odom_p).norm();
-    if (apart_m > kSlack_m + kDrift * (driven_m - site.driven_m + distance_m)) continue;
-    if (home != nullptr && apart_m >= nearest_m) continue;
-    home = &site;
-    nearest_m = apart_m;
-  }
-  if (home == nullptr) home = &sites.emplace_back(Site{.driven_m = driven_m});
-  home->passed_twice = home->passed_twice || driven_m - home->driven_m > kLater_m;
-  home->odom_p = odom_p;
-  home->driven_m = driven_m;
-  home->seen.push_back(index);
+  if (turns > 0) second.how = turns < kTurns ? Second::Jumped : Second::ByTurns;
+  return second;
 }
 
-Sites sites_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
-  Sites sites;
-  const Wheels wheels(lap.odometry);
-  for (std::size_t f = 0; f < observed.size(); ++f) {
-    const auto now = wheels.at(observed[f].stamp);
-    if (!now) continue;
-    std::size_t next = 0;  // detections without a pose were not observed
-    const auto& detections = lap.frames[f].detections;
-    for (std::size_t d = 0; d < detections.size() && next < observed[f].tags.size(); ++d) {
-      const TagPoseObservation& seen = observed[f].tags[next];
-      if (detections[d].tag != seen.tag) continue;
-      ++next;
-      const SE3 odom_T_tag = lift(now->first) * lap.base_T_cam * seen.cam_T_tag;
-      add_to_sites(odom_T_tag.translation().head<2>(), seen.cam_T_tag.translation().norm(), now->second,
-                   {f, d}, sites[seen.tag]);
+/// Whether a site was seen right before and right after a moment.
+bool steady(const WheelSite& site, double driven_m) {
+  constexpr auto kFew = 4;
+  const auto within = [&](double from, double to) {
+    return std::ranges::count_if(
+        site.seen, [&](const WheelSighting& s) { return s.driven_m >= from && s.driven_m < to; });
+  };
+  return within(driven_m - kSoon_m, driven_m) >= kFew && within(driven_m, driven_m + kSoon_m) >= kFew;
+}
+
+std::size_t main_of(const std::vector<WheelSite>& sites) {
+  return static_cast<std::size_t>(
+      std::ranges::max_element(sites, {}, [](const WheelSite& s) { return s.seen.size(); }) - sites.begin());
+}
+
+std::vector<SecondSite> second_sites_of(const Sites& all) {
+  std::vector<SecondSite> result;
+  for (const auto& [tag, sites] : all) {
+    if (sites.empty()) continue;
+    const std::size_t main = main_of(sites);
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+      if (i != main && sites[i].seen.size() >= kEnough) result.push_back(compare(sites[main], sites[i]));
     }
   }
-  return sites;
+  return result;
+}
+
+/// More tags stood still at that moment than jumped.
+bool alone_in_jumping(const SecondSite& jumped, const std::vector<SecondSite>& seconds, const Sites& all) {
+  const auto jumps = std::ranges::count_if(seconds, [&](const SecondSite& other) {
+    return other.how == Second::Jumped && std::abs(other.driven_m - jumped.driven_m) < kSoon_m;
+  });
+  const auto still = std::ranges::count_if(all, [&](const auto& of_tag) {
+    return std::ranges::any_of(of_tag.second,
+                               [&](const WheelSite& site) { return steady(site, jumped.driven_m); });
+  });
+  return still > jumps;
+}
+
+/// Tags that were passed twice and found in one place.
+std::ptrdiff_t found_again(const Sites& all) {
+  return std::ranges::count_if(all, [](const auto& of_tag) {
+    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kEnough; };
+    return std::ranges::count_if(of_tag.second, enough) == 1 &&
+           of_tag.second[main_of(of_tag.second)].passed_twice;
+  });
 }
 
 }  // namespace
 
 std::vector<SightingIndex> sightings_of_second_sites(const LapInput& lap,
                                                      const std::vector<ObservedFrame>& observed) {
-  constexpr std::size_t kEnough = 8;  // fewer are misread
-  std::vector<SightingIndex> second;
-  int split = 0;
-  int agreeing = 0;
-  for (auto& [tag, sites] : sites_of(lap, observed)) {
-    const auto most = std::ranges::max_element(sites, {}, [](const Site& s) { return s.seen.size(); });
-    const auto enough = std::ranges::count_if(sites, [](const Site& s) { return s.seen.size() >= kEnough; });
-    agreeing += enough == 1 && most->passed_twice ? 1 : 0;
-    if (enough < 2) continue;
-    ++split;
-    for (auto site = sites.begin(); site != sites.end(); ++site)
-      if (site != most && site->seen.size() >= kEnough)
-        second.insert(second.end(), site->seen.begin(), site->seen.end());
+  const Sites all = wheel_sites(lap, observed);
+  const std::vector<SecondSite> seconds = second_sites_of(all);
+  const auto later = std::ranges::count(seconds, Second::Later, &SecondSite::how);
+  const bool wheels_are_right = later <= found_again(all);
+  std::vector<SightingIndex> result;
+  for (const SecondSite& second : seconds) {
+    const bool believed = second.how == Second::ByTurns ||
+                          (second.how == Second::Jumped && alone_in_jumping(second, seconds, all)) ||
+                          (second.how == Second::Later && wheels_are_right);
+    if (!believed) continue;
+    for (const WheelSighting& sighting : second.site->seen) result.push_back(sighting.index);
   }
-  if (split > agreeing) second.clear();
-  return second;
+  return result;
 }
 
 LapInput without(const LapInput& lap, const std::vector<SightingIndex>& sightings) {

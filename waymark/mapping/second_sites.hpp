@@ -3,21 +3,21 @@
 #include <cstddef>
 #include <vector>
 
-#include "waymark/mapping/lap_bundle.hpp"
-#include "waymark/mapping/teach_chain.hpp"
+#include "waymark/mapping/wheel_sites.hpp"
 
 namespace waymark::internal {
 
-/// A detection of a lap: its frame, and its place there.
-struct SightingIndex {
-  std::size_t frame = 0;
-  std::size_t detection = 0;
-};
-
-/// Sightings of an id that the wheels alone put so far from where most of its sightings are that two tags
-/// must carry it. Before anything is placed by them: a frame that takes one tag for the other is lost, and
-/// with it all it shows. Wheels that put tags which were passed twice in two places as often as in one are
-/// not believed. Empty without odometry. `observed`: the frames, one by one. O(sightings).
+/// Sightings of an id that the wheels alone put elsewhere than most of its sightings: two tags carry it, or
+/// it was moved in front of the camera. Before anything is placed by them: a frame that takes one place for
+/// the other is lost, and with it all it shows.
+///
+/// - Seen by turns in two places, there are two tags: wheels have no say in that.
+/// - From one frame to the next in another place, it was moved, unless most of what was in view jumped too.
+/// - In another place after some way, it is as the wheels say, unless they put tags which were passed twice
+/// in
+///   two places as often as in one.
+///
+/// Empty without odometry. `observed`: the frames, one by one. O(sightings).
 [[nodiscard]] std::vector<SightingIndex> sightings_of_second_sites(
     const LapInput& lap, const std::vector<ObservedFrame>& observed);
 /// The lap without them.

@@ -10,4 +10,8 @@ namespace waymark::internal {
 [[nodiscard]] Vote<SE3> vote_for_place(const TagDetection& detection, const LapInput& lap,
                                        const SE3& map_T_base);
 
+/// Where the base would have to be for one sighting of a tag in a known place.
+[[nodiscard]] Vote<SE3> vote_for_base(const TagDetection& detection, const LapInput& lap,
+                                      const SE3& map_T_tag);
+
 }  // namespace waymark::internal
