@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <optional>
 #include <set>
 
@@ -18,12 +17,10 @@ namespace waymark {
 namespace {
 
 using namespace test;
-using ::testing::AllOf;
-using ::testing::Contains;
-using ::testing::HasSubstr;
 
 TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
-  const int laps = std::getenv("WAYMARK_FULL") != nullptr ? 200 : 16;
+  const bool full = std::getenv("WAYMARK_FULL") != nullptr;
+  const int laps = full ? 800 : 16;
   Score tags;
   Score trajectory;
   for (int seed = 1; seed <= laps; ++seed) {
@@ -48,9 +45,10 @@ TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
   std::printf(
       "%d laps: tags %.4f m rmse, %.3f +- %.3f of the bound, %.3f +- %.3f in their 95 %% ellipsoids; "
       "trajectory "
-      "%.4f m, %.3f +- %.3f, %.3f\n",
+      "%.4f m, %.3f +- %.3f, %.3f +- %.3f\n",
       laps, tags.rmse_m(), tags.ratio(), tags.ratio_sigma(), tags.coverage(), tags.coverage_sigma(),
-      trajectory.rmse_m(), trajectory.ratio(), trajectory.ratio_sigma(), trajectory.coverage());
+      trajectory.rmse_m(), trajectory.ratio(), trajectory.ratio_sigma(), trajectory.coverage(),
+      trajectory.coverage_sigma());
   EXPECT_GT(trajectory.count, 100 * laps);
   // The errors of a lap are one error, mostly a turn about the anchor: few laps scatter, by what they say
   // themselves.
@@ -62,6 +60,12 @@ TEST(BundleMap, ReachesTheCramerRaoBoundAndKnowsIt) {
   EXPECT_GT(tags.coverage() + kSigmas * tags.coverage_sigma(), 0.92);
   EXPECT_LT(tags.coverage() - kSigmas * tags.coverage_sigma(), 0.98);
   EXPECT_LT(tags.ratio_sigma(), 0.25) << "then this says nothing";
+  if (!full) return;
+  for (const Score* score : {&tags, &trajectory}) {  // surely
+    EXPECT_LT(score->ratio() + kSigmas * score->ratio_sigma(), 1.15);
+    EXPECT_GT(score->coverage() - kSigmas * score->coverage_sigma(), 0.92);
+    EXPECT_LT(score->coverage() + kSigmas * score->coverage_sigma(), 0.98);
+  }
 }
 
 TEST(BundleMap, TheSameLapGivesTheSameBits) {
@@ -69,61 +73,6 @@ TEST(BundleMap, TheSameLapGivesTheSameBits) {
   const BundleMap a = map_of(lap.input);
   const BundleMap b = map_of(lap.input);
   for (const auto& [id, tag] : a.map.tags) EXPECT_EQ(tag.map_T_tag, b.map.tags.at(id).map_T_tag);
-}
-
-TEST(BundleMap, AGoodLapIsNotComplainedAbout) {
-  const Lap lap = drive(1);
-  EXPECT_TRUE(check_map(lap.input, map_of(lap.input)).empty())
-      << check_map(lap.input, map_of(lap.input)).front();
-}
-
-TEST(BundleMap, NamesATagSizeThatContradictsTheWheels) {
-  Lap lap = drive(2);
-  lap.input.sizes.default_size_m = 0.20;
-  const auto words = check_map(lap.input, map_of(lap.input));
-  EXPECT_THAT(words, Contains(HasSubstr("tag sizes look 2")));
-  EXPECT_THAT(words, Contains(HasSubstr("% too large (is it 0.16")));
-}
-
-void for_each_detection(LapInput& lap, const std::function<void(const TagFrame&, TagDetection&)>& change) {
-  for (TagFrame& frame : lap.frames) {
-    for (TagDetection& detection : frame.detections) change(frame, detection);
-  }
-}
-
-/// Which of the two a lap meets first, and how it drives between them, must not matter.
-class TwoTagsOfOneId : public ::testing::TestWithParam<int> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, TwoTagsOfOneId, ::testing::Range(1, 7));
-
-TEST_P(TwoTagsOfOneId, AreNamed) {
-  Lap lap = drive(static_cast<std::uint64_t>(GetParam()));
-  const TagId real{FamilyId::Tag36h11, 5};
-  const TagId copy{FamilyId::Tag36h11, 14};
-  for_each_detection(lap.input, [&](const TagFrame&, TagDetection& detection) {
-    if (detection.tag == copy) detection.tag = real;
-  });
-  const BundleMap map = map_of(lap.input);
-  const auto words = check_map(lap.input, map);
-  EXPECT_THAT(words, Contains(::testing::AllOf(HasSubstr("tag36h11:5 was seen in two places"),
-                                               HasSubstr("two tags carry this id"))));
-  EXPECT_LT(worst_of_others(map, {real}), 0.05);
-}
-
-TEST(BundleMap, LeavesWrongIdsOut) {
-  Lap lap = drive(6);
-  Random random(60);
-  int wrong = 0;
-  for_each_detection(lap.input, [&](const TagFrame&, TagDetection& detection) {
-    if (random.uniform(0, 1) > 0.05) return;
-    detection.tag.number = static_cast<int>(random.uniform(0, 23.99));
-    ++wrong;
-  });
-  const BundleMap map = map_of(lap.input);
-  EXPECT_GT(static_cast<double>(map.rejected.size()), 0.7 * wrong);
-  EXPECT_LT(worst_of_others(map, {}), 0.03);
-  EXPECT_THAT(check_map(lap.input, map),
-              Contains(AllOf(HasSubstr("contradict the others"),
-                             HasSubstr("put the tag elsewhere (a wrong id, or it was moved)"))));
 }
 
 TEST(BundleMap, WorksWithoutOdometryAndThroughBlindness) {

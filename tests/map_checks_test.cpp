@@ -15,63 +15,11 @@ namespace waymark {
 namespace {
 
 using namespace test;
-using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
-
-/// What a detector would have seen had the tag stood elsewhere from then on: corners shifted as its centre
-/// is.
-void move_tag(Lap& lap, const TagId& moved, SensorTime from, const Eigen::Vector3d& by) {
-  const SE3 map_T_before = circuit().tags.find(moved)->map_T_tag;
-  const SE3 map_T_after = SE3(SO3(), by) * map_T_before;
-  for (TagFrame& frame : lap.input.frames) {
-    const auto truth = true_pose(lap, frame.stamp);
-    if (frame.stamp < from || !truth) continue;
-    const SE3 cam_T_map = (*truth * lap.input.base_T_cam).inverse();
-    for (TagDetection& detection : frame.detections) {
-      if (detection.tag != moved) continue;
-      const auto before =
-          visible_corners(lap.input.camera, cam_T_map * map_T_before, 0.16, {.margin_px = -1e4});
-      const auto after =
-          visible_corners(lap.input.camera, cam_T_map * map_T_after, 0.16, {.margin_px = -1e4});
-      for (std::size_t c = 0; before && after && c < 4; ++c)
-        detection.corners_px[c] += (*after)[c] - (*before)[c];
-    }
-  }
-}
-
-std::vector<SensorTime> sightings_of(const Lap& lap, const TagId& which) {
-  std::vector<SensorTime> stamps;
-  for (const TagFrame& frame : lap.input.frames) {
-    if (std::ranges::find(frame.detections, which, &TagDetection::tag) != frame.detections.end())
-      stamps.push_back(frame.stamp);
-  }
-  return stamps;
-}
-
-TEST(MapChecks, NamesATagThatWasMovedBetweenTwoPasses) {
-  Lap lap = drive(5);
-  const TagId other = tag(1);  // seen at the start and again at the end
-  move_tag(lap, other, lap.input.frames[lap.input.frames.size() / 2].stamp, {0.15, 0.1, 0});
-  const BundleMap map = map_of(lap.input);
-  EXPECT_THAT(check_map(lap.input, map),
-              Contains(AllOf(HasSubstr("tag36h11:1 was seen in two places"), HasSubstr("it was moved"))));
-  EXPECT_LT(worst_of_others(map, {other}), 0.05);
-}
-
-TEST(MapChecks, NamesATagThatWasMovedWhileInView) {
-  Lap lap = drive(15);
-  const TagId other = tag(9);
-  const std::vector<SensorTime> seen = sightings_of(lap, other);
-  move_tag(lap, other, seen[seen.size() / 2], {0.1, 0.1, 0});
-  const BundleMap map = map_of(lap.input);
-  EXPECT_THAT(check_map(lap.input, map),
-              Contains(AllOf(HasSubstr("tag36h11:9 was seen in two places"), HasSubstr("it was moved"))));
-  EXPECT_LT(worst_of_others(map, {other}), 0.05);
-}
 
 /// One lap at one speed tells a mounting far less well than it tells the map: what slips looks the same.
 TEST(MapChecks, NamesACameraThatSitsElsewhere) {

@@ -1,7 +1,10 @@
 #include "waymark/mapping/map_comparison.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -81,6 +84,42 @@ ComparedTag judged(const TagId& id, const MappedTag& now, const TagMap& map, con
   return compared;
 }
 
+/// How many times as large a map is as the other, where all its distances are: then the sizes of the tags are
+/// what differs. Nothing where they do not agree on one number, or it is one.
+std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
+  constexpr double kAlike = 0.03;
+  constexpr std::size_t kEnough = 3;
+  std::vector<double> ratios;
+  for (auto a = prior.tags.begin(); a != prior.tags.end(); ++a) {
+    for (auto b = std::next(a); b != prior.tags.end(); ++b) {
+      const MappedTag* now_a = map.find(a->first);
+      const MappedTag* now_b = map.find(b->first);
+      const double before = (a->second.map_T_tag.translation() - b->second.map_T_tag.translation()).norm();
+      if (now_a == nullptr || now_b == nullptr || before <= 0) continue;
+      ratios.push_back((now_a->map_T_tag.translation() - now_b->map_T_tag.translation()).norm() / before);
+    }
+  }
+  if (ratios.size() < kEnough) return std::nullopt;
+  std::ranges::sort(ratios);
+  const double median = ratios[ratios.size() / 2];
+  const double spread = ratios[3 * ratios.size() / 4] - ratios[ratios.size() / 4];
+  if (spread > kAlike * median || std::abs(median - 1) < kAlike) return std::nullopt;
+  return median;
+}
+
+tl::unexpected<Error> no_agreement(const TagMap& map, const TagMap& prior) {
+  const std::optional<double> times = times_as_large(map, prior);
+  if (!times)
+    return fail(ErrorCode::NotFound, "no two tags of the two maps agree on how the maps lie to each other",
+                {}, "Are these maps of the same place?");
+  return fail(
+      ErrorCode::NotFound,
+      fmt::format("all distances in the map are {:.2f} times those of the other map: the sizes of the "
+                  "tags differ, by which one of them was made",
+                  *times),
+      {}, "Measure the side of a tag's black square.");
+}
+
 }  // namespace
 
 Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
@@ -96,9 +135,7 @@ Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
     comparison.agreeing = count;
     comparison.map_T_prior = proposal;
   }
-  if (comparison.agreeing < 2)
-    return fail(ErrorCode::NotFound, "no two tags of the two maps agree on how the maps lie to each other",
-                {}, "Are these maps of the same place?");
+  if (comparison.agreeing < 2) return no_agreement(map, prior);
   internal::judge_tags(map, prior, options, comparison);
   return comparison;
 }

@@ -52,6 +52,17 @@ TEST(MapComparison, NamesWhatChanged) {
                                      "tag36h11:9 of the prior map was not seen"));
 }
 
+TEST(MapComparison, NamesSizesOfTagsThatDiffer) {
+  TagMap larger = moved(some_map(), kElsewhere);
+  for (auto& [tag, place] : larger.tags)
+    place = {.map_T_tag = SE3(place.map_T_tag.rotation(), 1.25 * place.map_T_tag.translation()),
+             .size_m = 0.2};
+  const auto comparison = compare_maps(larger, some_map());
+  ASSERT_FALSE(comparison);
+  EXPECT_THAT(to_string(comparison.error()),
+              ::testing::HasSubstr("1.25 times those of the other map: the sizes"));
+}
+
 TEST(MapComparison, RefusesMapsOfDifferentPlaces) {
   TagMap other = some_map();
   Random random(1);

@@ -138,6 +138,7 @@ Window window(const WheelSite& site, std::size_t first, std::size_t count) {
 std::optional<std::size_t> jump_of(const WheelSite& site) {
   constexpr std::size_t kBeside = 8;
   constexpr double kLeast_m = 0.05;
+  constexpr double kPerDistance = 0.015;  // small tags seem to stand a little nearer or farther
   constexpr double kPerWay = 0.1;
   constexpr double kPerTurn = 0.15;
   constexpr double kSigmas = 5;
@@ -148,7 +149,8 @@ std::optional<std::size_t> jump_of(const WheelSite& site) {
     if (site.seen[at + kBeside - 1].driven_m - site.seen[at - kBeside].driven_m > kTogether_m) continue;
     const Window before = window(site, at - kBeside, kBeside);
     const Window after = window(site, at, kBeside);
-    const double gate = kLeast_m + kPerWay * (after.driven_m - before.driven_m) +
+    const double gate = kLeast_m + kPerDistance * site.seen[at].distance_m +
+                        kPerWay * (after.driven_m - before.driven_m) +
                         kPerTurn * (after.turned_rad - before.turned_rad) * site.seen[at].distance_m +
                         kSigmas * std::sqrt(before.variance_m2 + after.variance_m2);
     const double clear = (after.mean - before.mean).norm() / gate;
