@@ -1,6 +1,9 @@
 // What viewers cost the loop of a robot: the time from one round's begin to its end (samples published, a
-// fixed piece of work done), alone and with four viewers that read everything and one that never reads, in
-// turns. A table: p50, p99 and worst, and the ratio. usage: live_loop_benchmark [ROUNDS [SECONDS]]
+// fixed piece of work done), without viewers and with four that read everything and one that never reads, in
+// turns of without, with, with, without, so that whatever else the machine does meets both alike.
+// A table of all rounds, and the ratio of p99 turn by turn with its scatter; beside it the same ratio of the
+// two stretches without viewers, which is what the machine alone does to it. usage: live_loop_benchmark
+// [TURNS [SECONDS]]     SECONDS of each of the four stretches
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -17,7 +20,9 @@
 #include <fmt/format.h>
 #include <netinet/in.h>
 #include <sched.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "waymark/server/http_server.hpp"
@@ -110,29 +115,66 @@ Image noise_picture() {
   return image;
 }
 
-std::vector<double> rounds_of(LiveFeed& feed, const CameraFrame& picture, double seconds,
-                              std::uint64_t& sum) {
+/// Of rounds of the loop [ms].
+struct Rounds {
+  std::vector<double> took{};
+  std::vector<double> processor{};  ///< of it, on the processor
+  std::vector<double> published{};  ///< of it, handing over to the server
+  long interrupted = 0;             ///< so many times something else was let run in the middle
+
+  void add(const Rounds& more) {
+    for (const auto part : {&Rounds::took, &Rounds::processor, &Rounds::published})
+      (this->*part).insert((this->*part).end(), (more.*part).begin(), (more.*part).end());
+    interrupted += more.interrupted;
+  }
+};
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+double processor_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
+}
+
+long interruptions() {
+  rusage used{};
+  getrusage(RUSAGE_THREAD, &used);
+  return used.ru_nivcsw;
+}
+
+void publish(LiveFeed& feed, const Sample& picture, int round) {
+  const std::int64_t now_ns = std::chrono::system_clock::now().time_since_epoch().count();
+  const SensorTime stamp{Duration(now_ns)};
+  if (round % kPictureEvery == 0) {
+    feed.publish(picture, now_ns);
+    feed.publish(Sample(TagFrame{.stamp = stamp}), now_ns);
+  }
+  feed.publish(Sample(Odometry{.stamp = stamp}), now_ns);
+  feed.tell({.phase = "replaying", .driven_m = round * 0.001});
+}
+
+Rounds rounds_of(LiveFeed& feed, const CameraFrame& picture, double seconds, std::uint64_t& sum) {
   const std::vector<std::uint8_t> pixels(640 * 480, 7);
-  std::vector<double> took_ms;
+  const Sample seen(picture);
+  Rounds rounds;
   Clock::time_point next = Clock::now();
   const auto end = next + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   for (int round = 0; next < end; ++round, next += kPeriod) {
     std::this_thread::sleep_until(next);
+    const long before = interruptions();
+    const double processor = processor_ms();
     const auto start = Clock::now();
-    const std::int64_t now_ns = std::chrono::system_clock::now().time_since_epoch().count();
-    const SensorTime stamp{Duration(now_ns)};
-    if (round % kPictureEvery == 0) {
-      CameraFrame frame = picture;
-      frame.stamp = stamp;
-      feed.publish(Sample(std::move(frame)), now_ns);
-      feed.publish(Sample(TagFrame{.stamp = stamp}), now_ns);
-    }
-    feed.publish(Sample(Odometry{.stamp = stamp}), now_ns);
-    feed.tell({.phase = "replaying", .driven_m = round * 0.001});
+    publish(feed, seen, round);
+    rounds.published.push_back(ms_since(start));
     sum += work(pixels);
-    took_ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    rounds.took.push_back(ms_since(start));
+    rounds.processor.push_back(processor_ms() - processor);
+    rounds.interrupted += interruptions() - before;
   }
-  return took_ms;
+  return rounds;
 }
 
 double quantile(std::vector<double> values, double share) {
@@ -141,11 +183,52 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(at)];
 }
 
+/// The server, its viewers when they are there, and the loop.
+class Bench {
+ public:
+  explicit Bench(HttpServer& server, LiveFeed& feed) : server_(server), feed_(feed) {
+    static_cast<void>(rounds_of(feed_, picture_, 1, sum));
+    const Viewer first(server_.port(), true);  // makes the channels known
+    static_cast<void>(rounds_of(feed_, picture_, 0.5, sum));
+  }
+  Rounds stretch(bool watched, double seconds) {
+    std::vector<std::unique_ptr<Viewer>> viewers;
+    for (int v = 0; watched && v < 5; ++v) viewers.push_back(std::make_unique<Viewer>(server_.port(), v > 0));
+    static_cast<void>(rounds_of(feed_, picture_, 0.3, sum));
+    Rounds rounds = rounds_of(feed_, picture_, seconds, sum);
+    for (const auto& viewer : viewers) bytes += viewer->bytes();
+    viewers.clear();
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));  // they are gone
+    return rounds;
+  }
+  std::uint64_t bytes = 0;
+  std::uint64_t sum = 0;
+
+ private:
+  HttpServer& server_;
+  LiveFeed& feed_;
+  CameraFrame picture_{.image = noise_picture()};
+};
+
+void print_ratio(const char* name, const std::vector<double>& ratios) {
+  fmt::print("{:<46} median {:.3f}, quartiles {:.3f} to {:.3f}, of {}\n", name, quantile(ratios, 0.5),
+             quantile(ratios, 0.25), quantile(ratios, 0.75), ratios.size());
+}
+
+void print_rounds(const char* name, const Rounds& rounds) {
+  fmt::print("{:<32}", name);
+  for (const auto* values : {&rounds.took, &rounds.processor, &rounds.published})
+    fmt::print(" {:>7.3f} {:>7.3f} {:>7.3f} ", quantile(*values, 0.5), quantile(*values, 0.99),
+               quantile(*values, 1));
+  fmt::print("{:>8.2f}\n",
+             100.0 * static_cast<double>(rounds.interrupted) / static_cast<double>(rounds.took.size()));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int rounds = argc > 1 ? std::atoi(argv[1]) : 5;
-  const double seconds = argc > 2 ? std::atof(argv[2]) : 10;
+  const int turns = argc > 1 ? std::atoi(argv[1]) : 10;
+  const double seconds = argc > 2 ? std::atof(argv[2]) : 3;
   LiveFeed feed;
   auto server =
       HttpServer::listen({.port = 0, .token = "0123456789abcdef", .feed = &feed, .robot_name = "benchmark"});
@@ -155,34 +238,36 @@ int main(int argc, char** argv) {
   }
   std::atomic<bool> over{false};
   std::thread serving([&] { server->run([&] { return over.load(); }); });
-  const CameraFrame picture{.image = noise_picture()};
-  std::uint64_t sum = 0;
-  std::vector<double> alone;
-  std::vector<double> watched;
-  std::uint64_t bytes = 0;
-  static_cast<void>(rounds_of(feed, picture, 1, sum));
-  for (int i = 0; i < rounds; ++i) {
-    for (const double ms : rounds_of(feed, picture, seconds, sum)) alone.push_back(ms);
-    std::vector<std::unique_ptr<Viewer>> viewers;
-    {
-      const Viewer first(server->port(), true);  // makes the channels known
-      static_cast<void>(rounds_of(feed, picture, 0.5, sum));
-    }
-    for (int v = 0; v < 5; ++v) viewers.push_back(std::make_unique<Viewer>(server->port(), v > 0));
-    for (const double ms : rounds_of(feed, picture, seconds, sum)) watched.push_back(ms);
-    for (const auto& viewer : viewers) bytes += viewer->bytes();
-    viewers.clear();
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  Bench bench(*server, feed);
+  Rounds alone;
+  Rounds watched;
+  std::vector<double> ratios;
+  std::vector<double> nulls;
+  for (int i = 0; i < turns; ++i) {
+    Rounds without = bench.stretch(false, seconds);
+    Rounds with = bench.stretch(true, seconds);
+    with.add(bench.stretch(true, seconds));
+    const Rounds again = bench.stretch(false, seconds);
+    nulls.push_back(quantile(again.took, 0.99) / quantile(without.took, 0.99));
+    without.add(again);
+    ratios.push_back(quantile(with.took, 0.99) / quantile(without.took, 0.99));
+    alone.add(without);
+    watched.add(with);
   }
   over = true;
   serving.join();
-  fmt::print("{:<34}{:>10}{:>10}{:>10}\n", "a round of the loop [ms]", "p50", "p99", "worst");
-  for (const auto& [name, values] :
-       {std::pair{"alone", alone}, std::pair{"four viewers, one never reads", watched}})
-    fmt::print("{:<34}{:>10.3f}{:>10.3f}{:>10.3f}\n", name, quantile(values, 0.5), quantile(values, 0.99),
-               quantile(values, 1));
-  fmt::print("p99 ratio {:.3f}; {} rounds each, {:.0f} MB to the viewers, {} samples dropped ({})\n",
-             quantile(watched, 0.99) / quantile(alone, 0.99), alone.size(), static_cast<double>(bytes) * 1e-6,
-             feed.dropped(), sum % 2 == 0 ? "even" : "odd");
+  fmt::print("{:<32} {:^24}{:^24}{:^24}{:>8}\n", "a round of the loop [ms]", "took", "on the processor",
+             "publishing", "inter-");
+  fmt::print("{:<32}", "");
+  for (int i = 0; i < 3; ++i) fmt::print(" {:>7} {:>7} {:>7} ", "p50", "p99", "most");
+  fmt::print("{:>8}\n", "rupted %");
+  print_rounds("without viewers", alone);
+  print_rounds("four viewers, one never reads", watched);
+  print_ratio("p99 with viewers / without, turn by turn", ratios);
+  print_ratio("p99 without / without (the machine alone)", nulls);
+  fmt::print(
+      "p99 ratio of all rounds {:.3f}; {} rounds each, {:.0f} MB to the viewers, {} samples dropped ({})\n",
+      quantile(watched.took, 0.99) / quantile(alone.took, 0.99), alone.took.size(),
+      static_cast<double>(bench.bytes) * 1e-6, feed.dropped(), bench.sum % 2 == 0 ? "even" : "odd");
   return 0;
 }

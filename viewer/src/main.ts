@@ -269,6 +269,7 @@ void openOffered();
 Object.assign(window, { waymark: {
   pixelOf: (x: number, y: number, z: number) => map.pixelOf(x, y, z),
   pictureShown: () => pictureShown,
+  pictureHostTime: () => live?.pictureHostTime ?? 0n,
   drawn: () => map.drawn(),
   latencies: () => Array.from({ length: content.tracks.latency.length }, (_, row) => content.tracks.latency.at(row, 1)),
 } });

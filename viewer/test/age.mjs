@@ -1,19 +1,34 @@
-// Measures how old pictures of a robot that runs are when the page has drawn them with their tags; one object of JSON. Run by tools/measure_page.py.
-// usage: node age.mjs URL PICTURES     URL with its token
+// Measures how old pictures of a robot that runs are on the page; one object of JSON. Run by tools/measure_page.py.
+// usage: node age.mjs URL PICTURES     URL with its token: has the robot taught by its script first; without: only looks
+// drawn_ms: until the page had drawn a picture with its tags; painted_ms: until the browser had put that on the screen. Both since the robot's program
+// had the picture, by the same clock.
 import { launch, openPage } from "./browser.mjs";
 
 const [url, wanted] = process.argv.slice(2);
 const browser = await launch();
 const { page } = await openPage(browser, new URL(url).origin);
-const drawn = () => page.evaluate(() => window.waymark.latencies());
 await page.goto(url);
-await page.waitForFunction(() => document.body.dataset.phase === "idle");
-await page.click("#go");
-await page.click("#script");
-await page.waitForFunction(() => /Speed0\.[1-9]/.test(document.querySelector("#facts").textContent)); // it drives
-const before = (await drawn()).length, start = Date.now();
-await page.waitForFunction((count) => window.waymark.latencies().length >= count, before + Number(wanted), { polling: 200 });
-const seconds = (Date.now() - start) / 1000;
-const ages_ms = (await drawn()).slice(before);
-console.log(JSON.stringify({ ages_ms, pictures_per_s: ages_ms.length / seconds }));
+if (new URL(url).searchParams.has("token")) {
+  await page.waitForFunction(() => document.body.dataset.phase === "idle");
+  await page.click("#go");
+  await page.click("#script");
+  await page.waitForFunction(() => /Speed0\.[1-9]/.test(document.querySelector("#facts").textContent)); // it drives
+}
+await page.waitForFunction(() => window.waymark.latencies().length > 30); // all of the page is there
+const measured = await page.evaluate((count) => new Promise((done) => {
+  const painted_ms = [], before = window.waymark.latencies().length, start = performance.now();
+  const { port1, port2 } = new MessageChannel();
+  let last = 0n, frames = 0;
+  port1.onmessage = ({ data: host }) => painted_ms.push(performance.timeOrigin + performance.now() - Number(host) * 1e-6); // after the frame
+  const frame = () => {
+    ++frames;
+    const host = window.waymark.pictureHostTime();
+    if (host !== last) port2.postMessage((last = host));
+    const all = window.waymark.latencies();
+    if (all.length < before + count) return requestAnimationFrame(frame);
+    done({ drawn_ms: all.slice(before), painted_ms, pictures_per_s: (1000 * (all.length - before)) / (performance.now() - start), frames_per_s: (1000 * frames) / (performance.now() - start) });
+  };
+  requestAnimationFrame(frame);
+}), Number(wanted));
+console.log(JSON.stringify(measured));
 await browser.close();

@@ -13,7 +13,7 @@ export function check(condition, words) {
 
 export const launch = () => chromium.launch({
   executablePath: process.env.WAYMARK_CHROMIUM ?? "/usr/bin/chromium",
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  args: ["--no-sandbox", "--enable-unsafe-swiftshader"], // without a graphics card WebGL is drawn by the processor, and nothing else is made to be
 });
 
 /** A page that remembers its troubles: errors, and requests to anybody but `origin`. */

@@ -44,6 +44,8 @@ export class LiveMode {
   private streams = 0; // that have something to show
   /** When the picture that is shown was taken; nothing where there are none. */
   pictureTime: number | undefined;
+  /** When the robot's program had it [ns of its clock]. */
+  pictureHostTime = 0n;
 
   constructor(private readonly parts: LiveParts) {
     parts.playback.following = true;
@@ -99,6 +101,7 @@ export class LiveMode {
     const { camera, content, drawCamera, playback } = this.parts;
     if (!playback.following) return bitmap.close();
     this.pictureTime = t;
+    this.pictureHostTime = hostTime;
     camera.showBitmap(bitmap);
     drawCamera();
     const age = performance.timeOrigin + performance.now() - Number(hostTime) * 1e-6;

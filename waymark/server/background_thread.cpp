@@ -1,0 +1,38 @@
+#include "waymark/server/background_thread.hpp"
+
+#include <cstddef>
+
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace waymark {
+
+void BackgroundThread::robot_is_here() { robots_.store(sched_getcpu(), std::memory_order_relaxed); }
+
+void BackgroundThread::begin() {
+  constexpr int kNice = 10;
+  const sched_param none{};
+  static_cast<void>(sched_setscheduler(0, SCHED_BATCH, &none));
+  static_cast<void>(setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNice));
+  cpu_set_t allowed;
+  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;  // more processors than a set holds
+  for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (CPU_ISSET(static_cast<std::size_t>(cpu), &allowed)) allowed_.push_back(cpu);
+  }
+}
+
+void BackgroundThread::keep_off_the_robot() {
+  const int robots = robots_.load(std::memory_order_relaxed);
+  if (robots == left_alone_ || robots < 0) return;
+  cpu_set_t others;
+  CPU_ZERO(&others);
+  for (const int cpu : allowed_) {
+    if (cpu != robots) CPU_SET(static_cast<std::size_t>(cpu), &others);
+  }
+  if (CPU_COUNT(&others) == 0 || sched_setaffinity(0, sizeof others, &others) != 0) return;
+  left_alone_ = robots;
+}
+
+}  // namespace waymark
