@@ -1,12 +1,13 @@
 // Connects to a running robot with Foxglove's own client, under both names of its protocol.
-// usage: node live_client.mjs URL TOKEN     URL as ws://127.0.0.1:PORT/; exit code 1 and words when something is wrong
+// usage: node live_client.mjs URL TOKEN LAYOUT [TAGS]     URL as ws://127.0.0.1:PORT/; TAGS: the robot has a map of so many, which alone is looked at.
+// Exit code 1 and words when something is wrong
 import { readFileSync } from "node:fs";
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader } from "@foxglove/rosmsg2-serialization";
 import ws from "@foxglove/ws-protocol";
 
 const { FoxgloveClient } = ws;
-const [url, token, layoutFile] = process.argv.slice(2);
+const [url, token, layoutFile, mapped] = process.argv.slice(2);
 const within = (promise, what) => Promise.race([promise, new Promise((_, no) => setTimeout(() => no(new Error(`no ${what} in 30 s`)), 30000))]);
 function check(condition, words) {
   if (!condition) throw new Error(words);
@@ -109,6 +110,21 @@ async function commands() {
   studio.client.close();
 }
 
+/** A robot with a map: its tags and its route come as shapes, also to who comes later. */
+async function map(tags) {
+  const studio = new Studio(url, "foxglove.sdk.v1");
+  await within(studio.open, "connection");
+  await studio.subscribe("/waymark/map");
+  const { markers } = (await studio.first("/waymark/map")).message;
+  const of = (ns) => markers.filter((marker) => marker.ns === ns);
+  check(markers.every((marker) => marker.header.frame_id === "map" && Number.isFinite(marker.pose.position.x)), "shapes stand in the map");
+  const numbers = new Set(of("numbers").map((marker) => Number(marker.text)));
+  check(numbers.size === tags && [...numbers].every((n) => n >= 0 && n < tags), `of ${tags} tags the numbers ${[...numbers]}`);
+  check(of("tags").length === tags && of("tags").every((marker) => marker.points.length > 60 && marker.points.length === marker.colors.length), "each tag is drawn cell by cell");
+  check(of("route").length === 1 && of("route")[0].points.length > 20, "the route is a line");
+  studio.client.close();
+}
+
 /** The layout names only topics that are there, or come with a lidar or a replay. */
 function layout() {
   const topics = JSON.stringify(JSON.parse(readFileSync(layoutFile, "utf8"))).match(/"\/[a-z_/]+/g).map((text) => text.slice(1));
@@ -118,11 +134,14 @@ function layout() {
 }
 
 try {
-  layout();
-  await watches("foxglove.websocket.v1");
-  await watches("foxglove.sdk.v1");
-  await commands();
-  console.log("Foxglove's client: both protocols, read-only without the token, publishing with it");
+  if (mapped) await map(Number(mapped));
+  else {
+    layout();
+    await watches("foxglove.websocket.v1");
+    await watches("foxglove.sdk.v1");
+    await commands();
+  }
+  console.log(`Foxglove's client: ${mapped ? "the map as shapes" : "both protocols, read-only without the token, publishing with it"}`);
   process.exit(0);
 } catch (error) {
   console.error(error.stack);

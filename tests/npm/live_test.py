@@ -21,13 +21,24 @@ def main():
         print("tools/install_validators.sh has not been run")
         return SKIPPED
     from live_test import Robot  # reads the program from the command line
-    with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder, Robot(folder) as robot:
+    with tempfile.TemporaryDirectory(prefix="waymark-live-") as folder:
         script = pathlib.Path(folder) / "live_client.mjs"
         shutil.copy(HERE / "live_client.mjs", script)
         (pathlib.Path(folder) / "node_modules").symlink_to(npm.resolve() / "node_modules")
-        layout = HERE.parents[1] / "share/layouts/foxglove.json"
-        return subprocess.run([npm / "node_modules/.bin/node", script, f"ws://127.0.0.1:{robot.url.port}/", robot.token, layout],
-                              check=False, timeout=110).returncode
+
+        def client(robot, *words):
+            layout = HERE.parents[1] / "share/layouts/foxglove.json"
+            return subprocess.run([npm / "node_modules/.bin/node", script, f"ws://127.0.0.1:{robot.url.port}/", robot.token, layout, *words],
+                                  check=False, timeout=110).returncode
+
+        with Robot(folder) as robot:
+            if client(robot):
+                return 1
+        lap, made = pathlib.Path(folder) / "lap.mcap", pathlib.Path(folder) / "map"
+        for words in (["teach", "--world", "circuit24", "-o", lap], ["map", lap, "-o", made]):
+            subprocess.run([sys.argv[1], *words], check=True, capture_output=True)
+        with Robot(folder, "--map", made) as robot:
+            return client(robot, "24")
 
 
 if __name__ == "__main__":

@@ -27,6 +27,14 @@ describe("scores", () => {
     scores.crossTrackTruth.v.forEach((v) => expect(v).toBeCloseTo(2, 9));
     scores.crossTrackEstimate.v.forEach((v) => expect(v).toBeCloseTo(3, 9));
   });
+  it("have no heading from before the truth was known", () => {
+    const early = emptyTracks();
+    for (let i = 0; i < 10; ++i) early.odometry.push(...row(i, 0, 0, 0.1), 1, 0);
+    for (let i = 5; i < 10; ++i) early.truth.push(...row(i, 0, 0, 0));
+    const { headingOdometry } = scoresOf(early, undefined, fromYaw(0, 0, 0));
+    expect(headingOdometry.t).toEqual([5, 6, 7, 8, 9]);
+    headingOdometry.v.forEach((v) => expect(v).toBeCloseTo(5.7296, 3));
+  });
   it("measure the heading in degrees", () => scores.headingEstimate.v.forEach((v) => expect(v).toBeCloseTo(5.7296, 3)));
   it("are empty without a route or truth", () => {
     const none = scoresOf(emptyTracks(), undefined, map_T_odom);

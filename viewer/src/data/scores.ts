@@ -4,7 +4,7 @@ import type { Route } from "./map_files";
 import type { Series } from "./series";
 import type { Tracks } from "./tracks";
 
-/** One line of a plot: times and values, NaN where it has none. */
+/** One line of a plot: times and values. */
 export interface Curve {
   readonly t: number[];
   readonly v: number[];
@@ -50,15 +50,17 @@ export function placeOdometry(tracks: Tracks): Pose {
   return compose(poseAt(reference, t)!, inverse(poseAt(tracks.odometry, t)!));
 }
 
-/** At most every `apart` seconds, so that a long recording draws as quickly as a short one. */
+/** At most every `apart` seconds, so that a long recording draws as quickly as a short one; rows without a value are left out. */
 function sampled(series: Series, apart: number, value: (row: number) => number): Curve {
   const curve: Curve = { t: [], v: [] };
   let next = -Infinity;
   for (let row = 0; row < series.length; ++row) {
     if (series.time(row) < next) continue;
+    const v = value(row);
+    if (!Number.isFinite(v)) continue;
     next = series.time(row) + apart;
     curve.t.push(series.time(row));
-    curve.v.push(value(row));
+    curve.v.push(v);
   }
   return curve;
 }

@@ -13,6 +13,7 @@ interface Figure {
   readonly title: string;
   readonly unit: string;
   readonly lines: readonly Line[];
+  readonly most?: number; // what is larger is drawn there: one value must not make all others a line on the floor
 }
 
 export function figuresOf(scores: Scores): Figure[] {
@@ -28,7 +29,8 @@ export function figuresOf(scores: Scores): Figure[] {
       { label: "asked", color: "--route", curve: scores.commanded, dash: [6, 4] }] },
     { title: "Tags in view", unit: "", lines: [{ label: "tags", color: "--text", curve: scores.tagsInView }] },
     { title: "Latency of the camera", unit: "ms", lines: [{ label: "latency", color: "--odometry", curve: scores.latency }] },
-    { title: "NIS per degree of freedom", unit: "", lines: [{ label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
+    { title: "NIS per degree of freedom (at the top: 10 or more)", unit: "", most: 10, lines: [
+      { label: "nis", color: "--estimate", curve: scores.nis, points: true }] },
   ];
   return figures.map((figure) => ({ ...figure, lines: figure.lines.filter((line) => line.curve.t.length > 1) }))
     .filter((figure) => figure.lines.length > 0);
@@ -60,7 +62,7 @@ export class Plots {
     const names = (list: Figure[]): string => list.map((f) => f.title + f.lines.map((line) => line.label).join()).join("|");
     if (names(figures) !== names(this.lastFigures)) return this.show(figures);
     this.lastFigures = figures;
-    figures.forEach((figure, i) => this.plots[i]?.setData(joined(figure.lines.map((line) => line.curve))));
+    figures.forEach((figure, i) => this.plots[i]?.setData(dataOf(figure)));
   }
 
   /** Again, in the colours of now. */
@@ -86,7 +88,7 @@ export class Plots {
     const options: uPlot.Options = {
       width: this.width, height: 110, legend: { show: false },
       cursor: { sync: { key: "time" }, drag: { x: false, y: false } },
-      scales: { x: { time: false } },
+      scales: { x: { time: false }, ...(figure.most === undefined ? {} : { y: { range: [0, figure.most * 1.04] as [number, number] } }) },
       axes: [{ ...axis, size: 24 }, { ...axis, size: 46 }],
       series: [{}, ...figure.lines.map((line): uPlot.Series => ({
         label: line.label, stroke: color(line.color), width: line.points ? 0 : 1.5, spanGaps: true,
@@ -104,7 +106,7 @@ export class Plots {
         }],
       },
     };
-    return new uPlot(options, joined(figure.lines.map((line) => line.curve)), holder);
+    return new uPlot(options, dataOf(figure), holder);
   }
 }
 
@@ -119,6 +121,10 @@ function summary(line: Line): string {
   let low = Infinity, high = -Infinity;
   for (const value of v) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
   return `${line.label} from ${low.toFixed(2)} to ${high.toFixed(2)}`;
+}
+
+function dataOf({ lines, most = Infinity }: Figure): uPlot.AlignedData {
+  return joined(lines.map(({ curve: { t, v } }) => ({ t, v: most === Infinity ? v : v.map((value) => Math.min(value, most)) })));
 }
 
 /** uPlot wants one list of times; where a curve has no value at one, it has a gap. */

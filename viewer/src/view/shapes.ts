@@ -24,9 +24,12 @@ export function tagObject(tag: MapTag, changed: () => void): Group {
   const face = new Mesh(new PlaneGeometry(tag.size, tag.size), new MeshBasicMaterial({ color: 0x888888, side: DoubleSide }));
   face.rotation.x = Math.PI; // a plane looks along +z with y up; a tag along -z with y down
   group.add(face);
+  const shelf = new Mesh(new BoxGeometry(tag.size, 0.02, 0.05), new MeshBasicMaterial({ color: 0x7b8594 })); // from above a face that stands is not seen
+  shelf.position.set(0, tag.size * 0.75, 0);
+  group.add(shelf);
   const label = new Sprite(new SpriteMaterial({ map: labelTexture(String(tag.id)), depthTest: false }));
   label.scale.set(0.44, 0.22, 1);
-  label.position.set(0, -tag.size * 0.5 - 0.14, 0);
+  label.position.set(0, -tag.size * 0.5 - 0.14, 0.2); // above and a little behind, so that it covers the tag from nowhere
   group.add(label);
   group.name = `${tag.family}:${tag.id}`;
   void tagBitmap(tag.family, tag.id).then((bitmap) => {
