@@ -45,6 +45,49 @@ class Extend(InFolder):
         self.assertIn("cannot extend", chain.err)
 
 
+class TransformsOfRos1(InFolder):
+    def test_tags_on_tf_static_of_a_bag(self):
+        try:
+            import genpy
+            import rosbag
+            from geometry_msgs.msg import TransformStamped
+            from tf2_msgs.msg import TFMessage
+        except ImportError as missing:
+            self.skipTest(f"{missing}: install python3-rosbag")
+        with rosbag.Bag(str(self.folder / "tf.bag"), "w", compression="bz2") as bag:
+            for k, (topic, parent, child, x) in enumerate((
+                    ("/tf", "map", "tag36h11:4", 9.0), ("/tf_static", "map", "tag36h11:3", 1.5), ("/tf", "map", "tag36h11:4", 2.5),
+                    ("/tf", "camera_optical", "tag36h11:5", 0.7), ("/tf", "map", "base_link", 0.1))):
+                transform = TransformStamped(child_frame_id=child)
+                transform.header.frame_id, transform.header.stamp = parent, genpy.Time(100 + k)
+                transform.transform.translation.x, transform.transform.translation.z = x, 0.3
+                transform.transform.rotation.x, transform.transform.rotation.w = math.sqrt(0.5), -math.sqrt(0.5)
+                bag.write(topic, TFMessage(transforms=[transform]), genpy.Time(100 + k))
+        mistake = self.run_here("map", "convert", "tf.bag", "map.yaml")
+        self.assertEqual(mistake.code, 1)
+        self.assertIn("--tag-size-m", mistake.err)
+        outcome = self.run_here("map", "convert", "tf.bag", "map.yaml", "--tag-size-m", 0.16, "--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertEqual((outcome.records[0]["from"], outcome.records[0]["tags"]), ("tf", 2))
+        self.assertIn("tag36h11:5 (from camera_optical)", outcome.err)
+        text = (self.folder / "map.yaml").read_text()
+        self.assertIn("2.5", text, "the last transform of a tag is the one that counts")
+        self.assertNotIn("9.0", text)
+        back = self.run_here("map", "convert", "map.yaml", "back.yaml", "--to", "tf", "--json")
+        self.assertEqual(back.code, 0, back.err)
+        self.assertIn("1.5", (self.folder / "back.yaml").read_text())
+
+
+class TablesOfDetections(InFolder):
+    def test_what_a_table_alone_lacks_is_said(self):
+        (self.folder / "detections.csv").write_text(
+            "t_ns,cam,tag,x0,y0,x1,y1,x2,y2,x3,y3,hamming\n1000,cam0,3,10,10,50,10,50,50,10,50,0\n")
+        outcome = self.run_here("map", "detections.csv", "-o", "map")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("no calibration of its camera", outcome.err)
+        self.assertIn("`waymark map --tagslam FOLDER`", outcome.err)
+
+
 class Convert(InFolder):
     def test_there_and_back(self):
         self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
@@ -71,6 +114,8 @@ class Convert(InFolder):
         loop = held.records[0]["loop_closure"]
         self.assertGreater(loop["way_m"], 8)
         self.assertGreater(loop["before_m"], 5 * loop["after_m"])
+        left_out = held.records[0]["sightings_rejected_by_tag"].values()
+        self.assertEqual(sum(sum(tag.values()) - tag["used"] for tag in left_out), held.records[0]["sightings_rejected"])
         again = self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf")
         self.assertEqual(again.code, 1)
         self.assertIn("there is a file already", again.err)

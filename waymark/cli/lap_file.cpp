@@ -153,7 +153,11 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
     std::string message = "the recording holds no calibration of its camera (/camera_info)";
     if (!lap.setup.problems.empty())  // cut too early, perhaps
       message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
-    return fail(ErrorCode::NotFound, std::move(message), {}, "`waymark info` shows what it holds.");
+    return fail(
+        ErrorCode::NotFound, std::move(message), {},
+        "Record sensor_msgs/CameraInfo with it; a table or bag of detections alone can be mapped with "
+        "`waymark map --tagslam FOLDER`, where TagSLAM's files describe the cameras and the tags' sizes. "
+        "`waymark info` shows what it holds.");
   }
   if (!lap.setup.base_T_cam)
     return fail(ErrorCode::NotFound,

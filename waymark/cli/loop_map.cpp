@@ -105,6 +105,24 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   return report;
 }
 
+namespace {
+
+/// {"tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}}, of the tags that lost sightings.
+nlohmann::ordered_json by_tag_and_reason(const BundleFigures& bundle, const std::map<TagId, int>& used) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const auto& [tag, counts] : bundle.left_out) {
+    nlohmann::ordered_json& of_tag = json[to_string(tag)];
+    const auto in_use = used.find(tag);
+    of_tag["used"] = in_use == used.end() ? 0 : in_use->second;
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      if (counts[i] > 0) of_tag[to_string(static_cast<LeftOutReason>(i))] = counts[i];
+    }
+  }
+  return json;
+}
+
+}  // namespace
+
 nlohmann::ordered_json to_json(const MapReport& report) {
   const auto number = [](const auto& errors, auto member) -> nlohmann::ordered_json {
     if (!errors) return nullptr;
@@ -130,6 +148,8 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
       {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
       {"sightings_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
+      {"sightings_rejected_by_tag",
+       of_bundle([&](const BundleFigures& b) { return by_tag_and_reason(b, lap.observations); })},
       {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
       {"odometry_distance_scale",
        of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},

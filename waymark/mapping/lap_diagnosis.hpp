@@ -12,8 +12,6 @@ namespace waymark::internal {
 void check_regions(const BundleMap& map, std::vector<std::string>& words);
 /// Tags on one line: what lies across it is known badly.
 void check_line(const BundleMap& map, std::vector<std::string>& words);
-/// How many sightings contradict the others, why, and of which tags.
-void check_sightings(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
 /// Times when no tag was seen.
 void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words);
 /// A camera that sits elsewhere than believed.

@@ -1,22 +1,26 @@
+#include "waymark/mapping/left_out.hpp"
+
 #include <algorithm>
-#include <array>
-#include <map>
+#include <functional>
+#include <numeric>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/mapping/lap_diagnosis.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 
-namespace waymark::internal {
+namespace waymark {
 namespace {
 
-/// Why a sighting contradicts the map; what contradicts more comes first.
-enum class Reason : std::uint8_t { Elsewhere, OtherPose, Inexact, NoPose };
-constexpr std::array<const char*, 4> kReasons = {"{} put the tag elsewhere (a wrong id, or it was moved)",
-                                                 "{} show the other of its two poses",
-                                                 "{} have inexact corners", "{} give no pose"};
-using Counts = std::array<int, kReasons.size()>;
+using internal::Vote;
+using internal::vote_for_place;
+using Reason = LeftOutReason;
+
+constexpr std::array<const char*, kLeftOutReasons> kOfMany = {
+    "{} put the tag elsewhere (a wrong id, or it was moved)", "{} show the other of its two poses",
+    "{} have inexact corners", "{} give no pose"};
+constexpr std::array<const char*, kLeftOutReasons> kOfOne = {"{} elsewhere", "{} as the other pose",
+                                                             "{} inexact", "{} without a pose"};
 
 Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
   constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
@@ -42,42 +46,61 @@ Reason reason_of(const RejectedSighting& sighting, const LapInput& lap, const Bu
   return reason;
 }
 
-/// "tag36h11:7 (14 of 90)", those that lost most.
-std::string worst_tags(const std::map<TagId, int>& left_out, const BundleMap& map) {
+int sum(const LeftOutCounts& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
+
+std::string in_words(const LeftOutCounts& counts, const std::array<const char*, kLeftOutReasons>& reasons) {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i] > 0) words.push_back(fmt::format(fmt::runtime(reasons[i]), counts[i]));
+  }
+  return fmt::format("{}", fmt::join(words, ", "));
+}
+
+/// "tag36h11:7 (14 of 90: 12 elsewhere, 2 inexact)", those that lost most.
+std::string worst_tags(const std::map<TagId, LeftOutCounts>& left_out, const BundleMap& map) {
   constexpr std::size_t kMost = 3;
-  std::vector<std::pair<TagId, int>> tags(left_out.begin(), left_out.end());
-  std::ranges::stable_sort(tags, std::greater<>{}, &std::pair<TagId, int>::second);
+  std::vector<std::pair<TagId, LeftOutCounts>> tags(left_out.begin(), left_out.end());
+  std::ranges::stable_sort(tags, std::greater<>{}, [](const auto& tag) { return sum(tag.second); });
   tags.resize(std::min(tags.size(), kMost));
   std::vector<std::string> words;
-  for (const auto& [tag, count] : tags) {
+  for (const auto& [tag, counts] : tags) {
     const auto used = map.sightings.find(tag);
-    words.push_back(fmt::format("{} ({} of {})", to_string(tag), count,
-                                count + (used == map.sightings.end() ? 0 : used->second)));
+    words.push_back(fmt::format("{} ({} of {}: {})", to_string(tag), sum(counts),
+                                sum(counts) + (used == map.sightings.end() ? 0 : used->second),
+                                in_words(counts, kOfOne)));
   }
   return fmt::format("{}", fmt::join(words, ", "));
 }
 
 }  // namespace
 
-void check_sightings(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
+const char* to_string(LeftOutReason reason) {
+  constexpr std::array<const char*, kLeftOutReasons> kNames = {"elsewhere", "other_pose", "inexact_corners",
+                                                               "no_pose"};
+  return kNames[static_cast<std::size_t>(reason)];
+}
+
+std::map<TagId, LeftOutCounts> left_out_by_tag(const LapInput& lap, const BundleMap& map) {
+  std::map<TagId, LeftOutCounts> left_out;
+  for (const RejectedSighting& sighting : map.rejected)
+    ++left_out[sighting.tag][static_cast<std::size_t>(reason_of(sighting, lap, map))];
+  return left_out;
+}
+
+void internal::check_sightings(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
   int used = 0;
   for (const auto& [id, sightings] : map.sightings) used += sightings;
   const int all = used + static_cast<int>(map.rejected.size());
   constexpr double kMany = 0.03;
   if (all == 0 || static_cast<double>(map.rejected.size()) < kMany * all) return;
-  Counts counts{};
-  std::map<TagId, int> left_out;
-  for (const RejectedSighting& sighting : map.rejected) {
-    ++counts[static_cast<std::size_t>(reason_of(sighting, lap, map))];
-    ++left_out[sighting.tag];
-  }
-  std::vector<std::string> reasons;
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    if (counts[i] > 0) reasons.push_back(fmt::format(fmt::runtime(kReasons[i]), counts[i]));
+  const std::map<TagId, LeftOutCounts> left_out = left_out_by_tag(lap, map);
+  LeftOutCounts over_the_lap{};
+  for (const auto& [tag, counts] : left_out) {
+    for (std::size_t i = 0; i < counts.size(); ++i) over_the_lap[i] += counts[i];
   }
   words.push_back(
       fmt::format("{} of {} sightings of tags contradict the others and were left out: {}; most of {}",
-                  map.rejected.size(), all, fmt::join(reasons, ", "), worst_tags(left_out, map)));
+                  map.rejected.size(), all, in_words(over_the_lap, kOfMany), worst_tags(left_out, map)));
 }
 
-}  // namespace waymark::internal
+}  // namespace waymark

@@ -9,6 +9,7 @@
 
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap_diagnosis.hpp"
+#include "waymark/mapping/left_out.hpp"
 #include "waymark/mapping/tag_votes.hpp"
 #include "waymark/pose/agreement.hpp"
 #include "waymark/samples/corners.hpp"

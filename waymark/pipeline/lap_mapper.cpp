@@ -86,6 +86,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .rms_px = map->rms_px,
                                            .noise_ratio = map->noise_ratio,
                                            .rejected = map->rejected.size(),
+                                           .left_out = left_out_by_tag(input, *map),
                                            .odometry_scales = map->odometry_scales,
                                            .odometry_scales_sigma = map->odometry_scales_sigma,
                                            .prior_agreeing = map->prior_agreeing,

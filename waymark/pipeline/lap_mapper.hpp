@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/mapping/bundle_map.hpp"
+#include "waymark/mapping/left_out.hpp"
 #include "waymark/mapping/loop_closure.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
@@ -32,6 +33,7 @@ struct BundleFigures {
   double rms_px = 0;
   double noise_ratio = 1;
   std::size_t rejected = 0;
+  std::map<TagId, LeftOutCounts> left_out{};  ///< of them, those of each tag, by reason
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{};
   int prior_agreeing = 0;  ///< tags that stand where the map that is extended has them
