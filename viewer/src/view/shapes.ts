@@ -29,7 +29,7 @@ export function tagObject(tag: MapTag, changed: () => void): Group {
   group.add(shelf);
   const label = new Sprite(new SpriteMaterial({ map: labelTexture(String(tag.id)), depthTest: false }));
   label.scale.set(0.44, 0.22, 1);
-  label.position.set(0, -tag.size * 0.5 - 0.14, 0.2); // above and a little behind, so that it covers the tag from nowhere
+  label.position.set(0, -tag.size * 0.5 - 0.14, 0);
   group.add(label);
   group.name = `${tag.family}:${tag.id}`;
   void tagBitmap(tag.family, tag.id).then((bitmap) => {
