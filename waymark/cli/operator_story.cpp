@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/live_story.hpp"
 #include "waymark/cli/pilot.hpp"
 #include "waymark/cli/robot_loop.hpp"
 #include "waymark/cli/story_files.hpp"
+#include "waymark/cli/story_lap.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -20,12 +20,6 @@ namespace fs = std::filesystem;
 using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
-
-/// A lap that is being recorded.
-struct Taught {
-  SampleRecorder recorder;
-  std::unique_ptr<Lesson> lesson{};
-};
 
 /// A replay with everything it stands on.
 struct Replayed {
@@ -60,7 +54,7 @@ class Story {
 
   Status hear(const Sample& sample) {
     pilot_->hear(sample);
-    if (taught_) return taught_->lesson->on_sample(sample);
+    if (taught_) return taught_->on_sample(sample);
     return replayed_ ? replayed_->live->hear(sample) : Status();
   }
 
@@ -69,7 +63,7 @@ class Story {
     const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
     if (!act) return tl::unexpected(act.error());
     for (const std::string& words : act->words) console_.say(words);
-    Status status = act->pad && taught_ ? taught_->lesson->on_sample(*act->pad) : Status();
+    Status status = act->pad && taught_ ? taught_->on_sample(*act->pad) : Status();
     for (const E event : act->events) {
       if (status) status = happen(event, uptime);
     }
@@ -161,27 +155,16 @@ class Story {
 
   Status start_lap() {
     lap_file_ = free_name(job_.folder, "lap");
-    Result<SampleRecorder> recorder =
-        start_recording(lap_file_,
-                        {.verb = "run",
-                         .driver = job_.driver,
-                         .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s)},
-                        stage_);
-    if (!recorder) return tl::unexpected(recorder.error());
-    taught_.emplace(Taught{.recorder = std::move(*recorder)});
-    taught_->lesson =
-        std::make_unique<Lesson>(teach_setup(stage_.simulated), monitor_options(stage_.simulated),
-                                 job_.images, taught_->recorder, console_);
+    auto lap = StoryLap::start(stage_, job_, lap_file_, console_);
+    if (!lap) return tl::unexpected(lap.error());
+    taught_ = std::move(*lap);
     return {};
   }
 
   Status end_lap() {
     if (!taught_) return {};
-    const Status closed = taught_->recorder.close();
-    for (const std::string& warning : taught_->lesson->summary().warnings)
-      console_.say("warning: " + warning);
-    taught_.reset();
-    return closed;
+    const auto lap = std::exchange(taught_, nullptr);
+    return lap->end(console_);
   }
 
   /// On a thread of its own, so that the robot hears twenty times a second that it stands.
@@ -260,7 +243,7 @@ class Story {
   Operator operator_;
   fs::path map_folder_;
   std::string lap_file_{};
-  std::optional<Taught> taught_{};
+  std::unique_ptr<StoryLap> taught_{};
   std::unique_ptr<Replayed> replayed_{};
   std::optional<ReplayFiles> files_{};
   MapInTheMaking mapping_{};
