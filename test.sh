@@ -108,12 +108,12 @@ if wanted sanitizers; then
   if [ -n "$full" ]; then
     build asan-ubsan
     run_tests asan-ubsan -LE slow_under_sanitizers
-  else  # what reads foreign bytes
+  else  # what reads foreign bytes, in the build of the fuzzers
     for room in base codecs recording drivers/process; do
       tests="waymark_${room//\//_}_tests"
-      build asan-ubsan "$tests"
-      echo "asan-ubsan: $room"
-      "build/asan-ubsan/waymark/$room/$tests" --gtest_brief=1 | tail -3
+      build fuzz "$tests"
+      echo "sanitizers: $room"
+      "build/fuzz/waymark/$room/$tests" --gtest_brief=1 | tail -3
     done
   fi
 fi

@@ -65,6 +65,9 @@ function(waymark_room name)
     add_library(${target} STATIC ${sources})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     waymark_compile_together(${target})
+    if(NOT name STREQUAL "base")  # which knows no Eigen
+      waymark_precompile(${target} waymark_precompiled)
+    endif()
     target_link_libraries(${target} PRIVATE ${ROOM_PRIVATE} $<BUILD_INTERFACE:waymark_warnings>)
   else()  # a room of headers
     set(scope INTERFACE)
@@ -92,6 +95,9 @@ function(waymark_test name)
   cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   waymark_compile_together(${name})
+  if(NOT name MATCHES "^waymark_(base|geometry|support)_tests$")  # geometry's has a macro that changes Eigen
+    waymark_precompile(${name} waymark_precompiled_tests)
+  endif()
   target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)
   # rapidcheck prints the seed of a failing property; the fixed one makes every run the same.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-*Threads*"

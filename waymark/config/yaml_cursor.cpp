@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kLongestQuote = 40;
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   const bool cut = text.size() > kLongestQuote;
   return fmt::format("'{}{}'", text.substr(0, kLongestQuote), cut ? "…" : "");
 }
@@ -24,7 +24,7 @@ std::string in_words(const YamlNode& node) {
     case YamlNode::Kind::Null:
       return "nothing";
     case YamlNode::Kind::Scalar:
-      return quoted(node.text);
+      return in_quotes(node.text);
     case YamlNode::Kind::Sequence:
       return "a list";
     case YamlNode::Kind::Map:
@@ -95,7 +95,7 @@ Status YamlCursor::check_keys(const std::vector<std::string>& known) const {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
     Place where = child(i).place();
     where.line = node_->key_lines[i];
-    return fail(ErrorCode::InvalidArgument, fmt::format("unknown key {}", quoted(key)), where,
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown key {}", in_quotes(key)), where,
                 suggestion(key, known));
   }
   return {};

@@ -25,9 +25,6 @@ using testing::some_covariance;
 using testing::with_noise;
 using Vector6 = SE3::Tangent;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-constexpr double kInf = std::numeric_limits<double>::infinity();
-
 /// Sum of squared pixel errors over their variance, written down independently: the cost both solutions
 /// minimise.
 double cost(const CameraModel& camera, const TagDetection& seen, double sigma_px, const SE3& cam_T_tag) {

@@ -26,12 +26,12 @@ RobotModel small_robot() {
       .base_T_cam = SE3()};
 }
 
-constexpr DynamicsOptions kPerfect = {.speed_lag_s = 0,
-                                      .yaw_rate_lag_s = 0,
-                                      .command_delay_s = 0,
-                                      .yaw_gain = 1,
-                                      .lateral_slip_s = 0,
-                                      .slip_noise_m_s = 0};
+const DynamicsOptions kPerfect = {.speed_lag_s = 0,
+                                  .yaw_rate_lag_s = 0,
+                                  .command_delay_s = 0,
+                                  .yaw_gain = 1,
+                                  .lateral_slip_s = 0,
+                                  .slip_noise_m_s = 0};
 
 std::vector<Eigen::Vector2d> circle(double radius, int points) {
   std::vector<Eigen::Vector2d> result;
