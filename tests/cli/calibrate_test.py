@@ -193,6 +193,10 @@ class CalibrateRobot(unittest.TestCase):
         alone = waymark("calibrate", "robot", "lap.mcap", "--by", "innovations", cwd=self.folder)
         self.assertEqual(alone.code, 2)
         self.assertIn("Give their map with --map", alone.err)
+        for flags, said in ((["--corner-sigma-px", "-1"], "--corner-sigma-px"), (["--corner-sigma-px", "0.5"], "where no filter runs")):
+            outcome = waymark("calibrate", "robot", "lap.mcap", *flags, cwd=self.folder)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn(said, outcome.err)
 
 
 if __name__ == "__main__":

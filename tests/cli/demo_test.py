@@ -29,6 +29,7 @@ class Experiment(InFolder):
         self.assertEqual(outcome.code, 2)
         self.assertIn("Did you mean 'seeds'?", outcome.err)
         for grid, words in (("{seeds: []}", "grid.yaml (seeds): an empty list"),
+                            ("", "the grid is empty"), ("seeds: [1, 1]", "seed 1 is named twice"),
                             ("{controllers: [folower]}", "Did you mean 'follower'?"),
                             ("{speeds_m_s: [0]}", "0 is outside (0, 5]"),
                             ("{worlds: [circuit42]}", "circuit42")):

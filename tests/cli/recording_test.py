@@ -62,7 +62,7 @@ class Info(WithLap):
         (self.folder / "faults.yaml").write_text("faults:\n  - {fault: clock_jump, at_s: 20, jump_s: -3}\n")
         taught = self.run_here("teach", "--world", "circuit24", "--faults", "faults.yaml", "-o", "jump.mcap")
         self.assertEqual(taught.code, 1)
-        self.assertIn("The lap cannot be mapped.", taught.out)
+        self.assertIn("the lap makes no good map", taught.out)
         self.assertIn("the sensors' clock went back by", taught.err)
         (info,) = self.run_here("info", "--json", "jump.mcap").records
         self.assertIn("mcap.time_back", [trap["key"] for trap in info["traps"]])

@@ -74,7 +74,7 @@ class Teach(InFolder):
         (self.folder / "line.yaml").write_text(yaml)
         outcome = self.run_here("teach", "--world", "line.yaml", "-o", "line.mcap")
         self.assertEqual(outcome.code, 1, "one tag is no map")
-        self.assertIn("The lap cannot be mapped.", outcome.out)
+        self.assertIn("the lap makes no good map", outcome.out)
         self.assertIn("add tags", outcome.err)
         (self.folder / "bad.yaml").write_text(yaml.replace("x_m: 4", "x_n: 4"))
         outcome = self.run_here("teach", "--world", "bad.yaml", "-o", "bad.mcap")

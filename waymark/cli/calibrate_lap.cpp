@@ -51,6 +51,14 @@ SetupOverrides overrides_of(const LocalizeJob& job, const RecordedLap& recorded)
   return overrides;
 }
 
+/// Another size than the recording's is another calibration, so it is said.
+void tell_of_size(const RecordedLap& recorded, const SetupOverrides& given, Console& console) {
+  const Result<TeachSetup> setup = setup_of(recorded, {.anchor = given.anchor});
+  if (!given.tag_size_m || !setup || *setup->sizes.default_size_m == *given.tag_size_m) return;
+  console.say(fmt::format("note: tags of {} m, as --tag-size-m says; the recording says {} m",
+                          *given.tag_size_m, *setup->sizes.default_size_m));
+}
+
 fs::path map_file(const LocalizeJob& job) {
   std::error_code ignored;
   const fs::path path(job.map);
@@ -86,7 +94,12 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, C
     const double at_s = to_seconds(frame.stamp - first);
     return at_s < from_s || at_s > to_s;
   });
+  if (recorded->frames.empty())
+    return fail(ErrorCode::InvalidArgument, "no frame with tags lies between --from and --to",
+                {.source = job.logs.front()}, "`waymark info` shows how long it is.");
+  for (const Error& problem : recorded->setup.problems) console.say("warning: " + to_string(problem));
   SetupOverrides overrides = overrides_of(job, *recorded);
+  tell_of_size(*recorded, overrides, console);
   std::optional<LapPrior> prior;
   if (Status status = take_map(job, *recorded, overrides, prior); !status)
     return tl::unexpected(status.error());

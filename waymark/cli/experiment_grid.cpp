@@ -27,6 +27,11 @@ Status check_grid(const ExperimentGrid& grid) {
       return fail(ErrorCode::InvalidArgument, "an empty list: nothing would be driven", {.key = key},
                   "Name at least one, or leave the key out.");
   }
+  std::vector<std::uint64_t> seeds = grid.seeds;
+  std::ranges::sort(seeds);
+  if (const auto twice = std::ranges::adjacent_find(seeds); twice != seeds.end())
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("seed {} is named twice: it would be the same drive", *twice), {.key = "seeds"});
   const std::vector<std::string> known = replay_controllers();
   for (const std::string& name : grid.controllers) {
     if (std::ranges::find(known, name) == known.end())

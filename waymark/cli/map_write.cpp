@@ -17,16 +17,19 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Named routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml. A lap
-/// that extends this very map as a route of its own leaves them, but for the one of its name.
-void move_named_routes(const MapJob& job, int version, std::error_code& error) {
+/// that extends this very map as a route of its own leaves them, but for the one of its name. Their names.
+std::string move_named_routes(const MapJob& job, int version, std::error_code& error) {
   std::error_code ignored;
   const bool same = !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
+  std::string moved;
   for (const std::string& name : route_names(job.folder)) {
     if (same && name != job.route_name) continue;
     const std::string stem = file_name_for_route("route", name, "");
     if (!error)
       fs::rename(job.folder / (stem + ".yaml"), job.folder / fmt::format("{}.{}.yaml", stem, version), error);
+    if (name != job.route_name) moved += (moved.empty() ? "" : ", ") + name;
   }
+  return moved;
 }
 
 /// A pause at a place of the older route is none at a place of the new one, whoever drove it.
@@ -42,7 +45,7 @@ void tell_of_stations(const MapJob& job, MapReport& report) {
 }
 
 /// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
-Status keep_versions(const MapJob& job) {
+Status keep_versions(const MapJob& job, MapReport& report) {
   const fs::path& folder = job.folder;
   std::error_code error;
   if (!fs::exists(folder / "map.yaml", error)) return {};
@@ -53,7 +56,13 @@ Status keep_versions(const MapJob& job) {
     const fs::path now = folder / fmt::format("{}.yaml", name);
     if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
   }
-  if (!error) move_named_routes(job, version, error);
+  const std::string moved = error ? "" : move_named_routes(job, version, error);
+  if (!moved.empty())
+    report.warnings.push_back(
+        fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
+                    "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with --extend {} "
+                    "--route NAME",
+                    moved, version, job.folder.string()));
   if (!error) return {};
   return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
               {.source = folder.string()});
@@ -170,7 +179,7 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
   tell_of_stations(job, report);
-  Status status = keep_versions(job);
+  Status status = keep_versions(job, report);
   if (status) status = take_routes_along(job);
   if (status) status = write_texts(recorded, job, map, report);
   if (status) status = write_figures(recorded, job, report);

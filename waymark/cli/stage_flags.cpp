@@ -54,19 +54,6 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
                .robot_yaml = robot_text->text};
 }
 
-CLI::Validator recording_name() {
-  const auto complete = [](std::string& path) {
-    const std::string suffix = std::filesystem::path(path).extension().string();
-    std::error_code ignored;
-    const bool device =
-        std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
-    if (suffix.empty() && !device) path += ".mcap";
-    if (suffix.empty() || suffix == ".mcap") return std::string();
-    return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
-  };
-  return {complete, "", "recording"};
-}
-
 StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world,
                        bool processes)
     : processes_(processes), world_(world) {

@@ -9,7 +9,6 @@
 
 namespace CLI {
 class App;
-class Validator;
 }  // namespace CLI
 
 namespace waymark::cli {
@@ -33,10 +32,6 @@ struct Stage {
 /// A world and a robot, by name or path. Without the name of a world: one with nothing in it.
 [[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
                                        std::uint64_t seed);
-
-/// For CLI11's transform(): the name of a recording to be written. What we write is MCAP: a name without an
-/// ending gets .mcap, and one must not promise anything else.
-[[nodiscard]] CLI::Validator recording_name();
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.

@@ -197,7 +197,9 @@ Run prepare_calibrate_camera(CLI::App& app) {
       ->check(CLI::IsMember({"auto", "none", "radtan4", "radtan5", "rational8", "equidistant"}))
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("-o,--output", args->output, "calibration.yaml to write")->type_name("FILE");
+  app.add_option("-o,--output", args->output, "calibration.yaml to write")
+      ->check(yaml_name())
+      ->type_name("FILE");
   app.add_option("--camera-info", args->camera_info, "The camera as ROS writes it, to write")
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of tables");

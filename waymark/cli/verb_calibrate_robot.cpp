@@ -10,6 +10,7 @@
 
 #include "waymark/cli/calibrate_lap.hpp"
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -126,6 +127,16 @@ nlohmann::ordered_json calibration_json(const Calibration& calibration, const In
   return json;
 }
 
+ExitCode write_if_asked(const LocalizeJob& job, const Calibration& calibration, Console& console) {
+  if (job.output.empty()) return ExitCode::Ok;
+  if (const Status written = write_calibration(job.output, calibration); !written) {
+    console.say(written.error());
+    return ExitCode::SomeFailed;
+  }
+  console.say("wrote " + job.output);
+  return ExitCode::Ok;
+}
+
 /// Without a map: the lap tells both.
 ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
   Result<LapCalibration> found = calibrate_recorded_lap(args.job, args.from_s, args.to_s, console);
@@ -149,12 +160,7 @@ ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
                           fmt::format("found together with the places of {} tags; corners within {:.2f} px "
                                       "(rms)\n",
                                       found->map.map.tags.size(), found->map.rms_px));
-  if (args.job.output.empty()) return ExitCode::Ok;
-  if (const Status written = write_calibration(args.job.output, found->calibration); !written) {
-    console.say(written.error());
-    return ExitCode::SomeFailed;
-  }
-  return ExitCode::Ok;
+  return write_if_asked(args.job, found->calibration, console);
 }
 
 ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
@@ -165,15 +171,20 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
                       .hint = "Give their map with --map."});
     return ExitCode::Usage;
   }
-  if (args.by == "lap" || (args.by.empty() && can_calibrate_by_lap(args.job)))
-    return calibrate_lap(args, console);
   LocalizeJob job = args.job;
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
+  const bool of_filter = args.filter.given() || args.motion.given();
+  if (flags && of_filter && (args.by == "lap" || args.job.map.empty()))
+    flags = fail(ErrorCode::InvalidArgument, "flags of the filter mean nothing where no filter runs",
+                 {.key = "--by"}, "Leave them out, or give --by innovations and a --map.");
   if (!flags) {
     console.say(naming_flag(flags.error()));
     return ExitCode::Usage;
   }
+  // Who says how the filter is to be set means the filter.
+  if (args.by == "lap" || (args.by.empty() && !of_filter && can_calibrate_by_lap(args.job)))
+    return calibrate_lap(args, console);
   const auto failed = [&](const Error& error) {
     console.say(error);
     return ExitCode::SomeFailed;
@@ -206,9 +217,7 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
         "nothing better was found than what was given: either that is right already, or the filter assumes "
         "too much (--tag-sigma-m and --point-sigma-m say how good the map and the sightings are)");
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
-  if (job.output.empty()) return ExitCode::Ok;
-  const Status written = write_calibration(job.output, calibration);
-  return written ? ExitCode::Ok : failed(written.error());
+  return write_if_asked(job, calibration, console);
 }
 
 Run prepare_calibrate_robot(CLI::App& app) {
@@ -239,7 +248,9 @@ Run prepare_calibrate_robot(CLI::App& app) {
   app.add_option("--from", args->from_s, "Leave out what is earlier, in seconds from the start")
       ->type_name("S");
   app.add_option("--to", args->to_s, "Leave out what is later, in seconds from the start")->type_name("S");
-  app.add_option("-o,--output", job.output, "calibration.yaml to write")->type_name("FILE");
+  app.add_option("-o,--output", job.output, "calibration.yaml to write")
+      ->check(yaml_name())
+      ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of a table");
   return [args](Console& console) { return calibrate_robot(*args, console); };
 }

@@ -182,9 +182,20 @@ Status check_output(const ExperimentArgs& args) {
   return {};
 }
 
+/// A grid that names nothing is an accident, not the wish for the usual one.
+bool names_something(const std::string& yaml) { return yaml.find(':') != std::string::npos; }
+
+Result<ExperimentGrid> read_grid(const std::string& path) {
+  const auto text = read_text_file(path, kMostGridBytes);
+  if (!text) return tl::unexpected(text.error());
+  if (!names_something(*text))
+    return fail(ErrorCode::InvalidArgument, "the grid is empty", {.source = path},
+                "Name what is to be driven, such as  seeds: [1, 2, 3]");
+  return parse_fields<ExperimentGrid>(*text, path);
+}
+
 ExitCode experiment(const ExperimentArgs& args, Console& console) {
-  const auto text = read_text_file(args.grid, kMostGridBytes);
-  const auto grid = text ? parse_fields<ExperimentGrid>(*text, args.grid) : tl::unexpected(text.error());
+  const auto grid = read_grid(args.grid);
   Status sensible = grid ? check_grid(*grid) : tl::unexpected(grid.error());
   if (!sensible) {
     if (sensible.error().place.source.empty()) sensible.error().place.source = args.grid;

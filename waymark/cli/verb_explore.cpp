@@ -8,6 +8,7 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/explore_run.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"

@@ -46,6 +46,10 @@ Status remove_tags(const ConvertMapArgs& args, MapFile& map) {
   return {};
 }
 
+bool is_named_recording(const std::filesystem::path& path) {
+  return path.extension() == ".mcap" || path.extension() == ".bag";
+}
+
 Result<ReadMap> converted(const ConvertMapArgs& args, MapForm form) {
   Result<ReadMap> read = is_ros_recording(args.input) ? read_map_transforms(args.input, args.tag_size_m)
                                                       : read_any_map(args.input, args.tag_size_m);
@@ -61,6 +65,9 @@ Result<ReadMap> converted(const ConvertMapArgs& args, MapForm form) {
                 "Give --force to replace it.");
   const bool as_recording =
       form == MapForm::Transforms && std::filesystem::path(args.output).extension() == ".mcap";
+  if (!as_recording && is_named_recording(args.output))
+    return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", args.form),
+                {.source = args.output}, "End the name in .yaml, or write transforms with --to tf.");
   const Status status = as_recording               ? write_map_transforms(args.output, read->map)
                         : form == MapForm::Waymark ? write_map(args.output, read->map)
                                                    : write_text_file(args.output, *text);

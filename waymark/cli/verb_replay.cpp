@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"

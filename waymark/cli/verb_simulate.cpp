@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/picture_flags.hpp"

@@ -9,6 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -46,7 +47,8 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
                         to_string(fewest->first));
   }
   text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
-                     : "The lap cannot be mapped.\n";
+                     : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
+                       "makes of it what it can.\n";
   return text;
 }
 

@@ -147,7 +147,9 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   const Result<MapComparison> comparison = compare_maps(now, prior.map);
   if (!comparison)
     return fail(ErrorCode::NotFound, "the lap does not fit the map that it should extend: no two tags agree",
-                {}, "Is it a lap of this place? Map it by itself and hold it against the map with --prior.");
+                {},
+                "Is it a lap of this place? `waymark map LAP --prior MAP` maps it by itself and holds it "
+                "against the map.");
   // Where the anchor still stands both maps are in one frame, and their covariances say how far apart they
   // may be; aligning them by all tags would hide that.
   if (!stands_where_it_was(*comparison, anchor)) move_all(comparison->map_T_prior.inverse(), lap);

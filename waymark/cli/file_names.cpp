@@ -1,0 +1,38 @@
+#include "waymark/cli/file_names.hpp"
+
+#include <filesystem>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace waymark::cli {
+namespace {
+
+bool is_device(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
+}
+
+}  // namespace
+
+CLI::Validator recording_name() {
+  const auto complete = [](std::string& path) {
+    const std::string suffix = std::filesystem::path(path).extension().string();
+    if (suffix.empty() && !is_device(path)) path += ".mcap";
+    if (suffix.empty() || suffix == ".mcap") return std::string();
+    return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);
+  };
+  return {complete, "", "recording"};
+}
+
+CLI::Validator yaml_name() {
+  const auto check = [](std::string& path) {
+    const std::string suffix = std::filesystem::path(path).extension().string();
+    if (suffix == ".yaml" || suffix == ".yml" || is_device(path)) return std::string();
+    return fmt::format("{}: what is written is YAML: end the name in .yaml", path);
+  };
+  return {check, "", "YAML"};
+}
+
+}  // namespace waymark::cli
