@@ -90,12 +90,13 @@ function(waymark_room name)
   endif()
 endfunction()
 
-# waymark_test(NAME SOURCES file... LIBS lib...): a GoogleTest program with our seeds and data lookup.
+# waymark_test(NAME [PLAIN] SOURCES file... LIBS lib...): a GoogleTest program with our seeds and data lookup; PLAIN: without
+# precompiled headers.
 function(waymark_test name)
-  cmake_parse_arguments(TEST "" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(TEST "PLAIN" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
   waymark_compile_together(${name})
-  if(NOT name MATCHES "^waymark_(base|geometry|support)_tests$")  # geometry's has a macro that changes Eigen
+  if(NOT TEST_PLAIN AND NOT name STREQUAL "waymark_base_tests")
     waymark_precompile(${name} waymark_precompiled_tests)
   endif()
   target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)

@@ -11,6 +11,7 @@
 #include "waymark/cli/camera_calibration_report.hpp"
 #include "waymark/cli/detect_all.hpp"
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"

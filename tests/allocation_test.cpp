@@ -1,4 +1,4 @@
-// Nothing here touches the heap: safe in a filter at any rate. The test program is compiled with
+// Nothing here touches the heap: safe in a filter at any rate. This test program is compiled with
 // EIGEN_RUNTIME_NO_MALLOC.
 #include <gtest/gtest.h>
 
