@@ -153,6 +153,7 @@ class Routes(WithLap):
         self.assertEqual([(s["name"], s["pause_s"]) for s in listed["stations"]], [("shelf", 6), ("door", 1.5)])
         (moved,) = self.run_here("routes", "map", "--station", "door", "--at-tag", 9, "--json").records
         self.assertEqual(moved["stations"][1]["pause_s"], 1.5, "a station that is moved keeps its pause")
+        self.assertIn("a pause without a station", self.run_here("routes", "map", "--pause-s", 3).err)
         for controller in ("follower", "pursuit", "pose"):
             outcome = self.replay("--seed", 12, "--laps", 2 if controller == "follower" else 1, "--controller", controller, "-o", f"{controller}.mcap")
             self.assertEqual(outcome.code, 0, outcome.err)

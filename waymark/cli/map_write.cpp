@@ -61,7 +61,7 @@ Status keep_versions(const MapJob& job, MapReport& report) {
     report.warnings.push_back(
         fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
                     "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with --extend {} "
-                    "--route NAME",
+                    "--route-name NAME",
                     moved, version, job.folder.string()));
   if (!error) return {};
   return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),

@@ -117,6 +117,9 @@ Status check_flags(const RoutesArgs& args) {
   if (args.station.empty() && placed)
     return fail(ErrorCode::InvalidArgument, "a place without a station",
                 {.key = args.at_tag.empty() ? "--at-m" : "--at-tag"}, "Name it with --station.");
+  if (args.station.empty() && args.pause->count() > 0)
+    return fail(ErrorCode::InvalidArgument, "a pause without a station", {.key = "--pause-s"},
+                "Name it with --station, and where it is with --at-m or --at-tag.");
   if (!args.at_tag.empty() && args.at_m->count() > 0)
     return fail(ErrorCode::InvalidArgument, "two places for one station", {.key = "--at-tag"},
                 "Give --at-m or --at-tag.");

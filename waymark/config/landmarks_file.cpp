@@ -118,13 +118,19 @@ Status read_academy(const YamlCursor& cursor, std::optional<double> tag_size_m, 
   return {};
 }
 
+/// The first line that is no comment.
+std::string_view first_line(std::string_view text) {
+  while (text.starts_with('#')) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
+  return text.substr(0, text.find('\n'));
+}
+
 }  // namespace
 
 Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& source,
                                       std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
     return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
-  const std::string_view first = text.substr(0, text.find('\n'));
+  const std::string_view first = first_line(text);
   if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)
     return parse_points(text, source);
   if (text.find("waymark-map") != std::string_view::npos) {

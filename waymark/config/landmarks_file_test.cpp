@@ -56,6 +56,8 @@ TEST(LandmarksFile, BadOnesSayWhere) {
   says("id,x,y\n1,2,3\n1,2,3\n", "twice");
   says("a,b\n1,2\n", "columns");
   says("hello: world\n", "not a map");
+  says("# a route: x, y\nformat: waymark-route\n", "not a map");
+  says("# a, b", "not a map");
   says("tags:\n  tag_0:\n    position: [1, 2]\n", "4");
   says("", "not a map");
 }
