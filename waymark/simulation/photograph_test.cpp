@@ -141,8 +141,9 @@ TEST(Photograph, BordersLieWithinTwoThousandthsOfAPixelOfTheTruth) {
   for (int i = 0; i < 12; ++i) {
     const double tilt = i < 4 ? 0 : random.uniform(0, 0.9);
     const double roll = i < 2 ? 0 : random.uniform(-3, 3);  // upright sides are the hard case for sampling
-    const SE3 pose = facing(random.uniform(-0.01, 0.01), random.uniform(-0.01, 0.01),
-                            random.uniform(0.9, 1.1), tilt, roll);
+    const double z = random.uniform(0.9, 1.1);
+    const double y = random.uniform(-0.01, 0.01);
+    const SE3 pose = facing(random.uniform(-0.01, 0.01), y, z, tilt, roll);
     PhotographOptions options = quiet();
     options.read_noise_dn = 0.5;    // else an upright side shows the rounding of bytes, the same in every row
     options.black_level_dn = kInk;  // noise keeps its mean

@@ -50,10 +50,12 @@ PlanarPattern checkerboard(int cells, const SE3& cam_T_plane) {
 }
 
 SE3 random_view(Random& random, double max_tilt = 1.1) {
-  const SE3 turned(SO3::from_rpy(random.uniform(-max_tilt, max_tilt), random.uniform(-max_tilt, max_tilt),
-                                 random.uniform(-3, 3)),
-                   {random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3), random.uniform(2.2, 4)});
-  return turned;
+  const double x = random.uniform(-0.3, 0.3);
+  const double y = random.uniform(-0.3, 0.3);
+  const Vector3d place(x, y, random.uniform(2.2, 4));
+  const double yaw = random.uniform(-3, 3);
+  const double pitch = random.uniform(-max_tilt, max_tilt);
+  return {SO3::from_rpy(random.uniform(-max_tilt, max_tilt), pitch, yaw), place};
 }
 
 SceneLight light_of(const CameraModel& camera, const std::vector<PlanarPattern>& patterns, double sigma_px) {
