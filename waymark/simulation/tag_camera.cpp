@@ -27,11 +27,12 @@ void see(const World& world, const CameraModel& camera, const SE3& cam_T_map, co
   const double sigma =
       std::hypot(options.corner_sigma_px, options.small_tag_sigma_px / shortest_side(*corners));
   TagDetection detection{.tag = id, .hamming = 0, .decision_margin = 80, .corners_px = *corners};
-  for (auto& corner : detection.corners_px)
+  for (auto& corner : detection.corners_px) {
     // One draw a statement: compilers differ in which argument of a call comes first.
     const double v = random.normal();
-  const double u = random.normal();
-  corner += sigma * Eigen::Vector2d(u, v);
+    const double u = random.normal();
+    corner += sigma * Eigen::Vector2d(u, v);
+  }
   detection.corner_covariance_px2 = CornerCovariance::Identity() * std::max(sigma * sigma, 1e-12);
   frame.detections.push_back(detection);
 }
