@@ -106,6 +106,7 @@ class Calibrate(unittest.TestCase):
                 (["--detections", "none.jsonl", *self.BOARD], 1, "none.jsonl: cannot open"),
                 (["--detections", "tags.jsonl"], 2, "give either the board"),
                 (["--detections", "tags.jsonl", "--cols", "6"], 2, "--rows"),
+                (["--detections", "tags.jsonl", "--cols", "1000000", "--rows", "1000000", "--tag-size-m", "0.02"], 2, "there are 0 to 586"),
                 ([*self.BOARD], 2, "give either pictures"),
                 (["--detections", "tags.jsonl", *self.BOARD, "--lens", "wide"], 2, "--lens"),
                 (["--detections", "tags.jsonl", "--map", "none.yaml"], 1, "none.yaml")):
@@ -151,8 +152,15 @@ class CalibrateRobot(unittest.TestCase):
         self.assertLess(abs(right["odometry_scale"]["value"] - 1 / 1.02), 3 * right["odometry_scale"]["sigma"])
         lap = (self.folder / "lap.mcap").read_bytes()
         spoilt = waymark(*words[:-1], "lap.mcap", cwd=self.folder)
-        self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (1, True))
+        self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (2, True))
+        self.assertIn("what is written is YAML", spoilt.err)
+        spoilt = waymark(*words[:-1], "map/map.yaml", cwd=self.folder)
+        self.assertEqual(spoilt.code, 1)
         self.assertIn("not written over", spoilt.err)
+        large = waymark("calibrate", "robot", "lap.mcap", "--tag-size-m", "0.3", cwd=self.folder)
+        self.assertEqual(large.code, 0, large.err)
+        self.assertIn("the recording says 0.16 m", large.err)
+        self.assertIn("% farther than by its wheels", large.err)
         localized = waymark("localize", "lap.mcap", "--map", "map/map.yaml", "--calibration", "calibration.yaml", "-o", "est.mcap",
                             cwd=self.folder)
         self.assertEqual(localized.code, 0, localized.err)

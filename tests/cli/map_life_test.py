@@ -33,6 +33,10 @@ class Extend(InFolder):
         self.assertNotIn("tag36h11:7\"", text)
         frozen = before.decode().split('tag: "tag36h11:5"')[1].split("quaternion")[0]
         self.assertIn(frozen, text, "frozen tags stay where they are")
+        again = self.run_here("map", "lap3.mcap", "-o", "again", "--extend", "map")
+        self.assertEqual(again.code, 0, again.err)
+        self.assertIn("was made of a lap3.mcap already", again.err)
+        self.assertNotIn("already", outcome.err)
         for words, part in ((["--freeze", "5"], "Give the map with --extend"), (["--remove", "5"], "Give the map with --extend"),
                             (["--extend", "map", "--anchor", "5"], "says where its tags stand"), (["--extend", "none.yaml"], "none.yaml"),
                             (["--extend", "map", "--remove", "x"], "x"), (["--model", "tagslam"], "(--model): this is about scenes"),

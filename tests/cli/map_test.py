@@ -102,6 +102,8 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "1e15", "0", "0", "-90", "0", "0"], 2, "more than 10 km"),
+                (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
                 (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
                 (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),

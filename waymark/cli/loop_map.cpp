@@ -69,6 +69,22 @@ Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const Map
   return map_corners(recorded, job, overrides, options, progress, report);
 }
 
+/// What a lap says counts once. Names are all a map knows of the recordings it was made of.
+void doubt_repetition(const MapJob& job, MapReport& report) {
+  if (!job.extend) return;
+  const std::string name = std::filesystem::path(job.lap).filename().string();
+  for (const auto& [key, words] : job.extend->provenance) {
+    if ((key != "recording" && key != "extends") ||
+        (", " + words + ",").find(", " + name + ",") == std::string::npos)
+      continue;
+    report.warnings.push_back(
+        fmt::format("the map that is extended was made of a {} already: if it is the same recording, what it "
+                    "says counts twice, and the map calls itself surer than it is",
+                    name));
+    return;
+  }
+}
+
 }  // namespace
 
 Result<MapReport> map_recording(const MapJob& job, Console& console) {
@@ -94,6 +110,7 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   for (const Error& problem : recorded->setup.problems) words.push_back(to_string(problem));
   words.insert(words.end(), report.lap.warnings.begin(), report.lap.warnings.end());
   report.warnings.insert(report.warnings.begin(), words.begin(), words.end());
+  doubt_repetition(job, report);
   compare_with_prior(job, report);
   if (Status status = write_map_folder(*recorded, job, *map, report); !status)
     return tl::unexpected(status.error());

@@ -1,3 +1,4 @@
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/families/family.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark::cli {
@@ -68,6 +70,13 @@ Result<TagMap> target_of(const CalibrateCameraArgs& args) {
     return fail(ErrorCode::InvalidArgument,
                 "a board has --cols and --rows of 1 or more and a --tag-size-m above 0", {},
                 "Measure the black square of a tag with a ruler.");
+  const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
+  const std::int64_t last = args.first_id + static_cast<std::int64_t>(args.columns) * args.rows - 1;
+  if (args.first_id < 0 || last >= ids)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the board would carry the tags {} to {}, and there are 0 to {}", args.first_id,
+                            last, ids - 1),
+                {}, "Look at --cols, --rows and --first-id.");
   return board_of(args);
 }
 

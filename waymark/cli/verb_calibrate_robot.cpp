@@ -1,4 +1,5 @@
 #include <array>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -127,6 +128,19 @@ nlohmann::ordered_json calibration_json(const Calibration& calibration, const In
   return json;
 }
 
+/// Wheels are seldom a tenth wrong; sizes of tags often are.
+void doubt_scale(const Calibration& calibration, Console& console) {
+  constexpr double kWorthSaying = 0.08;
+  const auto found = calibration.values.find("odometry_scale");
+  if (found == calibration.values.end() || found->second.verdict != CalibrationVerdict::Known) return;
+  const double scale = found->second.value;
+  if (std::abs(scale - 1) < kWorthSaying) return;
+  console.say(
+      fmt::format("warning: by the tags the robot drove {:.0f} % {} than by its wheels: is their size right? "
+                  "Measure the black square; the other numbers hang on it too",
+                  100 * std::abs(scale - 1), scale > 1 ? "farther" : "less far"));
+}
+
 ExitCode write_if_asked(const LocalizeJob& job, const Calibration& calibration, Console& console) {
   if (job.output.empty()) return ExitCode::Ok;
   if (const Status written = write_calibration(job.output, calibration); !written) {
@@ -160,6 +174,7 @@ ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
                           fmt::format("found together with the places of {} tags; corners within {:.2f} px "
                                       "(rms)\n",
                                       found->map.map.tags.size(), found->map.rms_px));
+  doubt_scale(found->calibration, console);
   return write_if_asked(args.job, found->calibration, console);
 }
 

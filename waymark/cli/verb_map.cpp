@@ -77,6 +77,10 @@ Result<MapJob> job_of(const MapArgs& args) {
     constexpr double kRadians = std::numbers::pi / 180;
     if (!std::ranges::all_of(p, [](double x) { return std::isfinite(x); }))
       return fail(ErrorCode::InvalidArgument, "a number that is not finite", {.key = "--anchor-pose"});
+    constexpr double kFarthestMetres = 1e4;
+    if (std::ranges::any_of(p.begin(), p.begin() + 3, [](double x) { return std::abs(x) > kFarthestMetres; }))
+      return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
+                  {.key = "--anchor-pose"}, "X Y Z in metres, then roll, pitch and yaw in degrees.");
     job.overrides.map_T_anchor = SE3(SO3::from_rpy(kRadians * p[3], kRadians * p[4], kRadians * p[5]),
                                      Eigen::Vector3d(p[0], p[1], p[2]));
   }

@@ -95,6 +95,17 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .interrupted = map->interrupted}};
 }
 
+/// Where the anchor was said to stand no sighting of it agrees with a robot that drives on the floor.
+tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
+  return fail(
+      ErrorCode::InvalidArgument,
+      fmt::format("{}, the anchor, does not stand as its pose says: nothing the robot saw of it agrees",
+                  to_string(anchor)),
+      {},
+      "An upright tag has roll -90, pitch 0 and its yaw (--anchor-pose 0 0 0.3 -90 0 -90); 0 0 0 lies on "
+      "its back. Without --anchor-pose the lap tells how it stands.");
+}
+
 }  // namespace
 
 std::vector<std::string> map_methods() { return {"bundle", "chain"}; }
@@ -118,6 +129,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   Result<MappedLap> lap = options.method == "chain" ? by_chain(taught, setup, options)
                                                     : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
+  if (lap->map.find(setup.anchor) == nullptr) return misplaced_anchor(setup.anchor);
   if (!stance.empty()) lap->warnings.push_back(stance);
   Result<Route> route = build_route(lap->trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
