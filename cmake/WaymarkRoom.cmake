@@ -36,9 +36,13 @@ endfunction()
 # within a room; a file that shares some with another is named with waymark_compile_alone(file...).
 set(WAYMARK_COMPILED_TOGETHER waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
   waymark_evaluation waymark_drivers_simulated)
+# With precompiled headers Eigen's instantiations are shared, and these gain by it too (their tests stay apart).
+set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
+  waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server)
 function(waymark_compile_together target)
   string(REGEX REPLACE "_tests$" "" room ${target})
-  if(WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER)
+  if((WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER) OR
+     (WAYMARK_PRECOMPILED AND target IN_LIST WAYMARK_TOGETHER_IF_PRECOMPILED))
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
   endif()
 endfunction()

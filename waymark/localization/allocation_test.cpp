@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#include "tests/support/sanitized.hpp"
+
+#if defined(__GLIBC__) && !defined(WAYMARK_SANITIZED)
 
 #include <cmath>
 

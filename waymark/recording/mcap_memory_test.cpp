@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
+#include "tests/support/sanitized.hpp"
 #include "waymark/recording/mcap_reader.hpp"
 #include "waymark/recording/mcap_writer.hpp"
 
@@ -55,7 +56,7 @@ std::int64_t peak_kib(const std::filesystem::path& path, std::uint64_t bytes) {
   return usage.ru_maxrss;
 }
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(WAYMARK_SANITIZED)
 constexpr bool kMemoryIsOurs = false;  // the sanitizer keeps what was freed, to catch uses of it
 #else
 constexpr bool kMemoryIsOurs = true;

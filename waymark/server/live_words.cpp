@@ -8,10 +8,10 @@
 namespace waymark {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using OrderedJson = nlohmann::ordered_json;
 
 /// Names and reasons come from anywhere; what is no UTF-8 in them is replaced.
-std::string written(const Json& json) {
+std::string written(const OrderedJson& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
@@ -23,15 +23,15 @@ void append_little(std::string& out, Number value) {
 }  // namespace
 
 std::string server_info(std::string_view name, bool may_command) {
-  Json info{{"op", "serverInfo"}, {"name", name}};
-  info["capabilities"] = may_command ? Json::array({"clientPublish"}) : Json::array();
-  info["supportedEncodings"] = may_command ? Json::array({"json"}) : Json::array();
+  OrderedJson info{{"op", "serverInfo"}, {"name", name}};
+  info["capabilities"] = may_command ? OrderedJson::array({"clientPublish"}) : OrderedJson::array();
+  info["supportedEncodings"] = may_command ? OrderedJson::array({"json"}) : OrderedJson::array();
   info["metadata"] = {{"ROS_DISTRO", "humble"}};
   return written(info);
 }
 
 std::string advertisement(std::span<const LiveChannel> channels) {
-  auto list = Json::array();
+  auto list = OrderedJson::array();
   for (const LiveChannel& channel : channels) {
     list.push_back({{"id", channel.id},
                     {"topic", channel.topic},
@@ -61,7 +61,7 @@ std::string text_message(std::string_view name, std::string_view text) {
 
 std::string state_json(const LiveStatus& status, const std::vector<HealthLight>& lights,
                        std::uint64_t dropped) {
-  auto list = Json::array();
+  auto list = OrderedJson::array();
   for (const HealthLight& light : lights)
     list.push_back({{"name", light.name}, {"level", to_string(light.level)}, {"words", light.words}});
   return written({{"phase", status.phase},

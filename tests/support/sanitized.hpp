@@ -1,0 +1,10 @@
+#pragma once
+
+/// WAYMARK_SANITIZED: memory is a sanitizer's here. GCC says so by macros, clang by features.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define WAYMARK_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define WAYMARK_SANITIZED
+#endif
+#endif
