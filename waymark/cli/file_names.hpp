@@ -1,6 +1,6 @@
 #pragma once
 
-#include <CLI/Validators.hpp>
+#include <CLI/App.hpp>
 
 /// What the files are called that verbs write: an ending must not promise another format.
 namespace waymark::cli {
