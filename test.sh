@@ -12,7 +12,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
   2. the house rules: allowed edges, includes, formatting
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
-  5. clang-tidy on the files changed since the main branch (or in the last commit)
+  5. clang-tidy, and GCC, on the files changed since the main branch (or in the last commit)
 
   --quick           only 1 and 2
   --full            also what takes hours: long Monte Carlo runs, all tests under the sanitizers, clang-tidy on everything,
