@@ -9,7 +9,7 @@ endif()
 function(waymark_precompiled_list name)
   add_library(${name} OBJECT ${PROJECT_SOURCE_DIR}/cmake/precompiled.cpp)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_link_libraries(${name} PRIVATE fmt::fmt tl::expected Eigen3::Eigen CLI11::CLI11 nlohmann_json::nlohmann_json
+  target_link_libraries(${name} PRIVATE fmt::fmt tl::expected Eigen3::Eigen nlohmann_json::nlohmann_json
     yaml-cpp waymark_warnings ${ARGN})
   target_compile_features(${name} PRIVATE cxx_std_20)
   target_compile_options(${name} PRIVATE "SHELL:-Xclang -fno-pch-timestamp")
