@@ -6,6 +6,7 @@ usage: localize_test.py PROGRAM [unittest options]
 import math
 import os
 import pathlib
+import re
 import unittest
 
 from harness import InFolder
@@ -39,6 +40,7 @@ class OurRecordings(InFolder):
         self.hindsight_with_a_lag()
         self.name_of_the_output_says_what_it_is()
         self.what_does_not_fit_is_said()
+        self.a_tag_that_is_kilometres_off_in_the_map_is_named()
         self.a_file_of_another_kind_is_named()
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--method", "kalman")
         self.assertEqual(outcome.code, 2)
@@ -100,6 +102,18 @@ class OurRecordings(InFolder):
             outcome = self.run_here(*words)
             self.assertEqual(outcome.code, 1, words)
             self.assertIn(part, outcome.err, words)
+
+    def a_tag_that_is_kilometres_off_in_the_map_is_named(self):
+        text = (self.folder / "map/map.yaml").read_text()
+        for x_m in (5000.0, -5000.0):
+            head, entry = text.split('tag: "tag36h11:7"')
+            entry = re.sub(r"position_m: \[[-\d.e]+", f"position_m: [{x_m}", entry, count=1)
+            (self.folder / "off.yaml").write_text(f'{head}tag: "tag36h11:7"{entry}')
+            outcome = self.run_here("localize", "lap.mcap", "--map", "off.yaml", "--robot", "limo", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            (problem,) = outcome.records[0]["problems"]
+            self.assertRegex(problem, r"^tag36h11:7 hangs (499|500)\d\.\d\d m from where the map says, near \(.*: not used. .*correct the map")
+            self.assertIn(problem, outcome.err)
 
     def what_does_not_fit_is_said(self):
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--tag-size-m", 0.3)

@@ -83,6 +83,7 @@ ReplayReport live_report(LiveReplay& replay, const Replayer& replayer, const Sta
                       .visits = replay.visits()};
   report.end.finished = report.end.state == ReplayState::Finished;
   report.end.stops = replayer.stops();
+  report.warnings = replayer.problems();
   if (report.true_path.empty())
     report.warnings.emplace_back("nobody knows where the robot truly was: not judged");
   else

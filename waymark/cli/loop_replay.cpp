@@ -254,6 +254,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
                       .taught_path = taught,
                       .visits = ear.visits(),
                       .warnings = speed_warnings(job, route)};
+  for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
   judge(stage, report);
   report.wall_s = watch.seconds();
   return report;

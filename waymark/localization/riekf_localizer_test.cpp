@@ -104,16 +104,18 @@ TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
 
 struct Liar {
   const char* name;
-  void (*change)(TagMap& real);
+  void (*change)(TagMap& tags);
   const char* words;
+  bool map_lies = false;  ///< the map is changed, not what hangs on the walls
 };
 
 class TagsThatLie : public ::testing::TestWithParam<Liar> {};
 
 TEST_P(TagsThatLie, AreNamedAndNotUsed) {
   World world;
-  GetParam().change(world.tags);
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  TagMap map = ring();
+  GetParam().change(GetParam().map_lies ? map : world.tags);
+  RiekfLocalizer filter(Landmarks(map), eye());
   Robot robot;
   Random random(5);
   run(filter, robot, world, 30, random);
@@ -137,6 +139,19 @@ INSTANTIATE_TEST_SUITE_P(
                              T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(-0.3, 0.4, 0));
                            },
                            "tag36h11:3 hangs 0.5"},
+                      // From nowhere on the way can a tag be seen that the map has there.
+                      Liar{"misplaced_by_kilometres",
+                           [](TagMap& map) {
+                             SE3& T = map.tags.at({.number = 3}).map_T_tag;
+                             T = SE3(T.rotation(), T.translation() + Eigen::Vector3d(5000, 0, 0));
+                           },
+                           "tag36h11:3 hangs 5000.0", true},
+                      Liar{"misplaced_by_kilometres_the_other_way",
+                           [](TagMap& map) {
+                             SE3& T = map.tags.at({.number = 3}).map_T_tag;
+                             T = SE3(T.rotation(), T.translation() - Eigen::Vector3d(5000, 0, 0));
+                           },
+                           "tag36h11:3 hangs 5000.0", true},
                       Liar{"larger", [](TagMap& real) { real.tags.at({.number = 8}).size_m = 0.2; },
                            "tag36h11:8 seems to be 0.20"}),
     [](const auto& of) { return of.param.name; });

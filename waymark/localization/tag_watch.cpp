@@ -97,17 +97,21 @@ std::string TagWatch::words(int landmark) const {
   const double ratio = wrong.ratio / n;
   const double ratio_spread = std::sqrt(std::max(0.0, wrong.ratio2 / n - ratio * ratio));
   const bool same_direction = wrong.direction / n < 0.05;
-  if (it.size_m > 0 && same_direction && std::abs(ratio - 1) > 0.08 &&
-      ratio_spread < 0.3 * std::abs(ratio - 1))
-    return fmt::format("{} seems to be {:.3f} m large, where the map says {:.3f} m: not used", name(landmark),
-                       it.size_m / ratio, it.size_m);
+  // A wrong size is the same share of every distance; of a tag that hangs kilometres off it is not.
+  const bool same_ratio = ratio_spread < 0.3 * std::min(std::abs(ratio - 1), ratio);
+  if (it.size_m > 0 && same_direction && std::abs(ratio - 1) > 0.08 && same_ratio)
+    return fmt::format(
+        "{} seems to be {:.3f} m large, where the map says {:.3f} m: not used. Measure its black square, and "
+        "correct its size in the map",
+        name(landmark), it.size_m / ratio, it.size_m);
   if (spread_m < 0.5 * moved_m)
-    return fmt::format("{} hangs {:.2f} m from where the map says, near ({:.2f}, {:.2f}): not used",
-                       name(landmark), moved_m, mean.x(), mean.y());
+    return fmt::format(
+        "{} hangs {:.2f} m from where the map says, near ({:.2f}, {:.2f}): not used. Hang it back, correct "
+        "the map, or extend it with a lap that sees the tag",
+        name(landmark), moved_m, mean.x(), mean.y());
   return fmt::format(
       "{} is seen in places that do not agree with each other (several tags with this number, or misread): "
-      "not "
-      "used",
+      "not used. Give the others numbers of their own",
       name(landmark));
 }
 
@@ -119,7 +123,9 @@ std::vector<std::string> TagWatch::findings() const {
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;
       all.push_back(
-          fmt::format("{} and {} are swapped in the map, or on the wall: neither is used", name(a), name(b)));
+          fmt::format("{} and {} are swapped in the map, or on the wall: neither is used. Swap them back, or "
+                      "extend the map with a lap that sees both",
+                      name(a), name(b)));
       said[static_cast<std::size_t>(a)] = said[static_cast<std::size_t>(b)] = true;
     }
     if (!said[static_cast<std::size_t>(a)]) all.push_back(words(a));

@@ -129,22 +129,25 @@ void Tracker::report(const Look& look, const Sighting& sighting, const Linearise
   const Landmark& landmark = landmarks_[sighting.landmark];
   if (news_.size() < kNewsKept)
     news_.push_back({look.stamp, landmark.tag, nis, z.rows, believed && watch_.usable(sighting.landmark)});
-  WatchedSighting seen{.landmark = sighting.landmark, .nis_per_row = nis / z.rows, .believed = believed};
-  if (!believed) {
-    const auto base_p = base_p_landmark(sighting, landmarks_, eye_);
-    if (!base_p) return;
-    const SE2& X = filter_.state().map_T_base;
-    const SE2 map_T_eye = X * project_to_plane(eye_.base_T_sensor);
-    seen.map_p_implied = X * *base_p;
-    const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
-    const Eigen::Vector2d expected = landmark.map_T_tag.translation().head<2>() - map_T_eye.translation();
-    seen.range_ratio = measured.norm() / std::max(1e-6, expected.norm());
-    seen.off_direction_rad =
-        std::atan2(expected.x() * measured.y() - expected.y() * measured.x(), expected.dot(measured));
-  }
-  watch_.add(seen);
-  if (believed && state_.mode == TrackMode::Certain && !state_.given)
+  if (!believed) return report_contradiction(look, sighting);
+  watch_.add({.landmark = sighting.landmark, .nis_per_row = nis / z.rows, .believed = true});
+  if (state_.mode == TrackMode::Certain && !state_.given)
     lasting_.add(z, filter_.innovation_covariance(place));
+}
+
+void Tracker::report_contradiction(const Look& look, const Sighting& sighting) {
+  const auto base_p = base_p_landmark(sighting, landmarks_, eye_);
+  if (look.reported || !base_p) return;
+  const SE2& X = filter_.state().map_T_base;
+  const SE2 map_T_eye = X * project_to_plane(eye_.base_T_sensor);
+  const Eigen::Vector2d map_p = landmarks_[sighting.landmark].map_T_tag.translation().head<2>();
+  WatchedSighting seen{.landmark = sighting.landmark, .map_p_implied = X * *base_p};
+  const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
+  const Eigen::Vector2d expected = map_p - map_T_eye.translation();
+  seen.range_ratio = measured.norm() / std::max(1e-6, expected.norm());
+  seen.off_direction_rad =
+      std::atan2(expected.x() * measured.y() - expected.y() * measured.x(), expected.dot(measured));
+  watch_.add(seen);
 }
 
 Tracker::Verdict Tracker::judge(Look& look) {
@@ -153,7 +156,8 @@ Tracker::Verdict Tracker::judge(Look& look) {
     const Sighting& sighting = look.seen[i];
     const auto z = linearise(sighting, landmarks_, eye_, filter_.state().map_T_base);
     const bool usable = watch_.usable(sighting.landmark);
-    if (!z) {  // from where we believe to be it cannot be seen at all
+    if (!z) {  // from where we believe to be it cannot be seen at all, so far off is it in the map
+      report_contradiction(look, sighting);
       if (usable) ++verdict.rejected_count;
       continue;
     }

@@ -103,6 +103,8 @@ class Tracker {
   void contradict(const Look& look);
   void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed,
               int place);
+  /// Where the landmark would be by a sighting that is not believed.
+  void report_contradiction(const Look& look, const Sighting& sighting);
   void search(const Look& look);
   void keep_step(SensorTime stamp);
   void keep_filtered();

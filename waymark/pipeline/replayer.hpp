@@ -81,6 +81,8 @@ class Replayer {
   void resume();
 
   [[nodiscard]] int stops() const { return stops_; }
+  /// In words what is wrong about the map or what is seen: LocalizationMethod::problems().
+  [[nodiscard]] std::vector<std::string> problems() const { return method_->problems(); }
   [[nodiscard]] const Route& route() const { return route_; }
 
  private:
