@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/recording/folder_copies.hpp"
 #include "waymark/recording/rosbag2_log.hpp"
 #include "waymark/recording/split_log.hpp"
 
@@ -123,6 +124,9 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
     }
   }
   if (parts.empty()) return tl::unexpected(problems.list().back().error);
+  if (metadata.files.empty()) {  // nobody says that they belong together
+    if (Status status = take_copies_out(parts, problems); !status) return tl::unexpected(status.error());
+  }
   return join_logs(std::move(parts), std::move(problems));
 }
 

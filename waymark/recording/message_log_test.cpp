@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
@@ -238,6 +239,30 @@ TEST(MessageLog, ASplitBagOfMcapFilesIsOne) {
       times.push_back(stamp_of(sample).time_since_epoch().count());
     EXPECT_EQ(times, (std::vector<std::int64_t>{10, 11, 12, 13, 14, 14, 15, 16, 17, 18}));
   }
+}
+
+TEST(MessageLog, ACopyInAFolderCountsOnceAndTwoDrivesAreNotOne) {
+  const std::filesystem::path folder = testing::fresh_folder("copies_mcap");
+  const auto write = [&](const char* name, ByteSpan bytes) {
+    const auto sink = create_file(folder / name);
+    ASSERT_TRUE(sink);
+    ASSERT_TRUE((*sink)->write(bytes));
+  };
+  const Bytes lap = ros1_mcap(10, 40);
+  write("lap.mcap", lap);
+  write("lap_copy.mcap", lap);
+  write("lap_shorter.mcap", ros1_mcap(10, 30));  // the same messages, the last ones missing
+  auto log = open_log(folder);
+  ASSERT_TRUE(log) << to_string(log.error());
+  EXPECT_EQ(samples_of(**log).size(), 40U);
+  std::vector<std::string> words;
+  for (const LogProblem& problem : (*log)->problems()) words.push_back(to_string(problem.error));
+  EXPECT_THAT(words, ::testing::Contains(::testing::HasSubstr("left out. Move the copy elsewhere")));
+  Bytes other = ros1_mcap(11, 40);  // other words at these times
+  write("other.mcap", other);
+  log = open_log(folder);
+  ASSERT_FALSE(log);
+  EXPECT_THAT(to_string(log.error()), ::testing::HasSubstr("two recordings, and no parts of one"));
 }
 
 TEST(MessageLog, WhatIsNoRecordingSaysWhatIs) {
