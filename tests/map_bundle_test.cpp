@@ -75,6 +75,24 @@ TEST(BundleMap, TheSameLapGivesTheSameBits) {
   for (const auto& [id, tag] : a.map.tags) EXPECT_EQ(tag.map_T_tag, b.map.tags.at(id).map_T_tag);
 }
 
+TEST(BundleMap, EndsWhereverItIsAskedToAndGivesNothing) {
+  const Lap lap = drive(3);
+  BundleMapOptions options;
+  options.find_mounting = true;  // the longest way: mounting and noise of the wheels as well
+  int steps = 0;
+  const auto count = [&](const std::string&, int, double) { return ++steps > 0; };
+  ASSERT_TRUE(map_by_bundle(lap.input, {}, options, count));
+  ASSERT_GT(steps, 20);
+  for (const int after : {0, 1, steps / 2, steps - 5, steps - 1}) {
+    int asked = 0;
+    const auto stop = [&](const std::string&, int, double) { return asked++ < after; };
+    const Result<BundleMap> map = map_by_bundle(lap.input, {}, options, stop);
+    ASSERT_FALSE(map) << after << " of " << steps;
+    EXPECT_THAT(map.error().message, testing::HasSubstr("stopped"));
+    EXPECT_EQ(asked, after + 1) << "who was told once is not asked again";
+  }
+}
+
 TEST(BundleMap, WorksWithoutOdometryAndThroughBlindness) {
   Lap lap = drive(7);
   LapInput no_wheels = lap.input;

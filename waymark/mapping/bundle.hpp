@@ -140,13 +140,15 @@ struct BundleSummary {
   int iterations = 0;
   double initial_cost = 0;  ///< half the sum of squared whitened residuals, robust where asked
   double final_cost = 0;
-  int invisible = 0;  ///< corner terms that could not be evaluated at the start and were set aside
-  std::string why{};  ///< in words, when it is not usable
+  int invisible = 0;     ///< corner terms that could not be evaluated at the start and were set aside
+  bool stopped = false;  ///< BundleProgress asked for it: the poses stand somewhere on the way
+  std::string why{};     ///< in words, when it is not usable
 
-  [[nodiscard]] bool usable() const { return why.empty(); }
+  [[nodiscard]] bool usable() const { return why.empty() && !stopped; }
 };
 
-/// Called after each step: iteration, cost. Returning false ends the search where it is.
+/// Called before each step: how many there were, and the cost. Returning false ends the search where it is;
+/// what it found is not usable.
 using BundleProgress = std::function<bool(int iteration, double cost)>;
 
 /// Minimises the cost from where the poses stand by Levenberg and Marquardt's method (Triggs et al., "Bundle

@@ -10,6 +10,7 @@
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
 #include "waymark/mapping/second_sites.hpp"
+#include "waymark/mapping/stopped.hpp"
 #include "waymark/mapping/tag_ties.hpp"
 #include "waymark/mapping/way_jumps.hpp"
 
@@ -35,7 +36,7 @@ void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgres
             BundleMap& result) {
   const BundleOptions search{.max_iterations = options.search.max_iterations};
   std::vector<double> freedom;  // hardly changes from round to round
-  for (int round = 0; round < kRounds && !result.interrupted && result.summary.usable(); ++round) {
+  for (int round = 0; round < kRounds && result.summary.usable(); ++round) {
     if (options.estimate_noise) {
       if (freedom.empty()) freedom = internal::freedom_left(lap);
       const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), freedom);
@@ -48,12 +49,9 @@ void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgres
   }
 }
 
-/// What a stage of the search tells, and whether it was asked to end.
-BundleProgress stage(const MapProgress& progress, const char* name, BundleMap& result) {
-  return [&progress, name, &result](int iteration, double cost) {
-    if (progress && !progress(name, iteration, cost)) result.interrupted = true;
-    return !result.interrupted;
-  };
+/// What a stage of the search tells.
+BundleProgress stage(const MapProgress& progress, const char* name) {
+  return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
 }
 
 /// Optimises until the set of sightings in use and the noise agree with each other.
@@ -61,16 +59,16 @@ void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& opt
               const MapProgress& progress, BundleMap& result) {
   constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
   const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
-  const BundleProgress looking = stage(progress, "looking for outliers", result);
+  const BundleProgress looking = stage(progress, "looking for outliers");
   result.summary = solve(lap.bundle, search, looking);
-  if (result.interrupted || !result.summary.usable()) return;
+  if (!result.summary.usable()) return;
   const bool frames = internal::place_lost_frames_anew(input, options, lap);
   const bool tags = internal::place_lost_tags_anew(input, options, lap);
   if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
     result.summary = solve(lap.bundle, search, looking);
-  if (result.interrupted || !result.summary.usable()) return;
+  if (!result.summary.usable()) return;
   internal::mend_jumps_of_the_way(input, options, search, looking, lap, result.summary);
-  settle(lap, options, stage(progress, "adjusting", result), result);
+  settle(lap, options, stage(progress, "adjusting"), result);
 }
 
 /// The lap is moved onto the map that is there, and both are adjusted together.
@@ -79,7 +77,7 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   Result<internal::TiedPrior> tied =
       internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
   if (!tied) return tied;
-  const BundleProgress told = stage(progress, "extending the map", result);
+  const BundleProgress told = stage(progress, "extending the map");
   result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, told);
   settle(lap, options, told, result);
   result.prior_words = tied->words;
@@ -90,8 +88,7 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
 /// Would the lap have the camera elsewhere? Asked on a copy, unless the answer is to be used.
 void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                       BundleMap& result) {
-  if (result.interrupted) return;
-  const BundleProgress told = stage(progress, "where the camera sits", result);
+  const BundleProgress told = stage(progress, "where the camera sits");
   result.mounting_used = options.find_mounting && !lap.bundle.odometry.empty();
   if (!result.mounting_used) {
     LapBundle copy = lap;
@@ -190,8 +187,13 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
 }  // namespace
 
 Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
-                                const BundleMapOptions& options, const MapProgress& progress) {
+                                const BundleMapOptions& options, const MapProgress& asked) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  bool stopped = false;
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    stopped = stopped || (asked && !asked(stage, iteration, cost));
+    return !stopped;
+  };
   std::vector<ObservedFrame> observed = observe_all(given);
   const std::vector<internal::SightingIndex> second = internal::sightings_of_second_sites(given, observed);
   const LapInput input = internal::without(given, second);
@@ -199,19 +201,22 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   const Result<ChainResult> start =
       map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
   if (!start) return tl::unexpected(start.error());
+  if (!progress("from tag to tag", 0, 0)) return internal::stopped_on_request();
 
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
   optimise(input, lap, options, progress, result);
   std::optional<internal::TiedPrior> tied;
-  if (input.prior && result.summary.usable() && !result.interrupted) {
+  if (input.prior && result.summary.usable()) {
     Result<internal::TiedPrior> done = extend(input, lap, options, progress, result);
     if (!done) return tl::unexpected(done.error());
     tied = std::move(*done);
   }
+  if (stopped) return internal::stopped_on_request();
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
   look_at_mounting(lap, options, progress, result);
+  if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
   const BundleCovariance P = covariance(lap.bundle, pairs.poses);

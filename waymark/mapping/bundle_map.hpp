@@ -65,18 +65,17 @@ struct BundleMap {
   std::vector<std::string> prior_words{};      ///< tags that are not where the prior map has them
   int prior_agreeing = 0;                      ///< tags that are
   BundleSummary summary{};
-  bool interrupted = false;
 };
 
-/// What is going on: stage, iteration, cost. Returning false asks for an end; what is there by then is
-/// returned, and `interrupted` says so.
+/// What is going on: stage, iteration, cost. Returning false asks for an end, which comes with an error.
 using MapProgress = std::function<bool(const std::string& stage, int iteration, double cost)>;
 
 /// Tags and trajectory that explain all corners, wheels and the floor best (maximum likelihood): starts from
 /// the teach chain, finds what contradicts the rest with a robust loss, leaves it out, and finishes without
 /// one, so that the covariance means what it says. The anchor is held where it is given. With a prior map the
 /// lap is then moved onto it and adjusted together with what the map knows; tags the lap did not see stay in
-/// the map. Fails as map_by_chain does, and when fewer than two tags agree with the prior map.
+/// the map. Fails as map_by_chain does, when fewer than two tags agree with the prior map, and when
+/// `progress` ends it.
 [[nodiscard]] Result<BundleMap> map_by_bundle(const LapInput& lap, const ChainOptions& chain = {},
                                               const BundleMapOptions& options = {},
                                               const MapProgress& progress = {});

@@ -78,6 +78,8 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   summary.initial_cost = cost;
   double damping = 1e-6;
   while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {
+    summary.stopped = progress && !progress(summary.iterations, cost);
+    if (summary.stopped) break;
     ++summary.iterations;
     const auto step =
         plan.worth_it() ? step_of(schur, system, damping) : internal::damped_step(cholesky, system, damping);
@@ -99,7 +101,6 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
     summary.converged = cost - next <= options.relative_gain * (cost + 1e-12);
     damping = std::max(damping / 10, kLeastDamping);
     cost = next;
-    if (progress && !progress(summary.iterations, cost)) break;
   }
   summary.final_cost = cost;
   if (!std::isfinite(cost)) summary.why = "the cost is not finite: a measurement or a start is not a number";

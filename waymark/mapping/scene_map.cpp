@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "waymark/mapping/scene_report.hpp"
+#include "waymark/mapping/stopped.hpp"
 
 namespace waymark {
 namespace {
@@ -88,15 +89,14 @@ class Search {
   static constexpr double kFine = 1e-8;
   static constexpr double kFar = 200;
 
-  [[nodiscard]] bool goes_on() const { return !map_.interrupted && map_.summary.usable(); }
+  [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
   void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFine) {
     if (!goes_on()) return;
     const BundleOptions search{
         .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
     map_.summary = solve(map_.problem.bundle, search, [&](int iteration, double cost) {
-      if (progress_ && !progress_(stage, iteration, cost)) map_.interrupted = true;
-      return !map_.interrupted;
+      return !progress_ || progress_(stage, iteration, cost);
     });
   }
 
@@ -196,6 +196,7 @@ Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording, cons
   map.problem = std::move(*problem);
   Search search(options, progress, map);
   search.rough();
+  if (map.summary.stopped) return internal::stopped_on_request();
   if (std::ranges::none_of(map.problem.bundle.corners, &CornerTerm::used))
     return fail(ErrorCode::NotFound, "no tag that was seen leads to the map", {},
                 "Say where one of the tags, or the body it is on, is.");
@@ -203,6 +204,7 @@ Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording, cons
     search.exactly_as_tagslam();
   else
     search.with_own_noise();
+  if (map.summary.stopped) return internal::stopped_on_request();
   if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + map.summary.why);
   map.noise_px = search.noise_px();
   map.cost = cost(map.problem.bundle);

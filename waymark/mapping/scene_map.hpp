@@ -47,14 +47,13 @@ struct SceneMap {
   std::vector<RejectedSighting> rejected{};
   std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
   std::vector<TagId> unbelieved{};  ///< on no list and hardly seen, or contradicted: not in the map
-  bool interrupted = false;
 
   /// Where a tag of a static body is; nothing when it is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
 };
 
 /// Tags, extrinsics and motions that explain all sightings best, from no start but what the scene knows.
-/// Fails when nothing leads to the map.
+/// Fails when nothing leads to the map, and when `progress` ends it.
 [[nodiscard]] Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording,
                                          const SceneMapOptions& options = {},
                                          const MapProgress& progress = {});

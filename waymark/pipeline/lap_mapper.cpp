@@ -91,8 +91,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .odometry_scales_sigma = map->odometry_scales_sigma,
                                            .prior_agreeing = map->prior_agreeing,
                                            .moved_m = map->moved_m,
-                                           .loop = loop_closure(input, *map),
-                                           .interrupted = map->interrupted}};
+                                           .loop = loop_closure(input, *map)}};
 }
 
 /// Where the anchor was said to stand no sighting of it agrees with a robot that drives on the floor.

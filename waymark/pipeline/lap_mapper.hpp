@@ -39,7 +39,6 @@ struct BundleFigures {
   int prior_agreeing = 0;  ///< tags that stand where the map that is extended has them
   double moved_m = 0;      ///< how far from the chain's place the tag is that moved most
   std::optional<LoopClosure> loop{};
-  bool interrupted = false;
 };
 
 /// What a lap becomes.
