@@ -16,6 +16,7 @@
 
 #include "waymark/server/background_thread.hpp"
 #include "waymark/server/http_connection.hpp"
+#include "waymark/server/own_addresses.hpp"
 
 namespace waymark {
 namespace {
@@ -45,6 +46,12 @@ struct HttpServer::Inside {
   ~Inside() {
     if (feed != nullptr) feed->set_wake([] {});
     shared->live.reset();  // its sockets, which the context still holds, must not look for it
+  }
+
+  [[nodiscard]] std::string url_at(const std::string& host) const {
+    const AccessPolicy& policy = shared->policy;
+    return fmt::format("http://{}:{}/{}{}", host, policy.port,
+                       policy.token.empty() ? "" : "?token=", policy.token);
   }
 
   beast::error_code bind(std::uint16_t port) {
@@ -130,13 +137,18 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
 std::uint16_t HttpServer::port() const { return inside_->shared->policy.port; }
 
 std::string HttpServer::url() const {
-  const AccessPolicy& policy = inside_->shared->policy;
   const bool all = inside_->address.is_unspecified() || inside_->address.is_loopback();
   const std::string host = all                        ? std::string("127.0.0.1")
                            : inside_->address.is_v6() ? fmt::format("[{}]", inside_->address.to_string())
                                                       : inside_->address.to_string();
-  return fmt::format("http://{}:{}/{}{}", host, policy.port,
-                     policy.token.empty() ? "" : "?token=", policy.token);
+  return inside_->url_at(host);
+}
+
+std::vector<std::string> HttpServer::urls_from_elsewhere() const {
+  if (!inside_->address.is_unspecified()) return {};
+  std::vector<std::string> urls = own_addresses(inside_->address.is_v6());
+  for (std::string& url : urls) url = inside_->url_at(url);
+  return urls;
 }
 
 void HttpServer::run(const std::function<bool()>& stop) {
@@ -160,6 +172,7 @@ Result<HttpServer> HttpServer::listen(ServerOptions /*options*/) {
 }
 std::uint16_t HttpServer::port() const { return 0; }
 std::string HttpServer::url() const { return {}; }
+std::vector<std::string> HttpServer::urls_from_elsewhere() const { return {}; }
 void HttpServer::run(const std::function<bool()>& /*stop*/) {}
 
 #endif

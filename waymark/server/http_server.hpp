@@ -37,6 +37,8 @@ class HttpServer {
   [[nodiscard]] std::uint16_t port() const;
   /// Where a browser on this machine finds the page, with the token if there is one.
   [[nodiscard]] std::string url() const;
+  /// The same for other machines, where it listens on all networks of this one; else nothing.
+  [[nodiscard]] std::vector<std::string> urls_from_elsewhere() const;
   /// Answers until `stop` says so; it is asked ten times a second.
   void run(const std::function<bool()>& stop);
 
