@@ -154,6 +154,16 @@ class CalibrateRobot(unittest.TestCase):
         spoilt = waymark(*words[:-1], "lap.mcap", cwd=self.folder)
         self.assertEqual((spoilt.code, (self.folder / "lap.mcap").read_bytes() == lap), (2, True))
         self.assertIn("what is written is YAML", spoilt.err)
+        nowhere = waymark("calibrate", "robot", "none.mcap", "-o", "no/such/calibration.yaml", cwd=self.folder)
+        self.assertEqual(nowhere.code, 1)
+        self.assertIn("no/such/calibration.yaml: the file cannot be written: its folder is not there", nowhere.err, "said before any work")
+        backwards = waymark("calibrate", "robot", "lap.mcap", "--from", "50", "--to", "10", cwd=self.folder)
+        self.assertEqual((backwards.code, backwards.out), (2, ""))
+        self.assertIn("nothing lies between --from 50 s and --to 10 s. The end comes after the beginning", backwards.err)
+        for by in (["--by", "lap"], ["--by", "innovations"]):
+            beyond = waymark("calibrate", "robot", "lap.mcap", "--map", "map", *by, "--from", "5000", cwd=self.folder)
+            self.assertEqual(beyond.code, 1, beyond.err)
+            self.assertIn("between --from and --to", beyond.err)
         spoilt = waymark(*words[:-1], "map/map.yaml", cwd=self.folder)
         self.assertEqual(spoilt.code, 1)
         self.assertIn("not written over", spoilt.err)
@@ -174,6 +184,10 @@ class CalibrateRobot(unittest.TestCase):
         too_little = waymark(*words[:7], "--to", "0.2", cwd=self.folder)
         self.assertEqual(too_little.code, 1)
         self.assertIn("too few sightings", too_little.err)
+        nothing = waymark(*words[:7], "--to", "2", "-o", "nothing.yaml", cwd=self.folder)
+        self.assertEqual(nothing.code, 1, nothing.err)
+        self.assertIn("this drive tells none of the numbers: there is no calibration, and nothing was written", nothing.err)
+        self.assertFalse((self.folder / "nothing.yaml").exists())
 
     def test_bends_at_two_speeds_tell_where_the_camera_sits(self):
         """3 cm and 2 degrees off, found within 5 mm and 0.2 degrees, without a map and with one."""

@@ -61,6 +61,16 @@ class Demo(InFolder):
         refused = self.run_here("demo", "-o", "mine")
         self.assertEqual(refused.code, 1, "but over nobody else's")
         self.assertIn("holds a 'lap.mcap' that no demo wrote", refused.err)
+        self.run_here("map", "mine/lap.mcap", "-o", "map")
+        before = {p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}
+        refused = self.run_here("demo", "-o", "map")
+        self.assertEqual(refused.code, 1)
+        self.assertIn("holds a 'map.yaml' that no demo wrote", refused.err)
+        self.assertEqual({p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}, before)
+        for words in (["--port", 9000], ["--listen", "0.0.0.0"], ["--open"], ["--token", "a-word-that-is-long"]):
+            lonely = self.run_here("demo", "-o", "none", *words)
+            self.assertEqual(lonely.code, 2, lonely.err)
+            self.assertIn(f"{words[0]} requires --view", lonely.err)
         for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
             self.assertIn(part, table.out)
 

@@ -38,12 +38,18 @@ class Extend(InFolder):
         self.assertIn("was made of a lap3.mcap already", again.err)
         self.assertNotIn("already", outcome.err)
         for words, part in ((["--freeze", "5"], "Give the map with --extend"), (["--remove", "5"], "Give the map with --extend"),
-                            (["--extend", "map", "--anchor", "5"], "says where its tags stand"), (["--extend", "none.yaml"], "none.yaml"),
+                            (["--extend", "map", "--anchor", "5"], "says where its tags stand"),
+                            (["--extend", "map", "--freeze", "3,4", "--remove", "4"], "tag36h11:4 cannot be removed and stay where it is"),
                             (["--extend", "map", "--remove", "x"], "x"), (["--model", "tagslam"], "(--model): this is about scenes"),
                             (["--against", "map"], "(--against): this is about scenes")):
             mistake = self.run_here("map", "lap3.mcap", "-o", "other", *words)
             self.assertEqual(mistake.code, 2, mistake.err)
             self.assertIn(part, mistake.err)
+        missing = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "none.yaml")
+        self.assertEqual(missing.code, 1, "a file that is not usable, as everywhere")
+        self.assertIn("none.yaml", missing.err)
+        size = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--tag-size-m", 0.2)
+        self.assertIn("--tag-size-m 0.2 is taken for tags that the map does not have: 23 of it keep the size it says (0.16 m)", size.err)
         chain = self.run_here("map", "lap3.mcap", "-o", "other", "--extend", "map", "--method", "chain")
         self.assertEqual(chain.code, 1)
         self.assertIn("cannot extend", chain.err)

@@ -3,6 +3,7 @@
 
 usage: map_test.py PROGRAM [unittest options]
 """
+import resource
 import unittest
 import xml.etree.ElementTree
 
@@ -45,6 +46,58 @@ class Map(WithLap):
         self.assertEqual(first, last)
         self.assertNotEqual(first, second)
 
+    def test_what_stood_in_the_folder_is_set_aside(self):
+        first = self.run_here("map", "lap.mcap", "-o", "map")
+        self.assertNotIn("number in its name", first.out)
+        (self.folder / "map/robot.yaml").write_text("# mine\n")
+        (self.folder / "map/notes.txt").write_text("mine")
+        self.run_here("optimize", "map", "--name", "best")
+        was = {p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}
+        self.run_here("convert", "lap.mcap", "blind.mcap", "--topics", "/tag_detections,/odom,/camera_info,/tf_static")
+        again = self.run_here("map", "blind.mcap", "-o", "map", "--method", "chain", "--tag-size-m", 0.16, "--anchor", 0)
+        self.assertEqual(again.code, 0, again.err)
+        self.assertIn("what stood there before has a number in its name now: ", again.out)
+        now = {p.name for p in (self.folder / "map").iterdir() if ".1." not in p.name}
+        self.assertEqual(now, {"map.yaml", "route.yaml", "trajectory.txt", "summary.json", "map.svg", "tags_in_view.svg",
+                               "robot.yaml", "notes.txt"}, "nothing of the older map under a name of the new one")
+        for name, data in was.items():
+            stem, suffix = name.rsplit(".", 1)
+            stays = name == "notes.txt"
+            self.assertEqual((self.folder / "map" / (name if stays else f"{stem}.1.{suffix}")).read_bytes(), data, name)
+        self.run_here("map", "lap.mcap", "-o", "map")
+        self.assertFalse((self.folder / "map/robot.2.yaml").exists(), "the same robot stays")
+        self.assertTrue((self.folder / "map/map.2.yaml").exists())
+
+    def test_all_of_a_map_is_written_or_nothing(self):
+        self.run_here("map", "lap.mcap", "-o", "map", "--method", "chain")
+        before = {p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}
+        size = len(before["trajectory.txt"]) // 2  # map.yaml has room, the trajectory has none: as on a full disk
+        for folder in ("map", "fresh/folder"):
+            full = self.run_here("map", "lap.mcap", "-o", folder,
+                                 preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
+            self.assertEqual(full.code, 1, full.err)
+            self.assertIn("cannot be written", full.err)
+        self.assertEqual({p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}, before)
+        self.assertFalse((self.folder / "fresh").exists())
+        (self.folder / "file").touch()  # said before any work: the recording is not even looked for
+        self.assertIn("file/m: cannot make the folder", self.run_here("map", "none.mcap", "-o", "file/m").err)
+
+    def test_a_folder_with_copies_of_a_recording(self):
+        (self.folder / "laps").mkdir()
+        data = (self.folder / "lap.mcap").read_bytes()
+        (self.folder / "laps/lap.mcap").write_bytes(data)
+        (self.folder / "laps/cut.mcap").write_bytes(data[:2 * len(data) // 3])
+        self.run_here("recover", "laps/cut.mcap", "-o", "laps/recovered.mcap")
+        self.assertTrue((self.folder / "laps/recovered.mcap").exists())
+        (alone,) = self.run_here("map", "lap.mcap", "-o", "alone", "--json").records
+        outcome = self.run_here("map", "laps", "-o", "all", "--json")
+        self.assertEqual(outcome.records[0]["frames"], alone["frames"], outcome.err)
+        self.assertEqual(outcome.err.count("left out. Move the copy elsewhere"), 2, outcome.err)
+        self.run_here("teach", "--world", "circuit24", "--seed", 3, "-o", "laps/another.mcap")
+        outcome = self.run_here("map", "laps", "-o", "all")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("two recordings, and no parts of one. Name the one that is meant", outcome.err)
+
     def test_what_changed_since_an_older_map_is_said(self):
         self.run_here("map", "lap.mcap", "-o", "old")
         text = (self.folder / "old/map.yaml").read_text()
@@ -54,7 +107,7 @@ class Map(WithLap):
         self.assertEqual(outcome.code, 0)
         self.assertEqual([line for line in outcome.err.splitlines() if "prior" in line],
                          ["waymark map: warning: tag36h11:5 and tag36h11:6 are swapped against the prior map"])
-        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 2)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "new", "--prior", "none.yaml").code, 1)
 
     def test_a_wrong_tag_size_is_named(self):
         outcome = self.run_here("map", "lap.mcap", "-o", "wrong", "--tag-size-m", "0.2")

@@ -4,6 +4,7 @@
 usage: replay_test.py PROGRAM [unittest options]
 """
 import pathlib
+import re
 import shutil
 import unittest
 
@@ -49,6 +50,16 @@ class Replay(WithLap):
         self.assertFalse(outcome.records[0]["finished"])
         self.assertIn("(limit 5.00 m)", outcome.records[0]["reason"])
         self.assertIn(outcome.records[0]["reason"], outcome.err)
+
+    def test_a_tag_that_is_kilometres_off_in_the_map_is_named(self):
+        text = (self.folder / "map/map.yaml").read_text()
+        head, entry = text.split('tag: "tag36h11:7"')
+        (self.folder / "map/map.yaml").write_text(f'{head}tag: "tag36h11:7"' + re.sub(r"position_m: \[[-\d.e]+", "position_m: [5000", entry, count=1))
+        outcome = self.replay("--json")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        (warning,) = outcome.records[0]["warnings"]
+        self.assertRegex(warning, r"^tag36h11:7 hangs (499|500)\d\.\d\d m from where the map says")
+        self.assertIn(warning, outcome.err)
 
     def test_a_route_elsewhere_is_refused(self):
         shutil.copytree(self.folder / "map", self.folder / "elsewhere")
@@ -119,6 +130,7 @@ class Replay(WithLap):
                                   (["--controller", "persuit"], 2, "Did you mean 'pursuit'?"),
                                   (["--laps", "0"], 2, "(--laps)"),
                                   (["--taught", "none.mcap"], 1, "none.mcap"),
+                                  (["--calibration", "none.yaml"], 1, "none.yaml"),
                                   (["-o", "lap.mcap"], 1, "File exists"),
                                   (["--robot-file", "none"], 2, "there is no 'none'")):
             outcome = self.replay(*words)
@@ -238,7 +250,7 @@ class Routes(WithLap):
             self.assertTrue(driven["finished"])
             begins.append(driven["cross_track_rmse_m"])
         self.assertLess(begins[1], 0.7 * begins[0])
-        self.assertEqual(self.replay("--calibration", "none.yaml").code, 2)
+        self.assertEqual(self.replay("--calibration", "none.yaml").code, 1)
 
 
 if __name__ == "__main__":

@@ -114,10 +114,43 @@ def page(server):
 def failures(folder):
     def run(*words):
         return subprocess.run([PROGRAM, "view", *map(str, words)], capture_output=True, text=True, check=False, timeout=60)
-    for path, words in ((folder / "none.mcap", "no such file"), (folder / "empty", "no recording"), (folder / "text.bag", "waymark convert")):
+    (folder / "nothing.mcap").touch()
+    (folder / "some.json").write_text("{}")
+    for path, words in ((folder / "nothing.mcap", "nothing.mcap: the file is empty"),
+                        (folder / "some.json", "neither a recording nor the YAML of a map"),
+                        (folder / "none.mcap", "no such file"), (folder / "empty", "no recording"), (folder / "text.bag", "waymark convert")):
         done = run(path)
         assert done.returncode == 1 and words in done.stderr, done.stderr
     assert run("--port", "70000").returncode == 2
+
+
+def listening_everywhere():
+    with Server("--port", "0", "--listen", "0.0.0.0") as server:
+        token = server.url.query
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+            try:
+                s.connect(("192.0.2.1", 9))  # sends nothing; says by which address this machine would go
+                own = s.getsockname()[0]
+            except OSError:
+                own = None  # no network at all
+        said = []
+        while own and not any(own in line for line in said):
+            said.append(server.process.stderr.readline())
+            assert said[-1] and "Ctrl-C ends" not in said[-1], said
+        if own:
+            assert f"from another machine: http://{own}:{server.url.port}/?{token}" in said[-1], said
+
+
+def a_cut_recording(folder):
+    subprocess.run([PROGRAM, "teach", "--world", "mbot-square", "-o", folder / "lap.mcap"], capture_output=True, check=False)
+    data = (folder / "lap.mcap").read_bytes()
+    (folder / "cut.mcap").write_bytes(data[:len(data) // 2])
+    with Server(folder / "cut.mcap", "--port", "0") as server:
+        said = []
+        while "recover" not in "".join(said):
+            said.append(server.process.stderr.readline())
+            assert said[-1] and "Ctrl-C ends" not in said[-1], said
+        assert f"`waymark recover {folder / 'cut.mcap'} " in said[-1], said
 
 
 def main():
@@ -141,6 +174,8 @@ def main():
                 assert other.url.port != server.url.port
                 assert json.loads(other.ask("/session.json")[2]) == {"files": [], "live": False}
         failures(folder)
+        listening_everywhere()
+        a_cut_recording(folder)
     print("waymark view: ranges, refusals, hostile clients, the page, failures")
 
 

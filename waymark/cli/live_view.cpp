@@ -15,24 +15,30 @@ extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has 
 
 namespace waymark::cli {
 
-void add_flags(CLI::App& app, PageFlags& flags) {
-  app.add_option("--port", flags.port, "Port of the page; where it is taken, any other. 0: any")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str();
-  app.add_option(
-         "--listen", flags.listen,
-         "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token")
-      ->capture_default_str()
-      ->type_name("ADDRESS");
-  app.add_option("--token", flags.token,
-                 "Who knows it may command, and look from elsewhere: 16 letters or more; made unless given")
-      ->type_name("WORD");
-  app.add_flag("--open", flags.open, "Open the page in the browser");
+void add_flags(CLI::App& app, PageFlags& flags, CLI::Option* view) {
+  std::array<CLI::Option*, 4> all{};
+  all[0] = app.add_option("--port", flags.port, "Port of the page; where it is taken, any other. 0: any")
+               ->check(CLI::Range(0, 65535))
+               ->capture_default_str();
+  all[1] =
+      app.add_option(
+             "--listen", flags.listen,
+             "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token")
+          ->capture_default_str()
+          ->type_name("ADDRESS");
+  all[2] = app.add_option(
+                  "--token", flags.token,
+                  "Who knows it may command, and look from elsewhere: 16 letters or more; made unless given")
+               ->type_name("WORD");
+  all[3] = app.add_flag("--open", flags.open, "Open the page in the browser");
+  if (view == nullptr) return;
+  for (CLI::Option* option : all) option->needs(view);
 }
 
 void add_flags(CLI::App& app, LiveFlags& flags) {
-  app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
-  add_flags(app, flags.page);
+  CLI::Option* view =
+      app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
+  add_flags(app, flags.page, view);
 }
 
 Result<ServerOptions> server_options(const PageFlags& flags, bool live) {
@@ -68,6 +74,7 @@ void announce(const HttpServer& server, const PageFlags& flags, Console& console
     console.print(server.url() + "\n");
   else
     console.say("the page: " + server.url());
+  for (const std::string& url : server.urls_from_elsewhere()) console.say("from another machine: " + url);
   if (flags.open && !open_browser(server.url())) console.say("no browser could be opened: do it by hand");
 }
 
@@ -95,10 +102,6 @@ Result<std::unique_ptr<LiveView>> LiveView::start(const LiveFlags& flags, const 
 LiveView::~LiveView() {
   over_ = true;
   if (thread_.joinable()) thread_.join();
-}
-
-ExitCode exit_code_of(const Error& error) {
-  return error.place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
 }
 
 std::int64_t host_now_ns() {

@@ -14,7 +14,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace waymark::cli {
 
@@ -25,7 +26,8 @@ struct PageFlags {
   std::string token = {};
   bool open = false;
 };
-void add_flags(CLI::App& app, PageFlags& flags);
+/// With `view`, they mean something only where it is given.
+void add_flags(CLI::App& app, PageFlags& flags, CLI::Option* view = nullptr);
 
 /// --view, and the flags of the page with it.
 struct LiveFlags {
@@ -65,9 +67,6 @@ class LiveView {
   std::atomic<bool> over_{false};
   std::thread thread_{};
 };
-
-/// The exit code of a view that could not be started.
-[[nodiscard]] ExitCode exit_code_of(const Error& error);
 
 /// The system's clock, as the feed wants it.
 [[nodiscard]] std::int64_t host_now_ns();

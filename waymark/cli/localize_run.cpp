@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/estimate_message.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
@@ -84,7 +86,8 @@ Status check_output(const LocalizeJob& job) {
   if (writes_tum(job) && std::filesystem::exists(job.output, ignored))
     return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = job.output},
                 "Give another name, or remove it.");
-  if (job.output.empty() || writes_tum(job) || extension_of(job) == ".mcap") return {};
+  if (writes_tum(job)) return check_output_file(job.output);
+  if (job.output.empty() || extension_of(job) == ".mcap") return {};
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
       {.source = job.output, .key = "--output"},
@@ -114,6 +117,7 @@ Result<std::optional<SampleRecorder>> open_output(const LocalizeJob& job, const 
 
 Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, RunEar& ear) {
   for (const Sample& sample : inputs.samples) {
+    if (interrupted()) return fail(ErrorCode::Unwritable, "stopped: nothing was written");
     localizer.add(sample);
     Status status = ear.on_sample(sample);
     if (status) status = ear.on_news(localizer.method());
@@ -145,7 +149,12 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   Status status = run(*localizer, inputs, hindsight, ear);
   Result<LocalizeReport> report = ear.close();
   if (status && writes_tum(job)) status = write_text_file(job.output, to_tum(ear.trajectory()));
-  if (!status) return tl::unexpected(status.error());
+  if (!status) {
+    std::error_code ignored;  // the part of a drive would look like all of it
+    if (interrupted() && !job.output.empty() && !writes_tum(job))
+      std::filesystem::remove(job.output, ignored);
+    return tl::unexpected(status.error());
+  }
   if (!report) return report;
   report->problems = localizer->method().problems();
   if (const RiekfLocalizer* filter = localizer->filter())

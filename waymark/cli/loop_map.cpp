@@ -5,8 +5,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/route_files.hpp"
-#include "waymark/config/text_file.hpp"
+#include "waymark/cli/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -85,6 +84,23 @@ void doubt_repetition(const MapJob& job, MapReport& report) {
   }
 }
 
+/// The tags of a map that is extended keep the size it gives them.
+void tell_of_size(const MapJob& job, MapReport& report) {
+  if (!job.extend || !job.overrides.tag_size_m) return;
+  const double asked = *job.overrides.tag_size_m;
+  int others = 0;
+  double known = asked;
+  for (const auto& [tag, mapped] : job.extend->tags.tags) {
+    others += mapped.size_m != asked ? 1 : 0;
+    if (mapped.size_m != asked) known = mapped.size_m;
+  }
+  if (others == 0) return;
+  report.warnings.push_back(
+      fmt::format("--tag-size-m {} is taken for tags that the map does not have: {} of it keep the size it "
+                  "says ({} m). Where that is wrong, correct size_m in the map, or map the lap anew",
+                  asked, others, known));
+}
+
 }  // namespace
 
 Result<MapReport> map_recording(const MapJob& job, Console& console) {
@@ -93,6 +109,7 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
     return !interrupted();
   };
   const Stopwatch watch;
+  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<RecordedLap> recorded = read_lap_file(job.lap, &console, job.finder);
   const auto in_recording = [&](Error error) {
     if (error.place.source.empty() && error.place.key.empty()) error.place.source = job.lap;
@@ -102,22 +119,18 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   MapReport report{.extends = job.extend.has_value()};
   const Result<MapFile> map = map_anything(*recorded, job, progress, report);
   console.end_progress();
-  if (!map) return in_recording(map.error());
   if (interrupted())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
+  if (!map) return in_recording(map.error());
   std::vector<std::string> words;
   for (const Error& problem : recorded->setup.problems) words.push_back(to_string(problem));
   words.insert(words.end(), report.lap.warnings.begin(), report.lap.warnings.end());
   report.warnings.insert(report.warnings.begin(), words.begin(), words.end());
   doubt_repetition(job, report);
+  tell_of_size(job, report);
   compare_with_prior(job, report);
-  if (Status status = write_map_folder(*recorded, job, *map, report); !status)
-    return tl::unexpected(status.error());
-  report.wall_s = watch.seconds();
-  report.peak_rss_mib = peak_rss_mib();
-  report.files.push_back((job.folder / file_name_for_route("summary", job.route_name, ".json")).string());
-  if (Status status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n"); !status)
+  if (Status status = write_map_folder(*recorded, job, *map, watch, report); !status)
     return tl::unexpected(status.error());
   return report;
 }

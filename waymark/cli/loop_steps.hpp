@@ -102,16 +102,17 @@ struct MapReport {
   double prior_rms_m = 0;               ///< how far these are apart
   bool extends = false;                 ///< another map
   std::optional<PoseLapFigures> poses{};
-  std::vector<std::string> warnings{};  ///< of the lap and of the file
-  std::vector<std::string> files{};     ///< what was written
+  std::vector<std::string> warnings{};   ///< of the lap and of the file
+  std::vector<std::string> files{};      ///< what was written
+  std::vector<std::string> set_aside{};  ///< what stood there before, and has a number in its name now
   double wall_s = 0;
   double peak_rss_mib = 0;  ///< of the process so far
 };
 
 /// Makes a map and a route of a recording and writes map.yaml, route.yaml, trajectory.txt, robot.yaml,
-/// truth_trajectory.txt, summary.json and figures into the folder. Each file is complete or not there; an
-/// older map.yaml and route.yaml stay beside the new ones (map.1.yaml, …). Ctrl-C leaves the folder as it
-/// was: the error says so.
+/// truth_trajectory.txt, summary.json and figures into the folder: all of them, or nothing. What stands there
+/// of an older map, or under one of these names, stays beside the new ones (map.1.yaml, …). Ctrl-C leaves the
+/// folder as it was: the error says so.
 [[nodiscard]] Result<MapReport> map_recording(const MapJob& job, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapReport& report);
 

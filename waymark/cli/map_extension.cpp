@@ -26,10 +26,13 @@ std::map<TagId, int> frames_of(const RecordedLap& recorded, const TagMap& map) {
   return frames;
 }
 
-Status tags_named(const std::vector<std::string>& names, std::set<TagId>& tags) {
+Status tags_named(const std::vector<std::string>& names, const char* flag, std::set<TagId>& tags) {
   for (const std::string& name : names) {
-    const Result<TagId> tag = tag_named(name);
-    if (!tag) return tl::unexpected(tag.error());
+    Result<TagId> tag = tag_named(name);
+    if (!tag) {
+      tag.error().place.key = flag;
+      return tl::unexpected(tag.error());
+    }
     tags.insert(*tag);
   }
   return {};
@@ -56,8 +59,13 @@ Status read_extension(const std::string& extend, const std::string& route_name,
   job.extended_folder = std::filesystem::is_directory(path, ignored) ? path : path.parent_path();
   job.route_name = route_name;
   Status status = route_name.empty() ? Status() : check_route_name(route_name, "--route-name");
-  if (status) status = tags_named(freeze, job.freeze);
-  if (status) status = tags_named(remove, job.remove);
+  if (status) status = tags_named(freeze, "--freeze", job.freeze);
+  if (status) status = tags_named(remove, "--remove", job.remove);
+  for (const TagId& tag : job.remove) {
+    if (status && job.freeze.contains(tag))
+      status = fail(ErrorCode::InvalidArgument, to_string(tag) + " cannot be removed and stay where it is",
+                    {.key = "--remove"}, "Name it with --remove or with --freeze.");
+  }
   return status;
 }
 

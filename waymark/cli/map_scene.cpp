@@ -1,7 +1,6 @@
 #include "waymark/cli/map_scene.hpp"
 
 #include <algorithm>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -9,7 +8,9 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/route_files.hpp"
 #include "waymark/cli/scene_recording.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/config/tagslam_write.hpp"
@@ -73,22 +74,18 @@ Trajectory trajectory_of(const SceneRecording& recording, const SceneMap& map, s
   return trajectory;
 }
 
-Status write_scene(const MapSceneJob& job, const SceneRecording& recording, MapSceneReport& report) {
-  std::error_code error;
-  std::filesystem::create_directories(job.folder, error);
-  if (error)
-    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
-                {.source = job.folder.string()});
+/// Into a folder of its own; the report says where it belongs.
+Status write_scene(const MapSceneJob& job, const SceneRecording& recording,
+                   const std::filesystem::path& folder, MapSceneReport& report) {
   const auto write = [&](const std::string& name, const std::string& text) -> Status {
-    const std::filesystem::path path = job.folder / name;
-    Status status = write_text_file(path, text);
-    if (status) report.files.push_back(path.string());
+    Status status = write_text_file(folder / name, text);
+    if (status) report.files.push_back((job.folder / name).string());
     return status;
   };
   Status status;
   const MapFile file = map_file(job, report.map);
   if (!file.tags.tags.empty()) {
-    status = write_map(job.folder / "map.yaml", file);
+    status = write_map(folder / "map.yaml", file);
     if (status) report.files.push_back((job.folder / "map.yaml").string());
   }
   if (status) status = write("poses.yaml", to_tagslam_poses(report.map));
@@ -104,6 +101,23 @@ Status write_scene(const MapSceneJob& job, const SceneRecording& recording, MapS
     status = write("trajectory_" + name + ".txt", to_tum(trajectory));
   }
   return status;
+}
+
+Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recording, const Stopwatch& watch,
+                          MapSceneReport& report) {
+  Result<StagedFolder> staged = StagedFolder::open(job.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  Status status = write_scene(job, recording, staged->path(), report);
+  if (!status) return status;
+  report.wall_s = watch.seconds();
+  report.peak_rss_mib = peak_rss_mib();
+  report.files.push_back((job.folder / "summary.json").string());
+  status = write_text_file(staged->path() / "summary.json", to_json(report).dump(2) + "\n");
+  if (!status) return status;
+  std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
+  routes.emplace_back();
+  const auto aside = staged->put_in_place(files_of_map(routes));
+  return aside ? Status() : tl::unexpected(aside.error());
 }
 
 void warn(MapSceneReport& report) {
@@ -135,6 +149,7 @@ void warn(MapSceneReport& report) {
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& console) {
   const Stopwatch watch;
+  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<TagScene> scene = read_tagslam_folder(job.tagslam);
   if (!scene) return tl::unexpected(scene.error());
   MapSceneReport report;
@@ -154,23 +169,19 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& cons
   };
   Result<SceneMap> map = map_scene(*scene, *recording, job.options, progress);
   console.end_progress();
-  if (!map) return tl::unexpected(map.error());
   if (interrupted())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
+  if (!map) return tl::unexpected(map.error());
   report.map = std::move(*map);
   report.frames = static_cast<int>(recording->frames.size());
   warn(report);
-  if (Status status = write_scene(job, *recording, report); !status) return tl::unexpected(status.error());
-  report.wall_s = watch.seconds();
-  report.peak_rss_mib = peak_rss_mib();
   if (values) {
     Result<CostAtValues> cost = cost_at(*values, *scene, *recording, job.options);
     if (!cost) return tl::unexpected(cost.error());
     report.against = *cost;
   }
-  report.files.push_back((job.folder / "summary.json").string());
-  if (Status status = write_text_file(report.files.back(), to_json(report).dump(2) + "\n"); !status)
+  if (Status status = write_scene_folder(job, *recording, watch, report); !status)
     return tl::unexpected(status.error());
   return report;
 }

@@ -27,8 +27,8 @@ void compare_with_prior(const MapJob& job, MapReport& report);
 
 [[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
 
-/// Everything a map's folder holds but summary.json. An older map moves aside first.
+/// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
 [[nodiscard]] Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
-                                      MapReport& report);
+                                      const Stopwatch& watch, MapReport& report);
 
 }  // namespace waymark::cli

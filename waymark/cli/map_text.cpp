@@ -1,6 +1,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/cli/map_steps.hpp"
 
@@ -55,6 +56,9 @@ std::string to_text(const MapReport& report, const std::string& folder) {
                     *report.prior_agreeing, report.prior_rms_m);
   if (lap.bundle && report.extends)
     text += fmt::format("{} tags agree with the map that is extended\n", lap.bundle->prior_agreeing);
+  if (!report.set_aside.empty())
+    text += fmt::format("what stood there before has a number in its name now: {}\n",
+                        fmt::join(report.set_aside, ", "));
   return text;
 }
 

@@ -1,10 +1,13 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/route_files.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
@@ -16,20 +19,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Named routes of an older map (route-best.yaml) are not routes of the new one: route-best.1.yaml. A lap
-/// that extends this very map as a route of its own leaves them, but for the one of its name. Their names.
-std::string move_named_routes(const MapJob& job, int version, std::error_code& error) {
+/// Whether the lap becomes one more route of the map that stands where it is written.
+bool adds_a_route(const MapJob& job) {
   std::error_code ignored;
-  const bool same = !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
-  std::string moved;
-  for (const std::string& name : route_names(job.folder)) {
-    if (same && name != job.route_name) continue;
-    const std::string stem = file_name_for_route("route", name, "");
-    if (!error)
-      fs::rename(job.folder / (stem + ".yaml"), job.folder / fmt::format("{}.{}.yaml", stem, version), error);
-    if (name != job.route_name) moved += (moved.empty() ? "" : ", ") + name;
-  }
-  return moved;
+  return !job.route_name.empty() && fs::equivalent(job.extended_folder, job.folder, ignored);
+}
+
+/// The named routes of an older map, which are none of the new one.
+std::vector<std::string> orphaned_routes(const MapJob& job) {
+  std::vector<std::string> names = adds_a_route(job) ? std::vector<std::string>() : route_names(job.folder);
+  std::erase(names, job.route_name);
+  return names;
+}
+
+/// A further route leaves the files of the others.
+std::vector<std::string> older_files(const MapJob& job) {
+  std::vector<std::string> routes = orphaned_routes(job);
+  routes.push_back(job.route_name);
+  if (!job.route_name.empty() && !adds_a_route(job)) routes.emplace_back();
+  return files_of_map(routes);
+}
+
+void tell_of_orphaned_routes(const MapJob& job, int number, MapReport& report) {
+  const std::vector<std::string> names = orphaned_routes(job);
+  if (names.empty()) return;
+  report.warnings.push_back(
+      fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
+                  "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with --extend {} "
+                  "--route-name NAME",
+                  fmt::join(names, ", "), number, job.folder.string()));
 }
 
 /// A pause at a place of the older route is none at a place of the new one, whoever drove it.
@@ -44,35 +62,10 @@ void tell_of_stations(const MapJob& job, MapReport& report) {
                   names, job.folder.string()));
 }
 
-/// What stands there already moves aside: map.yaml becomes map.1.yaml, or the next number that is free.
-Status keep_versions(const MapJob& job, MapReport& report) {
-  const fs::path& folder = job.folder;
-  std::error_code error;
-  if (!fs::exists(folder / "map.yaml", error)) return {};
-  int version = 1;
-  const auto kept = [&](const char* name) { return folder / fmt::format("{}.{}.yaml", name, version); };
-  while (fs::exists(kept("map"), error) || fs::exists(kept("route"), error)) ++version;
-  for (const char* name : {"map", "route"}) {
-    const fs::path now = folder / fmt::format("{}.yaml", name);
-    if (!error && fs::exists(now, error)) fs::copy_file(now, kept(name), error);
-  }
-  const std::string moved = error ? "" : move_named_routes(job, version, error);
-  if (!moved.empty())
-    report.warnings.push_back(
-        fmt::format("the routes of the older map ({}) are none of this one: they were set aside as "
-                    "route-NAME.{}.yaml. A lap becomes a further route of a map that stays with --extend {} "
-                    "--route-name NAME",
-                    moved, version, job.folder.string()));
-  if (!error) return {};
-  return fail(ErrorCode::Unwritable, "cannot keep the older map: " + error.message(),
-              {.source = folder.string()});
-}
-
 /// A lap that becomes one more route of a map elsewhere: the map's other routes come along.
-Status take_routes_along(const MapJob& job) {
+Status take_routes_along(const MapJob& job, const fs::path& folder) {
   std::error_code error;
-  if (job.route_name.empty() || fs::equivalent(job.extended_folder, job.folder, error)) return {};
-  error.clear();
+  if (job.route_name.empty() || adds_a_route(job)) return {};
   std::vector<std::string> routes = route_names(job.extended_folder);
   routes.emplace_back();
   for (const std::string& route : routes) {
@@ -82,8 +75,7 @@ Status take_routes_along(const MapJob& job) {
       const std::string name = file_name_for_route(stem, route, suffix);
       std::error_code ignored;
       if (error || !fs::exists(job.extended_folder / name, ignored)) continue;
-      fs::copy_file(job.extended_folder / name, job.folder / name, fs::copy_options::overwrite_existing,
-                    error);
+      fs::copy_file(job.extended_folder / name, folder / name, error);
     }
   }
   if (!error) return {};
@@ -109,12 +101,13 @@ std::string covariance_csv(const MappedLap& lap) {
   return text;
 }
 
-Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, MapReport& report) {
+Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, const fs::path& folder,
+                   MapReport& report) {
   const auto of_route = [&](const char* stem, const char* suffix) {
     return file_name_for_route(stem, job.route_name, suffix);
   };
   const auto keep = [&](const std::string& name, auto&& write) -> Status {
-    const fs::path path = job.folder / name;
+    const fs::path path = folder / name;
     Status status = write(path);
     if (status) report.files.push_back(path.string());
     return status;
@@ -136,7 +129,7 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
 }
 
 /// What optimising changed: the chain's map and way beside the optimised ones.
-Status write_before_and_after(const MapJob& job, MapReport& report) {
+Status write_before_and_after(const MapJob& job, const fs::path& folder, MapReport& report) {
   const BundleFigures& figures = *report.lap.bundle;
   std::vector<plot::PathLayer> layers;
   if (!report.true_path.empty() || !report.true_tags.tags.empty())
@@ -144,46 +137,57 @@ Status write_before_and_after(const MapJob& job, MapReport& report) {
   layers.push_back(
       {"before: from tag to tag", figures.start_trajectory, figures.start_map, plot::kTaughtColor});
   layers.push_back({"after: adjusted", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
-  return write_figure(job.folder / file_name_for_route("before_after", job.route_name, ".svg"),
+  return write_figure(folder / file_name_for_route("before_after", job.route_name, ".svg"),
                       plot::path_figure("Before and after adjustment", layers), {".svg"}, report.files);
 }
 
-Status write_figures(const RecordedLap& recorded, const MapJob& job, MapReport& report) {
+Status write_figures(const RecordedLap& recorded, const MapJob& job, const fs::path& folder,
+                     MapReport& report) {
   using plot::PathLayer;
   std::vector<PathLayer> layers;
   if (!report.true_path.empty() || !report.true_tags.tags.empty())
     layers.push_back({"truth", report.true_path, report.true_tags, plot::kTruthColor});
   layers.push_back({"map", report.lap.trajectory, report.lap.map, plot::kEstimateColor});
   const std::vector<std::string> svg = {".svg"};
-  Status status = write_figure(job.folder / file_name_for_route("map", job.route_name, ".svg"),
+  Status status = write_figure(folder / file_name_for_route("map", job.route_name, ".svg"),
                                plot::path_figure("Map and trajectory", layers), svg, report.files);
-  if (status && report.lap.bundle) status = write_before_and_after(job, report);
+  if (status && report.lap.bundle) status = write_before_and_after(job, folder, report);
   if (status && !report.true_path.empty()) {
     status = write_figure(
-        job.folder / file_name_for_route("error", job.route_name, ".svg"),
+        folder / file_name_for_route("error", job.route_name, ".svg"),
         plot::trajectory_error_figure("Error of the trajectory", report.lap.trajectory, report.true_path),
         svg, report.files);
   }
   if (!status || recorded.frames.empty()) return status;
-  return write_figure(job.folder / file_name_for_route("tags_in_view", job.route_name, ".svg"),
+  return write_figure(folder / file_name_for_route("tags_in_view", job.route_name, ".svg"),
                       plot::tags_in_view_figure("Tags in view", recorded.frames), svg, report.files);
 }
 
 }  // namespace
 
 Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
-                        MapReport& report) {
-  std::error_code error;
-  fs::create_directories(job.folder, error);
-  if (error)
-    return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
-                {.source = job.folder.string()});
+                        const Stopwatch& watch, MapReport& report) {
+  Result<StagedFolder> staged = StagedFolder::open(job.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  const fs::path& folder = staged->path();
+  const std::vector<std::string> older = older_files(job);
   tell_of_stations(job, report);
-  Status status = keep_versions(job, report);
-  if (status) status = take_routes_along(job);
-  if (status) status = write_texts(recorded, job, map, report);
-  if (status) status = write_figures(recorded, job, report);
-  return status;
+  Status status = take_routes_along(job, folder);
+  if (status) status = write_texts(recorded, job, map, folder, report);
+  if (status) status = write_figures(recorded, job, folder, report);
+  if (!status) return status;
+  tell_of_orphaned_routes(job, staged->number_for(older), report);
+  report.wall_s = watch.seconds();
+  report.peak_rss_mib = peak_rss_mib();
+  const std::string summary = file_name_for_route("summary", job.route_name, ".json");
+  status = write_text_file(folder / summary, to_json(report).dump(2) + "\n");
+  if (!status) return status;
+  report.files.push_back((folder / summary).string());
+  Result<std::vector<std::string>> aside = staged->put_in_place(older);
+  if (!aside) return tl::unexpected(aside.error());
+  report.set_aside = std::move(*aside);
+  for (std::string& file : report.files) file = (job.folder / fs::path(file).filename()).string();
+  return {};
 }
 
 }  // namespace waymark::cli

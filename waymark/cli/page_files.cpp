@@ -52,4 +52,8 @@ Error naming_flag(Error error) {
   return error;
 }
 
+ExitCode exit_code_of(const Error& error) {
+  return error.place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+}
+
 }  // namespace waymark::cli

@@ -1,8 +1,10 @@
 #include "waymark/cli/route_files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -16,6 +18,18 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "route-";
+
+/// The files that belong to one route of a map.
+constexpr std::array<std::pair<const char*, const char*>, 10> kOfRoute = {{{"route", ".yaml"},
+                                                                           {"route", ".svg"},
+                                                                           {"trajectory", ".txt"},
+                                                                           {"trajectory_covariance", ".csv"},
+                                                                           {"truth_trajectory", ".txt"},
+                                                                           {"summary", ".json"},
+                                                                           {"map", ".svg"},
+                                                                           {"before_after", ".svg"},
+                                                                           {"error", ".svg"},
+                                                                           {"tags_in_view", ".svg"}}};
 
 }  // namespace
 
@@ -37,6 +51,14 @@ std::vector<std::string> route_names(const fs::path& folder) {
       names.push_back(stem.substr(kPrefix.size()));
   }
   std::ranges::sort(names);
+  return names;
+}
+
+std::vector<std::string> files_of_map(const std::vector<std::string>& routes) {
+  std::vector<std::string> names = {"map.yaml", "poses.yaml", "camera_poses.yaml"};
+  for (const std::string& route : routes) {
+    for (const auto& [stem, suffix] : kOfRoute) names.push_back(file_name_for_route(stem, route, suffix));
+  }
   return names;
 }
 

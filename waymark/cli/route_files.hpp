@@ -19,6 +19,10 @@ namespace waymark::cli {
 /// among them.
 [[nodiscard]] std::vector<std::string> route_names(const std::filesystem::path& folder);
 
+/// The names of what mapping writes of a map and of these routes of it ("": the one that was taught first);
+/// but for robot.yaml, which is the robot's.
+[[nodiscard]] std::vector<std::string> files_of_map(const std::vector<std::string>& routes);
+
 /// Letters, digits, - and _; the error names the flag.
 [[nodiscard]] Status check_route_name(const std::string& route, const char* flag);
 /// Fails where it is no folder with a map, and says what was meant.

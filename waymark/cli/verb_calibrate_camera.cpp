@@ -13,6 +13,7 @@
 #include "waymark/cli/detect_all.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/file_names.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
@@ -161,6 +162,12 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
   if (!target) return failed(target.error(), args.map.empty() ? ExitCode::Usage : ExitCode::SomeFailed);
   const auto finder = args.detector.make();
   if (!finder) return failed(finder.error(), ExitCode::Usage);
+  if (const Status free = args.output.empty() ? Status() : check_calibration_place(args.output); !free)
+    return failed(free.error(), ExitCode::SomeFailed);
+  for (const std::string& output : {args.output, args.camera_info}) {
+    if (const Status writable = output.empty() ? Status() : check_output_file(output); !writable)
+      return failed(writable.error(), ExitCode::SomeFailed);
+  }
   const Result<SeenPictures> seen = look(args, *finder, console);
   if (!seen)
     return failed(seen.error(),

@@ -16,6 +16,8 @@
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/robot_calibration_report.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -86,38 +88,10 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   return calibration;
 }
 
-std::string values_text(const Calibration& calibration) {
-  std::string text;
-  for (const std::string& name : calibration_names()) {
-    const auto found = calibration.values.find(name);
-    if (found == calibration.values.end()) continue;
-    const CalibratedValue& v = found->second;
-    text += v.verdict == CalibrationVerdict::Known
-                ? fmt::format("{:<25}{:>12.5f} +- {:.5f}{}{}\n", name, v.value, v.sigma,
-                              v.advice.empty() ? "" : "    ", v.advice)
-                : fmt::format("{:<25}{:>12}    {}\n", name, "unobservable", v.advice);
-  }
-  return text;
-}
-
 std::string calibration_text(const Calibration& calibration, const InnovationFit& fit) {
   return values_text(calibration) +
          fmt::format("innovations squared, per degree of freedom: {:.3f} before, {:.3f} after\n",
                      fit.cost_before, fit.cost_after);
-}
-
-nlohmann::ordered_json values_json(const Calibration& calibration) {
-  nlohmann::ordered_json json;
-  for (const std::string& name : calibration_names()) {
-    const auto found = calibration.values.find(name);
-    if (found == calibration.values.end()) continue;
-    const CalibratedValue& v = found->second;
-    json["values"][name] = {{"value", v.value},
-                            {"sigma", v.sigma},
-                            {"verdict", v.verdict == CalibrationVerdict::Known ? "known" : "unobservable"},
-                            {"advice", v.advice}};
-  }
-  return json;
 }
 
 nlohmann::ordered_json calibration_json(const Calibration& calibration, const InnovationFit& fit) {
@@ -142,6 +116,14 @@ void doubt_scale(const Calibration& calibration, Console& console) {
 }
 
 ExitCode write_if_asked(const LocalizeJob& job, const Calibration& calibration, Console& console) {
+  if (tells_nothing(calibration)) {
+    console.say(
+        Error{ErrorCode::NotFound,
+              "this drive tells none of the numbers: there is no calibration, and nothing was written",
+              {.source = job.logs.front()},
+              "What to drive stands beside each of them."});
+    return ExitCode::SomeFailed;
+  }
   if (job.output.empty()) return ExitCode::Ok;
   if (const Status written = write_calibration(job.output, calibration); !written) {
     console.say(written.error());
@@ -178,26 +160,45 @@ ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
   return write_if_asked(args.job, found->calibration, console);
 }
 
-ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
-  if (args.job.map.empty() && args.by == "innovations") {
-    console.say(Error{.code = ErrorCode::InvalidArgument,
-                      .message = "innovations are about tags that are known",
-                      .place = {.key = "--by"},
-                      .hint = "Give their map with --map."});
-    return ExitCode::Usage;
-  }
+Status check_span(const CalibrateRobotArgs& args) {
+  if (args.from_s < args.to_s) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("nothing lies between --from {:g} s and --to {:g} s", args.from_s, args.to_s),
+              {.key = "--to"},
+              "The end comes after the beginning; both count from the start of the recording.");
+}
+
+Result<LocalizeJob> job_of(const CalibrateRobotArgs& args) {
   LocalizeJob job = args.job;
+  if (args.job.map.empty() && args.by == "innovations")
+    return fail(ErrorCode::InvalidArgument, "innovations are about tags that are known", {.key = "--by"},
+                "Give their map with --map.");
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
   const bool of_filter = args.filter.given() || args.motion.given();
   if (flags && of_filter && (args.by == "lap" || args.job.map.empty()))
     flags = fail(ErrorCode::InvalidArgument, "flags of the filter mean nothing where no filter runs",
                  {.key = "--by"}, "Leave them out, or give --by innovations and a --map.");
-  if (!flags) {
-    console.say(naming_flag(flags.error()));
+  if (flags) flags = check_span(args);
+  if (!flags) return tl::unexpected(flags.error());
+  return job;
+}
+
+ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
+  Result<LocalizeJob> checked = job_of(args);
+  if (!checked) {
+    console.say(naming_flag(checked.error()));
     return ExitCode::Usage;
   }
+  LocalizeJob& job = *checked;
+  Status writable = job.output.empty() ? Status() : check_output_file(job.output);
+  if (writable && !job.output.empty()) writable = check_calibration_place(job.output);
+  if (!writable) {
+    console.say(writable.error());
+    return ExitCode::SomeFailed;
+  }
   // Who says how the filter is to be set means the filter.
+  const bool of_filter = args.filter.given() || args.motion.given();
   if (args.by == "lap" || (args.by.empty() && !of_filter && can_calibrate_by_lap(args.job)))
     return calibrate_lap(args, console);
   const auto failed = [&](const Error& error) {
@@ -207,6 +208,11 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   const Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
   if (!inputs) return failed(inputs.error());
   const std::vector<Sample> samples = within(inputs->samples, args.from_s, args.to_s);
+  if (samples.empty())
+    return failed({ErrorCode::InvalidArgument,
+                   "nothing was recorded between --from and --to",
+                   {.source = job.logs.front()},
+                   "`waymark info` shows how long it is."});
   int runs = 0;
   InnovationFitOptions options;
   if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more

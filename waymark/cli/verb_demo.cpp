@@ -16,6 +16,7 @@
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/own_robot.hpp"
+#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/report_run.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
@@ -52,11 +53,21 @@ struct DemoReport {
 /// Says that a folder is a demo's own.
 constexpr const char* kMark = "written-by-waymark-demo.txt";
 
+/// What a demo writes, and what makes a folder that of a map, whose figures have the same names.
+std::vector<std::string> own_names() {
+  std::vector<std::string> names = {"lap.mcap",    "replay.mcap", "map",
+                                    "report.html", "map.yaml",    "route.yaml"};
+  for (const char* figure : {"trajectory", "map_error", "cross_track", "tags_in_view"}) {
+    for (const char* suffix : {".svg", ".png"}) names.push_back(std::string(figure) + suffix);
+  }
+  return names;
+}
+
 /// A demo may be run again: its own recordings of last time go. A lap or a map of somebody else stays.
 Status clear(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  for (const char* name : {"lap.mcap", "replay.mcap", "map"}) {
+  for (const std::string& name : own_names()) {
     if (!error && fs::exists(folder / name) && !fs::exists(folder / kMark))
       return fail(ErrorCode::InvalidArgument,
                   fmt::format("this folder holds a '{}' that no demo wrote", name),

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
@@ -58,7 +59,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
   if (!inputs) {
     console.say(inputs.error());
-    return inputs.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+    return exit_code_of(inputs.error());
   }
   // The robot's file may have said how it moves; what was asked for goes before.
   if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked) {
@@ -68,7 +69,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   const Result<LocalizeReport> report = localize(job, *inputs);
   if (!report) {
     console.say(report.error());
-    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+    return interrupted() ? ExitCode::Interrupted : exit_code_of(report.error());
   }
   console.print(args.json ? json_line(to_json(job, *report)) : to_text(*report));
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
@@ -142,7 +143,7 @@ well it agreed (normalised innovation squared). Tags that contradict all others 
 moved, of another size. `waymark evaluate` compares the output with a truth.
 
 Exit code: 0 it was known at some time where the robot is, 1 never, or a file was unusable (said in words),
-2 wrong usage.
+2 wrong usage, 130 stopped by Ctrl-C (nothing is written then).
 
 Examples:
   waymark localize lap.mcap --map map/map.yaml -o estimate.mcap

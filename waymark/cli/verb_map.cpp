@@ -4,7 +4,6 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <string>
 
 #include <fmt/format.h>
@@ -89,13 +88,6 @@ Result<MapJob> job_of(const MapArgs& args) {
                 {.key = "--tag-size-m"},
                 "Measure the side of the black square, for example --tag-size-m 0.16.");
   job.overrides.tag_size_m = args.tag_size_m;
-  if (!args.prior.empty()) {
-    Result<LandmarksFile> prior = read_landmarks(args.prior, args.tag_size_m);
-    if (!prior) return tl::unexpected(prior.error());
-    job.prior = std::move(*prior);
-  }
-  if (Status status = read_extension(args.extend, args.route_name, args.freeze, args.remove, job); !status)
-    return tl::unexpected(status.error());
   if (args.world.empty()) return job;
   const auto path = find_shared("worlds", args.world);
   if (!path) return tl::unexpected(path.error());
@@ -103,6 +95,16 @@ Result<MapJob> job_of(const MapArgs& args) {
   if (!world) return tl::unexpected(world.error());
   job.truth = std::move(*world);
   return job;
+}
+
+/// The maps that are named, and what is said of their tags.
+Status read_maps(const MapArgs& args, MapJob& job) {
+  if (!args.prior.empty()) {
+    Result<LandmarksFile> prior = read_landmarks(args.prior, args.tag_size_m);
+    if (!prior) return tl::unexpected(prior.error());
+    job.prior = std::move(*prior);
+  }
+  return read_extension(args.extend, args.route_name, args.freeze, args.remove, job);
 }
 
 Result<MapSceneJob> scene_job_of(const MapArgs& args) {
@@ -160,9 +162,10 @@ ExitCode map(const MapArgs& args, Console& console) {
   }
   if (!args.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = job_of(args);
-  if (!job) {
-    console.say(naming_flag(job.error()));
-    return ExitCode::Usage;
+  const Status maps = job ? read_maps(args, *job) : tl::unexpected(job.error());
+  if (!maps) {
+    console.say(naming_flag(maps.error()));
+    return job ? exit_code_of(maps.error()) : ExitCode::Usage;
   }
   std::optional<TagFinder> finder;
   if (args.detector.given()) {
@@ -177,8 +180,7 @@ ExitCode map(const MapArgs& args, Console& console) {
   const Result<MapReport> report = map_recording(*job, console);
   if (!report) {
     console.say(report.error());
-    if (interrupted()) return ExitCode::Interrupted;
-    return ExitCode::SomeFailed;
+    return interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed;
   }
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
@@ -263,9 +265,10 @@ Verb map_verb() {
       .help =
           R"(Writes map.yaml (tags), route.yaml (what to drive), trajectory.txt (where the base was, TUM format),
 summary.json (what --json prints) and figures into the folder; robot.yaml and truth_trajectory.txt where
-the recording holds them; trajectory_covariance.csv with method bundle. An older map in the folder is kept as map.1.yaml. Formats: docs/formats/map.md. A recording that was cut is used as far as it goes.
-A recording may hold pictures instead of tags: then their tags are found first. The detector's flags say how,
-and that the pictures count also where the recording holds tags.
+the recording holds them; trajectory_covariance.csv with method bundle. What stands in the folder under these
+names moves aside (map.1.yaml, error.1.svg, ...); a run writes all of its files or none. Formats: docs/formats/map.md.
+A recording that was cut is used as far as it goes. Where it holds pictures instead of tags, their tags are found first;
+the detector's flags say how, and that the pictures count also where the recording holds tags.
 Where the truth is known, errors are printed: in the frame the anchor gives, without any alignment.
 
 With --extend MAP a lap improves a map that is there: what both know is weighed by their covariances, tags that
@@ -279,7 +282,7 @@ files in that folder say; no floor, wheels or route are needed. It writes map.ya
 trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and summary.json
 (docs/formats/tagslam.md).
 
-Exit code: 0 a map was made (doubts are said as warnings), 1 none could be made or written, 2 wrong usage.
+Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
 
 Examples:
   waymark map lap.mcap -o map

@@ -10,7 +10,9 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/figure_files.hpp"
+#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/report_run.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
@@ -20,7 +22,21 @@ struct PlotArgs {
   std::vector<std::string> runs;
   std::string figure;
   std::string output;
+  bool force = false;
 };
+
+/// Where the figure goes; whatever stands there is somebody's.
+Status check_output(const PlotArgs& args, const std::filesystem::path& output) {
+  if (args.figure.empty() && !args.output.empty())
+    return fail(ErrorCode::InvalidArgument, "which figure is to be drawn is not said", {.key = "--output"},
+                "Name it with --figure; without -o the figures are listed.");
+  if (args.figure.empty()) return {};
+  std::error_code ignored;
+  if (!args.force && std::filesystem::is_regular_file(output, ignored))
+    return fail(ErrorCode::Unwritable, "there is a file already", {.source = output.string()},
+                "Give another name with -o, or --force to replace it.");
+  return check_output_file(output);
+}
 
 /// The figures of a page in order; of the same name, the second is called NAME_2.
 std::vector<plot::PageFigure> figures_of(const plot::Page& page) {
@@ -52,6 +68,11 @@ Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, Console
 }
 
 ExitCode plot_one(const PlotArgs& args, Console& console) {
+  const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
+  if (const Status free = check_output(args, output); !free) {
+    console.say(free.error());
+    return exit_code_of(free.error());
+  }
   const Result<std::vector<plot::PageFigure>> figures = read_figures(args, console);
   if (!figures) {
     console.say(figures.error());
@@ -71,7 +92,6 @@ ExitCode plot_one(const PlotArgs& args, Console& console) {
                       suggestion(args.figure, names)});
     return ExitCode::Usage;
   }
-  const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
   std::vector<std::string> files;
   const Status written = write_figure(output, found->figure, {output.extension().string()}, files);
   if (!written) {
@@ -90,6 +110,7 @@ Run prepare_plot(CLI::App& app) {
   app.add_option("--figure", args->figure, "Which figure; without it they are listed")->type_name("NAME");
   app.add_option("-o,--output", args->output, "File to write: .svg, .png or .pdf (usual: NAME.svg)")
       ->type_name("FILE");
+  app.add_flag("--force", args->force, "Replace a file that is there");
   return [args](Console& console) { return plot_one(*args, console); };
 }
 
@@ -101,7 +122,8 @@ Verb plot_verb() {
           .help =
               R"(The figures that `waymark report` shows, one by one, for a paper or a slide.
 
-Exit code: 0 written or listed, 1 something could not be read, 2 wrong usage or no such figure.
+Exit code: 0 written or listed, 1 something could not be read or a file is there already, 2 wrong usage or no
+such figure.
 
 Examples:
   waymark plot demo

@@ -56,11 +56,9 @@ struct ReplayArgs {
   OptionFlags<SafetyOptions> safety;
 };
 
-/// Flags count more than the calibration.
-Result<ReplayJob> job_of(const ReplayArgs& args) {
-  ReplayJob job = args.job;
+/// Flags count more than the calibration that the job knows.
+Result<ReplayJob> with_flags(const ReplayArgs& args, ReplayJob job) {
   job.folder = args.folder;
-  if (Status status = take_calibration(args.calibration, job); !status) return tl::unexpected(status.error());
   if (!(job.replay.laps > 0 && job.replay.laps <= 1000))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
                 {.key = "--laps"});
@@ -114,7 +112,12 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
   Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (seen) seen = check_images(args, *stage);
-  Result<ReplayJob> job = seen ? job_of(args) : tl::unexpected(seen.error());
+  ReplayJob calibrated = args.job;
+  if (const Status read = take_calibration(args.calibration, calibrated); seen && !read) {
+    console.say(read.error());
+    return exit_code_of(read.error());
+  }
+  Result<ReplayJob> job = seen ? with_flags(args, calibrated) : tl::unexpected(seen.error());
   if (!job) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
@@ -129,7 +132,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
       stage->process.empty() ? replay_route(*stage, *job, console) : replay_live(*stage, *job, console);
   if (!report) {
     console.say(report.error());
-    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+    return exit_code_of(report.error());
   }
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -7,6 +8,7 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/report_run.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
 
@@ -16,7 +18,21 @@ namespace {
 struct ReportArgs {
   std::vector<std::string> runs;
   std::string output = "report.html";
+  bool force = false;
 };
+
+/// A report may be written anew; over a page of somebody else's it is not.
+Status check_output(const ReportArgs& args) {
+  std::error_code ignored;
+  if (!args.force && std::filesystem::is_regular_file(args.output, ignored)) {
+    std::string head(4096, '\0');
+    std::ifstream(args.output, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
+    if (head.find(plot::kPageMark) == std::string::npos)
+      return fail(ErrorCode::Unwritable, "there is a page already that no `waymark report` wrote",
+                  {.source = args.output}, "Give another name with -o, or --force to replace it.");
+  }
+  return check_output_file(args.output);
+}
 
 ExitCode report(const ReportArgs& args, Console& console) {
   const std::string suffix = std::filesystem::path(args.output).extension().string();
@@ -25,6 +41,10 @@ ExitCode report(const ReportArgs& args, Console& console) {
                       "a report is a page: its name ends with .html",
                       {.source = args.output, .key = "--output"}});
     return ExitCode::Usage;
+  }
+  if (const Status free = check_output(args); !free) {
+    console.say(free.error());
+    return ExitCode::SomeFailed;
   }
   const Result<Runs> runs = read_runs(args.runs, console);
   if (!runs) {
@@ -52,6 +72,7 @@ Run prepare_report(CLI::App& app) {
       ->required()
       ->type_name("...");
   app.add_option("-o,--output", args->output, "HTML file to write")->capture_default_str()->type_name("FILE");
+  app.add_flag("--force", args->force, "Replace a page that no report wrote");
   return [args](Console& console) { return report(*args, console); };
 }
 
@@ -69,7 +90,9 @@ after optimisation where the recording it was made of is given too. Several driv
 needs no truth (a simulated one beside a real one, for example), and are compared with the way of the first: by
 the truth, or by their estimate where there is none.
 
-Exit code: 0 written, 1 something could not be read or there was nothing to show, 2 wrong usage.
+A report is written over an older one; over another file only with --force.
+
+Exit code: 0 written, 1 something could not be read or written or there was nothing to show, 2 wrong usage.
 
 Examples:
   waymark report demo -o report.html

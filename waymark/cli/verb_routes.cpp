@@ -10,6 +10,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/route_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
@@ -163,7 +164,7 @@ ExitCode routes(const RoutesArgs& args, Console& console) {
   if (status) status = one ? one_route(args, console) : all_routes(args, console);
   if (status) return ExitCode::Ok;
   console.say(status.error());
-  return status.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  return exit_code_of(status.error());
 }
 
 Run prepare_routes(CLI::App& app) {

@@ -11,6 +11,7 @@
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/own_robot.hpp"
+#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
@@ -59,7 +60,11 @@ ExitCode run(const RunArgs& args, Console& console) {
   Result<Stage> stage = stage_of(args);
   StoryJob job = args.job;
   job.folder = args.folder;
-  Status status = stage ? take_calibration(args.calibration, job.replay) : tl::unexpected(stage.error());
+  Status status = stage ? Status() : tl::unexpected(stage.error());
+  if (const Status read = take_calibration(args.calibration, job.replay); status && !read) {
+    console.say(read.error());
+    return exit_code_of(read.error());
+  }
   if (status && !job.replay.route.empty() && job.map.empty())
     status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
                   "Give --map with the map that has this route.");
@@ -80,7 +85,7 @@ ExitCode run(const RunArgs& args, Console& console) {
   const Result<StoryReport> report = run_story(*stage, job, console);
   if (!report) {
     console.say(report.error());
-    return report.error().place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+    return exit_code_of(report.error());
   }
   console.print(args.json ? json_line(to_json(*report)) : story_words(*report));
   if (report->interrupted) {

@@ -13,6 +13,7 @@
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
 

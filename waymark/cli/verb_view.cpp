@@ -11,7 +11,10 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_view.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/recording/message_log.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -55,6 +58,44 @@ std::vector<OfferedFile> files_of(const fs::path& folder) {
   return files;
 }
 
+/// What the file is instead, and what to do with it.
+Error no_recording(const std::string& path) {
+  Error error{ErrorCode::Unsupported, "not an MCAP recording", {.source = path}, {}};
+  std::error_code none;
+  if (fs::is_regular_file(path, none) && fs::file_size(path, none) == 0) {
+    error.message = "the file is empty: nothing was recorded, or its recorder never came to write";
+    error.hint = "Record again, or take a copy that is not empty.";
+  } else if (looks_like_recording(path)) {
+    error.message = "a recording, but none that a browser can read by its index";
+    error.hint = fmt::format("Make one first: waymark convert {} out.mcap.", path);
+  } else {
+    error.message = "neither a recording nor the YAML of a map or a route";
+    error.hint =
+        "The page shows MCAP recordings, map.yaml, and the folders of maps and demos; `waymark convert` "
+        "makes "
+        "MCAP of tables and logs.";
+  }
+  return error;
+}
+
+/// A recording that was cut is shown as far as it goes; it is said here, for the page knows no remedy.
+void tell_of_damage(const std::vector<OfferedFile>& files, Console& console) {
+  for (const OfferedFile& file : files) {
+    if (file.kind != OfferedFile::Kind::Recording) continue;
+    const auto log = open_log(file.path);
+    if (!log) {
+      console.say("warning: " + to_string(log.error()));
+      continue;
+    }
+    if ((*log)->summary().complete) continue;
+    for (const LogProblem& problem : (*log)->problems()) console.say("warning: " + to_string(problem.error));
+    console.say(fmt::format(
+        "{} was cut: its index is missing, so the page has to read all of it. `waymark recover {} -o "
+        "whole.mcap` writes one that opens at once",
+        file.name, file.path.string()));
+  }
+}
+
 Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
   std::error_code none;
   if (path.empty()) return std::vector<OfferedFile>{};
@@ -75,9 +116,7 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
   const std::string name = fs::path(path).filename().string();
   if (name.ends_with(".yaml") || name.ends_with(".yml"))
     return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Text}};
-  if (!is_mcap(path))
-    return fail(ErrorCode::Unsupported, "not an MCAP recording", {.source = path},
-                fmt::format("`waymark convert {} out.mcap` makes one of most others.", path));
+  if (!is_mcap(path)) return tl::unexpected(no_recording(path));
   return std::vector<OfferedFile>{{name, path, OfferedFile::Kind::Recording}};
 }
 
@@ -92,6 +131,7 @@ ExitCode view(const ViewArgs& args, Console& console) {
     console.say(options.error());
     return ExitCode::Usage;
   }
+  tell_of_damage(*offered, console);
   options->offered = std::move(*offered);
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) {

@@ -160,6 +160,13 @@ std::string to_yaml(const Calibration& calibration) {
   return text;
 }
 
+Status check_calibration_place(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored) || read_calibration(path)) return {};
+  return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
+              {.source = path.string()}, "Give another name, or remove it.");
+}
+
 Status write_calibration(const std::filesystem::path& path, const Calibration& calibration) {
   for (const auto& [name, value] : calibration.values) {
     const bool named = std::ranges::find(calibration_names(), name) != calibration_names().end();
@@ -168,10 +175,7 @@ Status write_calibration(const std::filesystem::path& path, const Calibration& c
                   fmt::format("{} of '{}': not written", named ? "a number" : "the name", name),
                   {.source = path.string()});
   }
-  std::error_code ignored;
-  if (std::filesystem::exists(path, ignored) && !read_calibration(path))
-    return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
-                {.source = path.string()}, "Give another name, or remove it.");
+  if (Status status = check_calibration_place(path); !status) return status;
   return write_text_file(path, to_yaml(calibration));
 }
 

@@ -22,6 +22,8 @@ namespace waymark {
 
 /// Reads back as the same calibration, to the last bit.
 [[nodiscard]] std::string to_yaml(const Calibration& calibration);
+/// Fails where a file stands that is no calibration.
+[[nodiscard]] Status check_calibration_place(const std::filesystem::path& path);
 /// Fails (InvalidArgument) on a number that is not finite and a name that is none, instead of writing it,
 /// and where a file stands that is no calibration.
 [[nodiscard]] Status write_calibration(const std::filesystem::path& path, const Calibration& calibration);

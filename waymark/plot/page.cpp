@@ -73,9 +73,10 @@ Result<std::string> section(const PageSection& section, std::size_t number) {
 Result<std::string> to_html(const Page& page) {
   std::string text = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
-      "content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n<style>{1}</style>\n</head>\n"
+      "content=\"width=device-width, "
+      "initial-scale=1\">\n{3}\n<title>{0}</title>\n<style>{1}</style>\n</head>\n"
       "<body>\n<h1>{0}</h1>\n<p>{2}</p>\n<nav>",
-      escaped(page.title), kStyle, escaped(page.subtitle));
+      escaped(page.title), kStyle, escaped(page.subtitle), kPageMark);
   for (std::size_t i = 0; i < page.sections.size(); ++i)
     text += fmt::format("<a href=\"#s{}\">{}</a>\n", i, escaped(page.sections[i].title));
   text += "</nav>\n<main>\n";

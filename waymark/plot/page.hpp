@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/base/error.hpp"
@@ -8,6 +9,9 @@
 
 /// A page to read: words, tables and figures.
 namespace waymark::plot {
+
+/// Stands in the head of every page, so that one is known again.
+inline constexpr std::string_view kPageMark = R"(<meta name="generator" content="Waymark">)";
 
 /// Cells as they are shown. The first column names the row.
 struct PageTable {

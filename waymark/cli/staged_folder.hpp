@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+
+namespace waymark::cli {
+
+/// Fails where no file can be written into the folder, or it cannot be made. Leaves nothing behind.
+[[nodiscard]] Status check_output_folder(const std::filesystem::path& folder);
+/// The same of one file: its folder is there and may be written, and the name is none of a folder. Devices
+/// are files as well.
+[[nodiscard]] Status check_output_file(const std::filesystem::path& file);
+
+/// Files that get into a folder together or not at all: they are written beside it and put into place when
+/// all are there. What stands there under their names moves aside: NAME.1.yaml, or the next number that is
+/// free.
+class StagedFolder {
+ public:
+  /// Makes the folder where it is not there.
+  static Result<StagedFolder> open(const std::filesystem::path& folder);
+  StagedFolder(StagedFolder&& other) noexcept;
+  StagedFolder(const StagedFolder&) = delete;
+  StagedFolder& operator=(const StagedFolder&) = delete;
+  StagedFolder& operator=(StagedFolder&&) = delete;
+  /// Unless put_in_place() was called, everything is as it was.
+  ~StagedFolder();
+
+  /// Where the files are to be written.
+  [[nodiscard]] const std::filesystem::path& path() const { return staged_; }
+  /// The number that put_in_place() gives to what moves aside.
+  [[nodiscard]] int number_for(const std::vector<std::string>& older) const;
+  /// `older` are names that move aside although no new file takes their place. What stays the same to the
+  /// byte and is not among them stays where it is. The names that moved; after an error, none did.
+  Result<std::vector<std::string>> put_in_place(const std::vector<std::string>& older);
+
+ private:
+  StagedFolder(std::filesystem::path folder, std::filesystem::path made);
+  [[nodiscard]] std::vector<std::string> written() const;
+  [[nodiscard]] std::vector<std::string> moving(const std::vector<std::string>& older) const;
+
+  std::filesystem::path folder_;
+  std::filesystem::path made_;  ///< the topmost folder that was not there; empty: it was
+  std::filesystem::path staged_;
+};
+
+/// "map.1.yaml" of "map.yaml".
+[[nodiscard]] std::string numbered(const std::string& name, int number);
+
+}  // namespace waymark::cli
