@@ -76,14 +76,15 @@ TEST(BundleMap, TheSameLapGivesTheSameBits) {
 }
 
 TEST(BundleMap, EndsWhereverItIsAskedToAndGivesNothing) {
-  const Lap lap = drive(3);
+  Lap lap = drive(3);
+  lap.input.frames.resize(lap.input.frames.size() / 4);
   BundleMapOptions options;
   options.find_mounting = true;  // the longest way: mounting and noise of the wheels as well
   int steps = 0;
   const auto count = [&](const std::string&, int, double) { return ++steps > 0; };
   ASSERT_TRUE(map_by_bundle(lap.input, {}, options, count));
   ASSERT_GT(steps, 20);
-  for (const int after : {0, 1, steps / 2, steps - 5, steps - 1}) {
+  for (const int after : {0, steps / 2, steps - 1}) {
     int asked = 0;
     const auto stop = [&](const std::string&, int, double) { return asked++ < after; };
     const Result<BundleMap> map = map_by_bundle(lap.input, {}, options, stop);

@@ -206,8 +206,10 @@ TEST(Bundle, NothingToDoIsSaid) {
   Bundle empty;
   EXPECT_FALSE(solve(empty).usable());
   Scene scene = make_scene(10);
-  EXPECT_EQ(solve(scene.bundle, {}, [](int, double) { return false; }).iterations, 1)
-      << "Ctrl-C ends it where it is";
+  const BundleSummary stopped = solve(scene.bundle, {}, [](int, double) { return false; });
+  EXPECT_EQ(stopped.iterations, 0) << "Ctrl-C ends it where it is";
+  EXPECT_TRUE(stopped.stopped);
+  EXPECT_FALSE(stopped.usable());
 }
 
 }  // namespace
