@@ -1,12 +1,16 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <type_traits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/base/time.hpp"
@@ -115,6 +119,28 @@ TEST(Fields, AreNamedOnceAndRangeChecked) {
   EXPECT_EQ(to_string(too_large.error()), "(scale): 3 is outside [0, 2]. Between 0 and 2.");
   EXPECT_FALSE(check_ranges(SomeOptions{.scale = std::numeric_limits<double>::quiet_NaN()}));
   EXPECT_FALSE(check_ranges(SomeOptions{.count = 0}));
+}
+
+TEST(Angles, DegreesAreRadiansAndBack) {
+  EXPECT_DOUBLE_EQ(to_radians(180), std::acos(-1.0));
+  for (const double angle_rad : {-7.0, 0.0, 0.3})
+    EXPECT_NEAR(to_radians(to_degrees(angle_rad)), angle_rad, 1e-15);
+}
+
+TEST(OrderStatistics, AreAsOfTheSortedValues) {
+  Random random(5);
+  for (std::size_t n = 1; n < 40; ++n) {
+    std::vector<double> values(n);
+    for (double& value : values) value = std::round(random.uniform(0, 20));
+    std::vector<double> sorted = values;
+    std::ranges::sort(sorted);
+    EXPECT_EQ(median(values), sorted[n / 2]);
+    EXPECT_EQ(quantile(values, 0), sorted.front());
+    EXPECT_EQ(quantile(values, 1), sorted.back());
+    EXPECT_EQ(quantile(values, 0.95), sorted[static_cast<std::size_t>(0.95 * static_cast<double>(n - 1))]);
+  }
+  EXPECT_EQ(median(std::vector<double>{}), 0);
+  EXPECT_EQ(quantile(std::vector<double>{}, 0.5), 0);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/mapping/map_checks.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -136,6 +137,9 @@ Result<LapCalibration> calibrate_recorded_lap(const LocalizeJob& job, double fro
   };
   Result<LapCalibration> found = calibrate_by_lap(*lap, {}, progress);
   console.end_progress();
+  if (found) {
+    for (const std::string& words : check_map(*lap, found->map)) console.say("warning: " + words);
+  }
   return found;
 }
 

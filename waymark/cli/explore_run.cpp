@@ -5,11 +5,12 @@
 #include <filesystem>
 #include <limits>
 #include <map>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
@@ -33,12 +34,6 @@ Result<TagMap> tags_of(const Stage& stage, const ExploreJob& job) {
   const auto file = read_map(std::filesystem::is_directory(given, ignored) ? given / "map.yaml" : given);
   if (!file) return tl::unexpected(file.error());
   return file->tags;
-}
-
-double percentile(std::vector<double> values, double share) {
-  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + at);
-  return values[static_cast<std::size_t>(at)];
 }
 
 /// What the truth says of a robot that wanders.
@@ -78,9 +73,9 @@ class Judge {
     double square = 0;
     for (const double e : position_m_) square += e * e;
     report.position_rmse_m = std::sqrt(square / n);
-    report.position_p95_m = percentile(position_m_, 0.95);
+    report.position_p95_m = quantile(position_m_, 0.95);
     report.position_max_m = std::ranges::max(position_m_);
-    report.heading_rmse_deg = std::sqrt(heading_square_ / n) * 180 / std::numbers::pi;
+    report.heading_rmse_deg = to_degrees(std::sqrt(heading_square_ / n));
   }
 
  private:
@@ -108,7 +103,7 @@ class Wander {
         judge_(stage.simulated.world, stage.simulated.model.hull),
         explorer_(job.explore, stage.simulated.model,
                   SE2(stage.simulated.robot.lidar.x_m, stage.simulated.robot.lidar.y_m,
-                      stage.simulated.robot.lidar.yaw_deg * std::numbers::pi / 180),
+                      to_radians(stage.simulated.robot.lidar.yaw_deg)),
                   Random(stage.simulated.robot.seed + kExploreSeed)) {}
 
   Status hear(const Sample& sample) {

@@ -29,7 +29,9 @@ CLI::Validator recording_name() {
 CLI::Validator yaml_name() {
   const auto check = [](std::string& path) {
     const std::string suffix = std::filesystem::path(path).extension().string();
-    if (suffix == ".yaml" || suffix == ".yml" || is_device(path)) return std::string();
+    std::error_code ignored;
+    const bool folder = std::filesystem::is_directory(path, ignored);
+    if (suffix == ".yaml" || suffix == ".yml" || (is_device(path) && !folder)) return std::string();
     return fmt::format("{}: what is written is YAML: end the name in .yaml", path);
   };
   return {check, "", "YAML"};

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <variant>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/localize_run.hpp"
@@ -187,7 +187,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, Console& con
   if (job.sensor_pose.size() == 3) {
     inputs.planar_sensor = true;
     inputs.setup.eye.base_T_sensor =
-        lift(SE2(job.sensor_pose[0], job.sensor_pose[1], job.sensor_pose[2] * std::numbers::pi / 180));
+        lift(SE2(job.sensor_pose[0], job.sensor_pose[1], to_radians(job.sensor_pose[2])));
   }
   if (status) status = read_calibration_of(job, inputs);
   if (status) status = check_inputs(job, inputs);

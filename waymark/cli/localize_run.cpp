@@ -1,12 +1,12 @@
 #include "waymark/cli/localize_run.hpp"
 
 #include <filesystem>
-#include <numbers>
 #include <variant>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -140,7 +140,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   if (!localizer) return tl::unexpected(localizer.error());
   if (job.start.size() == 3) {
     if (RiekfLocalizer* filter = localizer->filter())
-      filter->start_from(SE2(job.start[0], job.start[1], job.start[2] * std::numbers::pi / 180), 0.05, 0.05);
+      filter->start_from(SE2(job.start[0], job.start[1], to_radians(job.start[2])), 0.05, 0.05);
   }
   Result<std::optional<SampleRecorder>> recorder = open_output(job, inputs.setup);
   if (!recorder) return tl::unexpected(recorder.error());

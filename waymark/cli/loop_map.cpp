@@ -1,8 +1,8 @@
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/staged_folder.hpp"
@@ -193,7 +193,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
                             {"away_s", loop.away_s},
                             {"way_m", loop.way_m},
                             {"before_m", loop.before_m},
-                            {"before_deg", loop.before_rad * 180 / std::numbers::pi},
+                            {"before_deg", to_degrees(loop.before_rad)},
                             {"after_m", loop.after_m}};
   }
   if (report.prior_agreeing) {
@@ -206,7 +206,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
     json["odometry_distance_scale"] = p.scales.distance;
     json["odometry_yaw_scale"] = p.scales.yaw;
     json["camera_off_m"] = {p.base_X_believed.x(), p.base_X_believed.y()};
-    json["camera_off_deg"] = p.base_X_believed.yaw() * 180 / std::numbers::pi;
+    json["camera_off_deg"] = to_degrees(p.base_X_believed.yaw());
     json["sighting_rms_m"] = p.rms_m;
   }
   return json;

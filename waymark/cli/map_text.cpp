@@ -1,8 +1,8 @@
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/cli/map_steps.hpp"
 
 namespace waymark::cli {
@@ -39,8 +39,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
     text += fmt::format(
         "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
         "adjusted its sightings agree within {:.3f} m\n",
-        to_string(loop.tag), loop.way_m, loop.before_m, loop.before_rad * 180 / std::numbers::pi,
-        loop.after_m);
+        to_string(loop.tag), loop.way_m, loop.before_m, to_degrees(loop.before_rad), loop.after_m);
   }
   if (report.poses) {
     const PoseLapFigures& p = *report.poses;

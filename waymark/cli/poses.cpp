@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/cli/detections_json.hpp"
 
 namespace waymark::cli {
 namespace {
 
 using nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 ordered_json list(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -32,7 +30,7 @@ ordered_json solution_json(const TagPoseSolution& solution) {
 /// Between the line of sight and the tag's normal.
 double incidence_deg(const SE3& cam_T_tag) {
   const Eigen::Vector3d normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
-  return std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)) * kDegrees;
+  return to_degrees(std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)));
 }
 
 std::string row(const std::string& name, const TagPoseSolution& solution) {
@@ -40,7 +38,7 @@ std::string row(const std::string& name, const TagPoseSolution& solution) {
   const Eigen::Vector3d& t = solution.cam_T_tag.translation();
   return fmt::format("  {:<22}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.2f}{:>8.1f}{:>8.3f}\n",
                      name, t.x(), t.y(), t.z(), 1e3 * sigma.position_m.x(), 1e3 * sigma.position_m.y(),
-                     1e3 * sigma.position_m.z(), kDegrees * sigma.rotation_rad.maxCoeff(),
+                     1e3 * sigma.position_m.z(), to_degrees(sigma.rotation_rad.maxCoeff()),
                      incidence_deg(solution.cam_T_tag), solution.rms_px);
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark::cli {
@@ -45,9 +46,8 @@ std::optional<double> image_latency(MessageLog& log) {
     if (delays.size() > most.size()) most = std::move(delays);
   }
   if (most.size() < kFewest) return std::nullopt;
-  const auto middle = most.begin() + static_cast<std::ptrdiff_t>(most.size() / 2);
-  std::ranges::nth_element(most, middle);
-  return *middle < kNone ? std::nullopt : std::optional(*middle);
+  const double usual_s = median(std::move(most));
+  return usual_s < kNone ? std::nullopt : std::optional(usual_s);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/cli/report_side_by_side.hpp"
 
 namespace waymark::cli {
@@ -14,13 +15,6 @@ double rate_hz(const std::vector<Stamped>& samples) {
   if (samples.size() < 2) return 0;
   const double seconds = to_seconds(samples.back().stamp - samples.front().stamp);
   return seconds > 0 ? static_cast<double>(samples.size() - 1) / seconds : 0;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// What the camera made of the place.

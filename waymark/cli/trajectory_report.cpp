@@ -1,10 +1,9 @@
 #include "waymark/cli/trajectory_report.hpp"
 
-#include <numbers>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark::cli {
@@ -23,7 +22,7 @@ double end_to_start_m(const EstimatedTrajectory& poses) {
 
 double end_to_start_deg(const EstimatedTrajectory& poses) {
   const SE3 start_T_end = poses.front().map_T_base.inverse() * poses.back().map_T_base;
-  return 180 / std::numbers::pi * project_to_plane(start_T_end).yaw();
+  return to_degrees(project_to_plane(start_T_end).yaw());
 }
 
 std::string metres(const std::optional<double>& value) { return value ? fmt::format("{:.4f}", *value) : "-"; }

@@ -1,5 +1,4 @@
 #include <array>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -102,19 +101,6 @@ nlohmann::ordered_json calibration_json(const Calibration& calibration, const In
   return json;
 }
 
-/// Wheels are seldom a tenth wrong; sizes of tags often are.
-void doubt_scale(const Calibration& calibration, Console& console) {
-  constexpr double kWorthSaying = 0.08;
-  const auto found = calibration.values.find("odometry_scale");
-  if (found == calibration.values.end() || found->second.verdict != CalibrationVerdict::Known) return;
-  const double scale = found->second.value;
-  if (std::abs(scale - 1) < kWorthSaying) return;
-  console.say(
-      fmt::format("warning: by the tags the robot drove {:.0f} % {} than by its wheels: is their size right? "
-                  "Measure the black square; the other numbers hang on it too",
-                  100 * std::abs(scale - 1), scale > 1 ? "farther" : "less far"));
-}
-
 ExitCode write_if_asked(const LocalizeJob& job, const Calibration& calibration, Console& console) {
   if (tells_nothing(calibration)) {
     console.say(
@@ -133,7 +119,7 @@ ExitCode write_if_asked(const LocalizeJob& job, const Calibration& calibration, 
   return ExitCode::Ok;
 }
 
-/// Without a map: the lap tells both.
+/// The lap tells tags and numbers together; a map holds the tags as surely as it says.
 ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
   Result<LapCalibration> found = calibrate_recorded_lap(args.job, args.from_s, args.to_s, console);
   if (interrupted()) {
@@ -156,7 +142,6 @@ ExitCode calibrate_lap(const CalibrateRobotArgs& args, Console& console) {
                           fmt::format("found together with the places of {} tags; corners within {:.2f} px "
                                       "(rms)\n",
                                       found->map.map.tags.size(), found->map.rms_px));
-  doubt_scale(found->calibration, console);
   return write_if_asked(args.job, found->calibration, console);
 }
 

@@ -182,13 +182,12 @@ Status check_output(const ExperimentArgs& args) {
   return {};
 }
 
-/// A grid that names nothing is an accident, not the wish for the usual one.
-bool names_something(const std::string& yaml) { return yaml.find(':') != std::string::npos; }
-
 Result<ExperimentGrid> read_grid(const std::string& path) {
   const auto text = read_text_file(path, kMostGridBytes);
   if (!text) return tl::unexpected(text.error());
-  if (!names_something(*text))
+  const auto tree = parse_yaml(*text, path);
+  if (!tree) return tl::unexpected(tree.error());
+  if (tree->kind == YamlNode::Kind::Null)  // an accident, not the wish for the usual one
     return fail(ErrorCode::InvalidArgument, "the grid is empty", {.source = path},
                 "Name what is to be driven, such as  seeds: [1, 2, 3]");
   return parse_fields<ExperimentGrid>(*text, path);

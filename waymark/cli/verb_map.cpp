@@ -2,7 +2,6 @@
 #include <cmath>
 #include <filesystem>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 
@@ -10,6 +9,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/detector_flags.hpp"
@@ -73,14 +73,13 @@ Result<MapJob> job_of(const MapArgs& args) {
   if (!args.anchor.empty()) job.overrides.anchor = args.anchor;
   if (!args.anchor_pose.empty()) {
     const std::vector<double>& p = args.anchor_pose;
-    constexpr double kRadians = std::numbers::pi / 180;
     if (!std::ranges::all_of(p, [](double x) { return std::isfinite(x); }))
       return fail(ErrorCode::InvalidArgument, "a number that is not finite", {.key = "--anchor-pose"});
     constexpr double kFarthestMetres = 1e4;
     if (std::ranges::any_of(p.begin(), p.begin() + 3, [](double x) { return std::abs(x) > kFarthestMetres; }))
       return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
                   {.key = "--anchor-pose"}, "X Y Z in metres, then roll, pitch and yaw in degrees.");
-    job.overrides.map_T_anchor = SE3(SO3::from_rpy(kRadians * p[3], kRadians * p[4], kRadians * p[5]),
+    job.overrides.map_T_anchor = SE3(SO3::from_rpy(to_radians(p[3]), to_radians(p[4]), to_radians(p[5])),
                                      Eigen::Vector3d(p[0], p[1], p[2]));
   }
   if (args.tag_size_m && !(*args.tag_size_m > 0 && *args.tag_size_m < 100))

@@ -1,10 +1,10 @@
 #include "waymark/config/faults_file.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_numbers.hpp"
@@ -13,7 +13,6 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kFaultLimits{.bytes = std::size_t{1} << 20U, .nodes = 50'000, .depth = 8};
-constexpr double kDegree = std::numbers::pi / 180;
 
 Result<FaultKind> kind_of(const YamlCursor& entry) {
   const Result<std::string> name = entry.read_at("fault", &YamlCursor::text);
@@ -64,12 +63,13 @@ Status read_values(const YamlCursor& entry, Fault& fault) {
   fault.for_s = value.optional_positive("for_s", fault.for_s);
   if (fault.kind == FaultKind::TagMoved) {
     fault.shift_m = {value.optional("x_m", 0), value.optional("y_m", 0), value.optional("z_m", 0)};
-    fault.turn_rad = value.optional("turn_deg", 0) * kDegree;
+    fault.turn_rad = to_radians(value.optional("turn_deg", 0));
   } else if (fault.kind == FaultKind::TagDuplicated) {
-    fault.map_T_copy = upright_tag({value("x_m"), value("y_m"), value("z_m")}, value("facing_deg") * kDegree);
+    fault.map_T_copy =
+        upright_tag({value("x_m"), value("y_m"), value("z_m")}, to_radians(value("facing_deg")));
   } else if (fault.kind == FaultKind::Kidnapped) {
     fault.base_T_put = SE2(value.optional("forward_m", 0), value.optional("left_m", 0),
-                           value.optional("turn_deg", 0) * kDegree);
+                           to_radians(value.optional("turn_deg", 0)));
   } else if (fault.kind == FaultKind::ClockJump) {
     fault.jump_s = value("jump_s");
   } else if (fault.kind == FaultKind::SlipBurst) {

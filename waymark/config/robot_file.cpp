@@ -1,9 +1,8 @@
 #include "waymark/config/robot_file.hpp"
 
-#include <numbers>
-
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/camera_formats.hpp"
 #include "waymark/config/text_file.hpp"
@@ -16,7 +15,6 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// One part of the file: the keys it must have, and what reads them.
 template <class Read>
@@ -56,9 +54,9 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
                 model.base_T_cam = base_T_camera({.x_m = value("x_m"),
                                                   .y_m = value("y_m"),
                                                   .z_m = value("z_m"),
-                                                  .roll_rad = value("roll_deg") * kDegree,
-                                                  .pitch_rad = value("pitch_deg") * kDegree,
-                                                  .yaw_rad = value("yaw_deg") * kDegree});
+                                                  .roll_rad = to_radians(value("roll_deg")),
+                                                  .pitch_rad = to_radians(value("pitch_deg")),
+                                                  .yaw_rad = to_radians(value("yaw_deg"))});
               });
 }
 
@@ -125,8 +123,8 @@ std::string to_yaml(const RobotDescription& robot) {
          fmt::format(
              "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: "
              "{}}}\n",
-             n(mounting.x_m), n(mounting.y_m), n(mounting.z_m), n(mounting.roll_rad / kDegree),
-             n(mounting.pitch_rad / kDegree), n(mounting.yaw_rad / kDegree)) +
+             n(mounting.x_m), n(mounting.y_m), n(mounting.z_m), n(to_degrees(mounting.roll_rad)),
+             n(to_degrees(mounting.pitch_rad)), n(to_degrees(mounting.yaw_rad))) +
          "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) +
          "simulation:\n" + write_fields(robot.simulation, 2);
 }

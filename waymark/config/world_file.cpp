@@ -1,10 +1,10 @@
 #include "waymark/config/world_file.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_scenery.hpp"
 #include "waymark/config/yaml_numbers.hpp"
@@ -16,15 +16,13 @@ namespace {
 
 constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
   Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "size_m"});
   if (!status) return status;
   internal::Numbers value(entry);
   const Eigen::Vector3d map_t_tag(value("x_m"), value("y_m"), value("z_m"));
   const SE3 map_T_tag =
-      leaning_tag(map_t_tag, value("facing_deg") * kDegree, value.optional("tilt_deg", 0) * kDegree);
+      leaning_tag(map_t_tag, to_radians(value("facing_deg")), to_radians(value.optional("tilt_deg", 0)));
   const double size = value.optional_positive("size_m", size_m);
   if (!value.status()) return value.status();
   const auto tag = internal::place_tag(entry, family_id, map_T_tag, size, world);
@@ -110,7 +108,7 @@ std::string to_yaml(const World& world) {
     const Eigen::Vector3d to_reader = tag.map_T_tag.rotation() * -Eigen::Vector3d::UnitZ();
     text +=
         fmt::format("  - {{id: {}, x_m: {:.3f}, y_m: {:.3f}, z_m: {:.3f}, facing_deg: {:.1f}}}\n", id.number,
-                    place.x(), place.y(), place.z(), std::atan2(to_reader.y(), to_reader.x()) / kDegree);
+                    place.x(), place.y(), place.z(), to_degrees(std::atan2(to_reader.y(), to_reader.x())));
   }
   text += fmt::format("path_closed: {}\npath_m:\n", world.path_closed);
   for (const Eigen::Vector2d& point : world.path_m)

@@ -1,17 +1,15 @@
 #include "waymark/config/world_scenery.hpp"
 
 #include <algorithm>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/yaml_numbers.hpp"
 
 namespace waymark::internal {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// Reads every entry of a list that may be missing.
 template <class Read>
@@ -48,7 +46,7 @@ Status read_occluder(const YamlCursor& entry, World& world) {
   if (!status) return status;
   Numbers value(entry);
   Occluder box{.centre_m = {value("x_m"), value("y_m"), 0},
-               .yaw_rad = value.optional("yaw_deg", 0) * kDegree,
+               .yaw_rad = to_radians(value.optional("yaw_deg", 0)),
                .size_m = {value.positive("length_m"), value.positive("width_m"), value.positive("height_m")}};
   box.centre_m.z() = value.optional("z_m", box.size_m.z() / 2);
   box.reflectance = value.optional_within("reflectance", box.reflectance, 0, 1);
@@ -110,8 +108,8 @@ Status read_panel(const YamlCursor& entry, FamilyId family, double size_m, World
   if (!status) return status;
   Numbers value(entry);
   Panel panel{
-      .map_T_panel = leaning_tag({value("x_m"), value("y_m"), value("z_m")}, value("facing_deg") * kDegree,
-                                 value.optional("tilt_deg", 0) * kDegree),
+      .map_T_panel = leaning_tag({value("x_m"), value("y_m"), value("z_m")}, to_radians(value("facing_deg")),
+                                 to_radians(value.optional("tilt_deg", 0))),
       .width_m = value.positive("width_m"),
       .height_m = value.positive("height_m")};
   panel.thickness_m = value.optional_positive("thickness_m", panel.thickness_m);

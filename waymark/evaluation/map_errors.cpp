@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/lie.hpp"
 
 namespace waymark {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Sums of squares on the way to the figures.
 struct Sums {
@@ -29,7 +27,7 @@ struct Sums {
     return count > 0 ? std::sqrt(squared_m2 / static_cast<double>(count)) : 0;
   }
   [[nodiscard]] double rmse_deg() const {
-    return count > 0 ? kDegrees * std::sqrt(squared_rad2 / static_cast<double>(count)) : 0;
+    return count > 0 ? to_degrees(std::sqrt(squared_rad2 / static_cast<double>(count))) : 0;
   }
 };
 

@@ -5,6 +5,8 @@
 #include <limits>
 #include <span>
 
+#include "waymark/base/order_statistics.hpp"
+
 namespace waymark {
 namespace {
 
@@ -12,13 +14,6 @@ constexpr double kStanding = 0.01;   // m/s, rad/s
 constexpr double kSettling_s = 0.3;  // what rocks when it stops is no bias
 constexpr double kNormal = 1.4826;   // median absolute deviation to standard deviation
 constexpr std::size_t kFewest = 20;  // numbers for a figure
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + rank);
-  return values[static_cast<std::size_t>(rank)];
-}
 
 double spread(std::vector<double> values) {
   const double middle = quantile(values, 0.5);

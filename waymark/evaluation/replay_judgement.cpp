@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/evaluation/driven_path.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -97,7 +98,7 @@ void score_feet(const std::vector<PathPose>& replay, const std::vector<PathFoot>
   judgement.cross_track_rmse_m = std::sqrt(squared_m2 / count);
   judgement.cross_track_p95_m = distances[(distances.size() - 1) * 95 / 100];
   judgement.cross_track_max_m = distances.back();
-  judgement.heading_rmse_deg = 180 / std::numbers::pi * std::sqrt(squared_rad2 / count);
+  judgement.heading_rmse_deg = to_degrees(std::sqrt(squared_rad2 / count));
 }
 
 }  // namespace

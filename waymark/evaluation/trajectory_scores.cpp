@@ -6,12 +6,11 @@
 
 #include <Eigen/Cholesky>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
 namespace {
-
-constexpr double kToDegrees = 180 / std::numbers::pi;
 
 Duration duration_of(double seconds) { return Duration(std::llround(seconds * 1e9)); }
 
@@ -92,7 +91,7 @@ RelativeErrors relative_errors(const std::vector<PosePair>& pairs, double scale,
     if (j == pairs.size()) break;
     const SE3 error = motion_error(pairs[i], pairs[j], scale);
     metres.push_back(error.translation().norm());
-    degrees.push_back(kToDegrees * error.rotation().log().norm());
+    degrees.push_back(to_degrees(error.rotation().log().norm()));
   }
   return {statistics_of(std::move(metres)), statistics_of(std::move(degrees))};
 }
@@ -105,7 +104,7 @@ std::size_t count_jumps(const std::vector<PosePair>& pairs, const TrajectoryScor
     if (pairs[i].estimated.stamp - pairs[i - 1].estimated.stamp > duration_of(options.max_gap_s)) continue;
     const SE3 error = motion_error(pairs[i - 1], pairs[i], 1);
     if (error.translation().norm() > options.jump_m ||
-        kToDegrees * error.rotation().log().norm() > options.jump_deg)
+        to_degrees(error.rotation().log().norm()) > options.jump_deg)
       ++jumps;
   }
   return jumps;
@@ -135,9 +134,9 @@ Result<TrajectoryScores> score_trajectory(const std::vector<PosePair>& pairs, Al
   for (const PosePair& pair : pairs) {
     const SE3 estimated = (*alignment)(pair.estimated.map_T_base);
     metres.push_back((estimated.translation() - pair.reference.translation()).norm());
-    rotations.push_back(kToDegrees *
-                        (pair.reference.rotation().inverse() * estimated.rotation()).log().norm());
-    headings.push_back(kToDegrees * planar_error(pair, *alignment).z());
+    rotations.push_back(
+        to_degrees((pair.reference.rotation().inverse() * estimated.rotation()).log().norm()));
+    headings.push_back(to_degrees(planar_error(pair, *alignment).z()));
   }
   TrajectoryScores scores{.alignment = *alignment, .end_error_m = metres.back()};
   scores.ate_m = statistics_of(std::move(metres));

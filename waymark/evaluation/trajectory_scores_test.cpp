@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/evaluation/dead_reckoning.hpp"
 #include "waymark/evaluation/path_scores.hpp"
@@ -12,8 +13,6 @@
 
 namespace waymark {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 SensorTime at_s(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
@@ -145,7 +144,7 @@ TEST(Scores, CoverIsTheTimeBetweenNearEstimates) {
 const FloorPath kRectangle{{{0, 0}, {1.32, 0}, {1.32, 1.04}, {0, 1.04}}, true};
 
 EstimatedPose standing(double x_m, double y_m, double yaw_deg) {
-  return {{}, lift(SE2(x_m, y_m, yaw_deg * kDegree)), {}};
+  return {{}, lift(SE2(x_m, y_m, to_radians(yaw_deg))), {}};
 }
 
 TEST(Path, DistanceIsFromTheNearestPointSideFromTheLineDriven) {

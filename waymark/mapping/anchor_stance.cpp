@@ -1,16 +1,14 @@
 #include "waymark/mapping/anchor_stance.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/mapping/floor_sightings.hpp"
 
 namespace waymark {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -23,7 +21,7 @@ SO3 upright() { return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0,
 
 std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                           const SE3& base_T_cam, const FloorOptions& options) {
-  constexpr double kLeans = 5 / kDegrees;
+  constexpr double kLeans = to_radians(5);
   const internal::TagShapes shapes = internal::tag_shapes(frames, base_T_cam, options);
   const auto shape = shapes.find(anchor);
   if (shape == shapes.end()) return std::nullopt;
@@ -50,7 +48,7 @@ std::string in_words(const AnchorStance& stance, const TagId& anchor) {
       return {};
     case AnchorStance::Kind::Leaning:
       return fmt::format("the anchor {} leans by {:.0f} deg: {} the floor below the tag's normal",
-                         to_string(anchor), stance.tilt_rad * kDegrees, level);
+                         to_string(anchor), to_degrees(stance.tilt_rad), level);
     case AnchorStance::Kind::Lying:
       return fmt::format("the anchor {} lies: {} the tag's x axis", to_string(anchor), level);
   }

@@ -4,18 +4,18 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr TagId kTag{FamilyId::Tag36h11, 3};
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// A camera that looks ahead and down a little.
 SE3 looking_down() {
   const SO3 ahead = SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished());
-  return {SO3::from_rpy(0, 10 * kDegree, 0) * ahead, {0.1, 0, 0.4}};
+  return {SO3::from_rpy(0, to_radians(10), 0) * ahead, {0.1, 0, 0.4}};
 }
 
 /// The tag as a robot sees it that drives towards it and turns.
@@ -47,14 +47,14 @@ TEST(AnchorStance, AnUprightTagIsTheDefault) {
 
 TEST(AnchorStance, ALeaningTagLeavesTheMapLevel) {
   // Leaning back by 20 degrees: about the map's y axis, before it is turned by 0.4 rad.
-  const SO3 leaning = SO3::from_rpy(0, 0, 0.4) * SO3::from_rpy(0, -20 * kDegree, 0) * facing_the_robot();
+  const SO3 leaning = SO3::from_rpy(0, 0, 0.4) * SO3::from_rpy(0, -to_radians(20), 0) * facing_the_robot();
   const auto stance = anchor_stance(seen({leaning, {3, 0.2, 0.5}}), kTag, looking_down());
   ASSERT_TRUE(stance);
   EXPECT_EQ(stance->kind, AnchorStance::Kind::Leaning);
-  EXPECT_NEAR(stance->tilt_rad / kDegree, 20, 0.5);
+  EXPECT_NEAR(to_degrees(stance->tilt_rad), 20, 0.5);
   const Eigen::Vector3d normal = stance->map_T_anchor.rotation() * Eigen::Vector3d::UnitZ();
   EXPECT_NEAR(normal.y(), 0, 0.01) << "map x is where the normal points along the floor";
-  EXPECT_NEAR(std::abs(normal.z()), std::sin(20 * kDegree), 0.01);
+  EXPECT_NEAR(std::abs(normal.z()), std::sin(to_radians(20)), 0.01);
   EXPECT_NE(in_words(*stance, kTag).find("leans by 20 deg"), std::string::npos);
 }
 

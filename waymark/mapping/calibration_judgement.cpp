@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/mapping/calibration_search.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -42,7 +42,7 @@ CalibratedView summary_of(const TargetView& view, const CameraModel& camera) {
     normal += cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   }
   summary.distance_m = middle.norm();
-  summary.tilt_deg = 180 / std::numbers::pi * std::acos(std::clamp(normal.normalized().z(), -1.0, 1.0));
+  summary.tilt_deg = to_degrees(std::acos(std::clamp(normal.normalized().z(), -1.0, 1.0)));
   return summary;
 }
 

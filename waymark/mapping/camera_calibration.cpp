@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/calibration_advice.hpp"
 #include "waymark/mapping/calibration_search.hpp"
 
@@ -69,9 +70,7 @@ double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel
     for (const TargetTag& tag : view.tags)
       if (const auto chi2 = tag_chi2(tag, view, camera); tag.used && chi2) all.push_back(*chi2);
   if (all.empty()) return 1;
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::ranges::nth_element(all, middle);
-  return std::sqrt(*middle / kMedianOfChiSquare8);
+  return std::sqrt(median(std::move(all)) / kMedianOfChiSquare8);
 }
 
 void leave_out_outliers(std::vector<TargetView>& views, const CameraModel& camera, double gate_sigma) {

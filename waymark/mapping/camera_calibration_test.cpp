@@ -2,19 +2,18 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr int kWidth = 640;
 constexpr int kHeight = 480;
 
@@ -35,8 +34,8 @@ std::vector<std::vector<TagDetection>> pictures(const CameraModel& camera, Rando
                                                 int count, double max_tilt_deg) {
   std::vector<std::vector<TagDetection>> all;
   for (int i = 0; i < count; ++i) {
-    const SO3 tilt = SO3::exp({max_tilt_deg * kDegree * random.uniform(-1, 1),
-                               max_tilt_deg * kDegree * random.uniform(-1, 1), random.uniform(-0.5, 0.5)});
+    const SO3 tilt = SO3::exp({to_radians(max_tilt_deg) * random.uniform(-1, 1),
+                               to_radians(max_tilt_deg) * random.uniform(-1, 1), random.uniform(-0.5, 0.5)});
     const double depth = random.uniform(0.25, 0.6);
     const SE3 cam_T_board(tilt,
                           {depth * random.uniform(-0.4, 0.4), depth * random.uniform(-0.3, 0.3), depth});

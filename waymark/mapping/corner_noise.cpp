@@ -1,7 +1,8 @@
 #include "waymark/mapping/corner_noise.hpp"
 
-#include <algorithm>
 #include <cmath>
+
+#include "waymark/base/order_statistics.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -49,9 +50,7 @@ double noise_ratio(const std::vector<double>& chi2, const std::vector<double>& f
     if (std::isfinite(chi2[i]) && freedom[i] > kLeast) ratios.push_back(chi2[i] / median_chi2(freedom[i]));
   }
   if (ratios.size() < kEnough) return 1;
-  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-  std::ranges::nth_element(ratios, middle);
-  return std::sqrt(*middle);
+  return std::sqrt(median(std::move(ratios)));
 }
 
 void scale_noise(Bundle& bundle, double ratio) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/front_cholesky.hpp"
 #include "waymark/mapping/landmark_problem.hpp"
 #include "waymark/mapping/odometry_track.hpp"
@@ -14,12 +15,6 @@ namespace {
 
 using internal::LandmarkProblem;
 using internal::PointSighting;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Frames that count, where odometry has the base then, and what is seen there.
 struct KeyFrames {

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
 #include <Eigen/Eigenvalues>
+
+#include "waymark/base/angles.hpp"
 
 namespace waymark::internal {
 
@@ -92,16 +93,15 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
   if (!map.mounting || !map.mounting->stands_out) return;
   const Vector6& off = map.mounting->off;
   const Vector6& sigma = map.mounting->sigma;
-  constexpr double kDegrees = 180 / std::numbers::pi;
   words.push_back(fmt::format(
       "the camera seems to sit elsewhere than the robot's file says: {:+.0f} mm forward (+- {:.0f}), {:+.0f} "
       "mm to the "
       "left (+- {:.0f}), turned {:+.1f} deg about the axis ahead (+- {:.1f}), {:+.1f} downwards (+- {:.1f}), "
       "{:+.1f} to "
       "the left (+- {:.1f}){}",
-      1000 * off[0], 2000 * sigma[0], 1000 * off[1], 2000 * sigma[1], kDegrees * off[3],
-      2 * kDegrees * sigma[3], kDegrees * off[4], 2 * kDegrees * sigma[4], kDegrees * off[5],
-      2 * kDegrees * sigma[5],
+      1000 * off[0], 2000 * sigma[0], 1000 * off[1], 2000 * sigma[1], to_degrees(off[3]),
+      2 * to_degrees(sigma[3]), to_degrees(off[4]), 2 * to_degrees(sigma[4]), to_degrees(off[5]),
+      2 * to_degrees(sigma[5]),
       map.mounting_used ? ": taken into account"
                         : "; --find-mounting takes it into account, `waymark calibrate robot` measures it"));
 }

@@ -23,11 +23,10 @@ constexpr std::array<const char*, kLeftOutReasons> kOfOne = {"{} elsewhere", "{}
                                                              "{} inexact", "{} without a pose"};
 
 Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   if (vote.empty()) return Reason::NoPose;
   if (tag == nullptr) return Reason::Elsewhere;
-  if (distance2(vote.front(), tag->map_T_tag) < kGate) return Reason::Inexact;
-  const bool other = vote.size() > 1 && distance2(vote.back(), tag->map_T_tag) < kGate;
+  if (distance2(vote.front(), tag->map_T_tag) < internal::kPoseGate) return Reason::Inexact;
+  const bool other = vote.size() > 1 && distance2(vote.back(), tag->map_T_tag) < internal::kPoseGate;
   return other ? Reason::OtherPose : Reason::Elsewhere;
 }
 

@@ -37,11 +37,10 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
 /// Where the sightings of a tag put it, from where the map has the base.
 std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_iterator first,
                             std::vector<Visit>::const_iterator last) {
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   std::vector<internal::Vote<SE3>> votes;
   for (auto visit = first; visit != last; ++visit)
     votes.push_back(internal::vote_for_place(*visit->seen, lap, visit->base->map_T_base));
-  const auto agreed = internal::agree(votes, kGate);
+  const auto agreed = internal::agree(votes, internal::kPoseGate);
   return agreed ? std::optional(agreed->value.mean) : std::nullopt;
 }
 

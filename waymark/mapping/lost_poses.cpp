@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "waymark/geometry/planar.hpp"
-
 #include "waymark/mapping/tag_votes.hpp"
 
 namespace waymark::internal {
 namespace {
-
-constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
 
 /// The terms of each pose, by its role in them.
 std::vector<std::vector<std::size_t>> terms_by(PoseIndex CornerTerm::*role, const Bundle& bundle) {
@@ -52,7 +50,7 @@ std::optional<SE3> found_again(const LapInput& input, const LapBundle& lap, Pose
     if (!lost.contains(wheels->a == base ? wheels->b : wheels->a))
       votes.push_back({carried(*wheels, base, lap.bundle)});
   }
-  const auto agreed = agree(votes, kGate);
+  const auto agreed = agree(votes, kPoseGate);
   if (!agreed || agreed->votes < 2 || agreed->votes <= good) return std::nullopt;
   return agreed->value.mean;
 }
@@ -102,7 +100,7 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
       votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
                                      lap.bundle.poses[lap.bundle.corners[i].rig].value));
     }
-    const auto agreed = agree(votes, kGate);
+    const auto agreed = agree(votes, kPoseGate);
     if (!agreed || agreed->votes <= good) continue;
     lap.bundle.poses[pose].value = agreed->value.mean;
     any = true;
@@ -128,7 +126,7 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
       votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
                                      lap.bundle.poses[*lap.bases[frame]].value));
     }
-    const auto agreed = agree(votes, kGate);
+    const auto agreed = agree(votes, kPoseGate);
     if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
     add_tag(input, tag, agreed->value.mean, sightings[tag], options.model, lap);
     return true;

@@ -27,8 +27,6 @@ const SE3* base_at(const BundleMap& map, SensorTime stamp) {
   return at != map.trajectory.end() && at->stamp == stamp ? &at->map_T_base : nullptr;
 }
 
-constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
-
 /// Where a sighting says its tag is.
 struct Sighting {
   SensorTime stamp{};
@@ -42,7 +40,7 @@ struct Split {
 };
 
 bool shows(const Sighting& sighting, const SE3& map_T_tag) {
-  return internal::nearest(sighting.vote, map_T_tag, kGate).first != nullptr;
+  return internal::nearest(sighting.vote, map_T_tag, internal::kPoseGate).first != nullptr;
 }
 
 Split split_of(const TagId& tag, const MappedTag& mapped, const std::set<SensorTime>& rejected,
@@ -158,7 +156,7 @@ struct AgreedPlace {
 std::optional<AgreedPlace> agreed_place(const std::vector<Sighting>& sightings) {
   std::vector<Vote<SE3>> votes;
   for (const Sighting& sighting : sightings) votes.push_back(sighting.vote);
-  const auto agreed = internal::agree(votes, kGate);
+  const auto agreed = internal::agree(votes, internal::kPoseGate);
   if (!agreed) return std::nullopt;
   AgreedPlace place{.map_T_tag = agreed->value.mean};
   for (const Sighting& sighting : sightings) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/lie.hpp"
 
 namespace waymark {
@@ -168,7 +168,7 @@ std::vector<std::string> in_words(const MapComparison& comparison) {
         words.push_back(
             fmt::format("{} stands {:.2f} m and {:.0f} deg from where the prior map has it: it was moved, or "
                         "one of the maps is wrong",
-                        name, tag.distance_m, tag.turned_rad * 180 / std::numbers::pi));
+                        name, tag.distance_m, to_degrees(tag.turned_rad)));
         break;
       case TagChange::Swapped:
         if (tag.tag < *tag.with)

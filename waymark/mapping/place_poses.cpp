@@ -15,7 +15,6 @@ using internal::Hypothesis;
 using internal::Role;
 using internal::Vote;
 
-constexpr double kGate = 22.5;              // 0.999 quantile of chi-square with 6 degrees of freedom
 constexpr std::size_t kMostOfFrame = 8;     // votes a frame needs at most
 constexpr std::size_t kMostOfStatic = 120;  // the same for a tag
 constexpr double kSure = 16;                // another pose is out of the question
@@ -126,7 +125,7 @@ class Placer {
 
   std::vector<Hypothesis> hypotheses_of_frame(const std::vector<Vote<SE3>>& votes) {
     if (votes.empty()) return {};
-    const auto agreed = internal::agree(votes, kGate);
+    const auto agreed = internal::agree(votes, internal::kPoseGate);
     if (agreed && agreed->votes >= 2) return {{agreed->value.mean, agreed->value.covariance, 0}};
     std::vector<Hypothesis> all;
     for (const Alternative<SE3>& alternative : votes.front()) {
@@ -143,7 +142,7 @@ class Placer {
     int best = 0;
     for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
       if (known_[i].moves || !hypotheses_[i].empty() || appearances_[i].empty()) continue;
-      const auto agreed = internal::agree(votes(i, kMostOfStatic), kGate);
+      const auto agreed = internal::agree(votes(i, kMostOfStatic), internal::kPoseGate);
       if (!agreed || agreed->votes < fewest) continue;
       best = std::max(best, agreed->votes);
       found.push_back({agreed->votes, {i, {agreed->value.mean, agreed->value.covariance, 0}}});

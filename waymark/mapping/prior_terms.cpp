@@ -7,6 +7,9 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include "waymark/base/angles.hpp"
+#include "waymark/pose/agreement.hpp"
+
 namespace waymark::internal {
 namespace {
 
@@ -57,19 +60,17 @@ bool stands_where_it_was(const MapComparison& comparison, const TagId& tag) {
 }
 
 std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
-  constexpr double kDegrees = 57.29577951308232;
   return fmt::format(
       "{} stands {:.0f} mm and {:.1f} deg from where the map has it, more than both can be wrong by: it was "
       "moved, "
       "and the map has its new place",
       to_string(tag), 1000 * (now.translation() - before.translation()).norm(),
-      kDegrees * (now.rotation().inverse() * before.rotation()).angle());
+      to_degrees((now.rotation().inverse() * before.rotation()).angle()));
 }
 
 /// The tags whose places in the lap and in the prior map are one place, as far as the two know.
 void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap,
                    const BundleCovariance& known, TiedPrior& tied) {
-  constexpr double kGate = 22.5;  // 0.999 quantile of chi-square with 6 degrees of freedom
   constexpr double kFarthest_m = 0.5;
   const Matrix6 slack = 1e-6 * Matrix6::Identity();  // a millimetre, a milliradian
   for (const ComparedTag& compared : tied.comparison.tags) {
@@ -81,7 +82,7 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
     const Matrix6 S =
         known.poses[lap.tags.at(compared.tag)] + before->covariance.value_or(Matrix6::Zero()) + slack;
     const bool swapped = compared.change == TagChange::Swapped;
-    if (!swapped && compared.distance_m < kFarthest_m && off.dot(S.llt().solve(off)) < kGate) {
+    if (!swapped && compared.distance_m < kFarthest_m && off.dot(S.llt().solve(off)) < internal::kPoseGate) {
       tied.agreeing.push_back(compared.tag);
     } else if (swapped && compared.tag < *compared.with) {
       tied.words.push_back(fmt::format("{} and {} are swapped against the map that is extended",

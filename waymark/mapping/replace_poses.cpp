@@ -12,7 +12,6 @@ using internal::Hypothesis;
 using internal::Role;
 using internal::Vote;
 
-constexpr double kGate = 22.5;
 constexpr std::size_t kMostVotes = 120;
 
 struct Appearance {
@@ -74,7 +73,7 @@ bool better_place(Bundle& bundle, PoseIndex pose, const std::vector<Appearance>&
       for (const auto& alternative : vote) attempt(alternative.value);
     }
   }
-  if (const auto agreed = internal::agree(votes, kGate)) attempt(agreed->value.mean);
+  if (const auto agreed = internal::agree(votes, internal::kPoseGate)) attempt(agreed->value.mean);
   const bool better = least < enough;
   bundle.poses[pose].value = better ? best : before;
   return better;

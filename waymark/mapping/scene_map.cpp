@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene_report.hpp"
 #include "waymark/mapping/stopped.hpp"
 
@@ -133,9 +134,7 @@ class Search {
     constexpr std::size_t kEnough = 50;
     const double share = 1 - unknowns / std::max(numbers, 1.0);
     if (chi2.size() < kEnough || share < 0.05) return 1;
-    const auto middle = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 2);
-    std::ranges::nth_element(chi2, middle);
-    return std::max(std::sqrt(*middle / (kMedianChi2 * share)), 1e-3);
+    return std::max(std::sqrt(median(std::move(chi2)) / (kMedianChi2 * share)), 1e-3);
   }
 
   bool judge() {

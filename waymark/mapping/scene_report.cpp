@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "waymark/base/order_statistics.hpp"
+
 namespace waymark {
 namespace {
 
@@ -90,9 +92,7 @@ void measure_reprojection(SceneMap& map) {
   if (errors.empty()) return;
   map.reprojection_mean_px =
       std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size());
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::ranges::nth_element(errors, middle);
-  map.reprojection_median_px = *middle;
+  map.reprojection_median_px = median(std::move(errors));
 }
 
 void report_scene(const SceneRecording& recording, SceneMap& map) {

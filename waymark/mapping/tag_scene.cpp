@@ -5,6 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "waymark/base/order_statistics.hpp"
+
 namespace waymark {
 namespace {
 
@@ -23,10 +25,7 @@ std::vector<SceneFrame> group_exactly(std::vector<StampedView> views) {
 Duration half_a_period(const std::vector<SceneFrame>& frames) {
   std::vector<Duration> steps;
   for (std::size_t i = 1; i < frames.size(); ++i) steps.push_back(frames[i].stamp - frames[i - 1].stamp);
-  if (steps.empty()) return Duration{0};
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::ranges::nth_element(steps, middle);
-  return *middle / 2;
+  return median(std::move(steps)) / 2;
 }
 
 std::vector<SceneFrame> group_nearly(std::vector<StampedView> views) {

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/mapping/chain_links.hpp"
 #include "waymark/mapping/floor_sightings.hpp"
@@ -51,12 +52,6 @@ struct PlacedFrame {
   std::vector<Vote<SE2>> votes{};
   SE2 map_X_base{};
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
 
 /// Where the frames just before and after say the base was: medians over as many on both sides. No robot is
 /// somewhere else for the time of one frame.

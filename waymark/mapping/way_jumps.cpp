@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/lost_poses.hpp"
 
 namespace waymark::internal {
@@ -30,13 +31,12 @@ double exactness_beside_a_jump(const Bundle& bundle) {
   constexpr double kFarOff = 50;
   constexpr double kMedianChi2 = 2.366;  // of chi-square with 3 degrees of freedom
   constexpr double kMost = 30;
-  std::vector<double> chi2 = wheel_chi2(bundle);
+  const std::vector<double> chi2 = wheel_chi2(bundle);
   if (chi2.size() < kEnough) return 1;
   const double worst = *std::ranges::max_element(chi2);
-  const auto middle = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 2);
-  std::ranges::nth_element(chi2, middle);
-  if (worst < kFarOff * *middle) return 1;
-  return std::clamp(std::sqrt(kMedianChi2 / std::max(*middle, 1e-12)), 1.0, kMost);
+  const double usual = median(chi2);
+  if (worst < kFarOff * usual) return 1;
+  return std::clamp(std::sqrt(kMedianChi2 / std::max(usual, 1e-12)), 1.0, kMost);
 }
 
 /// Tags that contradict the solution often, those first that do most.

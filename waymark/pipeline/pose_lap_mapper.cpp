@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -78,9 +79,7 @@ Stance stance_of(const std::vector<SE3>& sightings) {
     squares += off.squaredNorm() / static_cast<double>(most);
   }
   stance.map_R_tag = SO3::exp(mean) * stance.map_R_tag;
-  const auto middle = z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2);
-  std::ranges::nth_element(z, middle);
-  stance.z_m = *middle;
+  stance.z_m = median(std::move(z));
   // Sightings of one drive share their errors: their scatter, not the error of its mean.
   stance.rotation_sigma_rad = std::max(0.02, std::sqrt(squares));
   return stance;
@@ -135,8 +134,8 @@ void say(const LandmarkMap& points, const std::map<TagId, TagId>& inner, std::ve
         "the camera seems to sit {:.0f} mm forward, {:.0f} mm to the left of and turned {:.1f} deg from "
         "where it "
         "is believed (+- {:.0f} mm, {:.0f} mm, {:.1f} deg): taken into account",
-        1000 * m.x(), 1000 * m.y(), m.yaw() * 180 / std::numbers::pi, 1000 * points.mounting_sigma.x(),
-        1000 * points.mounting_sigma.y(), points.mounting_sigma.z() * 180 / std::numbers::pi));
+        1000 * m.x(), 1000 * m.y(), to_degrees(m.yaw()), 1000 * points.mounting_sigma.x(),
+        1000 * points.mounting_sigma.y(), to_degrees(points.mounting_sigma.z())));
 }
 
 void read_tags(const PoseLap& lap, const LandmarkMap& points, const std::map<TagId, TagId>& inner,

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/evaluation/pose_pairs.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/loop_figures.hpp"
@@ -72,7 +72,7 @@ Figure heading_error_figure(const std::string& title, const EstimatedTrajectory&
   for (const PosePair& pair : pair_by_time(estimate, truth, kMaxGap)) {
     const SE3 truth_T_estimate = pair.reference.inverse() * pair.estimated.map_T_base;
     error.x.push_back(to_seconds(pair.estimated.stamp - estimate.front().stamp));
-    error.y.push_back(180 / std::numbers::pi * project_to_plane(truth_T_estimate).yaw());
+    error.y.push_back(to_degrees(project_to_plane(truth_T_estimate).yaw()));
   }
   return over_time(title, {.label = "heading", .unit = "deg"}, {std::move(error)});
 }

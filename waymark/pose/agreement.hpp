@@ -15,6 +15,9 @@
 /// One value from many measurements, each of which may offer several of which at most one is true.
 namespace waymark::internal {
 
+/// Poses nearer than this to each other agree: 0.999 quantile of chi-square with 6 degrees of freedom.
+inline constexpr double kPoseGate = 22.5;
+
 /// What one frame says a transform may be.
 template <LieGroup G>
 struct Alternative {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/recording/mbot_samples.hpp"
 
 namespace waymark::mbot {
@@ -55,7 +56,6 @@ void Survey::add(ByteSpan payload) {
 }
 
 void Survey::add(const TagArray& array) {
-  constexpr double kDegree = std::numbers::pi / 180;
   for (const Tag& tag : array.tags) {
     if (!sound(tag)) continue;
     ++tags_;
@@ -65,7 +65,7 @@ void Survey::add(const TagArray& array) {
       const Eigen::Vector3d cam_z_of_tag = q * Eigen::Vector3d::UnitZ();
       if (cam_z_of_tag.dot(position(tag)) < 0) ++turned_away_[order];
       for (std::size_t unit = 0; unit < 2; ++unit) {
-        const double dot = q.dot(from_angles(tag.angles_rpy, unit == 1 ? kDegree : 1));
+        const double dot = q.dot(from_angles(tag.angles_rpy, unit == 1 ? to_radians(1) : 1));
         misfit_[2 * order + unit] += std::isfinite(dot) ? 1 - std::abs(dot) : 1;
       }
     }

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
+
 namespace waymark {
 namespace {
 
@@ -14,8 +16,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFarEnough_m = 3;
 /// Robots turn less than they are asked to; a way that is free is seen, so the angle need not be exact.
 constexpr double kStuckTurns = 3;
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 }  // namespace
 
@@ -78,7 +78,8 @@ ExploreStep Explorer::step(SensorTime now) {
     state_ = ExploreState::Turn;
     ++turns_;
     side_ = near_left_m_ >= near_right_m_ ? 1 : -1;
-    left_to_turn_rad_ = random_.uniform(radians(options_.least_turn_deg), radians(options_.most_turn_deg));
+    left_to_turn_rad_ =
+        random_.uniform(to_radians(options_.least_turn_deg), to_radians(options_.most_turn_deg));
     wander_rad_s_ = 0;
   }
   if (state_ == ExploreState::Turn) {

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
+
+#include "waymark/base/angles.hpp"
 
 namespace waymark {
 namespace {
@@ -133,7 +134,7 @@ SafetyVerdict limit(const VelocityCommand& wanted, const SafetyInputs& inputs, c
 
 std::optional<std::string> start_refusal(double distance_m, double heading_error_rad,
                                          const SafetyOptions& options) {
-  const double degrees = heading_error_rad * 180 / std::numbers::pi;
+  const double degrees = to_degrees(heading_error_rad);
   if (!(std::abs(distance_m) <= options.start_distance_m)) {
     return fmt::format("the robot is {:.2f} m to the {} of the route: put it within {:.2f} m",
                        std::abs(distance_m), distance_m > 0 ? "left" : "right", options.start_distance_m);

@@ -5,10 +5,11 @@
 #include <limits>
 #include <numbers>
 
+#include "waymark/base/angles.hpp"
+
 namespace waymark {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// The board of an upright panel as a box.
@@ -68,12 +69,12 @@ LaserScan Lidar::scan(const SE2& map_T_base, const Eigen::Vector3d& twist, Senso
   const double turn_s = options_.rate_hz > 0 ? 1 / options_.rate_hz : 0;
   const double step_s = turn_s / options_.rays;
   LaserScan scan{.stamp = stamp - Duration(std::llround(turn_s * 1e9)),
-                 .angle_min_rad = options_.first_ray_deg * kDegree,
+                 .angle_min_rad = to_radians(options_.first_ray_deg),
                  .angle_increment_rad = 2 * std::numbers::pi / options_.rays,
                  .time_increment_s = step_s,
                  .range_min_m = options_.range_min_m,
                  .range_max_m = options_.range_max_m};
-  const SE2 base_T_lidar(options_.x_m, options_.y_m, options_.yaw_deg * kDegree);
+  const SE2 base_T_lidar(options_.x_m, options_.y_m, to_radians(options_.yaw_deg));
   scan.ranges_m.reserve(static_cast<std::size_t>(options_.rays));
   for (int i = 0; i < options_.rays; ++i) {
     const SE2 map_T_lidar = map_T_base * SE2::exp(twist * (i * step_s - turn_s)) * base_T_lidar;

@@ -6,13 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/simulation/motion_sensors.hpp"
 
 namespace waymark {
 namespace {
 
 constexpr Duration kStep = std::chrono::milliseconds(5);
-constexpr double kDegree = std::numbers::pi / 180;
 
 RobotModel robot_model(double track_m = 0.172) {
   return {
@@ -144,7 +144,7 @@ TEST(OdometryOfLimo, DropsTurningBelowFiveDegreesASecond) {
               0, 0.01);
   options.yaw_deadband_deg = 0;
   const Drive repaired = drive(options, {0.25, 0.25 / 3.3}, 20);
-  EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), 0.02 * kDegree)
+  EXPECT_NEAR(repaired.odometry.odom_T_base.yaw(), repaired.truth.yaw(), to_radians(0.02))
       << "nothing but the resolution of the angle, and of the ramp at the start";
 }
 

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <utility>
 
+#include "waymark/base/angles.hpp"
+
 namespace waymark {
 
 MotionSensors::MotionSensors(const RobotModel& model, const MotionSensorOptions& options, Random random)
@@ -50,11 +52,11 @@ ImuSample MotionSensors::read_imu(const RobotDynamics& robot) {
 
 /// What is left of a turn of the IMU's angle after the driver has looked for noise.
 double MotionSensors::dropped(double turned_rad) {
-  constexpr double kResolution = 0.01 * std::numbers::pi / 180;  // of the angle on the wire
+  constexpr double kResolution = to_radians(0.01);  // of the angle on the wire
   imu_yaw_rad_ += turned_rad;
   const double step = std::round(imu_yaw_rad_ / kResolution) * kResolution;
   imu_yaw_rad_ -= step;  // counted, whether it is used or not
-  return std::abs(step) < options_.yaw_deadband_deg * std::numbers::pi / 180 ? 0 : step;
+  return std::abs(step) < to_radians(options_.yaw_deadband_deg) ? 0 : step;
 }
 
 void MotionSensors::follow_truth(const RobotDynamics& robot) {

@@ -5,12 +5,11 @@
 #include <numbers>
 #include <optional>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
 
 namespace waymark {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 /// A camera at `map_p` that looks at `map_target` with its x axis level.
 SE3 looking_at(const Eigen::Vector3d& map_p, const Eigen::Vector3d& map_target) {
@@ -80,7 +79,7 @@ class Watch {
       const SE3 meant = last_->nominal.inverse() * nominal;
       const SE3 jump = meant.inverse() * moved;
       report_.jump_m = std::max(report_.jump_m, jump.translation().norm());
-      report_.jump_deg = std::max(report_.jump_deg, jump.rotation().angle() / kDegree);
+      report_.jump_deg = std::max(report_.jump_deg, to_degrees(jump.rotation().angle()));
     }
     last_ = Last{nominal, composed};
   }
@@ -96,7 +95,7 @@ class Watch {
 SE3 disturbed(const SE3& a_T_b, const OrbitOptions& options, Random& random) {
   SE3::Tangent xi;
   for (int i = 0; i < 3; ++i) xi[i] = random.normal(0, options.sigma_m);
-  for (int i = 3; i < 6; ++i) xi[i] = random.normal(0, options.sigma_deg * kDegree);
+  for (int i = 3; i < 6; ++i) xi[i] = random.normal(0, to_radians(options.sigma_deg));
   return a_T_b * SE3::exp(xi);
 }
 
@@ -120,7 +119,7 @@ void disturb(const World& world, const OrbitOptions& options, OrbitReport& repor
   }
   // Two frames of two disturbed poses each; a rotation at one end moves the other by the distance between
   // them, at most the diameter. Six standard deviations of the length of a vector of three.
-  const double turn = options.sigma_deg * kDegree;
+  const double turn = to_radians(options.sigma_deg);
   const double lever_m = 2 * report.radius_m;
   const double sigma_m = std::hypot(std::numbers::sqrt2 * options.sigma_m, turn * lever_m);
   constexpr double kSix = 6 * std::numbers::sqrt2 * std::numbers::sqrt3;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/simulation/backdrop.hpp"
 #include "waymark/simulation/point_spread.hpp"
@@ -78,7 +78,7 @@ struct Illumination {
   double mean = 1, per_x = 0, per_y = 0;
 
   Illumination(const CameraModel& camera, const PhotographOptions& options) {
-    const double direction = options.illumination_direction_deg * std::numbers::pi / 180;
+    const double direction = to_radians(options.illumination_direction_deg);
     const double half_width = camera.width_px() / 2.0;
     const double half_height = camera.height_px() / 2.0;
     const double reach =

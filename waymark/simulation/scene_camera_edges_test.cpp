@@ -1,7 +1,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/LU>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/scene_exposure.hpp"
@@ -180,8 +180,7 @@ TEST(SceneCameraEdges, MeetAtTheTrueCornersWithinFiveThousandthsOfAPixel) {
       for (const double tilt_deg : {0.0, 20.0, 40.0, 60.0, 70.0}) {
         double worst = 0;
         for (int turn = 0; turn < 6; ++turn) {
-          const SE3 pose =
-              some_pose(size_px, lens.px_per_rad, tilt_deg * std::numbers::pi / 180, turn, random);
+          const SE3 pose = some_pose(size_px, lens.px_per_rad, to_radians(tilt_deg), turn, random);
           worst = std::max(worst, corner_error_px(meter, pose, size_px / lens.px_per_rad));
         }
         std::printf(" %8.5f", worst);

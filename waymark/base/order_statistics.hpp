@@ -1,0 +1,29 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace waymark {
+
+/// The value that `share` (0 to 1) of the values lie below, one of them: no interpolation. Of none: T{}.
+/// O(n).
+template <class T>
+[[nodiscard]] T quantile(std::vector<T> values, double share) {
+  if (values.empty()) return T{};
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, values.begin() + rank);
+  return values[static_cast<std::size_t>(rank)];
+}
+
+/// The value in the middle; of an even number of them the upper of the two. Of none: T{}. O(n).
+template <class T>
+[[nodiscard]] T median(std::vector<T> values) {
+  if (values.empty()) return T{};
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+}  // namespace waymark
