@@ -7,16 +7,19 @@ photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Comman
   waymark …             run in the scratch folder
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
   mkdir ls cat head     run in the scratch folder
-A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one after five seconds.
+A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
+they have said their address.
 
 usage: tools/check_commands.py PROGRAM [FILE.md ...]     PROGRAM: the built waymark
 """
 import os
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests/cli"))
@@ -52,6 +55,21 @@ def commands(text):
             pending = ""
 
 
+def said_in(output):
+    return pathlib.Path(output.name).read_text(encoding="utf-8", errors="replace")
+
+
+def wait_for_address(process, output):
+    """Until a program that serves says where, and one second more; or until it ends."""
+    for _ in range(10 * SECONDS):
+        if process.poll() is not None:
+            return
+        if "http://" in said_in(output):
+            time.sleep(1)
+            return
+        time.sleep(0.1)
+
+
 def run(command, scratch, program):
     """Nothing when the command did what it should, else what went wrong."""
     expected = re.search(r"# exit (\d+)$", command)
@@ -67,18 +85,24 @@ def run(command, scratch, program):
         return "is not of a kind this check can run; fence the block as ```text"
     if " --view" in bare:
         expected = 130  # that is how a robot ends that is stopped by Ctrl-C
-    if bare.startswith("waymark view") or " --view" in bare:
-        bare = "timeout --foreground --preserve-status -s INT 5 " + bare  # once: not also to its group
     path = f"{pathlib.Path(program).resolve().parent}:{os.environ['PATH']}"
-    try:
-        done = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", bare], cwd=folder, env={**os.environ, "PATH": path},
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace", timeout=SECONDS,
-                              check=False)
-    except subprocess.TimeoutExpired:
-        return f"took more than {SECONDS} s"
-    if done.returncode == expected:
-        return None
-    return f"exit {done.returncode}, expected {expected}\n{done.stdout[-2000:]}{done.stderr[-2000:]}"
+    serves = bare.startswith("waymark view") or " --view" in bare
+    with tempfile.NamedTemporaryFile() as output:
+        process = subprocess.Popen(["bash", "-e", "-o", "pipefail", "-c", f"exec {bare}" if serves else bare], cwd=folder,
+                                   env={**os.environ, "PATH": path}, stdin=subprocess.DEVNULL, stdout=output,
+                                   stderr=subprocess.STDOUT)
+        try:
+            if serves:
+                wait_for_address(process, output)
+                process.send_signal(signal.SIGINT)
+            process.wait(SECONDS)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            return f"took more than {SECONDS} s"
+        said = said_in(output)
+    if serves and "http://" not in said:
+        return f"said no address to look at\n{said[-2000:]}"
+    return None if process.returncode == expected else f"exit {process.returncode}, expected {expected}\n{said[-4000:]}"
 
 
 def main():
