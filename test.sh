@@ -103,24 +103,27 @@ if wanted house; then
   git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
 fi
 
+# In their short form both share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
+sanitized_rooms=(base codecs recording drivers/process)
+sanitized_programs=(); for room in "${sanitized_rooms[@]}"; do sanitized_programs+=("waymark_${room//\//_}_tests"); done
+short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
 if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"
   if [ -n "$full" ]; then
     build asan-ubsan
     run_tests asan-ubsan -LE slow_under_sanitizers
-  else  # what reads foreign bytes, in the build of the fuzzers
-    for room in base codecs recording drivers/process; do
-      tests="waymark_${room//\//_}_tests"
-      build fuzz "$tests"
+  else
+    build fuzz "${sanitized_programs[@]}" $(wanted fuzzers && echo "${short_fuzzers[@]}")
+    for room in "${sanitized_rooms[@]}"; do
       echo "sanitizers: $room"
-      "build/fuzz/waymark/$room/$tests" --gtest_brief=1 | tail -3
+      "build/fuzz/waymark/$room/waymark_${room//\//_}_tests" --gtest_brief=1 | tail -3
     done
   fi
 fi
 
 if wanted fuzzers; then
   step "fuzzers"
-  if [ -n "$full" ]; then build fuzz; else build fuzz image_fuzz camera_yaml_fuzz yaml_fields_fuzz; fi
+  if [ -n "$full" ]; then build fuzz; else build fuzz "${short_fuzzers[@]}"; fi
   tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 120 || echo 10)"
 fi
 

@@ -43,10 +43,12 @@ printf '%s\n' "${files[@]}" | xargs -P "$(nproc)" -n 1 clang-tidy-16 -p build/de
 # What clang compiles GCC may not (the preset check is clang's, with headers precompiled): the same files by the dev preset's compiler.
 if [ -z "$all" ]; then
   python3 - "${files[@]}" <<'PY'
-import json, pathlib, subprocess, sys
+import concurrent.futures, json, os, pathlib, subprocess, sys
 wanted = {str(pathlib.Path(name).resolve()) for name in sys.argv[1:]}
-for unit in json.loads(pathlib.Path("build/dev/compile_commands.json").read_text()):
-    if unit["file"] in wanted:
-        subprocess.run(unit["command"] + " -fsyntax-only", shell=True, check=True, cwd=unit["directory"])
+units = [unit for unit in json.loads(pathlib.Path("build/dev/compile_commands.json").read_text()) if unit["file"] in wanted]
+def compile(unit):
+    return subprocess.run(unit["command"] + " -fsyntax-only", shell=True, check=False, cwd=unit["directory"]).returncode
+with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+    sys.exit(max(pool.map(compile, units), default=0))
 PY
 fi
