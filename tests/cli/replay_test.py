@@ -99,12 +99,15 @@ class Replay(WithLap):
         self.assertGreaterEqual(best["min_clearance_m"], taught["min_clearance_m"] - 0.001)
         self.assertGreaterEqual(best["two_tags_fraction"], taught["two_tags_fraction"])
         self.assertTrue((self.folder / "map/route-fast.svg").exists())
+        again = self.run_here("optimize", "map", "--name", "fast", "--speed-m-s", 0.7, "--rounds", 1)
+        self.assertIn("has a number in its name now: route-fast.svg, route-fast.yaml", again.err)
+        self.assertTrue((self.folder / "map/route-fast.1.yaml").exists())
         (driven,) = self.replay("--route", "fast", "--json").records
         self.assertTrue(driven["finished"])
         self.assertLess(driven["cross_track_rmse_m"], 0.03)
         self.run_here("map", "lap.mcap", "-o", "map")  # another map: the routes of the old one step aside
         self.assertFalse((self.folder / "map/route-fast.yaml").exists())
-        self.assertTrue((self.folder / "map/route-fast.1.yaml").exists())
+        self.assertTrue((self.folder / "map/route-fast.2.yaml").exists())
         (self.folder / "weights.yaml").write_text("corridor: 0.1\n")
         wrong = self.run_here("optimize", "map", "--weights", "weights.yaml")
         self.assertEqual(wrong.code, 2)

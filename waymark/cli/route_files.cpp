@@ -54,10 +54,17 @@ std::vector<std::string> route_names(const fs::path& folder) {
   return names;
 }
 
+std::vector<std::string> files_of_route(const std::string& route) {
+  std::vector<std::string> names;
+  for (const auto& [stem, suffix] : kOfRoute) names.push_back(file_name_for_route(stem, route, suffix));
+  return names;
+}
+
 std::vector<std::string> files_of_map(const std::vector<std::string>& routes) {
   std::vector<std::string> names = {"map.yaml", "poses.yaml", "camera_poses.yaml"};
   for (const std::string& route : routes) {
-    for (const auto& [stem, suffix] : kOfRoute) names.push_back(file_name_for_route(stem, route, suffix));
+    const std::vector<std::string> of_route = files_of_route(route);
+    names.insert(names.end(), of_route.begin(), of_route.end());
   }
   return names;
 }

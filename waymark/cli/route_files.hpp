@@ -19,6 +19,8 @@ namespace waymark::cli {
 /// among them.
 [[nodiscard]] std::vector<std::string> route_names(const std::filesystem::path& folder);
 
+/// The names of what belongs to one route of a map.
+[[nodiscard]] std::vector<std::string> files_of_route(const std::string& route);
 /// The names of what mapping writes of a map and of these routes of it ("": the one that was taught first);
 /// but for robot.yaml, which is the robot's.
 [[nodiscard]] std::vector<std::string> files_of_map(const std::vector<std::string>& routes);

@@ -14,6 +14,7 @@
 #include "waymark/cli/experiment_grid.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/faults_file.hpp"
 #include "waymark/config/text_file.hpp"
@@ -179,7 +180,7 @@ Status check_output(const ExperimentArgs& args) {
       return fail(ErrorCode::Unwritable, "an experiment was written here already", {.source = path.string()},
                   "Give another folder with --output, or --force to write over it.");
   }
-  return {};
+  return check_output_folder(folder);
 }
 
 Result<ExperimentGrid> read_grid(const std::string& path) {

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/route_files.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -92,7 +94,31 @@ std::string comparison(const OptimizedRoute& found) {
 struct Optimized {
   OptimizedRoute found{};
   std::vector<std::string> files{};
+  std::vector<std::string> set_aside{};
 };
+
+/// The route with its picture, in the place of what the folder holds of a route of this name.
+Status write_route_files(const OptimizeArgs& args, const Route& taught, const TagMap& tags,
+                         Optimized& result) {
+  Result<StagedFolder> staged = StagedFolder::open(args.folder);
+  if (!staged) return tl::unexpected(staged.error());
+  const std::string name = route_file_name(args.name);
+  Status status = write_route(staged->path() / name, result.found.route);
+  result.files.push_back(name);
+  if (status)
+    status =
+        write_figure(staged->path() / file_name_for_route("route", args.name, ".svg"),
+                     plot::path_figure("Taught and optimised",
+                                       {layer("taught", taught, tags, plot::kTaughtColor),
+                                        layer("optimised", result.found.route, {}, plot::kEstimateColor)}),
+                     {".svg"}, result.files);
+  if (!status) return status;
+  auto aside = staged->put_in_place(files_of_route(args.name));
+  if (!aside) return tl::unexpected(aside.error());
+  result.set_aside = std::move(*aside);
+  for (std::string& file : result.files) file = (fs::path(args.folder) / fs::path(file).filename()).string();
+  return {};
+}
 
 Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptions& options,
                                   const ProfileOptions& profile) {
@@ -101,6 +127,7 @@ Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptio
   if (!map) return tl::unexpected(map.error());
   const auto taught = read_route(folder / "route.yaml");
   if (!taught) return tl::unexpected(taught.error());
+  if (Status status = check_output_folder(folder); !status) return tl::unexpected(status.error());
   std::error_code ignored;
   const auto robot_path = fs::exists(folder / "robot.yaml", ignored) ? Result<fs::path>(folder / "robot.yaml")
                                                                      : find_shared("robots", "limo");
@@ -110,16 +137,7 @@ Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptio
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, profile, options);
   if (!found) return tl::unexpected(found.error());
   Optimized result{.found = std::move(*found)};
-  const fs::path file = folder / route_file_name(args.name);
-  Status status = write_route(file, result.found.route);
-  result.files.push_back(file.string());
-  if (status)
-    status =
-        write_figure(folder / ("route-" + args.name + ".svg"),
-                     plot::path_figure("Taught and optimised",
-                                       {layer("taught", *taught, map->tags, plot::kTaughtColor),
-                                        layer("optimised", result.found.route, {}, plot::kEstimateColor)}),
-                     {".svg"}, result.files);
+  const Status status = write_route_files(args, *taught, map->tags, result);
   if (!status) return tl::unexpected(status.error());
   return result;
 }
@@ -138,6 +156,9 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
     console.say(result.error());
     return ExitCode::SomeFailed;
   }
+  if (!result->set_aside.empty())
+    console.say(fmt::format("what stood there before has a number in its name now: {}",
+                            fmt::join(result->set_aside, ", ")));
   if (args.json)
     console.print(json_line({{"route", args.name},
                              {"taught", json_of(result->found.taught)},

@@ -14,6 +14,7 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
@@ -160,7 +161,8 @@ ExitCode make_world(const NewArgs& args, Console& console) {
     console.say(status.error());
     return ExitCode::Usage;
   }
-  Result<World> world = drawn_line(args.path);
+  const Status writable = check_output_file(args.output);
+  Result<World> world = writable ? drawn_line(args.path) : tl::unexpected(writable.error());
   if (world) world = lay_tags(std::move(*world), robot->model, robot->camera, options);
   const TagCameraOptions eye{.max_range_m = options.max_range_m};
   const auto check =

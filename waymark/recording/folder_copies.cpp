@@ -113,6 +113,7 @@ Status take_copies_out(std::vector<std::unique_ptr<MessageLog>>& parts, LogProbl
   }
   std::ranges::sort(kept);
   std::vector<std::unique_ptr<MessageLog>> remaining;
+  remaining.reserve(kept.size());
   for (const std::size_t i : kept) remaining.push_back(std::move(parts[i]));
   parts = std::move(remaining);
   return {};
