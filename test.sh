@@ -81,6 +81,15 @@ run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals
   [ "$outcome" -eq 0 ]
 }
 
+helper=""
+meanwhile() {  # meanwhile FUNCTION: in the background, where nobody else wants the processor; ends with this script
+  set -m  # a process group of its own, to be ended as a whole
+  (renice -n 19 "$BASHPID" >/dev/null; "$@") >build/meanwhile.log 2>&1 </dev/null &
+  helper=$!
+  set +m
+}
+trap '[ -z "$helper" ] || kill -- "-$helper" 2>/dev/null || true' EXIT
+
 mkdir -p build
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
@@ -89,11 +98,24 @@ command -v npm >/dev/null || waymark_install npm  # Debian's, unless there is on
 tools/install_validators.sh || echo "test.sh: npm cannot install tests/npm: the test npm.recording skips"
 tools/build_viewer.sh || echo "test.sh: the page of waymark view is not built: the test viewer.page skips"
 
+# In their short form sanitizers and fuzzers share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
+sanitized_rooms=(base codecs recording drivers/process)
+short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
+build_sanitized() {
+  local targets=() room
+  if wanted sanitizers; then for room in "${sanitized_rooms[@]}"; do targets+=("waymark_${room//\//_}_tests"); done; fi
+  if wanted fuzzers; then targets+=("${short_fuzzers[@]}"); fi
+  [ ${#targets[@]} -eq 0 ] || build fuzz "${targets[@]}"
+}
+
 if wanted tests; then
   step "build"
   build check
   step "unit, system and consumer tests"
+  if [ -z "$full" ]; then meanwhile build_sanitized; fi  # half of a test's time is waiting
   run_tests check
+  [ -z "$helper" ] || wait "$helper" || true  # what failed fails again below, with words
+  helper=""
 fi
 unset WAYMARK_FULL  # what follows looks for other things than long runs do
 
@@ -103,17 +125,13 @@ if wanted house; then
   git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
 fi
 
-# In their short form both share one build: what reads foreign bytes, and the fuzzers of pictures and YAML.
-sanitized_rooms=(base codecs recording drivers/process)
-sanitized_programs=(); for room in "${sanitized_rooms[@]}"; do sanitized_programs+=("waymark_${room//\//_}_tests"); done
-short_fuzzers=(image_fuzz camera_yaml_fuzz yaml_fields_fuzz)
 if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"
   if [ -n "$full" ]; then
     build asan-ubsan
     run_tests asan-ubsan -LE slow_under_sanitizers
   else
-    build fuzz "${sanitized_programs[@]}" $(wanted fuzzers && echo "${short_fuzzers[@]}")
+    build_sanitized
     for room in "${sanitized_rooms[@]}"; do
       echo "sanitizers: $room"
       "build/fuzz/waymark/$room/waymark_${room//\//_}_tests" --gtest_brief=1 | tail -3
@@ -123,7 +141,7 @@ fi
 
 if wanted fuzzers; then
   step "fuzzers"
-  if [ -n "$full" ]; then build fuzz; else build fuzz "${short_fuzzers[@]}"; fi
+  if [ -n "$full" ]; then build fuzz; else build_sanitized; fi
   tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 120 || echo 10)"
 fi
 

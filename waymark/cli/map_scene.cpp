@@ -23,6 +23,7 @@ namespace {
 std::string words_of(const std::vector<TagId>& tags) {
   std::vector<std::string> names;
   constexpr std::size_t kMost = 12;
+  names.reserve(tags.size());
   for (const TagId& tag : tags) names.push_back(std::to_string(tag.number));
   const std::size_t all = names.size();
   if (all > kMost) names.resize(kMost);
@@ -132,6 +133,7 @@ void warn(MapSceneReport& report) {
         fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
                     words_of(map.unbelieved)));
   std::vector<TagId> foreign;
+  foreign.reserve(map.sightings.foreign.size());
   for (const auto& [id, count] : map.sightings.foreign) foreign.push_back(id);
   if (!foreign.empty())
     report.warnings.push_back(
