@@ -76,7 +76,7 @@ class Map(WithLap):
             full = self.run_here("map", "lap.mcap", "-o", folder,
                                  preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
             self.assertEqual(full.code, 1, full.err)
-            self.assertIn("cannot be written", full.err)
+            self.assertIn(f"{folder}/trajectory.txt: the file cannot be written", full.err)
         self.assertEqual({p.name: p.read_bytes() for p in (self.folder / "map").iterdir()}, before)
         self.assertFalse((self.folder / "fresh").exists())
         (self.folder / "file").touch()  # said before any work: the recording is not even looked for

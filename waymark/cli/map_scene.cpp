@@ -109,12 +109,12 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   Status status = write_scene(job, recording, staged->path(), report);
-  if (!status) return status;
+  if (!status) return staged->failed(status.error());
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   report.files.push_back((job.folder / "summary.json").string());
   status = write_text_file(staged->path() / "summary.json", to_json(report).dump(2) + "\n");
-  if (!status) return status;
+  if (!status) return staged->failed(status.error());
   std::vector<std::string> routes = route_names(job.folder);  // of a map of another kind
   routes.emplace_back();
   const auto aside = staged->put_in_place(files_of_map(routes));

@@ -175,13 +175,13 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   Status status = take_routes_along(job, folder);
   if (status) status = write_texts(recorded, job, map, folder, report);
   if (status) status = write_figures(recorded, job, folder, report);
-  if (!status) return status;
+  if (!status) return staged->failed(status.error());
   tell_of_orphaned_routes(job, staged->number_for(older), report);
   report.wall_s = watch.seconds();
   report.peak_rss_mib = peak_rss_mib();
   const std::string summary = file_name_for_route("summary", job.route_name, ".json");
   status = write_text_file(folder / summary, to_json(report).dump(2) + "\n");
-  if (!status) return status;
+  if (!status) return staged->failed(status.error());
   report.files.push_back((folder / summary).string());
   Result<std::vector<std::string>> aside = staged->put_in_place(older);
   if (!aside) return tl::unexpected(aside.error());

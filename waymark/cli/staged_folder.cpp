@@ -125,6 +125,12 @@ StagedFolder::~StagedFolder() {
   remove_empty(folder_, made_);
 }
 
+tl::unexpected<Error> StagedFolder::failed(Error error) const {
+  const fs::path source = error.place.source;
+  if (source.parent_path() == staged_) error.place.source = (folder_ / source.filename()).string();
+  return tl::unexpected(std::move(error));
+}
+
 std::vector<std::string> StagedFolder::written() const {
   std::vector<std::string> names;
   std::error_code error;

@@ -30,6 +30,8 @@ class StagedFolder {
 
   /// Where the files are to be written.
   [[nodiscard]] const std::filesystem::path& path() const { return staged_; }
+  /// What failed to be written there, said of the file where it belongs.
+  [[nodiscard]] tl::unexpected<Error> failed(Error error) const;
   /// The number that put_in_place() gives to what moves aside.
   [[nodiscard]] int number_for(const std::vector<std::string>& older) const;
   /// `older` are names that move aside although no new file takes their place. What stays the same to the

@@ -112,7 +112,7 @@ Status write_route_files(const OptimizeArgs& args, const Route& taught, const Ta
                                        {layer("taught", taught, tags, plot::kTaughtColor),
                                         layer("optimised", result.found.route, {}, plot::kEstimateColor)}),
                      {".svg"}, result.files);
-  if (!status) return status;
+  if (!status) return staged->failed(status.error());
   auto aside = staged->put_in_place(files_of_route(args.name));
   if (!aside) return tl::unexpected(aside.error());
   result.set_aside = std::move(*aside);
