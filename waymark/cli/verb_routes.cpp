@@ -77,6 +77,7 @@ Result<double> place_of(const RoutesArgs& args, const Route& route) {
 
 Status remove_station(const std::string& name, Route& route) {
   std::vector<std::string> names;
+  names.reserve(route.stations.size());
   for (const Station& station : route.stations) names.push_back(station.name);
   if (std::erase_if(route.stations, [&](const Station& station) { return station.name == name; }) > 0)
     return {};

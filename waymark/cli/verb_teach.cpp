@@ -42,7 +42,7 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
   if (s.closed_loop || loop)
     text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
                           : "The loop is not closed.\n";
-  if (s.seen.size() > 0) {
+  if (!s.seen.empty()) {
     const auto fewest = std::ranges::min_element(s.seen, {}, [](const auto& seen) { return seen.second; });
     text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
                         to_string(fewest->first));

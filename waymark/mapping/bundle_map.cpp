@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "waymark/mapping/corner_noise.hpp"
+#include "waymark/mapping/image_region.hpp"
 #include "waymark/mapping/lost_poses.hpp"
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
@@ -139,11 +140,9 @@ void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovarian
 /// Sums, for now.
 void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& factor,
                     const CameraModel& camera, BundleMap& result) {
-  for (int c = 0; c < 4; ++c) {
+  for (Eigen::Index c = 0; c < 4; ++c) {
     const Eigen::Vector2d& at = factor.corners_px[static_cast<std::size_t>(c)];
-    const int column = std::clamp(static_cast<int>(3 * at.x() / camera.width_px()), 0, 2);
-    const int row = std::clamp(static_cast<int>(3 * at.y() / camera.height_px()), 0, 2);
-    ResidualRegion& region = result.regions[static_cast<std::size_t>(3 * row + column)];
+    ResidualRegion& region = result.regions[internal::ninth_of(at, camera)];
     ++region.corners;
     region.mean_px += r.segment<2>(2 * c);
     region.rms_px += r.segment<2>(2 * c).squaredNorm();

@@ -3,6 +3,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/mapping/calibration_search.hpp"
+#include "waymark/mapping/image_region.hpp"
 #include "waymark/samples/visibility.hpp"
 
 namespace waymark::internal {
@@ -56,9 +57,7 @@ std::array<ImageRegion, 9> regions_of(const std::vector<TargetView>& views, cons
       for (std::size_t i = 0; i < corners.size(); ++i) {
         const Eigen::Vector2d& seen = tag.seen.corners_px[i];
         const auto px = camera.project(cam_T_tag * corners[i]);
-        const auto column = std::clamp(static_cast<int>(3 * seen.x() / camera.width_px()), 0, 2);
-        const auto row = std::clamp(static_cast<int>(3 * seen.y() / camera.height_px()), 0, 2);
-        if (px) squares[static_cast<std::size_t>(3 * row + column)].push_back((*px - seen).squaredNorm());
+        if (px) squares[internal::ninth_of(seen, camera)].push_back((*px - seen).squaredNorm());
       }
     }
   }

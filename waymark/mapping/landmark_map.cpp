@@ -110,6 +110,7 @@ void settle(LandmarkProblem& problem, LandmarkMap& map) {
   count(internal::solve(problem, 6, kMostSteps));
   for (int round = 0; round < 4; ++round) {
     std::vector<double> chi2;
+    chi2.reserve(problem.sightings.size());
     for (const PointSighting& seen : problem.sightings)
       chi2.push_back(internal::sighting_residual(problem, seen).squaredNorm());
     const double ratio2 = std::max(median(chi2) / kMedianChi2, 1e-6);
@@ -134,6 +135,7 @@ Status read_covariance(const LandmarkProblem& problem, const std::vector<TagId>&
   if (!cholesky.factorize(0, 1e-6))
     return fail(ErrorCode::InvalidArgument, "no map: what was seen does not determine it");
   std::vector<std::pair<int, int>> diagonal;
+  diagonal.reserve(static_cast<std::size_t>(system.unknowns()));
   for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
   const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
   const auto block = [&](int unknown) -> const Eigen::MatrixXd& {
@@ -146,8 +148,8 @@ Status read_covariance(const LandmarkProblem& problem, const std::vector<TagId>&
     const Eigen::Matrix3d P = i == 0 ? Eigen::Matrix3d::Zero() : Eigen::Matrix3d(block(problem.of_frame(i)));
     map.base_covariance.push_back(from_coordinate_covariance(map.map_X_base.back(), P).covariance);
   }
-  const Eigen::MatrixXd scales = block(problem.of_scales());
-  const Eigen::MatrixXd mounting = block(problem.of_mounting());
+  const Eigen::MatrixXd& scales = block(problem.of_scales());
+  const Eigen::MatrixXd& mounting = block(problem.of_mounting());
   map.scales_sigma = {std::sqrt(scales(0, 0)), std::sqrt(scales(1, 1))};
   map.mounting_sigma = mounting.diagonal().cwiseSqrt();
   return {};

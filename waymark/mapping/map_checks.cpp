@@ -71,6 +71,7 @@ bool seen_twice_at_once(const TagId& tag, const LapInput& lap) {
 bool apart_in_time(const std::vector<SensorTime>& here, const std::vector<SensorTime>& there) {
   constexpr double kFew = 0.2;
   std::vector<std::pair<SensorTime, int>> both;
+  both.reserve(here.size() + there.size());
   for (const SensorTime stamp : here) both.emplace_back(stamp, 1);
   for (const SensorTime stamp : there) both.emplace_back(stamp, -1);
   std::ranges::sort(both);
@@ -155,6 +156,7 @@ struct AgreedPlace {
 
 std::optional<AgreedPlace> agreed_place(const std::vector<Sighting>& sightings) {
   std::vector<Vote<SE3>> votes;
+  votes.reserve(sightings.size());
   for (const Sighting& sighting : sightings) votes.push_back(sighting.vote);
   const auto agreed = internal::agree(votes, internal::kPoseGate);
   if (!agreed) return std::nullopt;

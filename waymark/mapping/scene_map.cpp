@@ -181,8 +181,8 @@ std::optional<SE3> SceneMap::map_T_tag(std::size_t body, std::size_t tag) const 
   return problem.bundle.poses[problem.bodies[body].front()].value * problem.bundle.poses[of_tag].value;
 }
 
-Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording, const SceneMapOptions& options,
-                           const MapProgress& progress) {
+Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
+                           const SceneMapOptions& options, const MapProgress& progress) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   SceneMap map{.scene = scene};
   map.sightings = sightings_of(recording, map.scene);

@@ -54,7 +54,7 @@ struct SceneMap {
 
 /// Tags, extrinsics and motions that explain all sightings best, from no start but what the scene knows.
 /// Fails when nothing leads to the map, and when `progress` ends it.
-[[nodiscard]] Result<SceneMap> map_scene(TagScene scene, const SceneRecording& recording,
+[[nodiscard]] Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
                                          const SceneMapOptions& options = {},
                                          const MapProgress& progress = {});
 

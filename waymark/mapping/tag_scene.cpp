@@ -14,9 +14,9 @@ using StampedView = std::pair<SensorTime, SceneView>;
 
 std::vector<SceneFrame> group_exactly(std::vector<StampedView> views) {
   std::vector<SceneFrame> frames;
-  for (auto& [stamp, view] : views) {
-    if (frames.empty() || frames.back().stamp != stamp) frames.push_back({stamp, {}});
-    frames.back().views.push_back(std::move(view));
+  for (StampedView& view : views) {
+    if (frames.empty() || frames.back().stamp != view.first) frames.push_back({view.first, {}});
+    frames.back().views.push_back(std::move(view.second));
   }
   return frames;
 }

@@ -111,12 +111,14 @@ Matrix6 tag_covariance(const SE3& map_T_tag, const MappedPoint& point, const Sta
 void say(const LandmarkMap& points, const std::map<TagId, TagId>& inner, std::vector<std::string>& words) {
   const auto names = [](const auto& ids) {
     std::vector<std::string> list;
+    list.reserve(ids.size());
     for (const TagId& id : ids) list.push_back(to_string(id));
     return fmt::format("{}", fmt::join(list, ", "));
   };
   if (!points.hardly_seen.empty())
     words.push_back(names(points.hardly_seen) + ": seen too rarely while the robot moved, not in the map");
   std::vector<TagId> inside;
+  inside.reserve(inner.size());
   for (const auto& [id, outer] : inner) inside.push_back(id);
   if (!inside.empty())
     words.push_back(names(inside) + ": in the middle of other tags, no places of their own, not in the map");
