@@ -1,9 +1,11 @@
 #include "waymark/pipeline/lap_mapper.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/mapping/anchor_stance.hpp"
 #include "waymark/mapping/map_checks.hpp"
@@ -30,13 +32,55 @@ std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup
   return observed;
 }
 
-/// Places the map by how the anchor stands; what to say of it.
-std::string place_by_stance(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
+std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSetup& setup) {
+  std::vector<ObservedFrame> observed;
+  for (TagFrame frame : taught.frames) {
+    std::erase_if(frame.detections, [&](const TagDetection& seen) { return seen.tag != setup.anchor; });
+    if (!frame.detections.empty()) observed.push_back(observe(frame, setup.camera, setup.sizes));
+  }
+  return observed;
+}
+
+/// Where the anchor was said to stand no sighting of it agrees with a robot that drives on the floor.
+tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
+  return fail(
+      ErrorCode::InvalidArgument,
+      fmt::format("{}, the anchor, does not stand as its pose says: nothing the robot saw of it agrees",
+                  to_string(anchor)),
+      {},
+      "An upright tag has roll -90, pitch 0 and its yaw (--anchor-pose 0 0 0.3 -90 0 -90); 0 0 0 lies on "
+      "its back. Without --anchor-pose the lap tells how it stands.");
+}
+
+double tilt_between(const SE3& map_T_tag, const SE3& other) {
+  const auto up = [](const SE3& T) { return Eigen::Vector3d(T.rotation().matrix().row(2).transpose()); };
+  return std::acos(std::clamp(up(map_T_tag).dot(up(other)), -1.0, 1.0));
+}
+
+/// The map is placed by how the anchor stands on the floor, in words if it is not upright; or a pose that was
+/// given is held against it.
+Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
+  constexpr double kSurely = to_radians(60);  // a pose from few sightings may be the mirrored one
   const auto stance =
-      anchor_stance(observe_all(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
-  if (!stance) return {};
+      anchor_stance(observe_anchor(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
+  if (!stance) return std::string();
+  if (setup.anchor_pose_given) {
+    if (tilt_between(setup.map_T_anchor, stance->map_T_anchor) > kSurely)
+      return misplaced_anchor(setup.anchor);
+    return std::string();
+  }
   setup.map_T_anchor = stance->map_T_anchor;
   return in_words(*stance, setup.anchor);
+}
+
+/// None of its sightings was believed in the end.
+tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
+  if (setup.anchor_pose_given) return misplaced_anchor(setup.anchor);
+  return fail(ErrorCode::NotFound,
+              fmt::format("{}, the anchor: nothing the robot saw of it agrees with the rest of the lap",
+                          to_string(setup.anchor)),
+              {},
+              "Was it moved, or is its id on another tag too? Name a tag that is seen often: --anchor ID.");
 }
 
 /// From tag to tag, nothing optimised.
@@ -94,17 +138,6 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .loop = loop_closure(input, *map)}};
 }
 
-/// Where the anchor was said to stand no sighting of it agrees with a robot that drives on the floor.
-tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
-  return fail(
-      ErrorCode::InvalidArgument,
-      fmt::format("{}, the anchor, does not stand as its pose says: nothing the robot saw of it agrees",
-                  to_string(anchor)),
-      {},
-      "An upright tag has roll -90, pitch 0 and its yaw (--anchor-pose 0 0 0.3 -90 0 -90); 0 0 0 lies on "
-      "its back. Without --anchor-pose the lap tells how it stands.");
-}
-
 }  // namespace
 
 std::vector<std::string> map_methods() { return {"bundle", "chain"}; }
@@ -123,13 +156,13 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
     return fail(ErrorCode::NotFound, "there is no frame of a camera in this lap", {},
                 "Is this a recording of tags seen by a camera? `waymark info` shows its topics.");
   TeachSetup setup = given;
-  const std::string stance =
-      setup.anchor_pose_given ? std::string() : place_by_stance(taught, options, setup);
+  const Result<std::string> stance = place_anchor(taught, options, setup);
+  if (!stance) return tl::unexpected(stance.error());
   Result<MappedLap> lap = options.method == "chain" ? by_chain(taught, setup, options)
                                                     : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
-  if (lap->map.find(setup.anchor) == nullptr) return misplaced_anchor(setup.anchor);
-  if (!stance.empty()) lap->warnings.push_back(stance);
+  if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
+  if (!stance->empty()) lap->warnings.push_back(*stance);
   Result<Route> route = build_route(lap->trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
   lap->route = std::move(*route);
