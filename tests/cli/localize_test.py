@@ -16,6 +16,19 @@ KEYS = {"method", "estimates", "certain", "first_fix_s", "sightings", "believed"
 
 
 class OurRecordings(InFolder):
+    def test_a_map_whose_origin_is_the_centre_of_its_anchor(self):
+        """As a robot of one's own has it: the floor is 0.3 m below."""
+        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+        for anchor in (["--anchor", "5"], ["--anchor-pose", "0", "0", "0", "-90", "0", "-90"]):
+            made = self.run_here("map", "lap.mcap", "-o", "centred", *anchor)
+            self.assertEqual(made.code, 0, made.err)
+            floor = re.search(r"floor_z_m: (\S+)", (self.folder / "centred/map.yaml").read_text())
+            self.assertAlmostEqual(float(floor[1]), -0.3, delta=0.02)
+            outcome = self.run_here("localize", "lap.mcap", "--map", "centred", "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            report = outcome.records[0]
+            self.assertGreater(report["certain"], 0.9 * report["estimates"])
+
     def test_every_method_on_a_mapped_lap_beside_the_truth(self):
         self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
         self.run_here("map", "lap.mcap", "-o", "map")

@@ -222,13 +222,13 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   }
   const Result<DemoReport> report = run_steps(*stage, args, console);
-  if (!report) {
-    console.say(report.error());
-    return ExitCode::SomeFailed;
-  }
   if (interrupted()) {
     console.say("stopped: what was recorded is kept");
     return ExitCode::Interrupted;
+  }
+  if (!report) {
+    console.say(report.error());
+    return ExitCode::SomeFailed;
   }
   if (args.json) {
     console.print(json_line({{"teach", to_json(report->teach, (fs::path(args.folder) / "lap.mcap").string())},

@@ -207,6 +207,10 @@ ExitCode experiment(const ExperimentArgs& args, Console& console) {
     return ExitCode::SomeFailed;
   }
   const auto runs = run_grid(*grid, args.output, console);
+  if (!runs && interrupted()) {
+    console.say("stopped: what was recorded is kept; --force begins anew");
+    return ExitCode::Interrupted;
+  }
   if (!runs) {
     console.say(runs.error());
     return ExitCode::SomeFailed;

@@ -142,7 +142,7 @@ Status check_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("'{}' is not a format of maps known here", *format),
                                         fmt::format("Known: {}.", kFormat));
-  return root.check_keys({"format", "anchor", "provenance", "tags"});
+  return root.check_keys({"format", "anchor", "floor_z_m", "provenance", "tags"});
 }
 
 std::string covariance_line(const Covariance& covariance) {
@@ -174,6 +174,11 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
   auto provenance = internal::read_provenance(root);
   if (!provenance) return tl::unexpected(provenance.error());
   map.provenance = std::move(*provenance);
+  if (const auto floor = root.find("floor_z_m")) {
+    const Result<double> floor_z_m = floor->number();
+    if (!floor_z_m) return tl::unexpected(floor_z_m.error());
+    map.tags.floor_z_m = *floor_z_m;
+  }
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
   for (const YamlCursor& entry : tags->children()) {
@@ -200,6 +205,7 @@ std::string to_yaml(const MapFile& map) {
       "# A map of tags by Waymark. Frame map: z up. Tag frame: centre of the black square, x right, y down, "
       "z into the tag.\nformat: {}\nanchor: {}\n",
       kFormat, yaml_text(to_string(map.anchor)));
+  if (map.tags.floor_z_m != 0) text += fmt::format("floor_z_m: {}\n", yaml_number(map.tags.floor_z_m));
   text += internal::provenance_yaml(map.provenance);
   text += map.tags.tags.empty() ? "tags: []\n" : "tags:\n";
   for (const auto& [tag, mapped] : map.tags.tags) {

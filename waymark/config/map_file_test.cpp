@@ -64,6 +64,15 @@ TEST(MapFile, WhatIsWrittenReadsBack) {
   EXPECT_EQ(to_yaml(*parse_map(to_yaml(*back), "again")), to_yaml(*back));
 }
 
+TEST(MapFile, SaysWhereTheFloorIsWhenItIsNotAtZero) {
+  MapFile map = some_map();
+  EXPECT_EQ(to_yaml(map).find("floor_z_m"), std::string::npos);
+  map.tags.floor_z_m = -0.3;
+  EXPECT_EQ(parse_map(to_yaml(map), "m.yaml")->tags.floor_z_m, -0.3);
+  EXPECT_NE(error_of(replaced(to_yaml(map), "floor_z_m: -0.3", "floor_z_m: low")).find("(floor_z_m)"),
+            std::string::npos);
+}
+
 TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {
   const std::string text = to_yaml(some_map());
   EXPECT_EQ(error_of(""),

@@ -15,8 +15,9 @@ void Landmarks::add(const Landmark& landmark) {
 }
 
 Landmarks::Landmarks(const TagMap& map) {
+  const SE3 floor_T_map(SO3(), Eigen::Vector3d(0, 0, -map.floor_z_m));
   for (const auto& [id, tag] : map.tags) {
-    Landmark landmark{.tag = id, .map_T_tag = tag.map_T_tag, .size_m = tag.size_m};
+    Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
       // The map writes a motion of the whole frame; here the tag turns about its own centre.
       Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();

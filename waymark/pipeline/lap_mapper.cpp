@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/mapping/anchor_stance.hpp"
 #include "waymark/mapping/map_checks.hpp"
@@ -71,6 +72,17 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
   }
   setup.map_T_anchor = stance->map_T_anchor;
   return in_words(*stance, setup.anchor);
+}
+
+/// Where the robot drove, unless that is where the map has its floor anyway. Its own errors are no step of
+/// the floor.
+double floor_z_m(const MappedLap& lap) {
+  constexpr double kNoStep_m = 0.03;
+  std::vector<double> z_m;
+  z_m.reserve(lap.trajectory.size());
+  for (const auto& pose : lap.trajectory) z_m.push_back(pose.map_T_base.translation().z());
+  const double usual_m = median(std::move(z_m));
+  return std::abs(usual_m) > kNoStep_m ? usual_m : 0;
 }
 
 /// None of its sightings was believed in the end.
@@ -163,6 +175,7 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
+  lap->map.floor_z_m = floor_z_m(*lap);
   Result<Route> route = build_route(lap->trajectory, options.route);
   if (!route) return tl::unexpected(route.error());
   lap->route = std::move(*route);

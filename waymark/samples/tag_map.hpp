@@ -31,6 +31,8 @@ struct MappedTag {
 /// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.
 struct TagMap {
   std::map<TagId, MappedTag> tags{};
+  double floor_z_m =
+      0;  ///< where the floor that the robot drives on lies; the anchor's centre may be the origin
 
   /// The tag, or nullptr when it is not in the map. O(log n).
   [[nodiscard]] const MappedTag* find(const TagId& tag) const {
