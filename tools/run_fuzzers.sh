@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs every fuzzer of a build for some seconds on its corpus, as many at once as there are processors.
+# Runs every fuzzer of a build for some seconds on its corpus, one more at once than there are processors: each is given time, not work.
 # usage: tools/run_fuzzers.sh BUILD_FOLDER SECONDS
 set -euo pipefail
 build="$1"; seconds="$2"
@@ -23,4 +23,4 @@ export -f fuzz
 
 mapfile -t programs < <(find "$build/fuzz" -maxdepth 1 -name '*_fuzz' -type f -executable | sort)
 [ ${#programs[@]} -gt 0 ] || { echo "no fuzzers in $build/fuzz" >&2; exit 1; }
-printf '%s\n' "${programs[@]}" | xargs -P "$(nproc)" -I PROGRAM bash -euo pipefail -c 'fuzz "$@"' fuzz PROGRAM "$seconds" "$corpora"
+printf '%s\n' "${programs[@]}" | xargs -P "$(($(nproc) + 1))" -I PROGRAM bash -euo pipefail -c 'fuzz "$@"' fuzz PROGRAM "$seconds" "$corpora"
