@@ -67,8 +67,9 @@ Status read_tie(const YamlCursor& entry, MappedTag& mapped) {
   if (Status status = internal::check_proportion(*entry.at("tied_covariance"), *values); !status)
     return status;
   mapped.tie = TagTie{.to = *to};
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) mapped.tie->covariance(i, j) = (*values)[static_cast<std::size_t>(6 * i + j)];
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    for (Eigen::Index j = 0; j < 6; ++j)
+      mapped.tie->covariance(i, j) = (*values)[static_cast<std::size_t>(6 * i + j)];
   }
   return {};
 }
