@@ -10,7 +10,7 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
   libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
-  liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium)
+  python3-numpy libmujoco-dev liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {

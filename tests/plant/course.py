@@ -1,0 +1,112 @@
+"""The course: a closed lap of 16.2 m with curves of both hands, 24 tags, and a gate of 0.84 m. Frame world: floor z = 0, z up."""
+import argparse
+import dataclasses
+import functools
+import math
+import pathlib
+
+import numpy as np
+
+import frames
+
+LAP_M = 16.2
+GATE_M = 0.84
+TAG_SIZE_M = 0.16
+TAGS = 24
+ANCHOR = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class Tag:
+    number: int
+    x_m: float
+    y_m: float
+    z_m: float
+    facing_rad: float  # from the tag to its reader
+    lean_rad: float = 0.0  # positive: leans back, its face turned up
+    size_m: float = TAG_SIZE_M
+
+    def world_T_tag(self) -> np.ndarray:
+        """Tag frame: x right, y down, z into the tag, as its reader sees it."""
+        c, s = math.cos(self.facing_rad), math.sin(self.facing_rad)
+        upright = np.array([[-s, 0.0, -c], [c, 0.0, -s], [0.0, -1.0, 0.0]])
+        return frames.rigid(upright @ frames.rotation(0, self.lean_rad), (self.x_m, self.y_m, self.z_m))
+
+
+@functools.lru_cache
+def lap() -> np.ndarray:
+    """The line: rows of x, y, yaw, curvature, every centimetre, counter-clockwise, as long as LAP_M."""
+    angle = np.linspace(0, 2 * math.pi, 20001)
+    radius = 1 + 0.24 * np.cos(2 * angle) + 0.07 * np.sin(3 * angle) + 0.04 * np.cos(angle)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    scale = LAP_M / way[-1]
+    at = np.arange(0, LAP_M, 0.01)
+    x, y = np.interp(at, scale * way, scale * x), np.interp(at, scale * way, scale * y)
+    dx, dy = (np.roll(x, -1) - np.roll(x, 1)) / 0.02, (np.roll(y, -1) - np.roll(y, 1)) / 0.02
+    yaw = np.unwrap(np.arctan2(dy, dx))
+    turn = np.roll(yaw, -5) - np.roll(yaw, 5)
+    curvature = (turn - 2 * math.pi * np.round(turn / (2 * math.pi))) / 0.10
+    return np.column_stack([x, y, yaw, curvature])
+
+
+def _beside(at_m: float, left_m: float, z_m: float, number: int, turn_rad: float) -> Tag:
+    x, y, yaw, _ = lap()[round(at_m / 0.01) % len(lap())]
+    return Tag(number, x - left_m * math.sin(yaw), y + left_m * math.cos(yaw), z_m, frames.wrap(yaw + math.pi + turn_rad))
+
+
+def _seen_from(tag: Tag) -> np.ndarray:
+    """At each tenth of a metre of the lap whether a camera that looks ahead has a good view of the tag."""
+    x, y, yaw = lap()[::10, :3].T
+    dx, dy = tag.x_m - x, tag.y_m - y
+    ahead, left = np.cos(yaw) * dx + np.sin(yaw) * dy, np.cos(yaw) * dy - np.sin(yaw) * dx
+    away = np.hypot(dx, dy)
+    towards = -(math.cos(tag.facing_rad) * dx + math.sin(tag.facing_rad) * dy) / away
+    return (ahead > 0.5) & (np.abs(left) < 0.6 * ahead) & (away < 2.8) & (towards > 0.5)
+
+
+@functools.lru_cache
+def _standing() -> tuple[Tag, ...]:
+    """Two tags make the gate; then, one by one, whichever of many places lets most of the lap see three."""
+    half = GATE_M / 2 + TAG_SIZE_M * 10 / 8 / 2  # the gap is between the papers
+    gate = [_beside(8.0, half, 0.25, TAGS - 2, -0.15), _beside(8.0, -half, 0.25, TAGS - 1, 0.15)]
+    rng = np.random.default_rng(24)
+    places = [_beside(rng.uniform(0, LAP_M), rng.uniform(-1.3, 1.3), rng.uniform(0.16, 0.34), -1, rng.uniform(-0.5, 0.5))
+              for _ in range(2500)]
+    places = [tag for tag in places if _distance_to_lap(tag) > 0.55]
+    views = np.array([_seen_from(tag) for tag in places])
+    count = sum(_seen_from(tag).astype(int) for tag in gate)
+    chosen: list[Tag] = []
+    for number in range(TAGS - 2):
+        apart = [min(math.hypot(tag.x_m - other.x_m, tag.y_m - other.y_m) for other in gate + chosen) > 0.45 for tag in places]
+        gain = (views * np.where(count < 3, 4.0 ** -count, 0)).sum(axis=1) * np.array(apart)
+        if number == ANCHOR:  # in view where the lap begins and ends
+            gain = gain * (views[:, 0] & views[:, 5] & views[:, -5])
+        best = int(np.argmax(gain))
+        chosen.append(dataclasses.replace(places[best], number=number))
+        count = count + views[best]
+    return tuple(chosen + gate)
+
+
+def tags(anchor_lean_rad: float = 0.0) -> tuple[Tag, ...]:
+    return tuple(dataclasses.replace(tag, lean_rad=anchor_lean_rad) if tag.number == ANCHOR else tag for tag in _standing())
+
+
+def _distance_to_lap(tag: Tag) -> float:
+    return float(np.min(np.hypot(lap()[:, 0] - tag.x_m, lap()[:, 1] - tag.y_m)))
+
+
+def world_yaml() -> str:
+    """The same as a world file of Waymark's, to look at; nothing reads it in a test."""
+    lines = ["name: plant", "tag_family: tag36h11", f"tag_size_m: {TAG_SIZE_M}", f"anchor_id: {ANCHOR}", "tags:"]
+    lines += [f"  - {{id: {tag.number}, x_m: {tag.x_m:.5f}, y_m: {tag.y_m:.5f}, z_m: {tag.z_m:.5f}, "
+              f"facing_deg: {math.degrees(tag.facing_rad):.4f}}}" for tag in tags()]
+    lines += ["path_closed: true", "path_m:"]
+    lines += [f"  - [{x:.4f}, {y:.4f}]" for x, y in lap()[::20, :2]]
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description="Write the course as a world file.")
+    parser.add_argument("output", type=pathlib.Path)
+    parser.parse_args().output.write_text(world_yaml())

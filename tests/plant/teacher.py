@@ -1,0 +1,47 @@
+"""Drives the lap as a person would who knows the way: looks ahead on the line, wanders, and learns how the robot turns."""
+import math
+
+import numpy as np
+
+import course
+import frames
+
+OVERLAP_M = 1.0
+
+
+class Teacher:
+    def __init__(self, speed_m_s: float, seed: int, wander_m: float = 0.015):
+        self._lap, self._speed = course.lap(), speed_m_s
+        self._rng = np.random.default_rng([seed, 4])
+        self._wander_m, self._off = wander_m, 0.0
+        self._index, self._driven_m = 0, 0.0
+        self._gain, self._asked = 0.6, 0.0
+        self._now = 0.0
+
+    @property
+    def done(self) -> bool:
+        return self._driven_m >= course.LAP_M + OVERLAP_M
+
+    def command(self, x_m: float, y_m: float, yaw_rad: float, yaw_rate_rad_s: float, dt_s: float) -> tuple[float, float]:
+        """Speed and yaw rate; zero for the first second and when the lap is done."""
+        self._now += dt_s
+        if self._now < 1.0 or self.done:
+            return 0.0, 0.0
+        near = [(self._index + step) % len(self._lap) for step in range(-5, 60)]
+        best = min(near, key=lambda i: math.hypot(self._lap[i, 0] - x_m, self._lap[i, 1] - y_m))
+        gone = (best - self._index) % len(self._lap)
+        if gone < 100:
+            self._driven_m += 0.01 * gone
+            self._index = best
+        keep = math.exp(-dt_s / 3.0)
+        self._off = keep * self._off + self._wander_m * math.sqrt(1 - keep * keep) * self._rng.standard_normal()
+        aim = self._lap[(self._index + 32) % len(self._lap)]
+        aim_x, aim_y = aim[0] - self._off * math.sin(aim[2]), aim[1] + self._off * math.cos(aim[2])
+        angle = frames.wrap(math.atan2(aim_y - y_m, aim_x - x_m) - yaw_rad)
+        wanted = 2 * self._speed * math.sin(angle) / math.hypot(aim_x - x_m, aim_y - y_m)
+        if abs(self._asked) > 0.1:
+            self._gain += 0.4 * dt_s * (yaw_rate_rad_s - self._gain * self._asked) * math.copysign(1, self._asked)
+            self._gain = min(1.3, max(0.15, self._gain))
+        keep = math.exp(-dt_s / 0.15)
+        self._asked = keep * self._asked + (1 - keep) * wanted / self._gain
+        return self._speed, max(-6.0, min(6.0, wanted / self._gain))
