@@ -3,7 +3,7 @@ import { clockText, Playback } from "./data/playback";
 import type { Answer } from "./data/protocol";
 import { marksOf, poseBetween, scoresOf } from "./data/scores";
 import { compose, identity } from "./math/pose";
-import { emptyContent, Reader, tagsOf, takeRows, takeText, type Offer } from "./session";
+import { drawnTagsOf, emptyContent, Reader, tagsOf, takeRows, takeText, type Offer } from "./session";
 import { CameraView, quadsAt } from "./view/camera_view";
 import { factsAt, warningAt } from "./view/facts";
 import { MapView } from "./view/map_view";
@@ -19,6 +19,7 @@ const sessionAsked = fetch("session.json", { cache: "no-store" }).catch(() => un
 const reader = new Reader(hear);
 let content = emptyContent();
 let offers: Offer[] = [];
+let offered = false; // the recording that is open is one of them
 let tagsByName = new Map(tagsOf(content).map((tag) => [`${tag.family}:${tag.id}`, tag]));
 const playback = new Playback();
 const map = new MapView(byId<HTMLCanvasElement>("map"));
@@ -65,7 +66,7 @@ function drawCamera(): void {
   const frame = tags.indexAt(t); // where the robot was when the picture was taken
   const base = frame >= 0 ? poseBetween(estimate.length > 0 ? estimate : truth, tags.time(frame)) : undefined;
   const map_T_cam = base && info?.base_T_cam ? compose(base, info.base_T_cam) : undefined;
-  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam);
+  camera.draw(info?.camera, quadsAt(content.tracks.tags, content.families, t), tagsByName, map_T_cam, live !== undefined || tags.length > 0);
 }
 
 /** All that only changes when something is opened. */
@@ -146,6 +147,7 @@ function openRecording(source: File | string): void {
   live?.close();
   live = undefined;
   content = emptyContent();
+  offered = offers.some((offer) => offer.url === source);
   playback.playing = false;
   playback.seek(0);
   void camera.show(undefined);
@@ -182,11 +184,13 @@ async function openOffered(): Promise<void> {
 async function startLive(): Promise<void> {
   const { LiveMode } = await import("./live/live_mode");
   byId("choice").parentElement!.hidden = true;
-  live = new LiveMode({ content, playback, world, camera, plots, bar, say, rebuild, update, drawCamera, colour });
+  setFollow(true);
+  live = new LiveMode({ content, playback, world, camera, plots, bar, say, rebuild, refit: () => map.refit(), update, drawCamera, colour });
 }
 
-/** A recording without a map gets the one that is offered beside it. */
+/** A recording that is offered without a map of its own gets the one beside it; a recording from elsewhere does not. */
 async function layOfferedMap(): Promise<void> {
+  if (!offered) return;
   const { info } = content;
   const hasOwn = content.tags.length > 0 || content.route !== undefined;
   for (const offer of offers.filter((o) => (hasOwn ? /^route-.*\.yaml$/ : /^(map|route|route-.*)\.yaml$/).test(o.name))) {
@@ -208,17 +212,19 @@ async function takeOfferedTexts(): Promise<void> {
   rebuild(true);
 }
 
+const press = (id: string, pressed: boolean): void => byId(id).setAttribute("aria-pressed", String(pressed));
+
+function setFollow(on: boolean): void {
+  press("follow", on);
+  if (on) update();
+  else map.follow(undefined);
+}
+
 function connect(): void {
-  const press = (id: string, pressed: boolean): void => byId(id).setAttribute("aria-pressed", String(pressed));
   const views = (top: boolean) => () => { press("viewtop", top); press("view3d", !top); map.showTop(top); };
   byId("viewtop").addEventListener("click", views(true));
   byId("view3d").addEventListener("click", views(false));
-  byId("follow").addEventListener("click", () => {
-    const on = byId("follow").ariaPressed !== "true";
-    press("follow", on);
-    if (on) update();
-    else map.follow(undefined);
-  });
+  byId("follow").addEventListener("click", () => setFollow(byId("follow").ariaPressed !== "true"));
   byId("axes").addEventListener("click", () => {
     const on = byId("axes").ariaPressed !== "true";
     press("axes", on);
@@ -271,5 +277,6 @@ Object.assign(window, { waymark: {
   pictureShown: () => pictureShown,
   pictureHostTime: () => live?.pictureHostTime ?? 0n,
   drawn: () => map.drawn(),
+  tags: () => drawnTagsOf(content).map((tag) => tag.map_T_tag.p),
   latencies: () => Array.from({ length: content.tracks.latency.length }, (_, row) => content.tracks.latency.at(row, 1)),
 } });

@@ -14,10 +14,13 @@ export interface Content {
   otherRoutes: Map<string, Route>; // route-NAME.yaml, as `waymark optimize` writes it
   world: World | undefined;
   hull: [number, number, number];
+  tagSize: number | undefined; // [m], of a robot that runs
+  seen: MapTag[]; // placed by odometry while there is no map
 }
 
 export const emptyContent = (): Content => ({
   info: undefined, tracks: emptyTracks(), families: [], complete: false, tags: [], route: undefined, otherRoutes: new Map(), world: undefined, hull: [0.32, 0.22, 0.25],
+  tagSize: undefined, seen: [],
 });
 
 /** Takes what a file of text says into the content; gives its words where it says nothing that is shown. */
@@ -30,6 +33,7 @@ export function takeText(content: Content, name: string, text: string): string |
       if (other === undefined) content.route = parseRoute(text);
       else content.otherRoutes.set(other, parseRoute(text));
     }
+    else if (base === "tags.yaml") content.tagSize = Number(/tag_size_m: *([0-9.eE+-]+)/.exec(text)?.[1]) || undefined;
     else if (base === "robot.yaml") content.hull = hullOf(text);
     else if (base === "truth_trajectory.txt") takeTrajectory(content, "truth", text);
     else if (base === "trajectory.txt") takeTrajectory(content, "estimate", text);
@@ -56,6 +60,9 @@ function takeTrajectory(content: Content, name: "truth" | "estimate", text: stri
 
 /** Where the tags stand, as well as it is known: by the map, or else by the simulator's world. */
 export const tagsOf = (content: Content): readonly MapTag[] => (content.tags.length > 0 ? content.tags : (content.world?.tags ?? []));
+
+/** What is drawn of the tags: those of the map or the world, or else those seen so far. */
+export const drawnTagsOf = (content: Content): readonly MapTag[] => (tagsOf(content).length > 0 ? tagsOf(content) : content.seen);
 
 const newWorker = (): Worker => new Worker(new URL("./data/worker.ts", import.meta.url), { type: "module" });
 

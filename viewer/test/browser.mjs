@@ -58,3 +58,9 @@ export const drawn = (page) => page.evaluate(async () => {
   await window.waymark.drawn();
   await frame();
 });
+
+/** How many of the places (x y z of the map) are outside the picture of the scene. */
+export const outside = (page, places) => page.evaluate((all) => {
+  const { clientWidth, clientHeight } = document.querySelector("#map");
+  return all.map((place) => window.waymark.pixelOf(...place)).filter(([u, v]) => !(u >= 0 && u <= clientWidth && v >= 0 && v <= clientHeight)).length;
+}, places);

@@ -1,6 +1,6 @@
 // Uses the page of `waymark run --view`: clicks through teach, map and replay, or looks at the pictures of a robot that is taught.
 // usage: node live_test.mjs URL story|pictures [PICTURES]     URL with its token; exit code 1 and words when something is wrong
-import { accessible, check, drawn, launch, openPage } from "./browser.mjs";
+import { accessible, check, drawn, launch, openPage, outside } from "./browser.mjs";
 import { LiveUser } from "./live_user.mjs";
 
 const [url, what, pictures] = process.argv.slice(2);
@@ -33,6 +33,9 @@ async function scriptDrives() {
   await user.press("#script", async () => (await user.speed()) > 0.1, "the script drives", () => page.isVisible("#script"));
   await user.untilText("#seen", /tag36h11:\d+/);
   await user.untilQuads("quads are drawn into the picture");
+  await user.until(() => page.evaluate(() => window.waymark.tags().length > 1), "tags are drawn before there is a map");
+  check((await page.getAttribute("#follow", "aria-pressed")) === "true", "the view follows a robot that runs");
+  await user.until(async () => (await outside(page, await page.evaluate(() => window.waymark.tags()))) === 0, "the tags that were seen are in view");
 }
 
 async function replays() {

@@ -32,6 +32,27 @@ async function replayIsShown() {
   check(legend === "truth odometry estimate route", `legend: ${legend}`);
 }
 
+/** The first view shows every tag and the robot, whatever the shape of the window. */
+async function firstViewFits() {
+  for (const [width, height] of [[1280, 800], [1900, 600], [800, 1000], [390, 844]]) {
+    await page.setViewportSize({ width, height });
+    await page.reload();
+    await ready();
+    await drawn();
+    const tags = await page.evaluate(() => window.waymark.tags());
+    check(tags.length === 24, `${tags.length} tags are drawn`);
+    await seek(1);
+    const robot = (await fact("Truth")).split(",").slice(0, 2).map(parseFloat);
+    for (const view of ["#view3d", "#viewtop"]) {
+      await page.click(view);
+      await drawn();
+      const hidden = await tools.outside(page, [...tags, [...robot, 0]]);
+      check(hidden === 0, `${width} x ${height}, ${view}: ${hidden} of the tags and the robot are outside the first view`);
+    }
+  }
+  await page.setViewportSize({ width: 1280, height: 800 });
+}
+
 async function scrubbingMoves() {
   await seek(20);
   const [x, y] = (await fact("Truth")).split(",").map(parseFloat);
@@ -93,6 +114,8 @@ async function measuring() {
 async function ownFiles() {
   await page.setInputFiles("#file", `${folder}/lap.mcap`);
   await page.waitForFunction(() => document.querySelector("#status").textContent.startsWith("lap.mcap") && document.body.dataset.ready);
+  const legend = (await page.$$eval("#legend li", (items) => items.map((i) => i.className))).join(" ");
+  check(legend === "truth odometry", `a recording from elsewhere takes no map or route of the folder: ${legend}`);
   await page.setInputFiles("#file", { name: "no.mcap", mimeType: "", buffer: Buffer.from("this is no recording") });
   await page.waitForFunction(() => document.querySelector("#status").textContent.includes("not an MCAP recording"));
   await page.setInputFiles("#file", { name: "cut.mcap", mimeType: "", buffer: readFileSync(`${folder}/lap.mcap`).subarray(0, 500000) });
@@ -111,6 +134,7 @@ try {
   await page.goto(url);
   await ready();
   const usable = Date.now() - launched;
+  await firstViewFits();
   await replayIsShown();
   await scrubbingMoves();
   await tagsAreReal();

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
@@ -11,7 +13,10 @@
 namespace waymark::cli {
 
 void StoryViewers::show_camera(const SimulatedStage& stage) {
-  if (feed_ != nullptr) feed_->show_camera(stage.camera, stage.model.base_T_cam);
+  if (feed_ == nullptr) return;
+  feed_->show_camera(stage.camera, stage.model.base_T_cam);
+  const MappedTag* anchor = stage.world.tags.find(stage.world.anchor);
+  if (anchor != nullptr) feed_->show_text("tags.yaml", fmt::format("tag_size_m: {}\n", anchor->size_m));
 }
 
 void StoryViewers::show_map(const std::filesystem::path& folder) {

@@ -3,13 +3,14 @@ import { figuresOf, type Plots } from "../view/plots";
 import { marksOf, scoresOf, type Mark } from "../data/scores";
 import { compressedPictureOf } from "../data/pictures";
 import { identity } from "../math/pose";
-import { takeRows, takeText, type Content } from "../session";
+import { tagsOf, takeRows, takeText, type Content } from "../session";
 import type { CameraView } from "../view/camera_view";
 import type { TimelineBar } from "../view/timeline_bar";
 import type { WorldView } from "../view/world_view";
 import type { RobotState } from "./frames";
 import type { LivePicture, News, ShownPicture, ToLink } from "./link_protocol";
 import { LivePage } from "./live_page";
+import { SeenTags } from "./seen_tags";
 
 export interface LiveParts {
   readonly content: Content;
@@ -20,6 +21,7 @@ export interface LiveParts {
   readonly bar: TimelineBar;
   say(words: string, bad?: boolean): void;
   rebuild(reframe: boolean): void;
+  refit(): void;
   update(): void;
   drawCamera(): void;
   colour(name: string): string;
@@ -35,6 +37,7 @@ export class LiveMode {
   private readonly link = new Worker(new URL("./link_worker.ts", import.meta.url), { type: "module" });
   private readonly alive: ReturnType<typeof setInterval>;
   private readonly page: LivePage;
+  private readonly seen = new SeenTags();
   private readonly pictures: LivePicture[] = [];
   private readonly phases: Mark[] = [];
   private phase = "";
@@ -131,6 +134,14 @@ export class LiveMode {
     this.parts.drawCamera();
   }
 
+  /** Tags stand in the scene from their first observation on; the map replaces them. */
+  private drawSeenTags(): void {
+    const { content, world, rebuild } = this.parts;
+    if (tagsOf(content).length > 0 || !this.seen.take(content, world.map_T_odom ?? identity)) return;
+    content.seen = this.seen.tags();
+    rebuild(false);
+  }
+
   /** Before each frame of the screen. */
   tick(now: number): void {
     if (!this.dirty) return;
@@ -144,7 +155,9 @@ export class LiveMode {
       world.rebuildTracks(content, this.parts.colour);
       if (!this.framed && tracks.odometry.length > 1) { this.framed = true; this.parts.rebuild(true); }
       const streams = [tracks.truth, tracks.odometry, tracks.estimate].filter((one) => one.length > 0).length;
+      this.drawSeenTags();
       if (streams !== this.streams) { this.streams = streams; this.parts.rebuild(false); } // the legend names them
+      this.parts.refit();
       plots.refresh(figuresOf(scoresOf(tracks, content.route, world.map_T_odom ?? identity, 0.2)));
       bar.showMarks([...marksOf(tracks), ...this.phases].sort((a, b) => a.t - b.t));
     }

@@ -31,6 +31,18 @@ export function distort(camera: Camera, x: number, y: number): [number, number] 
   ];
 }
 
+/** Normalised coordinates without distortion of a pixel: the inverse of distort(), by fixed-point iteration. */
+export function undistort(camera: Camera, u: number, v: number): [number, number] {
+  const wanted = [(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy] as const;
+  let [x, y]: [number, number] = [...wanted];
+  for (let i = 0; i < 50; ++i) {
+    const [dx, dy] = distort(camera, x, y);
+    x += wanted[0] - dx;
+    y += wanted[1] - dy;
+  }
+  return [x, y];
+}
+
 /** The pixel of a point of the camera's frame; nothing when it is behind the camera. */
 export function project(camera: Camera, p: Vec3): [number, number] | undefined {
   if (p[2] <= 1e-3) return undefined;

@@ -40,7 +40,8 @@ export class CameraView {
     this.picture = bitmap;
   }
 
-  draw(camera: Camera | undefined, quads: readonly Quad[], expected: ReadonlyMap<string, MapTag>, map_T_cam: Pose | undefined): void {
+  draw(camera: Camera | undefined, quads: readonly Quad[], expected: ReadonlyMap<string, MapTag>, map_T_cam: Pose | undefined,
+       searched: boolean): void {
     const width = this.picture?.width ?? camera?.width ?? 640, height = this.picture?.height ?? camera?.height ?? 480;
     if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
     const context = this.canvas.getContext("2d")!;
@@ -55,7 +56,7 @@ export class CameraView {
       if (wanted) residuals.push(...this.drawCrosses(context, quad, wanted, width));
     }
     const rms = Math.sqrt(residuals.reduce((sum, r) => sum + r * r, 0) / residuals.length);
-    this.words.textContent = (quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
+    this.words.textContent = (!searched ? "no detections of tags are recorded" : quads.length === 0 ? "no tag in view" : quads.map((quad) => quad.name).join(", ")) +
       (residuals.length > 0 ? `; residual ${rms.toFixed(2)} px rms (crosses: where map and estimate expect the corners)` : "");
   }
 

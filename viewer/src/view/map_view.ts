@@ -3,6 +3,8 @@ import {
   PerspectiveCamera, Plane, Raycaster, Scene, TOUCH, Vector2, Vector3, WebGLRenderer, type Object3D,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { distanceToFit } from "../math/fit";
+import type { Vec3 } from "../math/pose";
 
 const quick = 25; // [ms] a frame or two of the screen: needs no rest
 
@@ -31,6 +33,7 @@ export class MapView {
   private rest = 0; // until then others come first
   private readonly asking: (() => void)[] = [];
   private followed: Vector3 | undefined;
+  private placed = false; // by the user: the view is theirs, until another scene is framed
   private measuring: ((words: string) => void) | undefined;
   private readonly ends: Vector3[] = [];
   private readonly tape = new Line(new BufferGeometry(), new LineBasicMaterial({ color: 0xcc79a7, depthTest: false }));
@@ -60,6 +63,7 @@ export class MapView {
   private controls(camera: PerspectiveCamera | OrthographicCamera): OrbitControls {
     const controls = new OrbitControls(camera, this.canvas);
     controls.addEventListener("change", () => this.draw());
+    controls.addEventListener("start", () => { this.placed = true; });
     controls.maxPolarAngle = Math.PI * 0.49; // stay above the floor
     return controls;
   }
@@ -76,20 +80,47 @@ export class MapView {
     this.draw();
   }
 
-  /** Both cameras take in all that is there. */
+  /** Both cameras show the whole content, at any aspect of the canvas. */
   frame(): void {
+    this.placed = false;
+    this.fit();
+  }
+
+  /** Shows content that has grown out of the picture, unless the user chose the view. */
+  refit(): void {
+    if (!this.placed && !this.cornersOf(new Box3().setFromObject(this.content)).every((corner) => this.shows(corner))) this.fit();
+  }
+
+  private fit(): void {
     const box = new Box3().setFromObject(this.content);
     if (box.isEmpty()) return;
-    const middle = box.getCenter(new Vector3()).setZ(0), size = box.getSize(new Vector3());
-    const span = Math.max(size.x, size.y, 1);
-    this.eyeControls.target.copy(middle);
-    this.eye.position.set(middle.x - span * 0.1, middle.y - span * 0.75, span * 0.65);
-    this.aboveControls.target.copy(middle);
-    this.above.position.set(middle.x, middle.y, 50);
-    this.above.zoom = 10 / (span * 1.15);
-    this.resize();
+    const corners = this.cornersOf(box), margin = 1.06;
+    const target = this.followed?.clone() ?? box.getCenter(new Vector3()).setZ(0);
+    this.eyeControls.target.copy(target);
+    this.aboveControls.target.copy(target);
+    const forward = new Vector3(0.1, 0.75, -0.65).normalize();
+    const right = forward.clone().cross(this.eye.up).normalize(), up = right.clone().cross(forward);
+    const tuple = (v: Vector3): Vec3 => [v.x, v.y, v.z];
+    const distance = distanceToFit(corners.map(tuple), tuple(target), { right: tuple(right), up: tuple(up), forward: tuple(forward) },
+      Math.tan((this.eye.fov * Math.PI) / 360), this.eye.aspect);
+    this.eye.position.copy(target).addScaledVector(forward, -Math.max(1.5, distance * margin));
+    this.above.position.set(target.x, target.y, 50);
+    const half = (across: (v: Vector3) => number, shown: number): number => Math.max(0.5, ...corners.map((v) => Math.abs(across(v)))) / shown;
+    this.above.zoom = 1 / (margin * Math.max(half((v) => v.x - target.x, this.above.right), half((v) => v.y - target.y, this.above.top)));
+    this.above.updateProjectionMatrix();
     this.eyeControls.update();
     this.aboveControls.update();
+    this.draw();
+  }
+
+  private cornersOf(box: Box3): Vector3[] {
+    const { min, max } = box;
+    return [min.x, max.x].flatMap((x) => [min.y, max.y].flatMap((y) => [min.z, max.z].map((z) => new Vector3(x, y, z))));
+  }
+  private shows(corner: Vector3): boolean {
+    this.camera.updateMatrixWorld();
+    const { x, y, z } = corner.clone().project(this.camera);
+    return Math.abs(x) <= 1 && Math.abs(y) <= 1 && Math.abs(z) <= 1;
   }
 
   /** Keeps the cameras as they look, moved with this place; nothing ends it. */
@@ -156,6 +187,7 @@ export class MapView {
     Object.assign(this.above, { left: -5 * (width / narrow), right: 5 * (width / narrow), top: 5 * (height / narrow), bottom: -5 * (height / narrow) });
     this.eye.updateProjectionMatrix();
     this.above.updateProjectionMatrix();
+    if (!this.placed) this.fit();
     this.draw();
   }
 

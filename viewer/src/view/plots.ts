@@ -1,6 +1,7 @@
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import type { Curve, Scores } from "../data/scores";
+import { labelsOf, ticksOf } from "../math/ticks";
 
 interface Line {
   readonly label: string;
@@ -89,7 +90,7 @@ export class Plots {
       width: this.width, height: 110, legend: { show: false },
       cursor: { sync: { key: "time" }, drag: { x: false, y: false } },
       scales: { x: { time: false }, ...(figure.most === undefined ? {} : { y: { range: [0, figure.most * 1.04] as [number, number] } }) },
-      axes: [{ ...axis, size: 24 }, { ...axis, size: 46 }],
+      axes: [{ ...axis, size: 24 }, { ...axis, size: 46, splits: (_plot, _axis, low, high) => ticksOf(low, high), values: (_plot, ticks) => labelsOf(ticks) }],
       series: [{}, ...figure.lines.map((line): uPlot.Series => ({
         label: line.label, stroke: color(line.color), width: line.points ? 0 : 1.5, spanGaps: true,
         ...(line.dash ? { dash: line.dash } : {}),

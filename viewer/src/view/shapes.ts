@@ -1,6 +1,6 @@
 // What stands in the map, as three.js objects. Map axes: z up.
 import {
-  AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, DoubleSide, EdgesGeometry, Group, Line, LineBasicMaterial,
+  AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, ConeGeometry, DoubleSide, EdgesGeometry, Group, Line, LineBasicMaterial,
   LineLoop, LineSegments, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry, Sprite, SpriteMaterial, type InterleavedBufferAttribute, type Object3D,
 } from "three";
 import { Line2 } from "three/examples/jsm/lines/Line2.js";
@@ -115,14 +115,20 @@ export class PathObject {
   }
 }
 
-/** The robot: its hull, its axes, and what its camera sees up to 1 m ahead. */
+/** The robot: its body with an arrow forward, its axes, and the frustum of its camera. */
 export function robotObject(color: string, hull: readonly [number, number, number], camera?: Camera, base_T_cam?: Pose): Group {
   const group = new Group();
   const [length, width, height] = hull;
   const geometry = new BoxGeometry(length, width, height);
-  const body = new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial({ color }));
+  const body = new Group();
+  body.add(new Mesh(geometry, new MeshLambertMaterial({ color, transparent: true, opacity: 0.6 })),
+           new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial({ color })));
   body.position.z = height / 2;
-  group.add(body, new AxesHelper(0.3));
+  const bow = new Mesh(new ConeGeometry(width / 2, length / 2, 3), new MeshLambertMaterial({ color })); // points forward
+  bow.scale.z = 0.1;
+  bow.rotation.z = -Math.PI / 2;
+  bow.position.set(length / 8, 0, height + 0.01);
+  group.add(body, bow, new AxesHelper(0.3));
   if (!camera || !base_T_cam) return group;
   const eye = new Group();
   place(eye, base_T_cam);

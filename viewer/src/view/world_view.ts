@@ -3,7 +3,7 @@ import { ellipseOf } from "../math/plane";
 import { compose, identity, type Pose } from "../math/pose";
 import { placeOdometry, poseAt, poseOf } from "../data/scores";
 import type { Series } from "../data/series";
-import { tagsOf, type Content } from "../session";
+import { drawnTagsOf, type Content } from "../session";
 import { disposeOf, type MapView } from "./map_view";
 import { boxObject, ellipseObject, PathObject, place, polygonObject, robotObject, routeObject, setEllipse, tagObject } from "./shapes";
 
@@ -30,7 +30,7 @@ export class WorldView {
     const add = this.view.content;
     for (const box of content.world?.boxes ?? []) add.add(boxObject(box));
     for (const polygon of content.world?.keepOuts ?? []) add.add(polygonObject(polygon, 0xd55e00));
-    for (const tag of tagsOf(content)) {
+    for (const tag of drawnTagsOf(content)) {
       add.add(tagObject(tag, () => this.view.draw()));
       if (!tag.sigma) continue;
       const ring = ellipseObject(colour("--estimate"));
@@ -70,7 +70,7 @@ export class WorldView {
     };
     frame(identity, 0.5);
     if (content.tracks.odometry.length > 0 && this.map_T_odom) frame(this.map_T_odom, 0.35);
-    for (const tag of tagsOf(content)) frame(tag.map_T_tag, tag.size);
+    for (const tag of drawnTagsOf(content)) frame(tag.map_T_tag, tag.size);
   }
 
   private addTrack(content: Content, name: Name, color: string): void {
