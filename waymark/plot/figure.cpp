@@ -18,9 +18,9 @@ namespace {
 
 constexpr double kTextMm = 3.0;
 constexpr double kTitleMm = 3.8;
+constexpr double kLabelMm = 2.4;
 constexpr double kGapMm = 1.5;
 constexpr double kTickMm = 1.4;
-constexpr double kLineMm = 0.4;
 constexpr double kMarkMm = 0.8;  // half its width
 constexpr Color kFrameColor{0.25, 0.25, 0.25};
 constexpr Color kGridColor{0.88, 0.88, 0.88};
@@ -42,7 +42,7 @@ struct Scale {
 
 struct Look {
   Color color;
-  std::vector<double> dash_mm;
+  LineStyle line;
   int mark = 0;
 };
 
@@ -50,7 +50,8 @@ Look look_of(const Figure& figure, std::size_t index) {
   constexpr std::size_t kColors = std::size(kPalette);
   const std::array<std::vector<double>, 3> dashes = {std::vector<double>{}, {2.0, 1.0}, {0.6, 0.8}};
   const Series& series = figure.series[index];
-  return {series.color.value_or(kPalette[index % kColors]), dashes.at(index / kColors % dashes.size()),
+  const LineStyle line{.dash_mm = dashes.at(index / kColors % dashes.size())};
+  return {series.color.value_or(kPalette[index % kColors]), series.line.value_or(line),
           static_cast<int>(index % 3)};
 }
 
@@ -189,11 +190,25 @@ void draw_series(const Series& series, const Look& look, const Scale& x, const S
   shapes.emplace_back(Group{series.name.empty() ? "series" : series.name});
   if (series.style != Series::Style::Points) {
     for (auto& part : clipped_lines(places, frame))
-      shapes.emplace_back(Stroke{std::move(part), kLineMm, look.color, look.dash_mm});
+      shapes.emplace_back(Stroke{std::move(part), look.line.width_mm, look.color, look.line.dash_mm});
   }
-  if (series.style == Series::Style::Line) return;
-  for (const Point& place : places) {
-    if (inside(place, frame)) shapes.emplace_back(mark(place, look.mark, look.color));
+  if (series.style != Series::Style::Line) {
+    for (const Point& place : places) {
+      if (inside(place, frame)) shapes.emplace_back(mark(place, look.mark, look.color));
+    }
+  }
+  for (const PointLabel& label : series.labels) {
+    if (!x.shows(label.x) || !y.shows(label.y)) continue;
+    const Point at{x.place_mm(label.x), y.place_mm(label.y)};
+    if (inside(at, frame))
+      shapes.emplace_back(Text{label.text,
+                               {at.x_mm, at.y_mm + 0.36 * kLabelMm},
+                               kLabelMm,
+                               12.0,
+                               Align::Middle,
+                               false,
+                               false,
+                               look.color});
   }
 }
 
@@ -218,8 +233,10 @@ double legend(const Figure& figure, double top_mm, double left_mm, std::vector<S
       const Look look = look_of(figure, i);
       const double middle_mm = y_mm + row_mm / 2;
       if (series.style != Series::Style::Points)
-        shapes->emplace_back(
-            Stroke{{{x_mm, middle_mm}, {x_mm + kKeyMm - 1.5, middle_mm}}, kLineMm, look.color, look.dash_mm});
+        shapes->emplace_back(Stroke{{{x_mm, middle_mm}, {x_mm + kKeyMm - 1.5, middle_mm}},
+                                    look.line.width_mm,
+                                    look.color,
+                                    look.line.dash_mm});
       if (series.style != Series::Style::Line)
         shapes->emplace_back(mark({x_mm + (kKeyMm - 1.5) / 2, middle_mm}, look.mark, look.color));
       shapes->emplace_back(Text{series.name,

@@ -9,6 +9,19 @@
 
 namespace waymark::plot {
 
+/// How the line of a series is drawn.
+struct LineStyle {
+  double width_mm = 0.4;
+  std::vector<double> dash_mm{};  ///< lengths of dash, gap, dash, …; empty: solid
+};
+
+/// Words beside a point of a chart.
+struct PointLabel {
+  double x = 0;
+  double y = 0;
+  std::string text{};
+};
+
 /// Points of a chart that belong together, in the units of its axes. Where a value is not finite, the line
 /// has a gap.
 struct Series {
@@ -18,7 +31,9 @@ struct Series {
   std::vector<double> x{};
   std::vector<double> y{};  ///< as many as x
   Style style = Style::Line;
-  std::optional<Color> color = {};  ///< otherwise the next of kPalette
+  std::optional<Color> color = {};     ///< otherwise the next of kPalette
+  std::optional<LineStyle> line = {};  ///< otherwise solid, and dashed where the colours of kPalette repeat
+  std::vector<PointLabel> labels = {};
 };
 
 /// What an axis shows.

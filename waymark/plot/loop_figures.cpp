@@ -1,8 +1,11 @@
 #include "waymark/plot/loop_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <optional>
+#include <set>
+#include <string>
 
 #include "waymark/evaluation/driven_path.hpp"
 
@@ -22,21 +25,37 @@ void add_gap(Series& series) {
   series.y.push_back(kGap);
 }
 
-Series path_series(const PathLayer& layer) {
-  Series series{.name = layer.name, .color = layer.color};
+/// Of the layer at `index`: the first is broad, so that it is seen under those that follow.
+LineStyle line_of(std::size_t index) {
+  const std::array<LineStyle, 4> styles = {LineStyle{.width_mm = 1.1},
+                                           {.width_mm = 0.55, .dash_mm = {2.4, 1.2}},
+                                           {.width_mm = 0.35, .dash_mm = {0.7, 0.7}},
+                                           {.width_mm = 0.25}};
+  return styles.at(std::min(index, styles.size() - 1));
+}
+
+Series path_series(const PathLayer& layer, std::size_t index) {
+  Series series{.name = layer.name, .color = layer.color, .line = line_of(index)};
   for (const StampedPose& pose : layer.path) add_point(series, pose.map_T_base.translation());
   return series;
 }
 
-/// The side of each tag from above, and a stroke as long as half of it towards the reader.
-Series tag_series(const PathLayer& layer) {
-  Series series{.name = layer.path.empty() ? layer.name : "", .color = layer.color};
+/// The side of each tag from above, and a stroke as long as half of it towards the reader. `labelled`: the
+/// tags that have their id already.
+Series tag_series(const PathLayer& layer, std::size_t index, std::set<TagId>& labelled) {
+  Series series{.name = layer.path.empty() ? layer.name : "",
+                .color = layer.color,
+                .line = line_of(std::max<std::size_t>(index, 1))};
+  series.line->dash_mm.clear();
   for (const auto& [tag, mapped] : layer.tags.tags) {
     const double half = mapped.size_m / 2;
     const auto corner = [&](double x, double z) { return mapped.map_T_tag * Eigen::Vector3d(x, 0, z); };
     for (const Eigen::Vector3d& p : {corner(-half, 0), corner(half, 0), corner(0, 0), corner(0, -half)})
       add_point(series, p);
     add_gap(series);
+    if (!labelled.insert(tag).second) continue;
+    const Eigen::Vector3d behind = corner(0, 0.9 * mapped.size_m + 0.05);
+    series.labels.push_back({behind.x(), behind.y(), std::to_string(tag.number)});
   }
   return series;
 }
@@ -68,9 +87,10 @@ Figure path_figure(const std::string& title, const std::vector<PathLayer>& layer
                 .y = {.label = "y", .unit = "m"},
                 .equal_scales = true,
                 .height_mm = 140};
-  for (const PathLayer& layer : layers) {
-    if (!layer.path.empty()) figure.series.push_back(path_series(layer));
-    if (!layer.tags.tags.empty()) figure.series.push_back(tag_series(layer));
+  std::set<TagId> labelled;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (!layers[i].path.empty()) figure.series.push_back(path_series(layers[i], i));
+    if (!layers[i].tags.tags.empty()) figure.series.push_back(tag_series(layers[i], i, labelled));
   }
   return figure;
 }

@@ -13,7 +13,7 @@
 namespace waymark::plot {
 
 inline constexpr Color kTruthColor = kPalette[2];
-inline constexpr Color kEstimateColor = kPalette[1];
+inline constexpr Color kEstimateColor{0.757, 0.071, 0.122};
 inline constexpr Color kTaughtColor = kPalette[0];
 
 /// A way on the floor, and tags that belong to it; either may be empty.
@@ -24,7 +24,9 @@ struct PathLayer {
   Color color{};
 };
 
-/// Seen from above, a metre as long in x as in y. Each tag is a short line with a stroke towards its reader.
+/// Seen from above, a metre as long in x as in y. Each tag is a short line with a stroke towards its reader,
+/// and its id once. The layers are drawn in order, each narrower and with longer dashes than the one below
+/// it, so that layers that coincide are all seen.
 [[nodiscard]] Figure path_figure(const std::string& title, const std::vector<PathLayer>& layers);
 
 /// Distance of the estimated base from the true one at the same time, over the way driven in truth.

@@ -1,6 +1,8 @@
 #include "waymark/plot/loop_figures.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <variant>
 
 #include <gtest/gtest.h>
 
@@ -36,6 +38,27 @@ TEST(LoopFigures, TagsShowTheirReaderAndAllAreDrawn) {
   EXPECT_TRUE(figure.equal_scales);
   EXPECT_TRUE(draw_figure(figure));
   EXPECT_TRUE(draw_figure(tags_in_view_figure("", {TagFrame{}})));
+}
+
+TEST(LoopFigures, LayersThatCoincideAreToldApartAndEachIdIsWrittenOnce) {
+  TagMap tags;
+  tags.tags[TagId{.number = 7}] = {.map_T_tag = SE3(SO3(), {1, 2, 0}), .size_m = 0.2};
+  const Figure figure = path_figure(
+      "", {{"truth", straight(0), tags, kTruthColor}, {"estimate", straight(0), tags, kEstimateColor}});
+  ASSERT_EQ(figure.series.size(), 4U);
+  const Series &truth = figure.series[0], &estimate = figure.series[2];
+  EXPECT_GT(truth.line->width_mm, estimate.line->width_mm) << "what lies below is broader";
+  EXPECT_NE(truth.line->dash_mm, estimate.line->dash_mm);
+  ASSERT_EQ(figure.series[1].labels.size(), 1U);
+  EXPECT_EQ(figure.series[1].labels[0].text, "7");
+  EXPECT_TRUE(figure.series[3].labels.empty());
+  const auto drawn = draw_figure(figure);
+  ASSERT_TRUE(drawn);
+  const auto words = std::ranges::count_if(drawn->shapes, [](const Shape& shape) {
+    const auto* text = std::get_if<Text>(&shape);
+    return text != nullptr && text->words == "7";
+  });
+  EXPECT_EQ(words, 1);
 }
 
 TEST(LoopFigures, NothingToShowIsAnErrorWhenDrawnAndNoCrash) {
