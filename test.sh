@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 usage() {
   cat <<'TXT'
-usage: ./test.sh [--full] [--only PARTS] [--require-data] [--quick] [--tidy-base REV]
+usage: ./test.sh [--quick | --only PARTS | --full[=PARTS] [--again]] [--require-data] [--tidy-base REV]
 
 Installs what it needs (Debian packages, said by name), builds, and runs
   1. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
@@ -15,11 +15,22 @@ Installs what it needs (Debian packages, said by name), builds, and runs
   5. clang-tidy, and GCC, on the files changed since the main branch (or in the last commit)
 
   --quick           only 1 and 2
-  --full            also what takes hours: long Monte Carlo runs, all tests under the sanitizers, clang-tidy on everything,
-                    all fuzzers for minutes, every header compiled alone, the thread sanitizer, coverage, benchmarks with
-                    their ratios
-  --only PARTS      only these, separated by commas: tests, house, sanitizers, fuzzers, tidy, headers, threads, coverage,
-                    benchmarks; with --full in their long form (./test.sh --full --only tests,tidy)
+  --only PARTS      only these of the short run, separated by commas: tests, house, sanitizers, fuzzers, tidy
+  --full[=PARTS]    what takes long, in parts of 40 minutes at most on two cores; all of them, or those named, separated by commas:
+                      tests          the short run's build and tests, and the house rules
+                      pose           Monte Carlo runs of detection, refinement, pose and camera calibration
+                      map            Monte Carlo runs of mapping and calibration; all of TagSLAM's recordings
+                      localize       Monte Carlo runs of localisation
+                      replay         Monte Carlo runs of replay, an hour of exploring, robots that are processes
+                      sanitizers     all tests under the address and undefined behaviour sanitizers
+                      threads        the thread sanitizer
+                      fuzz           all fuzzers, two minutes each
+                      tidy           clang-tidy with its analyzer on every file
+                      headers        every header compiled alone
+                      coverage       line coverage
+                      benchmarks     speed as ratios to peers in the same run
+                    A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
+  --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
                     folder that WAYMARK_DATA names
   --tidy-base REV   what "changed" means for clang-tidy
@@ -28,12 +39,16 @@ Exit code 0 when everything passed. Build folders are build/<preset>; the second
 TXT
 }
 
-full=""; quick=""; only=""; tidy_base=""
+short_parts="tests,house,sanitizers,fuzzers,tidy"
+full_parts="tests,pose,map,localize,replay,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks"
+full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
-    --full) full=1 ;;
-    --quick) quick=1 ;;
-    --only) only="${2:?--only needs the names of parts; see --help}"; shift ;;
+    --full) full=1; parts="$full_parts"; known="$full_parts" ;;
+    --full=*) full=1; parts="${1#--full=}"; known="$full_parts" ;;
+    --again) again=1 ;;
+    --quick) parts="tests,house" ;;
+    --only) parts="${2:?--only needs the names of parts; see --help}"; shift ;;
     --require-data) export WAYMARK_REQUIRE_DATA=1 ;;
     --tidy-base) tidy_base="${2:?--tidy-base needs a revision}"; shift ;;
     -h|--help) usage; exit 0 ;;
@@ -41,14 +56,8 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
-[ -n "$full" ] && export WAYMARK_FULL=1
-everything="tests,house,sanitizers,fuzzers,tidy,headers,threads,coverage,benchmarks"
-if [ -n "$only" ]; then parts="$only"
-elif [ -n "$full" ]; then parts="$everything"
-elif [ -n "$quick" ]; then parts="tests,house"
-else parts="tests,house,sanitizers,fuzzers,tidy"; fi
 for part in ${parts//,/ }; do
-  [[ ",$everything," == *",$part,"* ]] || { echo "test.sh: unknown part '$part'. There are $everything." >&2; exit 2; }
+  [[ ",$known," == *",$part,"* ]] || { echo "test.sh: unknown part '$part'. There are $known." >&2; exit 2; }
 done
 wanted() { [[ ",$parts," == *",$1,"* ]]; }
 if [ -n "${WAYMARK_REQUIRE_DATA:-}" ] && [ ! -d "${WAYMARK_DATA:-}" ]; then
@@ -108,69 +117,103 @@ build_sanitized() {
   [ ${#targets[@]} -eq 0 ] || build fuzz "${targets[@]}"
 }
 
+run_short_tests() {  # steps are joined by &&: bash does not stop at errors in what a condition asks
+  build check && run_tests check
+}
+
+house_rules() {
+  step "house rules: includes, formatting"
+  tools/check_includes.py && git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
+}
+
+long_tests() {  # long_tests REGEX: the tests with a label that matches (a program's name, or full_…), with as many runs as WAYMARK_FULL asks for
+  build check && WAYMARK_FULL=1 run_tests check -L "$1"
+}
+
+full_part() {  # full_part NAME: one part of --full
+  step "full: $1"
+  case "$1" in
+    tests) run_short_tests && house_rules ;;
+    pose) long_tests '^waymark_(tags|pose|mapping|refinement_.*|rendered_pose|scene_camera_detection|calibrate_photograph|sheet)_tests$' ;;
+    map) long_tests '^(waymark_(map_.*|recording)_tests|full_map)$' ;;
+    localize) long_tests '^(waymark_localization.*_tests|full_localize)$' ;;
+    replay) long_tests '^(waymark_(replay.*|pipeline|runtime)_tests|full_replay)$' ;;
+    sanitizers) build asan-ubsan && run_tests asan-ubsan -LE slow_under_sanitizers ;;
+    threads)
+      mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)
+      build tsan "${programs[@]}" && run_tests tsan -L threads ;;
+    fuzz) build fuzz && tools/run_fuzzers.sh build/fuzz 120 ;;
+    tidy) tools/tidy.sh --all ;;
+    headers)
+      cmake --preset dev -DCMAKE_VERIFY_INTERFACE_HEADER_SETS=ON >/dev/null &&
+        cmake --build --preset dev -j "$jobs" --target all_verify_interface_header_sets -- --quiet ;;
+    coverage)
+      build coverage && run_tests coverage &&
+        gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25 ;;
+    benchmarks) build release && tools/benchmark_ratios.py build/release/benchmarks ;;
+  esac
+}
+
+tree_hash() {  # of the sources as they lie here, committed or not
+  local index
+  index=$(mktemp -u)
+  GIT_INDEX_FILE="$index" git read-tree HEAD
+  GIT_INDEX_FILE="$index" git add -A
+  GIT_INDEX_FILE="$index" git write-tree
+  rm -f "$index"
+}
+
+run_full() {  # every part that is asked for, and did not pass for these sources already; all of them, whatever fails
+  local kept outcome part began
+  kept="build/full/$(tree_hash)"
+  mkdir -p "$kept"
+  outcome=0
+  for part in ${parts//,/ }; do
+    if [ -z "$again" ] && [ -f "$kept/$part" ]; then echo "full: $part passed for these sources before: $(cat "$kept/$part")"; continue; fi
+    began=$SECONDS
+    if (full_part "$part") 2>&1 | tee "$kept/$part.log"; then
+      echo "$((SECONDS - began)) s, $(date -u +%Y-%m-%dT%H:%MZ)" >"$kept/$part"
+    else
+      echo "full: $part failed; the output is in $kept/$part.log" >&2
+      outcome=1
+    fi
+  done
+  for part in ${parts//,/ }; do printf '%-12s %s\n' "$part" "$(cat "$kept/$part" 2>/dev/null || echo failed)"; done
+  return $outcome
+}
+
+if [ -n "$full" ]; then
+  run_full
+  exit
+fi
+
 if wanted tests; then
   step "build"
   build check
   step "unit, system and consumer tests"
-  if [ -z "$full" ]; then meanwhile build_sanitized; fi  # half of a test's time is waiting
+  meanwhile build_sanitized  # half of a test's time is waiting
   run_tests check
   [ -z "$helper" ] || wait "$helper" || true  # what failed fails again below, with words
   helper=""
 fi
-unset WAYMARK_FULL  # what follows looks for other things than long runs do
-
-if wanted house; then
-  step "house rules: includes, formatting"
-  tools/check_includes.py
-  git ls-files '*.cpp' '*.hpp' | xargs clang-format-16 --dry-run --Werror
-fi
+if wanted house; then house_rules; fi
 
 if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"
-  if [ -n "$full" ]; then
-    build asan-ubsan
-    run_tests asan-ubsan -LE slow_under_sanitizers
-  else
-    build_sanitized
-    for room in "${sanitized_rooms[@]}"; do
-      echo "sanitizers: $room"
-      "build/fuzz/waymark/$room/waymark_${room//\//_}_tests" --gtest_brief=1 | tail -3
-    done
-  fi
+  build_sanitized
+  for room in "${sanitized_rooms[@]}"; do
+    echo "sanitizers: $room"
+    "build/fuzz/waymark/$room/waymark_${room//\//_}_tests" --gtest_brief=1 | tail -3
+  done
 fi
-
 if wanted fuzzers; then
   step "fuzzers"
-  if [ -n "$full" ]; then build fuzz; else build_sanitized; fi
-  tools/run_fuzzers.sh build/fuzz "$([ -n "$full" ] && echo 120 || echo 10)"
+  build_sanitized
+  tools/run_fuzzers.sh build/fuzz 10
 fi
-
 if wanted tidy; then
   step "clang-tidy"
-  tools/tidy.sh ${full:+--all} ${tidy_base:+--base "$tidy_base"}
-fi
-
-if wanted headers; then
-  step "every header compiled alone"
-  cmake --preset dev -DCMAKE_VERIFY_INTERFACE_HEADER_SETS=ON >/dev/null
-  cmake --build --preset dev -j "$jobs" --target all_verify_interface_header_sets -- --quiet
-fi
-if wanted threads; then
-  step "thread sanitizer"
-  mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)
-  build tsan "${programs[@]}"
-  run_tests tsan -L threads
-fi
-if wanted coverage; then
-  step "coverage"
-  build coverage
-  run_tests coverage
-  gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25
-fi
-if wanted benchmarks; then
-  step "benchmarks"
-  build release
-  tools/benchmark_ratios.py build/release/benchmarks
+  tools/tidy.sh ${tidy_base:+--base "$tidy_base"}
 fi
 
 step "done in $((SECONDS - started)) s"

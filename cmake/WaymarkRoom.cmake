@@ -106,7 +106,7 @@ function(waymark_test name)
   target_link_libraries(${name} PRIVATE ${TEST_LIBS} waymark_test_support waymark_warnings GTest::gmock_main)
   # rapidcheck prints the seed of a failing property; the fixed one makes every run the same.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "-*Threads*"
-    PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121")
+    PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121" LABELS ${name})
   # What the thread sanitizer has to see says so in its name.
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_FILTER "*Threads*" TEST_LIST ${name}_with_threads
     PROPERTIES ENVIRONMENT "RC_PARAMS=seed=20261121" LABELS threads)

@@ -3,10 +3,13 @@
 
 usage: demo_test.py PROGRAM [unittest options]
 """
+import pathlib
 import unittest
 
 from harness import InFolder
 from laps import MAP_KEYS, REPLAY_KEYS
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 
 class Experiment(InFolder):
@@ -73,6 +76,15 @@ class Demo(InFolder):
             self.assertIn(f"{words[0]} requires --view", lonely.err)
         for part in ("teach", "map", "replay", "laps completed", "from the taught way, rmse"):
             self.assertIn(part, table.out)
+
+    def test_pictures_are_kept(self):
+        world = (ROOT / "share/worlds/circuit24.yaml").read_text().split("path_closed:")[0]
+        (self.folder / "short.yaml").write_text(world + "path_closed: false\npath_m: [[2.89, -0.98], [3.04, -0.4], [3.02, 0.2]]\n")
+        outcome = self.run_here("demo", "--world", "short.yaml", "--images", "-o", "out")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        for name in ("lap.mcap", "replay.mcap"):
+            (info,) = self.run_here("info", "--json", f"out/{name}").records
+            self.assertIn("pictures", info["contents"], f"{name} has pictures to look at")
 
 
 if __name__ == "__main__":

@@ -130,7 +130,9 @@ Result<DemoReport> run_steps(const Stage& stage, const DemoArgs& args, Console& 
   };
   if (Status status = clear(folder); !status) return tl::unexpected(status.error());
   const std::string lap = (folder / "lap.mcap").string();
-  const Result<TeachReport> taught = teach_lap(stage, {.output = lap, .durable = args.durable}, console);
+  const std::string images = args.images ? "jpeg" : "";
+  const Result<TeachReport> taught =
+      teach_lap(stage, {.output = lap, .durable = args.durable, .images = images}, console);
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
@@ -139,8 +141,10 @@ Result<DemoReport> run_steps(const Stage& stage, const DemoArgs& args, Console& 
   report.map = std::move(*map);
   Stage another_day = stage;
   another_day.simulated.robot.seed += kReplaySeed;
-  ReplayJob job{
-      .folder = folder / "map", .output = (folder / "replay.mcap").string(), .durable = args.durable};
+  ReplayJob job{.folder = folder / "map",
+                .output = (folder / "replay.mcap").string(),
+                .durable = args.durable,
+                .images = images};
   job.replay.laps = args.laps;
   Result<ReplayReport> replay = replay_route(another_day, job, console);
   if (!replay) return failed_in("replay", replay.error());
@@ -258,7 +262,8 @@ Run prepare_demo(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("NUMBER");
-  app.add_flag("--images", args->images, "The camera takes pictures, and the detector looks at them");
+  app.add_flag("--images", args->images,
+               "Render camera pictures, detect tags in them, and record them as JPEG");
   app.add_flag("--durable", args->durable, kDurableHelp);
   app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
   return [args](Console& console) { return demo(*args, console); };
