@@ -127,7 +127,7 @@ Repeat replay(const World& world, const TagMap& map, const Route& route, const S
   const SE2 put = start * SE2(0.05 * random.normal(), 0.03 * random.normal(), 0.05 * random.normal());
   SimulatedRobot robot(world, limo(), limo_camera(), put, {.seed = seed + 2000});
   Replayer replayer(std::make_unique<AnchorLocalizer>(map, limo_camera(), limo().base_T_cam), route, map,
-                    limo(), {.controller = "pursuit"});
+                    limo(), {.controller = ReplayController::Pursuit});
   Repeat repeat;
   double frames = 0;
   double frames_with_two = 0;

@@ -54,11 +54,12 @@ TEST_P(Gains, TheFollowerKeepsToTheRouteWhateverTheYawGain) {
 }
 
 TEST(Controllers, TheOthersDriveTheRouteToo) {
-  for (const char* name : {"pursuit", "pose"}) {
+  for (const ReplayController controller : {ReplayController::Pursuit, ReplayController::Pose}) {
+    const std::string name(to_string(controller));
     Trial trial{.seed = 3, .replay = at_speed(0.4)};
-    trial.replay.controller = name;
+    trial.replay.controller = controller;
     const Outcome outcome = drive(course(), trial);
-    print(name, outcome);
+    print(name.c_str(), outcome);
     EXPECT_TRUE(outcome.end.finished) << name << outcome.end.reason;
     EXPECT_LT(outcome.judged.cross_track_max_m, 0.3);
   }

@@ -35,6 +35,14 @@ Status check_name(const std::string& name, const std::vector<std::string>& known
               suggestion(name, known));
 }
 
+Status check_controller(const std::string& name) {
+  const Result<ReplayController> controller = parse_controller(name);
+  if (controller) return {};
+  Error error = controller.error();
+  error.place.key = "--controller";
+  return tl::unexpected(std::move(error));
+}
+
 /// A route that nobody drove is held against itself; closed, a little beyond its end.
 Trajectory path_of(const Route& route) {
   Trajectory path;
@@ -127,7 +135,7 @@ std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
 
 Result<ReplayFiles> load_replay(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
-  if (status) status = check_name(job.replay.controller, replay_controllers(), "controller", "--controller");
+  if (status) status = check_controller(job.controller);
   if (!status) return tl::unexpected(status.error());
   if (status = check_map_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<MapFile> map = read_map(job.folder / "map.yaml");
@@ -171,7 +179,11 @@ Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const 
   // that contradict are believed, not the person.
   if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
     filter->start_from(files.route.points.front().map_T_base, 0.25, 0.25);
-  return std::make_unique<Replayer>(std::move(*method), files.route, files.map.tags, robot, job.replay);
+  const Result<ReplayController> controller = parse_controller(job.controller);
+  if (!controller) return tl::unexpected(controller.error());
+  ReplayOptions options = job.replay;
+  options.controller = *controller;
+  return std::make_unique<Replayer>(std::move(*method), files.route, files.map.tags, robot, options);
 }
 
 namespace {
@@ -190,7 +202,7 @@ Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const Re
   Result<SampleRecorder> recorder = start_recording(
       job.output,
       {.verb = "replay",
-       .driver = job.replay.controller,
+       .driver = job.controller,
        .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
                   (job.method == "anchor" ? "anchor:\n" + write_fields(job.anchor, 2)
                                           : "filter:\n" + write_fields(job.filter, 2)) +

@@ -120,14 +120,15 @@ struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
   std::string route{};           ///< name of another route of the folder (route-NAME.yaml)
   std::string method = "riekf";
-  std::string output{};  ///< recording to write; empty: none
-  bool durable = false;  ///< of the recording: also a power cut loses at most a second
-  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
+  std::string controller = "follower";  ///< one of waymark::replay_controllers()
+  std::string output{};                 ///< recording to write; empty: none
+  bool durable = false;                 ///< of the recording: also a power cut loses at most a second
+  std::string images{};                 ///< how pictures are recorded: raw, jpeg; empty: not at all
   std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
                          ///< in the folder; a route without one (an optimised one) is held against itself
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  ReplayOptions replay{};                    ///< laps, follower, limits
+  ReplayOptions replay{};  ///< laps, follower, limits; its controller is taken from the name above
   std::optional<Calibration> calibration{};  ///< of the robot's camera
   LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
 };

@@ -1,7 +1,5 @@
 #include "waymark/cli/replay_notes.hpp"
 
-#include <array>
-
 #include <fmt/format.h>
 
 #include "waymark/recording/ros2_convert.hpp"
@@ -26,12 +24,6 @@ ros2::DiagnosticArray message_of(SensorTime now, const ReplayStep& step) {
 }
 
 }  // namespace
-
-std::string_view to_string(ReplayState state) {
-  constexpr std::array<std::string_view, 6> kWords{"waiting",      "refused", "driving",
-                                                   "at a station", "stopped", "finished"};
-  return kWords[static_cast<std::size_t>(state)];
-}
 
 void ReplayNotes::note_station(SensorTime now, const ReplayStep& step) {
   if (last_ == ReplayState::AtStation) {

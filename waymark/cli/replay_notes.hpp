@@ -38,7 +38,4 @@ class ReplayNotes {
   std::vector<StationVisit> visits_;
 };
 
-/// "driving", "stopped", …
-[[nodiscard]] std::string_view to_string(ReplayState state);
-
 }  // namespace waymark::cli

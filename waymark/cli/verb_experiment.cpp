@@ -75,7 +75,7 @@ Result<ExperimentRun> replay_cell(Stage stage, const ExperimentGrid& grid, const
   }
   ReplayJob job{.folder = map};
   job.replay.laps = grid.laps;
-  job.replay.controller = cell.controller;
+  job.controller = cell.controller;
   job.replay.profile.speed_m_s = cell.speed_m_s;
   job.replay.safety.max_speed_m_s = std::max(job.replay.safety.max_speed_m_s, 1.2 * cell.speed_m_s);
   const auto report = replay_route(stage, job, console);

@@ -151,7 +151,7 @@ Run prepare_replay(CLI::App& app) {
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option(
-         "--controller", args->job.replay.controller,
+         "--controller", args->job.controller,
          "How it follows the route: follower, curvature fed forward and errors fed back; pursuit, pure "
          "pursuit; pose, from goal to goal")
       ->capture_default_str()

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/replay/lidar_zone.hpp"
 #include "waymark/samples/visibility.hpp"
@@ -21,8 +22,6 @@ double age_s(SensorTime now, const std::optional<SensorTime>& newest, double unl
 }
 
 }  // namespace
-
-std::vector<std::string> replay_controllers() { return {"follower", "pursuit", "pose"}; }
 
 Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
                    const ReplayOptions& options)
@@ -61,7 +60,16 @@ void Replayer::resume() {
   follower_.reset();
   last_step_.reset();
   if (progress_) find_ahead_ = true;
-  if (state_ == ReplayState::Refused) state_ = ReplayState::Waiting;
+  handle(ReplayEvent::Resume);
+}
+
+/// The one place where the state changes.
+void Replayer::handle(ReplayEvent event) {
+  const std::optional<ReplayTransition> then = transition(state_, event);
+  if (!then) return;
+  state_ = then->to;
+  if (then->action == ReplayAction::CountStop) ++stops_;
+  if (then->action == ReplayAction::BeginRoute) stations_.begin(way_m());
 }
 
 void Replayer::track(const LocalizationEstimate& estimate) {
@@ -90,17 +98,11 @@ void Replayer::track(const LocalizationEstimate& estimate) {
 /// Only from near the route and along it; says where to put the robot otherwise.
 void Replayer::pass_start_gate() {
   const auto refusal = start_refusal(progress_->cross_track_m, progress_->heading_error_rad, options_.safety);
-  if (!refusal) {
-    if (state_ == ReplayState::Waiting) {
-      state_ = ReplayState::Driving;
-      stations_.begin(way_m());
-    }
-    return;
-  }
+  if (!refusal) return handle(ReplayEvent::GateOpen);
   const SE2& there = progress_->map_T_route;
   refusal_ = fmt::format("{} (nearest place: x {:.2f} m, y {:.2f} m, heading {:.0f} deg of the map)",
-                         *refusal, there.x(), there.y(), there.yaw() * 57.29577951308232);
-  state_ = ReplayState::Refused;
+                         *refusal, there.x(), there.y(), to_degrees(there.yaw()));
+  handle(ReplayEvent::GateShut);
 }
 
 double Replayer::remaining_m(const RouteProgress& at) const {
@@ -127,9 +129,9 @@ bool Replayer::at_goal() const {
 }
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
-  if (options_.controller == "pursuit")
+  if (options_.controller == ReplayController::Pursuit)
     return slow_for_station(pure_pursuit(route_, estimate.map_T_base, *progress_, options_.pursuit));
-  if (options_.controller == "pose")
+  if (options_.controller == ReplayController::Pose)
     return slow_for_station(go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal));
   const PredictedMotion then = predictor_.predict(predictor_.acts_at(now));
   const RouteProgress at = advance(route_, then.map_T_base, *progress_);
@@ -180,51 +182,54 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   unsure_ = verdict.unsure;
   step.reason = verdict.stopped;
   if (verdict.stopped) step.lasting = watch_.lasting() || !pause_.empty();
-  if (state_ == ReplayState::Waiting) return;
-  if (verdict.stopped) {
-    if (state_ != ReplayState::Stopped) ++stops_;
-    state_ = ReplayState::Stopped;
-    return;
-  }
-  state_ = ReplayState::Driving;
-  if (stations_.standing() != nullptr) stand(dt_s, step);
+  const bool at_station = stations_.standing() != nullptr;
+  handle(verdict.stopped ? ReplayEvent::LimiterStops
+         : at_station    ? ReplayEvent::StationReached
+                         : ReplayEvent::LimiterAllows);
+  if (state_ == ReplayState::AtStation) serve_station(dt_s, step);
 }
 
-/// The pause counts from the standstill on.
-void Replayer::stand(double dt_s, ReplayStep& step) {
-  state_ = ReplayState::AtStation;
+/// The dwell time counts from the standstill on.
+void Replayer::serve_station(double dt_s, ReplayStep& step) {
   step.station = *stations_.standing();
   step.reason = fmt::format("at '{}': goes on in {:.1f} s", step.station->name, stations_.left_s());
   if (last_command_ == VelocityCommand{}) stations_.stand(std::clamp(dt_s, 0.0, 0.5));
 }
 
+/// Before it starts a robot also has to know better than it must not know while it drives.
+bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) const {
+  if (!estimate || !estimate->certain) return false;
+  return state_ != ReplayState::Waiting ||
+         estimate->position_sigma_m() <= options_.safety.stop_position_sigma_m;
+}
+
+void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
+  watch_.check(estimate.map_T_base);
+  predictor_.observe(estimate.stamp, estimate.map_T_base, state_ == ReplayState::Driving);
+  track(estimate);
+  if (state_ == ReplayState::Waiting) pass_start_gate();
+  if (state_ != ReplayState::Driving) return;
+  if (at_goal()) return handle(ReplayEvent::GoalReached);
+  stations_.arrive(way_m(), options_.follower.stop_within_m);
+}
+
 ReplayStep Replayer::step(SensorTime now) {
   ReplayStep step{.estimate = method_->estimate(), .compared = method_->news()};
   method_->clear_news();
-  // Before it starts a robot also has to know better than it must not know while it drives.
-  const bool certain = step.estimate && step.estimate->certain &&
-                       (state_ != ReplayState::Waiting ||
-                        step.estimate->position_sigma_m() <= options_.safety.stop_position_sigma_m);
-  doubts_ = knew_ && !certain;
-  knew_ = knew_ || certain;
-  if (!certain) step.estimate.reset();  // a guess drives no wheels
+  const bool known = certain(step.estimate);
+  doubts_ = knew_ && !known;
+  knew_ = knew_ || known;
+  if (!known) step.estimate.reset();  // a guess drives no wheels
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
   last_step_ = now;
-  if (step.estimate && state_ != ReplayState::Finished && state_ != ReplayState::Refused) {
-    watch_.check(step.estimate->map_T_base);
-    predictor_.observe(step.estimate->stamp, step.estimate->map_T_base, state_ == ReplayState::Driving);
-    track(*step.estimate);
-    if (state_ == ReplayState::Waiting) pass_start_gate();
-    if (state_ == ReplayState::Driving && at_goal()) state_ = ReplayState::Finished;
-    if (state_ == ReplayState::Driving) stations_.arrive(way_m(), options_.follower.stop_within_m);
-  }
+  if (step.estimate && is_live(state_)) follow_estimate(*step.estimate);
   if (step.estimate) step.progress = progress_;
-  if (state_ == ReplayState::Finished || state_ == ReplayState::Refused) {
+  if (is_live(state_)) {
+    drive(now, dt_s, step);
+  } else {
     last_command_ = {};
     if (state_ == ReplayState::Refused) step.reason = refusal_;
-  } else {
-    drive(now, dt_s, step);
   }
   predictor_.sent(now, last_command_);
   step.state = state_;

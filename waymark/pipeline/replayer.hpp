@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/localization/method.hpp"
+#include "waymark/pipeline/replay_phase.hpp"
 #include "waymark/replay/go_to_pose.hpp"
 #include "waymark/replay/motion_predictor.hpp"
 #include "waymark/replay/path_follower.hpp"
@@ -21,8 +22,8 @@
 namespace waymark {
 
 struct ReplayOptions {
-  double laps = 1;                      ///< how often a closed route is driven
-  std::string controller = "follower";  ///< one of replay_controllers()
+  double laps = 1;  ///< how often a closed route is driven
+  ReplayController controller = ReplayController::Follower;
   FollowerOptions follower{};
   ActuatorOptions actuators{};
   ProfileOptions profile{};
@@ -31,18 +32,6 @@ struct ReplayOptions {
   WatchOptions watch{};
   SafetyOptions safety{};
   SE2 base_T_lidar{};
-};
-
-/// The names of the controllers: follower, pursuit (pure pursuit), pose (from goal to goal).
-[[nodiscard]] std::vector<std::string> replay_controllers();
-
-enum class ReplayState : std::uint8_t {
-  Waiting,  ///< for the first estimate
-  Refused,  ///< the start gate said no
-  Driving,
-  AtStation,  ///< stands where the route says so, and goes on by itself
-  Stopped,    ///< the limiter stopped it; goes on when the reason is gone, unless a person has to look
-  Finished,
 };
 
 /// What to send now, and why.
@@ -59,11 +48,12 @@ struct ReplayStep {
   double turn_gain = 1;  ///< share of the asked turn that the robot turns, as learnt so far
 };
 
-/// The replay phase: estimate, follow, limit. Samples in stamp order; step() as often as commands are sent,
+/// The replay phase: estimate, follow, limit. What a step finds becomes an event, and the table of
+/// replay_phase.hpp says what follows. Samples in stamp order; step() as often as commands are sent,
 /// twenty times a second or more.
 class Replayer {
  public:
-  /// The map is for the keep-out about tags. An unknown controller is the follower.
+  /// The map is for the keep-out about tags.
   Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagMap map, RobotModel robot,
            const ReplayOptions& options);
 
@@ -88,6 +78,9 @@ class Replayer {
  private:
   void track(const LocalizationEstimate& estimate);
   void pass_start_gate();
+  void handle(ReplayEvent event);
+  [[nodiscard]] bool certain(const std::optional<LocalizationEstimate>& estimate) const;
+  void follow_estimate(const LocalizationEstimate& estimate);
   [[nodiscard]] bool at_goal() const;
   [[nodiscard]] double remaining_m(const RouteProgress& at) const;
   /// Arc length, going on where a closed route begins again.
@@ -98,7 +91,7 @@ class Replayer {
                                        const VelocityCommand& wanted) const;
   [[nodiscard]] std::string alarm() const;
   void drive(SensorTime now, double dt_s, ReplayStep& step);
-  void stand(double dt_s, ReplayStep& step);
+  void serve_station(double dt_s, ReplayStep& step);
 
   std::unique_ptr<LocalizationMethod> method_;
   Route route_;

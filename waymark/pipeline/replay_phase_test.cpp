@@ -1,0 +1,70 @@
+#include "waymark/pipeline/replay_phase.hpp"
+
+#include <array>
+#include <map>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using State = ReplayState;
+using Event = ReplayEvent;
+using Action = ReplayAction;
+
+constexpr std::array kReplayStates{State::Waiting,   State::Refused, State::Driving,
+                                   State::AtStation, State::Stopped, State::Finished};
+constexpr std::array kReplayEvents{Event::GateOpen,     Event::GateShut,      Event::GoalReached,
+                                   Event::LimiterStops, Event::LimiterAllows, Event::StationReached,
+                                   Event::Resume};
+
+// Every cell of six states and seven events: what is written here happens, and nothing else.
+TEST(ReplayPhase, EveryCellOfTheTable) {
+  const std::map<std::pair<State, Event>, ReplayTransition> expected = {
+      {{State::Waiting, Event::GateOpen}, {State::Driving, Action::BeginRoute}},
+      {{State::Waiting, Event::GateShut}, {State::Refused}},
+      {{State::Refused, Event::Resume}, {State::Waiting}},
+      {{State::Driving, Event::GateShut}, {State::Refused}},
+      {{State::Driving, Event::GoalReached}, {State::Finished}},
+      {{State::Driving, Event::LimiterStops}, {State::Stopped, Action::CountStop}},
+      {{State::Driving, Event::StationReached}, {State::AtStation}},
+      {{State::AtStation, Event::GateShut}, {State::Refused}},
+      {{State::AtStation, Event::LimiterStops}, {State::Stopped, Action::CountStop}},
+      {{State::AtStation, Event::LimiterAllows}, {State::Driving}},
+      {{State::Stopped, Event::GateShut}, {State::Refused}},
+      {{State::Stopped, Event::LimiterAllows}, {State::Driving}},
+      {{State::Stopped, Event::StationReached}, {State::AtStation}},
+  };
+  for (const State state : kReplayStates) {
+    for (const Event event : kReplayEvents) {
+      const auto cell = expected.find({state, event});
+      const std::optional<ReplayTransition> then = transition(state, event);
+      ASSERT_EQ(then.has_value(), cell != expected.end()) << to_string(state) << ", " << to_string(event);
+      if (then) EXPECT_EQ(*then, cell->second) << to_string(state) << ", " << to_string(event);
+    }
+  }
+}
+
+// Nothing leaves Finished, only a person leaves Refused, and only the start gate leaves Waiting.
+TEST(ReplayPhase, NothingMovesARobotThatHasFinishedOrIsRefused) {
+  for (const Event event : kReplayEvents) {
+    EXPECT_FALSE(transition(State::Finished, event)) << to_string(event);
+    if (event != Event::Resume) EXPECT_FALSE(transition(State::Refused, event)) << to_string(event);
+  }
+  EXPECT_FALSE(is_live(State::Finished));
+  EXPECT_FALSE(is_live(State::Refused));
+  EXPECT_TRUE(is_live(State::Stopped));
+}
+
+TEST(ReplayController, AnUnknownNameIsAnError) {
+  for (const std::string& name : replay_controllers())
+    EXPECT_EQ(to_string(parse_controller(name).value()), name);
+  const auto unknown = parse_controller("persuit");
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().message, "there is no controller 'persuit'");
+  EXPECT_NE(unknown.error().hint.find("pursuit"), std::string::npos) << unknown.error().hint;
+}
+
+}  // namespace
+}  // namespace waymark
