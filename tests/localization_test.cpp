@@ -59,7 +59,7 @@ Drive drive(const World& world, const RobotDescription& robot, std::uint64_t see
   SensorTime next_command{};
   const SensorTime start = simulated.now();
   while (!driver.done() && to_seconds(simulated.now() - start) < seconds) {
-    Sample sample = *simulated.next().value();
+    Sample sample = simulated.next();
     if (const auto* truth = std::get_if<TruthPose>(&sample)) drive.truth.push_back(*truth);
     drive.samples.push_back(std::move(sample));
     if (simulated.now() < next_command) continue;

@@ -54,7 +54,7 @@ Lap teach(const World& world, std::uint64_t seed) {
   Lap lap;
   SensorTime next_command{};
   while (!driver.done() && to_seconds(robot.now().time_since_epoch()) < 200) {
-    const Sample sample = *robot.next().value();
+    const Sample sample = robot.next();
     if (const auto* frame = std::get_if<TagFrame>(&sample)) {
       lap.frames.push_back(teacher.add(*frame).observed);
       watcher.watch(*frame);
@@ -136,7 +136,7 @@ Repeat replay(const World& world, const TagMap& map, const Route& route, const S
     return repeat.last.state == ReplayState::Finished || repeat.last.state == ReplayState::Refused;
   };
   while (!over() && to_seconds(robot.now().time_since_epoch()) < 200) {
-    const Sample sample = *robot.next().value();
+    const Sample sample = robot.next();
     if (const auto* frame = std::get_if<TagFrame>(&sample)) {
       replayer.add(*frame);
       frames += 1;
@@ -201,7 +201,7 @@ TEST_P(Loop, TheAnchorMethodKnowsWhereTheRobotIs) {
   std::vector<double> errors;
   SensorTime next_command{};
   while (!driver.done() && to_seconds(robot.now().time_since_epoch()) < 200) {
-    const Sample sample = *robot.next().value();
+    const Sample sample = robot.next();
     if (const auto* frame = std::get_if<TagFrame>(&sample)) localizer.add(*frame);
     if (const auto* odometry = std::get_if<Odometry>(&sample)) {
       localizer.add(*odometry);

@@ -40,7 +40,7 @@ inline Course circuit24(const std::string& robot_name = "limo") {
 
 /// What came of a replay.
 struct Outcome {
-  SimulatedReplayEnd end{};
+  ReplayEnd end{};
   ReplayJudgement judged{};
   double turn_gain = 1;
   std::vector<std::string> reasons{};  ///< of all stops, each once

@@ -104,7 +104,7 @@ TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
     if (const auto* truth = std::get_if<TruthPose>(&sample)) way.push_back({truth->stamp, truth->map_T_base});
     return Status();
   };
-  const SimulatedReplayEnd end = drive_replay(stage, replayer, listener).value();
+  const ReplayEnd end = drive_replay(stage, replayer, listener).value();
   ASSERT_TRUE(end.finished) << end.reason;
   EXPECT_EQ(end.stops, 0);
   const ReplayJudgement judged =
@@ -160,7 +160,7 @@ TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
     }
     return Status();
   };
-  const SimulatedReplayEnd end = drive_replay(stage, replayer, listener).value();
+  const ReplayEnd end = drive_replay(stage, replayer, listener).value();
   EXPECT_TRUE(end.finished) << end.reason;
   EXPECT_EQ(end.stops, 0);
   EXPECT_EQ(visits, (std::vector<std::string>{"shelf", "door", "shelf", "door"}));

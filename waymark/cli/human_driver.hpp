@@ -3,7 +3,7 @@
 #include <memory>
 #include <string>
 
-#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/runtime/robot_loop.hpp"
 
 namespace waymark::cli {
 

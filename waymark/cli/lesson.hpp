@@ -42,6 +42,6 @@ class Lesson {
 /// For the camera of the stage.
 [[nodiscard]] TeachMonitorOptions monitor_options(const SimulatedStage& stage);
 
-[[nodiscard]] TeachReport report_of(const Lesson& lesson, const SimulatedLapEnd& end, const Stopwatch& watch);
+[[nodiscard]] TeachReport report_of(const Lesson& lesson, const LapEnd& end, const Stopwatch& watch);
 
 }  // namespace waymark::cli

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "waymark/cli/human_driver.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 
 namespace waymark::cli {

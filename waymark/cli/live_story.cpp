@@ -47,11 +47,11 @@ void StoryViewers::tell(LiveStatus status) {
   feed_->tell(status);
 }
 
-void StoryViewers::watch(LiveReplay& replay, double goal_m) {
-  if (feed_ == nullptr) return;
+std::function<void(const ReplayStep&)> StoryViewers::watch(double goal_m) {
   goal_m_ = goal_m;
   driven_m_ = 0;
-  replay.on_step = [this](SensorTime /*now*/, const ReplayStep& step) {
+  return [this](const ReplayStep& step) {
+    if (feed_ == nullptr) return;
     driven_m_ = step.driven_m;
     certain_ = step.estimate && step.estimate->certain;
     halted_ = step.reason.value_or("");

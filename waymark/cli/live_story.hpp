@@ -20,8 +20,9 @@ class StoryViewers {
   void show_map(const std::filesystem::path& folder);
   void tell(const Operator& story, const Pilot& pilot);
   void tell(LiveStatus status);
-  /// Estimates, what was compared with them, and progress from now on, until the next call.
-  void watch(LiveReplay& replay, double goal_m);
+  /// Hears each decision of a replay and shows estimates, what was compared with them, and progress. Only the
+  /// newest is heard.
+  [[nodiscard]] std::function<void(const ReplayStep&)> watch(double goal_m);
 
  private:
   LiveFeed* feed_;

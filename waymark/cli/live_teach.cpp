@@ -5,9 +5,9 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lesson.hpp"
 #include "waymark/cli/live_driver.hpp"
+#include "waymark/cli/live_robot.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_story.hpp"
-#include "waymark/cli/robot_loop.hpp"
 
 namespace waymark::cli {
 
@@ -90,11 +90,11 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                       stage);
   if (!recorder) return tl::unexpected(recorder.error());
   FreshFile fresh(job.output);
-  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, console);
   if (!robot) return tl::unexpected(robot.error());
   Lesson lesson(teach_setup(stage.simulated), monitor_options(stage.simulated), job.images, *recorder,
                 console);
-  SimulatedLapEnd end;
+  LapEnd end;
   SilenceWatch silence(console);
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching);
   RobotListener listener;
@@ -104,17 +104,14 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
     silence.hear(sample);
     return lesson.on_sample(sample);
   };
-  listener.decide = [&](Duration uptime, SensorTime now) -> Result<std::optional<VelocityCommand>> {
+  listener.decide = [&](Duration uptime, SensorTime now) -> Result<DriverDecision> {
     silence.look(uptime);
-    const Result<DriverDecision> decision = (*driver)->drive(uptime, now);
-    if (!decision) return tl::unexpected(decision.error());
-    if (decision->pad) {
-      if (Status status = lesson.on_sample(*decision->pad); !status) return tl::unexpected(status.error());
-    }
+    Result<DriverDecision> decision = (*driver)->drive(uptime, now);
+    if (!decision) return decision;
     const PhaseViewers::Wish wish = viewers.hear(uptime);
-    end.finished = decision->done || wish.over;
-    if (end.finished) return std::optional<VelocityCommand>();
-    return std::optional(wish.stand ? VelocityCommand{} : decision->command);
+    end.finished = decision->done = decision->done || wish.over;
+    if (end.finished || wish.stand) decision->command = {};
+    return decision;
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) console.say(usage);
   const auto driven = (*robot)->drive(watched(listener, job.feed));

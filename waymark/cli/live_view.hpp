@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/cli/robot_loop.hpp"
 #include "waymark/cli/stage_flags.hpp"
+#include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"
 #include "waymark/server/live_feed.hpp"
 

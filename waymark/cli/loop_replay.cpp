@@ -6,12 +6,11 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/picture_recording.hpp"
 #include "waymark/cli/recording_input.hpp"
+#include "waymark/cli/replay_log.hpp"
 #include "waymark/cli/route_files.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
@@ -68,52 +67,6 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
   if (!fs::exists(beside, ignored)) return Trajectory();
   return read_trajectory(beside);
 }
-
-/// Hears a replay as it is driven: keeps the true path, writes the recording, shows the live line.
-class ReplayEar {
- public:
-  ReplayEar(std::optional<SampleRecorder> recorder, std::string images, double goal_m, Console& console)
-      : recorder_(std::move(recorder)),
-        images_(std::move(images)),
-        goal_m_(goal_m),
-        console_(console),
-        notes_(console) {}
-
-  Status on_sample(const Sample& sample) {
-    if (const auto* truth = std::get_if<TruthPose>(&sample))
-      true_path_.push_back({truth->stamp, truth->map_T_base});
-    return recorder_ ? recorder_->add(sample) : Status();
-  }
-  Status on_picture(const SeenPicture& seen) {
-    if (!recorder_) return {};
-    return record_picture({.stamp = seen.found.stamp, .image = seen.picture.image}, images_, *recorder_);
-  }
-  Status on_step(SensorTime now, const ReplayStep& step) {
-    driven_m_ = step.driven_m;
-    if (Status status = notes_.add(now, step, recorder_ ? &*recorder_ : nullptr); !status) return status;
-    console_.live(fmt::format("{:.1f} s, {:.1f} of {:.1f} m{}{}. Ctrl-C stops the robot.",
-                              to_seconds(now.time_since_epoch()), step.driven_m, goal_m_,
-                              step.reason ? ", stands: " : "", step.reason.value_or("")));
-    if (!recorder_ || !step.estimate) return {};
-    return recorder_->add_message(topics::kEstimate, now, estimate_message(*step.estimate));
-  }
-  Status close() {
-    console_.end_progress();
-    return recorder_ ? recorder_->close() : Status();
-  }
-  [[nodiscard]] Trajectory& true_path() { return true_path_; }
-  [[nodiscard]] double driven_m() const { return driven_m_; }
-  [[nodiscard]] const std::vector<StationVisit>& visits() const { return notes_.visits(); }
-
- private:
-  std::optional<SampleRecorder> recorder_;
-  std::string images_;
-  double goal_m_;
-  Console& console_;
-  ReplayNotes notes_;
-  Trajectory true_path_;
-  double driven_m_ = 0;
-};
 
 }  // namespace
 
@@ -220,6 +173,10 @@ Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const Re
   return std::optional<SampleRecorder>(std::move(*recorder));
 }
 
+double goal_m(const Route& route, const ReplayJob& job) {
+  return route.length_m * (route.closed ? job.replay.laps : 1);
+}
+
 std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route) {
   const double most = job.replay.safety.max_speed_m_s;
   double asked = job.replay.profile.speed_m_s;
@@ -244,28 +201,25 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   if (!loaded) return tl::unexpected(loaded.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
-  const auto& [map, route, taught] = *loaded;
   const SimulatedStage& simulated = stage.simulated;
   const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, with_lidar(job, stage));
   if (!replayer) return tl::unexpected(replayer.error());
-  const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
-  ReplayEar ear(std::move(*recorder), job.images, goal_m, console);
+  const double goal = goal_m(loaded->route, job);
+  ReplayLog log(std::move(*recorder), job.images, goal, console);
   LapListener listener;
-  listener.on_sample = [&](const Sample& sample) { return ear.on_sample(sample); };
-  listener.on_picture = [&](const SeenPicture& seen) { return ear.on_picture(seen); };
-  listener.on_step = [&](SensorTime now, const ReplayStep& step) { return ear.on_step(now, step); };
+  listener.on_sample = [&](const Sample& sample) { return log.on_sample(sample); };
+  listener.on_step = [&](SensorTime now, const ReplayStep& step) { return log.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_replay(simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal_m});
-  const Status closed = ear.close();
+  const auto end = drive_replay(simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
+  const Status closed = log.close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
   ReplayReport report{.end = *end,
-                      .route_length_m = route.length_m,
-                      .driven_m = ear.driven_m(),
-                      .true_path = std::move(ear.true_path()),
-                      .taught_path = taught,
-                      .visits = ear.visits(),
-                      .warnings = speed_warnings(job, route)};
+                      .route_length_m = loaded->route.length_m,
+                      .true_path = std::move(log.true_path()),
+                      .taught_path = loaded->taught,
+                      .visits = log.visits(),
+                      .warnings = speed_warnings(job, loaded->route)};
   for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
   judge(stage, report);
   report.wall_s = watch.seconds();

@@ -63,7 +63,7 @@ struct TeachJob {
 
 struct TeachReport {
   TeachSummary summary{};
-  SimulatedLapEnd end{};
+  LapEnd end{};
   double worst_blur_px = 0;  ///< by yaw rate, exposure and focal length
   int blurred_frames = 0;
   int abrupt_moments = 0;
@@ -156,9 +156,8 @@ struct ReplayFiles {
                                                               const ReplayJob& job);
 
 struct ReplayReport {
-  SimulatedReplayEnd end{};
+  ReplayEnd end{};
   double route_length_m = 0;
-  double driven_m = 0;  ///< along the route, as the robot believes
   Trajectory true_path{};
   Trajectory taught_path{};                    ///< empty when not known
   std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
@@ -166,6 +165,9 @@ struct ReplayReport {
   std::vector<std::string> warnings{};
   double wall_s = 0;
 };
+
+/// How far a replay of the job goes along its route.
+[[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
 /// What is asked for and will not be driven: faster than the limiter lets pass.
 [[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);

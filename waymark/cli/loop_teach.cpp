@@ -38,8 +38,8 @@ Result<std::unique_ptr<HumanDriver>> human_of(const TeachJob& job) {
   return HumanDriver::make(job.driver, job.speed_m_s);
 }
 
-Result<SimulatedLapEnd> drive(const SimulatedStage& stage, HumanDriver* human, const DriverOptions& driver,
-                              const LapListener& listener, Console& console) {
+Result<LapEnd> drive(const SimulatedStage& stage, HumanDriver* human, const DriverOptions& driver,
+                     const LapListener& listener, Console& console) {
   if (human == nullptr) return drive_scripted_lap(stage, driver, listener);
   constexpr double kAnHour = 3600;
   console.say(human->usage());
@@ -59,7 +59,7 @@ double peak_rss_mib() {
   return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024 : 0;
 }
 
-TeachReport report_of(const Lesson& lesson, const SimulatedLapEnd& end, const Stopwatch& watch) {
+TeachReport report_of(const Lesson& lesson, const LapEnd& end, const Stopwatch& watch) {
   return {.summary = lesson.summary(),
           .end = end,
           .worst_blur_px = lesson.monitor().worst_blur_px(),

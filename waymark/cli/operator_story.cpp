@@ -7,9 +7,9 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/live_replay.hpp"
+#include "waymark/cli/live_robot.hpp"
 #include "waymark/cli/live_story.hpp"
 #include "waymark/cli/pilot.hpp"
-#include "waymark/cli/robot_loop.hpp"
 #include "waymark/cli/story_files.hpp"
 #include "waymark/cli/story_lap.hpp"
 
@@ -20,13 +20,6 @@ namespace fs = std::filesystem;
 using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
-
-/// A replay with everything it stands on.
-struct Replayed {
-  std::optional<SampleRecorder> recorder{};
-  std::unique_ptr<Replayer> replayer{};
-  std::unique_ptr<LiveReplay> live{};
-};
 
 class Story {
  public:
@@ -55,10 +48,10 @@ class Story {
   Status hear(const Sample& sample) {
     pilot_->hear(sample);
     if (taught_) return taught_->on_sample(sample);
-    return replayed_ ? replayed_->live->hear(sample) : Status();
+    return replay_ ? replay_->session().hear(sample) : Status();
   }
 
-  Result<std::optional<VelocityCommand>> decide(Duration uptime, SensorTime now) {
+  Result<DriverDecision> decide(Duration uptime, SensorTime now) {
     viewers_.tell(operator_, *pilot_);
     const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
     if (!act) return tl::unexpected(act.error());
@@ -68,32 +61,16 @@ class Story {
       if (status) status = happen(event, uptime);
     }
     if (status) status = look_at_map(uptime);
-    VelocityCommand wanted{};
-    // While paused it is asked as well, so that it keeps its place; permit() lets nothing through.
-    const bool asked = operator_.state() == S::Replaying || operator_.state() == S::Paused;
-    if (status && asked) {
-      const auto command = replayed_->live->decide(uptime, now);
-      if (!command) return tl::unexpected(command.error());
-      wanted = command->value_or(VelocityCommand{});
-      if (operator_.state() == S::Paused) return std::optional(operator_.permit(act->command, wanted));
-      const SimulatedReplayEnd& end = replayed_->live->end;
-      if (!*command)
-        status = end.state == ReplayState::Finished ? happen(E::ReplayFinished, uptime)
-                                                    : happen(E::ReplayStopped, uptime, end.reason);
-    }
-    if (!status) return tl::unexpected(status.error());
-    if (operator_.state() == S::Over) return std::optional<VelocityCommand>();
-    return std::optional(operator_.permit(act->command, wanted));
+    Result<VelocityCommand> wanted = status ? replay(uptime, now) : tl::unexpected(status.error());
+    if (!wanted) return tl::unexpected(wanted.error());
+    return DriverDecision{.command = operator_.permit(act->command, *wanted),
+                          .done = operator_.state() == S::Over};
   }
 
   /// Closes what is open, whatever happened.
   Status finish(bool interrupted) {
     Status lap = end_lap();
-    if (replayed_ && interrupted) {
-      replayed_->live->end.interrupted = true;
-      replayed_->live->end.reason = "stopped by a signal";
-    }
-    Status replay = end_replay();
+    Status replay = end_replay(interrupted);
     if (mapping_.under_way()) {
       const Status made = take_map();
       if (lap) lap = made;
@@ -113,6 +90,20 @@ class Story {
     const std::string& reason = operator_.reason();
     console_.say(fmt::format("{}{}{}. {}", to_string(state), reason.empty() ? "" : ": ", reason,
                              operator_.prompt(pilot_->buttons())));
+  }
+
+  /// While paused it is asked as well, so that it keeps its place; permit() lets nothing through.
+  Result<VelocityCommand> replay(Duration uptime, SensorTime now) {
+    const bool paused = operator_.state() == S::Paused;
+    if (operator_.state() != S::Replaying && !paused) return VelocityCommand{};
+    const Result<DriverDecision> decision = replay_->session().decide(uptime, now);
+    if (!decision) return tl::unexpected(decision.error());
+    if (paused || !decision->done) return decision->command;
+    const ReplayEnd end = replay_->session().end();
+    Status status =
+        end.finished ? happen(E::ReplayFinished, uptime) : happen(E::ReplayStopped, uptime, end.reason);
+    if (!status) return tl::unexpected(status.error());
+    return VelocityCommand{};
   }
 
   Status happen(E event, Duration uptime, std::string reason = {}) {
@@ -137,15 +128,15 @@ class Story {
       case A::Leave:
       case A::EndReplay: {
         Status status = end_lap();
-        return status ? end_replay() : status;
+        return status ? end_replay(false) : status;
       }
       case A::StartReplay:
         return start_replay();
       case A::PauseReplay:
-        replayed_->live->pause();
+        replay_->session().pause();
         return {};
       case A::ResumeReplay:
-        replayed_->live->resume();
+        replay_->session().resume();
         return {};
       case A::Nothing:
         break;
@@ -208,32 +199,26 @@ class Story {
     ReplayJob job = job_.replay;
     job.folder = map_folder_;
     job.output = free_name(job_.folder, "replay");
-    auto replayer =
-        make_replayer(*files_, stage_.simulated.model, stage_.simulated.camera, with_lidar(job, stage_));
-    if (!replayer) return tl::unexpected(replayer.error());
-    auto recorder = record_replay(as_known(stage_, files_->map), job);
-    if (!recorder) return tl::unexpected(recorder.error());
-    replayed_ = std::make_unique<Replayed>();
-    replayed_->recorder = std::move(*recorder);
-    replayed_->replayer = std::move(*replayer);
-    const Route& route = files_->route;
-    const double goal_m = route.length_m * (route.closed ? job.replay.laps : 1);
-    replayed_->live = std::make_unique<LiveReplay>(*replayed_->replayer, replayed_->recorder, job_.images,
-                                                   goal_m, console_);
-    viewers_.watch(*replayed_->live, goal_m);
+    job.images = job_.images;
+    auto replay =
+        LiveReplay::make(stage_, job, *files_, console_, viewers_.watch(goal_m(files_->route, job)));
+    if (!replay) return tl::unexpected(replay.error());
+    replay_ = std::move(*replay);
     return {};
   }
 
-  Status end_replay() {
-    if (!replayed_) return {};
-    const Status closed = replayed_->recorder ? replayed_->recorder->close() : Status();
-    SimulatedReplayEnd& end = replayed_->live->end;
+  Status end_replay(bool interrupted) {
+    if (!replay_) return {};
+    const auto replay = std::exchange(replay_, nullptr);
+    ReplayEnd end = replay->session().end();
+    end.interrupted = interrupted;
+    if (interrupted) end.reason = "stopped by a signal";
     if (end.reason.empty())  // it drove on, and somebody ended it
       end.reason = operator_.state() == S::Over ? "the story was ended" : operator_.reason();
-    report.replays.push_back(
-        live_report(*replayed_->live, *replayed_->replayer, as_known(stage_, files_->map), *files_));
-    replayed_.reset();
-    return closed;
+    Result<ReplayReport> made = replay->finish(end);
+    if (!made) return tl::unexpected(made.error());
+    report.replays.push_back(std::move(*made));
+    return {};
   }
 
   const Stage& stage_;
@@ -244,8 +229,8 @@ class Story {
   fs::path map_folder_;
   std::string lap_file_{};
   std::unique_ptr<StoryLap> taught_{};
-  std::unique_ptr<Replayed> replayed_{};
   std::optional<ReplayFiles> files_{};
+  std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
   StoryViewers viewers_;
 };
@@ -268,7 +253,7 @@ Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, std::uniq
   if (error)
     return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
                 {.source = job.folder.string()});
-  const auto robot = RobotLoop::open(stage.process, stage.simulated.camera, console);
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, console);
   if (!robot) return tl::unexpected(robot.error());
   story.begin();
   RobotListener listener;

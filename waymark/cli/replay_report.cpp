@@ -7,9 +7,9 @@
 namespace waymark::cli {
 
 std::string ending(const ReplayReport& report) {
-  const SimulatedReplayEnd& end = report.end;
+  const ReplayEnd& end = report.end;
   const std::string where =
-      fmt::format("after {:.2f} m of a route of {:.2f} m", report.driven_m, report.route_length_m);
+      fmt::format("after {:.2f} m of a route of {:.2f} m", report.end.driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
   if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
@@ -38,7 +38,7 @@ nlohmann::ordered_json visits_json(const ReplayReport& report) {
 }  // namespace
 
 nlohmann::ordered_json to_json(const ReplayReport& report) {
-  const SimulatedReplayEnd& end = report.end;
+  const ReplayEnd& end = report.end;
   const auto judged = [&](auto member) -> nlohmann::ordered_json {
     if (!report.judgement) return nullptr;
     return (*report.judgement).*member;

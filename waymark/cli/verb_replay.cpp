@@ -87,7 +87,7 @@ Status check_images(const ReplayArgs& args, const Stage& stage) {
 }
 
 std::string to_text(const ReplayReport& report) {
-  const SimulatedReplayEnd& end = report.end;
+  const ReplayEnd& end = report.end;
   std::string text = fmt::format("{}; {:.1f} s, {} stops\n", ending(report), end.lap_s, end.stops);
   for (const StationVisit& visit : report.visits)
     text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,

@@ -78,9 +78,7 @@ class SpeakingRobot {
     start_ = steady_now();
     Duration next_order{};
     while (status && !over()) {
-      const auto sample = robot_.next();
-      if (!sample) return tl::unexpected(sample.error());
-      status = speak(**sample);
+      status = speak(robot_.next());
       if (!status || robot_.uptime() < next_order) continue;
       next_order += kOrderPeriod;
       status = lockstep_ ? obey_in_step() : obey_in_time();
@@ -99,9 +97,9 @@ class SpeakingRobot {
 
   Status speak(const Sample& sample) {
     if (!std::holds_alternative<CameraFrame>(sample)) return say(to_line(sample));
-    const auto seen = eye_->look(robot_.shot());
-    if (!seen) return tl::unexpected(seen.error());
-    const auto jpeg = encode_jpeg(seen->picture.image, kPictureQuality);
+    const auto taken = eye_->take(robot_.shot());
+    if (!taken) return tl::unexpected(taken.error());
+    const auto jpeg = encode_jpeg(taken->image, kPictureQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
     return say(to_line(sample, *jpeg));
   }

@@ -1,21 +1,41 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <variant>
 
 #include "waymark/base/error.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
 
-/// Whatever makes samples: a simulator, a live robot, a recording.
+/// Words of a robot for whoever drives it.
+struct RobotText {
+  std::string text{};
+};
+
+/// A robot in lockstep asks for its next command: its time stands still until it gets one.
+struct CommandRequest {
+  SensorTime stamp{};
+};
+
+/// Anything that comes from a robot.
+using RobotEvent = std::variant<Sample, RobotText, CommandRequest>;
+
+/// Whatever makes samples as time passes: a simulator, a live robot.
 class Source {
  public:
   virtual ~Source() = default;
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
 
-  /// The next sample in stamp order; nothing when there will be no more.
-  virtual Result<std::optional<Sample>> next() = 0;
+  /// What comes next, waiting for no longer than `most`; nothing: not within that time. Fails when there will
+  /// be no more, and says why.
+  virtual Result<std::optional<RobotEvent>> next(Duration most) = 0;
+  /// Whether next() would give something without waiting.
+  [[nodiscard]] virtual bool more() const = 0;
+  /// What the robot's clock shows now; nothing before the first sample.
+  [[nodiscard]] virtual std::optional<SensorTime> now() const = 0;
 
  protected:
   Source() = default;

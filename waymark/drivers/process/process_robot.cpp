@@ -11,7 +11,7 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const std::string& com
   std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command));
   const Duration deadline = steady_now() + options.hello_within;
   while (steady_now() < deadline) {
-    const auto message = robot->next(deadline - steady_now());
+    const auto message = robot->next_message(deadline - steady_now());
     if (!message) return tl::unexpected(message.error());
     if (!*message) continue;
     if (const auto* hello = std::get_if<RobotHello>(&**message)) {
@@ -25,7 +25,7 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const std::string& com
               "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
 }
 
-Result<std::optional<RobotMessage>> ProcessRobot::next(Duration most) {
+Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   if (waiting_.empty()) {
     auto lines = wire_->read(most);
     if (!lines) return tl::unexpected(lines.error());
@@ -40,6 +40,26 @@ Result<std::optional<RobotMessage>> ProcessRobot::next(Duration most) {
   if (const auto* sample = std::get_if<Sample>(&**message)) clock_.hear(stamp_of(*sample), arrived.at);
   if (const auto* step = std::get_if<RobotStep>(&**message)) step_ = *step;
   return message;
+}
+
+Result<std::optional<RobotEvent>> ProcessRobot::next(Duration most) {
+  const auto said = [this]() -> std::optional<RobotEvent> {
+    if (texts_.empty()) return std::nullopt;
+    RobotText text{std::move(texts_.front())};
+    texts_.pop_front();
+    return text;
+  };
+  if (auto text = said()) return text;
+  auto message = next_message(most);
+  if (!message) return tl::unexpected(message.error());
+  for (std::string& words : reader_.take_warnings()) texts_.push_back(std::move(words));
+  if (!*message) return said();
+  if (const auto* log = std::get_if<RobotLog>(&**message))
+    return std::optional<RobotEvent>(RobotText{log->text});
+  if (const auto* step = std::get_if<RobotStep>(&**message))
+    return std::optional<RobotEvent>(CommandRequest{step->stamp});
+  if (auto* sample = std::get_if<Sample>(&**message)) return std::optional<RobotEvent>(std::move(*sample));
+  return said();  // greeted once more
 }
 
 Status ProcessRobot::command(const VelocityCommand& command) {

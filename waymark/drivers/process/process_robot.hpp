@@ -19,30 +19,28 @@ struct ProcessRobotOptions {
 };
 
 /// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
-class ProcessRobot final : public Robot {
+class ProcessRobot final : public Source, public Robot {
  public:
   /// Starts the process with the shell and waits for its hello.
   static Result<std::unique_ptr<ProcessRobot>> start(const std::string& command,
                                                      const ProcessRobotOptions& options = {});
 
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
-  /// The next message; nothing when none came within `most`. Fails on a line that is not understood, and when
+  /// Also what was passed over in its lines comes as text. Fails on a line that is not understood, and when
   /// the process ends: why, in words.
-  [[nodiscard]] Result<std::optional<RobotMessage>> next(Duration most);
-  /// Whether next() would not wait.
-  [[nodiscard]] bool more() const { return !waiting_.empty(); }
+  Result<std::optional<RobotEvent>> next(Duration most) override;
+  [[nodiscard]] bool more() const override { return !waiting_.empty() || !texts_.empty(); }
   /// Never waits. Answers the newest step, when the robot is in lockstep.
   Status command(const VelocityCommand& command) override;
-  /// Of the robot's clock now; nothing before the first sample. In lockstep: the stamp of the newest step.
-  [[nodiscard]] std::optional<SensorTime> now() const;
-  /// What the robot said that was passed over, since the last call.
-  [[nodiscard]] std::vector<std::string> take_warnings() { return reader_.take_warnings(); }
+  /// In lockstep: the stamp of the newest step.
+  [[nodiscard]] std::optional<SensorTime> now() const override;
   /// Stops the robot and ends its process; nothing may be asked of it afterwards.
   void close() { (void)wire_->close(); }
 
  private:
   ProcessRobot(std::unique_ptr<WatchedProcess> wire, const std::string& command)
       : wire_(std::move(wire)), reader_("process:" + command) {}
+  [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
 
   std::unique_ptr<WatchedProcess> wire_;
   RobotMessageReader reader_;
@@ -52,6 +50,7 @@ class ProcessRobot final : public Robot {
     Duration at{};
   };
   std::deque<Arrived> waiting_{};
+  std::deque<std::string> texts_{};
   ArrivalClock clock_{};
   RobotStep step_{};
 };

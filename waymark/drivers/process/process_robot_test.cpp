@@ -46,12 +46,12 @@ TEST(ProcessRobot, AnswersTheStepOfARobotInLockstep) {
   ASSERT_TRUE(robot) << to_string(robot.error());
   const auto step = (*robot)->next(seconds(20));
   ASSERT_TRUE(step && *step);
-  EXPECT_EQ(std::get<RobotStep>(**step).step, 31);
+  EXPECT_EQ(std::get<CommandRequest>(**step).stamp.time_since_epoch(), milliseconds(7250));
   EXPECT_EQ((*robot)->now()->time_since_epoch(), milliseconds(7250)) << "its time stands still";
   ASSERT_TRUE((*robot)->command({0.1, 0.2}));
   const auto log = (*robot)->next(seconds(20));
   ASSERT_TRUE(log && *log);
-  EXPECT_EQ(std::get<RobotLog>(**log).text, "answered 31");
+  EXPECT_EQ(std::get<RobotText>(**log).text, "answered 31");
 }
 
 TEST(ProcessRobot, DoesNotStartWithoutAHello) {
@@ -59,7 +59,7 @@ TEST(ProcessRobot, DoesNotStartWithoutAHello) {
   EXPECT_THAT(error_of("/no/such/robot 2>/dev/null"), HasSubstr("no such program"));
   EXPECT_THAT(error_of("echo starting motors"), HasSubstr(":1: is no JSON object: 'starting motors'"));
   EXPECT_THAT(error_of(R"(echo '{"type":"imu","stamp_s":1}')"), HasSubstr("before 'hello'"));
-  const auto silent = ProcessRobot::start("exec cat > /dev/null",
+  const auto silent = ProcessRobot::start("exec 3>&1; exec cat > /dev/null",
                                           {.hello_within = milliseconds(50), .watchdog = WAYMARK_WATCHDOG});
   ASSERT_FALSE(silent);
   EXPECT_THAT(to_string(silent.error()), HasSubstr("did not say hello"));

@@ -62,7 +62,7 @@ Status SceneEye::through_jpeg(Image& image) const {
   return {};
 }
 
-Result<SeenPicture> SceneEye::look(const CameraShot& shot) {
+Result<RenderedFrame> SceneEye::take(const CameraShot& shot) {
   if (Status status = face(shot.world); !status) return tl::unexpected(status.error());
   // Over the time of one picture the velocity is the same.
   const SE3 base_T_cam = base_T_cam_;
@@ -70,15 +70,21 @@ Result<SeenPicture> SceneEye::look(const CameraShot& shot) {
     return shot.map_T_base * lift(SE2::exp(shot.twist * seconds)) * base_T_cam;
   };
   auto picture = camera_.render(motion, shot.stamp, shot.seed);
-  if (!picture) return tl::unexpected(picture.error());
-  SeenPicture seen{.picture = std::move(*picture), .found = {.stamp = shot.stamp}};
+  if (!picture) return picture;
   if (shot.dark) {
-    seen.picture.image = Image(seen.picture.image.width(), seen.picture.image.height());
-    seen.picture.tags.clear();
+    picture->image = Image(picture->image.width(), picture->image.height());
+    picture->tags.clear();
   }
-  if (Status status = through_jpeg(seen.picture.image); !status) return tl::unexpected(status.error());
-  auto found = detector_->detect(seen.picture.image);
+  if (Status status = through_jpeg(picture->image); !status) return tl::unexpected(status.error());
+  return picture;
+}
+
+Result<SeenPicture> SceneEye::look(const CameraShot& shot) {
+  auto picture = take(shot);
+  if (!picture) return tl::unexpected(picture.error());
+  auto found = detector_->detect(picture->image);
   if (!found) return tl::unexpected(found.error());
+  SeenPicture seen{.picture = std::move(*picture), .found = {.stamp = shot.stamp}};
   seen.found.detections = std::move(*found);
   return seen;
 }

@@ -37,8 +37,11 @@ class SceneEye {
   /// Another one with a detector of its own; what the camera knows of its lens and of the scene is shared.
   [[nodiscard]] Result<std::unique_ptr<SceneEye>> another() const;
 
+  /// Takes the picture. The same shot gives the same bytes, whatever was seen before.
+  [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
   /// Takes the picture and looks for tags. The same shot gives the same bytes, whatever was seen before.
   [[nodiscard]] Result<SeenPicture> look(const CameraShot& shot);
+  [[nodiscard]] const Detector& detector() const { return *detector_; }
 
  private:
   SceneEye(SceneCamera camera, std::unique_ptr<Detector> detector, const SE3& base_T_cam,

@@ -46,7 +46,7 @@ Heard drive(std::vector<Fault> faults, double seconds = 4) {
   Heard heard;
   while (to_seconds(robot.uptime()) < seconds) {
     (void)robot.command({0.2, 0});
-    const Sample sample = **robot.next();
+    const Sample sample = robot.next();
     if (const auto* frame = std::get_if<TagFrame>(&sample)) heard.frames.push_back(*frame);
     if (const auto* odometry = std::get_if<Odometry>(&sample)) heard.odometry.push_back(*odometry);
     if (const auto* wheels = std::get_if<WheelTicks>(&sample)) heard.wheels.push_back(*wheels);

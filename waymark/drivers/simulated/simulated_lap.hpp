@@ -6,7 +6,7 @@
 
 #include "waymark/drivers/simulated/scene_eye.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
-#include "waymark/pipeline/replayer.hpp"
+#include "waymark/runtime/replay_session.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 
 namespace waymark {
@@ -21,11 +21,11 @@ struct SimulatedStage {
   int threads = 1;                            ///< that take pictures and look at them
 };
 
-/// What becomes of a lap as it is driven. Everything is called in order of time.
+/// What becomes of a lap or a replay as it is driven. Everything is called in order of time.
 struct LapListener {
   /// Every sample, the commands sent among them; an error ends the lap.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
-  /// Every picture, before the frame of tags that was found in it.
+  /// Every picture of a lap, before the frame of tags that was found in it. (Those of a replay are samples.)
   std::function<Status(const SeenPicture&)> on_picture = [](const SeenPicture&) { return Status(); };
   /// Every decision of a replay, before its command is sent.
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
@@ -35,51 +35,29 @@ struct LapListener {
   std::function<bool()> should_stop = [] { return false; };
 };
 
-struct SimulatedLapEnd {
-  bool finished = false;     ///< the driver was done, or the replay at its goal
-  bool interrupted = false;  ///< should_stop() said so
-  double lap_s = 0;          ///< simulated time
-};
-
-/// What a driver decides.
-struct DriverDecision {
-  VelocityCommand command{};
-  bool done = false;                  ///< the lap is over; the command is then the last one
-  std::optional<GamepadState> pad{};  ///< what the driver held in hand; recorded
-};
 /// Asked twenty times a second: the true pose (a person sees the robot), the time since it was switched on,
 /// and the time of its sensors. An error ends the lap.
 using Drive = std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
 /// Lets somebody drive the robot, from the beginning of the world's line. What the listener hears, and the
 /// order of it, does not depend on the number of threads.
-[[nodiscard]] Result<SimulatedLapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive,
-                                                const LapListener& listener, double timeout_s = 600);
+[[nodiscard]] Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive,
+                                       const LapListener& listener, double timeout_s = 600);
 
 /// Drives the world's line once, as a person would who knows the place: the robot starts on the line and
 /// stands at the end. Gives up after `timeout_s` of simulated time. Fails on a world without a line and on
 /// what the listener fails on.
-[[nodiscard]] Result<SimulatedLapEnd> drive_scripted_lap(const SimulatedStage& stage,
-                                                         const DriverOptions& driver,
-                                                         const LapListener& listener, double timeout_s = 600);
-
-struct SimulatedReplayEnd : SimulatedLapEnd {
-  ReplayState state = ReplayState::Waiting;  ///< the last one
-  std::string reason{};                      ///< of a refusal, or of the stop that was not overcome
-  int stops = 0;
-  int frames = 0;
-  int frames_with_two_tags = 0;
-};
+[[nodiscard]] Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& driver,
+                                                const LapListener& listener, double timeout_s = 600);
 
 struct SimulatedReplayOptions {
   double timeout_s = 600;
-  double give_up_s = 5;  ///< a robot that waits or stands stopped for so long is given up
+  double give_up_s = 5;  ///< ReplaySessionOptions
 };
 
-/// Lets a replayer drive a robot that starts at the beginning of the world's line. Ends when it is at its
-/// goal, refuses, or stands for too long. With pictures one thread takes them, in time.
-[[nodiscard]] Result<SimulatedReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer,
-                                                      const LapListener& listener,
-                                                      const SimulatedReplayOptions& options = {});
+/// Lets a replayer drive a robot that starts at the beginning of the world's line, as a ReplaySession.
+[[nodiscard]] Result<ReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer,
+                                             const LapListener& listener,
+                                             const SimulatedReplayOptions& options = {});
 
 }  // namespace waymark

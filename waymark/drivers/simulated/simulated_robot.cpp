@@ -127,7 +127,7 @@ void SimulatedRobot::speak() {
     ready_.push_back(std::move(late_.front().sample));
 }
 
-Result<std::optional<Sample>> SimulatedRobot::next() {
+Sample SimulatedRobot::next() {
   while (ready_.empty()) {
     const bool fresh = to_seconds(uptime() - command_uptime_) <= options_.watchdog_s;
     dynamics_.step(fresh ? command_ : VelocityCommand{}, kStep);
@@ -140,7 +140,7 @@ Result<std::optional<Sample>> SimulatedRobot::next() {
     given_shot_ = std::move(shots_.front());
     shots_.pop_front();
   }
-  return std::optional<Sample>(std::move(sample));
+  return sample;
 }
 
 Status SimulatedRobot::command(const VelocityCommand& command) {

@@ -31,13 +31,13 @@ enum class Eye : std::uint8_t {
 
 /// A robot in a world. next() lets the time pass until the next sensor speaks; command() acts from then on.
 /// Faults happen as their script says.
-class SimulatedRobot final : public Source, public Robot {
+class SimulatedRobot final : public Robot {
  public:
   SimulatedRobot(World world, RobotModel model, CameraModel camera, const SE2& map_T_base,
                  const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
 
-  /// Never ends: the simulated world goes on.
-  Result<std::optional<Sample>> next() override;
+  /// What its sensors say next. Never ends: the simulated world goes on.
+  [[nodiscard]] Sample next();
   Status command(const VelocityCommand& command) override;
 
   /// Of the clock that stamps samples: it may jump.

@@ -1,0 +1,56 @@
+#include "waymark/cli/live_robot.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/refining_detector.hpp"
+
+namespace waymark::cli {
+namespace {
+
+Pacing pacing_of(const ProcessRobot& robot) {
+  if (!robot.hello().lockstep) return real_time();
+  return lockstep_time([&robot] {
+    const auto now = robot.now();
+    return now ? now->time_since_epoch() : Duration(0);
+  });
+}
+
+Result<std::unique_ptr<Detector>> finder_for(const CameraModel& camera) {
+  auto detector = make_apriltag_detector({.min_white_black_diff = 20});
+  if (!detector) return detector;
+  return make_refining_detector(std::move(*detector), {}, camera);
+}
+
+}  // namespace
+
+LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<Detector> finder, Console& console)
+    : robot_(std::move(robot)),
+      finder_(std::move(finder)),
+      loop_(*robot_, *robot_, pacing_of(*robot_), finder_.get()),
+      console_(console) {}
+
+Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const std::string& command, const CameraModel& camera,
+                                                   Console& console) {
+  auto finder = finder_for(camera);
+  if (!finder) return tl::unexpected(finder.error());
+  auto robot = ProcessRobot::start(command);
+  if (!robot) return tl::unexpected(robot.error());
+  return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(*robot), std::move(*finder), console));
+}
+
+Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
+  listener.should_stop = [] { return interrupted(); };
+  listener.on_text = [this](const std::string& text) { console_.say("robot: " + text); };
+  auto end = loop_.drive(listener);
+  if (loop_.dropped_pictures() > 0)
+    console_.say(
+        fmt::format("{} pictures came faster than tags could be looked for in them, and were passed over",
+                    loop_.dropped_pictures()));
+  return end;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "waymark/pipeline/replayer.hpp"
+#include "waymark/runtime/robot_loop.hpp"
+
+namespace waymark {
+
+/// Hears a replay as it is driven; an error ends it.
+struct ReplayListener {
+  /// Every sample, after the replayer has had it.
+  std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
+  /// Every decision, before its command is sent.
+  std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
+    return Status();
+  };
+};
+
+struct ReplaySessionOptions {
+  double give_up_s = 5;  ///< a robot that waits or stands stopped for so long is given up
+};
+
+/// How a drive ended.
+struct LapEnd {
+  bool finished = false;     ///< the driver was done, or the replay at its goal
+  bool interrupted = false;  ///< somebody wanted it to end
+  double lap_s = 0;          ///< by the robot's clock
+};
+
+/// How a replay ended, or how it is so far.
+struct ReplayEnd : LapEnd {
+  ReplayState state = ReplayState::Waiting;  ///< the last one
+  std::string reason{};                      ///< of a refusal, or of the stop that was not overcome
+  bool given_up = false;                     ///< it stood or waited for too long
+  bool timed_out = false;
+  double driven_m = 0;  ///< along the route
+  int stops = 0;
+  int frames = 0;
+  int frames_with_two_tags = 0;
+};
+
+/// A replay as it goes on: hands the samples to the replayer, and knows when it is over: at the goal,
+/// refused, or given up.
+class ReplaySession {
+ public:
+  /// The replayer outlives the session.
+  ReplaySession(Replayer& replayer, ReplayListener listener, const ReplaySessionOptions& options = {})
+      : replayer_(replayer), listener_(std::move(listener)), options_(options) {}
+
+  Status hear(const Sample& sample);
+  Result<DriverDecision> decide(Duration uptime, SensorTime now);
+  /// It brakes and stands because somebody wants it to, for as long as that; it is not given up meanwhile.
+  void pause();
+  /// It goes on from the nearest point of the route that it has not passed yet.
+  void resume();
+  /// This session as what drives a robot: add to it who may stop it.
+  [[nodiscard]] RobotListener listener();
+  /// How it is so far.
+  [[nodiscard]] ReplayEnd end() const;
+  /// How it ended, where the loop did.
+  [[nodiscard]] ReplayEnd end(const RobotLoopEnd& loop) const;
+
+ private:
+  Replayer& replayer_;
+  ReplayListener listener_;
+  ReplaySessionOptions options_;
+  ReplayEnd end_{};
+  bool paused_ = false;
+  std::optional<Duration> goes_{};  ///< when it last drove, or was meant to stand
+};
+
+}  // namespace waymark

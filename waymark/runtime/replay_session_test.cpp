@@ -1,0 +1,257 @@
+// A replay on the loop with a robot that is a few lines and a clock that is a number: every way it ends.
+#include "waymark/runtime/replay_session.hpp"
+
+#include <cmath>
+#include <deque>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/replay/route_builder.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// Believes the odometry; knows nothing when it is lost.
+class TrustingMethod final : public LocalizationMethod {
+ public:
+  explicit TrustingMethod(bool lost) : lost_(lost) {}
+  void add(const TagFrame& /*frame*/) override {}
+  void add(const Odometry& odometry) override {
+    if (lost_) return;
+    estimate_ = LocalizationEstimate{.stamp = odometry.stamp, .map_T_base = odometry.odom_T_base};
+    estimate_->covariance = Eigen::Matrix3d::Identity() * 1e-6;
+  }
+  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return estimate_; }
+
+ private:
+  bool lost_;
+  std::optional<LocalizationEstimate> estimate_{};
+};
+
+/// Goes as it is told, says where it is and that it sees two tags, and asks for a command, each 50 ms.
+class TinyRobot final : public Source, public Robot {
+ public:
+  explicit TinyRobot(const SE2& start) : map_T_base_(start) {}
+
+  Result<std::optional<RobotEvent>> next(Duration /*most*/) override {
+    if (dies_after && clock > *dies_after) return fail(ErrorCode::Unreadable, "the robot's process ended");
+    if (events_.empty()) pass_time();
+    RobotEvent event = std::move(events_.front());
+    events_.pop_front();
+    return std::optional<RobotEvent>(std::move(event));
+  }
+  [[nodiscard]] bool more() const override { return true; }
+  [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(clock); }
+  Status command(const VelocityCommand& command) override {
+    command_ = command;
+    fastest_m_s = std::max(fastest_m_s, std::abs(command.speed_m_s));
+    return {};
+  }
+  [[nodiscard]] const VelocityCommand& last() const { return command_; }
+  [[nodiscard]] double x_m() const { return map_T_base_.x(); }
+
+  Duration clock = milliseconds(1);
+  double fastest_m_s = 0;
+  std::optional<Duration> dies_after{};
+  Duration silent_from = std::chrono::hours(1);
+  Duration silent_to = std::chrono::hours(1);
+
+ private:
+  void pass_time() {
+    constexpr double kStep_s = 0.05;
+    clock += milliseconds(50);
+    map_T_base_ =
+        map_T_base_ * SE2::exp({kStep_s * command_.speed_m_s, 0, kStep_s * command_.yaw_rate_rad_s});
+    const SensorTime now(clock);
+    if (clock < silent_from || clock >= silent_to) {
+      events_.emplace_back(Sample(Odometry{.stamp = now,
+                                           .odom_T_base = map_T_base_,
+                                           .speed_m_s = command_.speed_m_s,
+                                           .yaw_rate_rad_s = command_.yaw_rate_rad_s}));
+      TagFrame frame{.stamp = now, .detections = std::vector<TagDetection>(2)};
+      for (int i = 0; i < 2; ++i) frame.detections[static_cast<std::size_t>(i)].tag.number = i;
+      frame.detections[0].corners_px[0].x() = to_seconds(clock);  // a camera whose pictures change
+      events_.emplace_back(Sample(frame));
+    }
+    events_.emplace_back(CommandRequest{now});
+  }
+
+  SE2 map_T_base_;
+  VelocityCommand command_{};
+  std::deque<RobotEvent> events_{};
+};
+
+/// Two metres straight ahead.
+Route straight_route() {
+  Trajectory line;
+  for (int i = 0; i <= 40; ++i)
+    line.push_back({SensorTime(milliseconds(200 * i)), lift(SE2(0.05 * i, 0, 0))});
+  return build_route(line).value();
+}
+
+Replayer some_replayer(bool lost = false) {
+  const RobotModel model{
+      .name = "tiny",
+      .hull = {.front_m = 0.1, .rear_m = 0.1, .width_m = 0.2, .height_m = 0.2},
+      .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 2, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8}};
+  return {std::make_unique<TrustingMethod>(lost), straight_route(), {}, model, {}};
+}
+
+/// A session on the loop, with the robot at this place.
+struct Drive {
+  explicit Drive(const SE2& start = {}, bool lost = false)
+      : robot(start), replayer(some_replayer(lost)), session(replayer, listener(), options()) {}
+
+  Result<ReplayEnd> drive(double timeout_s = 60) {
+    RobotLoop loop(robot, robot, lockstep_time([this] { return robot.clock; }), nullptr,
+                   {.timeout_s = timeout_s});
+    RobotListener driver = session.listener();
+    driver.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
+    driver.decide = [this, inner = driver.decide](Duration uptime, SensorTime now) {
+      if (before) before(uptime);
+      return inner(uptime, now);
+    };
+    const auto driven = loop.drive(driver);
+    if (!driven) return tl::unexpected(driven.error());
+    return session.end(*driven);
+  }
+  ReplayListener listener() {
+    return {.on_sample =
+                [this](const Sample&) {
+                  ++samples;
+                  return Status();
+                },
+            .on_step = [this](SensorTime now, const ReplayStep& step) -> Status {
+              states.push_back(step.state);
+              if (fails_at_s && to_seconds(now.time_since_epoch()) > *fails_at_s)
+                return fail(ErrorCode::Unwritable, "disk full");
+              return {};
+            }};
+  }
+  static ReplaySessionOptions options() { return {.give_up_s = 2}; }
+
+  TinyRobot robot;
+  Replayer replayer;
+  ReplaySession session;
+  std::function<void(Duration)> before{};
+  std::optional<Duration> stop_at{};
+  std::optional<double> fails_at_s{};
+  int samples = 0;
+  std::vector<ReplayState> states{};
+};
+
+TEST(ReplaySession, EndsAtTheGoal) {
+  Drive run;
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->finished);
+  EXPECT_EQ(end->state, ReplayState::Finished);
+  EXPECT_FALSE(end->given_up || end->interrupted || end->timed_out);
+  EXPECT_NEAR(run.robot.x_m(), 2, 0.1);
+  EXPECT_NEAR(end->driven_m, 2, 0.1);
+  EXPECT_EQ(run.robot.last(), VelocityCommand{});
+  EXPECT_GT(end->frames, 20);
+  EXPECT_EQ(end->frames_with_two_tags, end->frames);
+  EXPECT_EQ(end->stops, 0);
+  EXPECT_NEAR(end->lap_s, to_seconds(run.robot.clock), 0.1);
+  EXPECT_EQ(run.states.back(), ReplayState::Finished);
+  EXPECT_GT(run.samples, 3 * end->frames - 3) << "odometry, tags and commands";
+}
+
+TEST(ReplaySession, EndsWhereTheStartGateRefuses) {
+  Drive run(SE2(0, 0, 2.0));
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_FALSE(end->finished || end->given_up);
+  EXPECT_EQ(end->state, ReplayState::Refused);
+  EXPECT_FALSE(end->reason.empty());
+  EXPECT_EQ(run.robot.fastest_m_s, 0);
+}
+
+TEST(ReplaySession, GivesUpWaitingForAPosition) {
+  Drive run({}, true);
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->given_up);
+  EXPECT_EQ(end->state, ReplayState::Waiting);
+  EXPECT_NEAR(end->lap_s, 2, 0.15);
+  EXPECT_EQ(run.robot.fastest_m_s, 0);
+}
+
+TEST(ReplaySession, GivesUpStandingForTooLongAndSaysWhy) {
+  Drive run;
+  run.robot.silent_from = milliseconds(2000);
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->given_up);
+  EXPECT_FALSE(end->finished);
+  EXPECT_EQ(end->state, ReplayState::Stopped);
+  EXPECT_EQ(end->stops, 1);
+  EXPECT_FALSE(end->reason.empty());
+  EXPECT_EQ(run.robot.last(), VelocityCommand{});
+  EXPECT_LT(to_seconds(run.robot.clock), 2 + 1 + 2) << "stands within a second, is given up after two";
+}
+
+TEST(ReplaySession, EndsWhenSomebodyWantsItTo) {
+  Drive run;
+  run.stop_at = milliseconds(3000);
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->interrupted);
+  EXPECT_FALSE(end->finished || end->given_up);
+  EXPECT_EQ(end->state, ReplayState::Driving);
+  EXPECT_GT(run.robot.fastest_m_s, 0.1);
+  EXPECT_EQ(run.robot.last(), VelocityCommand{});
+}
+
+TEST(ReplaySession, EndsWhenItsTimeIsOver) {
+  Drive run;
+  const auto end = run.drive(3);
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->timed_out);
+  EXPECT_FALSE(end->finished || end->given_up || end->interrupted);
+  EXPECT_EQ(run.robot.last(), VelocityCommand{});
+}
+
+TEST(ReplaySession, APauseIsNotGivenUpAndGoesOn) {
+  Drive run;
+  double paused_at_m = 0;
+  double drove_on_m = 0;
+  run.before = [&](Duration uptime) {
+    if (uptime == milliseconds(2001)) run.session.pause();
+    if (uptime == milliseconds(3001)) paused_at_m = run.robot.x_m();
+    if (uptime != milliseconds(9001)) return;  // longer than it takes to be given up
+    drove_on_m = run.robot.x_m() - paused_at_m;
+    run.session.resume();
+  };
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_GT(paused_at_m, 0.1);
+  EXPECT_LT(drove_on_m, 0.001) << "it stood";
+  EXPECT_TRUE(end->finished) << end->reason;
+  EXPECT_EQ(end->stops, 1);
+}
+
+TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
+  Drive dead;
+  dead.robot.dies_after = milliseconds(2000);
+  const auto end = dead.drive();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "the robot's process ended");
+  EXPECT_EQ(dead.robot.last(), VelocityCommand{});
+  EXPECT_EQ(dead.session.end().state, ReplayState::Driving) << "how far it came is known";
+  EXPECT_GT(dead.session.end().driven_m, 0.1);
+  Drive full;
+  full.fails_at_s = 1.5;
+  const auto failed = full.drive();
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().message, "disk full");
+  EXPECT_EQ(full.robot.last(), VelocityCommand{});
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,107 @@
+#include "waymark/runtime/robot_loop.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+namespace waymark {
+
+RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, const Detector* finder,
+                     const RobotLoopOptions& options)
+    : source_(source), robot_(robot), pacing_(std::move(pacing)), finder_(finder), options_(options) {}
+
+Status RobotLoop::hear(Sample sample, const RobotListener& listener) {
+  if (!first_) first_ = stamp_of(sample);
+  auto* picture = std::get_if<CameraFrame>(&sample);
+  if (picture == nullptr || finder_ == nullptr) return listener.on_sample(sample);
+  pictures_.push(std::move(*picture));
+  return {};
+}
+
+Duration RobotLoop::patience() const {
+  if (!pictures_.empty()) return Duration(0);
+  if (pacing_.lockstep) return options_.resend;
+  return std::clamp(next_decision_ - uptime(), Duration(0), options_.period);
+}
+
+Status RobotLoop::take_event(const RobotListener& listener) {
+  Result<std::optional<RobotEvent>> event = source_.next(patience());
+  if (!event) return tl::unexpected(event.error());
+  if (!*event) {  // in lockstep: an answer that was lost
+    return pacing_.lockstep && pictures_.empty() ? robot_.command(last_) : Status();
+  }
+  if (const auto* said = std::get_if<RobotText>(&**event)) listener.on_text(said->text);
+  if (std::holds_alternative<CommandRequest>(**event)) due_ = true;
+  auto* sample = std::get_if<Sample>(&**event);
+  return sample != nullptr ? hear(std::move(*sample), listener) : Status();
+}
+
+/// In lockstep every picture is searched, otherwise the newest: when nothing else waits.
+Status RobotLoop::find_tags(const RobotListener& listener) {
+  if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
+  const CameraFrame picture = *pictures_.pop();
+  if (Status status = listener.on_sample(picture); !status) return status;
+  auto found = finder_->detect(picture.image);
+  if (!found) return tl::unexpected(found.error());
+  due_ = due_ || !pacing_.lockstep;
+  return listener.on_sample(TagFrame{picture.stamp, picture.camera, std::move(*found)});
+}
+
+Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const RobotListener& listener) {
+  last_ = command;
+  if (Status status = robot_.command(command); !status) return status;
+  return listener.on_sample(StampedCommand{now, command});
+}
+
+Status RobotLoop::decide(const RobotListener& listener, RobotLoopEnd& end) {
+  due_ = due_ || (!pacing_.lockstep && uptime() >= next_decision_);
+  if (!std::exchange(due_, false)) return {};
+  next_decision_ = uptime() + options_.period;
+  const auto now = source_.now();
+  if (!now) return {};
+  const Result<DriverDecision> decision = listener.decide(uptime(), *now);
+  if (!decision) return tl::unexpected(decision.error());
+  Status status = decision->pad ? listener.on_sample(*decision->pad) : Status();
+  if (status) status = send(decision->command, *now, listener);
+  end.done = status && decision->done;
+  return status;
+}
+
+Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
+  while (!end.done) {
+    end.interrupted = listener.should_stop();
+    end.timed_out = to_seconds(uptime()) >= options_.timeout_s;
+    if (end.interrupted || end.timed_out) break;
+    Status status = take_event(listener);
+    if (status) status = find_tags(listener);
+    if (status) status = decide(listener, end);
+    if (!status) return status;
+  }
+  end.interrupted = end.interrupted || listener.should_stop();  // also where the last decision was to end
+  if (end.done && !end.interrupted && last_ == VelocityCommand{}) return {};
+  const Status stood = stand();
+  if (!stood && !end.interrupted) return stood;  // where it was interrupted the robot may be what ended
+  const auto now = source_.now();
+  return now ? listener.on_sample(StampedCommand{*now, {}}) : Status();
+}
+
+Status RobotLoop::stand() {
+  last_ = {};
+  return robot_.command({});
+}
+
+Result<RobotLoopEnd> RobotLoop::drive(const RobotListener& listener) {
+  began_ = pacing_.lockstep ? Duration(0) : pacing_.clock();
+  next_decision_ = Duration(0);
+  RobotLoopEnd end;
+  if (Status status = run(listener, end); !status) {
+    (void)stand();
+    return tl::unexpected(status.error());
+  }
+  end.uptime = uptime();
+  const auto now = source_.now();
+  if (now && first_) end.seconds = to_seconds(*now - *first_);
+  return end;
+}
+
+}  // namespace waymark

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "waymark/runtime/pacing.hpp"
+#include "waymark/runtime/picture_queue.hpp"
+#include "waymark/samples/robot.hpp"
+#include "waymark/tags/detector.hpp"
+
+namespace waymark {
+
+/// What whoever drives decides.
+struct DriverDecision {
+  VelocityCommand command{};
+  bool done = false;                  ///< the drive is over; the command is then the last one
+  std::optional<GamepadState> pad{};  ///< what the driver held in hand; a sample like any other
+};
+
+/// What becomes of a robot that is driven.
+struct RobotListener {
+  /// Every sample in the order in which they came, tags right after the picture they were found in, and the
+  /// commands that were sent. An error ends the drive.
+  std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
+  /// Asked for a command twenty times a second and right after each picture; in lockstep when the robot asks.
+  /// An error ends the drive.
+  std::function<Result<DriverDecision>(Duration uptime, SensorTime now)> decide;
+  /// Whether to stop the robot and end the drive now.
+  std::function<bool()> should_stop = [] { return false; };
+  /// What the robot says to people.
+  std::function<void(const std::string&)> on_text = [](const std::string&) {};
+};
+
+struct RobotLoopOptions {
+  Duration period = std::chrono::milliseconds(50);   ///< between decisions, in real time
+  Duration resend = std::chrono::milliseconds(100);  ///< after which an answer in lockstep counts as lost
+  double timeout_s = std::numeric_limits<double>::infinity();
+};
+
+struct RobotLoopEnd {
+  bool done = false;         ///< the driver said so
+  bool interrupted = false;  ///< should_stop() said so
+  bool timed_out = false;
+  Duration uptime{};   ///< since the drive began; in lockstep since the robot was switched on
+  double seconds = 0;  ///< by the robot's clock, from its first sample on
+};
+
+/// The loop between samples and commands of any robot. However it ends, the last command is zero.
+class RobotLoop {
+ public:
+  /// All of them outlive the loop. Without a `finder` pictures are samples like any other, and none is held
+  /// back.
+  RobotLoop(Source& source, Robot& robot, Pacing pacing, const Detector* finder = nullptr,
+            const RobotLoopOptions& options = {});
+
+  /// Drives until the driver is done, the time is over, somebody wants it to stop, or something fails.
+  Result<RobotLoopEnd> drive(const RobotListener& listener);
+  /// Pictures that came faster than tags could be looked for in them, and were not searched.
+  [[nodiscard]] int dropped_pictures() const { return pictures_.dropped(); }
+
+ private:
+  Status take_event(const RobotListener& listener);
+  Status hear(Sample sample, const RobotListener& listener);
+  Status find_tags(const RobotListener& listener);
+  Status decide(const RobotListener& listener, RobotLoopEnd& end);
+  Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);
+  Status run(const RobotListener& listener, RobotLoopEnd& end);
+  Status stand();
+  [[nodiscard]] Duration uptime() const { return pacing_.clock() - began_; }
+  [[nodiscard]] Duration patience() const;
+
+  Source& source_;
+  Robot& robot_;
+  Pacing pacing_;
+  const Detector* finder_;
+  RobotLoopOptions options_;
+  PictureQueue pictures_{};
+  bool due_ = false;
+  Duration began_{};
+  Duration next_decision_{};
+  std::optional<SensorTime> first_{};
+  VelocityCommand last_{};
+};
+
+}  // namespace waymark

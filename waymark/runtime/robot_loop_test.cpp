@@ -1,0 +1,291 @@
+// The loop with a robot and a clock that are scripts: what comes when, what is sent, how it ends.
+#include "waymark/runtime/robot_loop.hpp"
+
+#include <cmath>
+#include <deque>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+SensorTime at(Duration since) { return SensorTime(since); }
+
+/// A robot that says what it was given to say, each at its time; waiting lets the clock run.
+class FakeRobot final : public Source, public Robot {
+ public:
+  void says(Duration when, RobotEvent event) { script_.push_back({when, std::move(event)}); }
+
+  Result<std::optional<RobotEvent>> next(Duration most) override {
+    waited_.push_back(most);
+    if (script_.empty() && ends) return fail(ErrorCode::Unreadable, "the robot's process ended");
+    if (script_.empty() || script_.front().first > clock + most) {
+      clock += most;
+      return std::optional<RobotEvent>();
+    }
+    clock = std::max(clock, script_.front().first);
+    RobotEvent event = std::move(script_.front().second);
+    script_.pop_front();
+    heard_ = true;
+    return std::optional<RobotEvent>(std::move(event));
+  }
+  bool more() const override { return !script_.empty() && script_.front().first <= clock; }
+  std::optional<SensorTime> now() const override {
+    return heard_ ? std::optional(SensorTime(clock)) : std::nullopt;
+  }
+  Status command(const VelocityCommand& command) override {
+    commands.push_back(command);
+    if (deaf) return fail(ErrorCode::Unwritable, "the robot does not listen");
+    return {};
+  }
+  Pacing pacing(bool lockstep) {
+    return {.clock = [this] { return clock; }, .lockstep = lockstep};
+  }
+  [[nodiscard]] const std::vector<Duration>& waited() const { return waited_; }
+
+  Duration clock{};
+  bool ends = false;  ///< when it has said everything
+  bool deaf = false;
+  std::vector<VelocityCommand> commands{};
+
+ private:
+  std::deque<std::pair<Duration, RobotEvent>> script_{};
+  std::vector<Duration> waited_{};
+  bool heard_ = false;
+};
+
+/// Finds one tag in each picture, numbered by the picture's first pixel.
+class FakeFinder final : public Detector {
+ public:
+  using Detector::detect;
+  Result<std::vector<TagDetection>> detect(const ImageView& image) const override {
+    if (image.row(0)[0] == 255) return fail(ErrorCode::Unreadable, "no picture");
+    return std::vector<TagDetection>{{.tag = {FamilyId::Tag36h11, image.row(0)[0]}}};
+  }
+};
+
+CameraFrame picture(Duration when, std::uint8_t number, const std::string& camera = "cam") {
+  CameraFrame frame{.stamp = at(when), .camera = camera, .image = Image(1, 1)};
+  frame.image.row(0)[0] = number;
+  return frame;
+}
+
+/// Drives ahead; keeps what it hears.
+struct Driver {
+  RobotListener listener() {
+    RobotListener listener;
+    listener.on_sample = [this](const Sample& sample) {
+      samples.push_back(sample);
+      return fails_at != 0 && samples.size() >= fails_at ? Status(fail(ErrorCode::Unwritable, "disk full"))
+                                                         : Status();
+    };
+    listener.decide = [this](Duration uptime, SensorTime now) -> Result<DriverDecision> {
+      uptimes.push_back(uptime);
+      nows.push_back(now);
+      const bool over = uptimes.size() >= decisions;
+      return DriverDecision{.command = over && stands ? VelocityCommand{} : VelocityCommand{0.3, 0},
+                            .done = over};
+    };
+    listener.on_text = [this](const std::string& text) { texts.push_back(text); };
+    listener.should_stop = [this] { return stop_after != 0 && samples.size() >= stop_after; };
+    return listener;
+  }
+  template <class Kind>
+  [[nodiscard]] std::vector<Kind> all() const {
+    std::vector<Kind> found;
+    for (const Sample& sample : samples) {
+      if (const auto* kind = std::get_if<Kind>(&sample)) found.push_back(*kind);
+    }
+    return found;
+  }
+
+  std::size_t decisions = 5;
+  bool stands = true;
+  std::size_t fails_at = 0;
+  std::size_t stop_after = 0;
+  std::vector<Sample> samples{};
+  std::vector<Duration> uptimes{};
+  std::vector<SensorTime> nows{};
+  std::vector<std::string> texts{};
+};
+
+TEST(RobotLoop, DecidesTwentyTimesASecondAndNothingBeforeTheFirstSample) {
+  FakeRobot robot;
+  robot.clock = seconds(1000);
+  robot.says(seconds(1000) + milliseconds(120), Sample(Odometry{.stamp = at(seconds(7))}));
+  Driver driver;
+  const auto end = RobotLoop(robot, robot, robot.pacing(false)).drive(driver.listener());
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->done);
+  EXPECT_FALSE(end->interrupted);
+  ASSERT_EQ(driver.uptimes.size(), 5U);
+  EXPECT_GE(driver.uptimes.front(), milliseconds(120)) << "a robot that says nothing is sent nothing";
+  for (std::size_t i = 1; i < driver.uptimes.size(); ++i)
+    EXPECT_EQ(driver.uptimes[i] - driver.uptimes[i - 1], milliseconds(50));
+  EXPECT_EQ(driver.all<StampedCommand>().size(), robot.commands.size());
+  EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+}
+
+TEST(RobotLoop, HearsEverySampleInOrderAndTheWordsOfTheRobot) {
+  FakeRobot robot;
+  robot.says(milliseconds(1), Sample(Odometry{.stamp = at(milliseconds(1))}));
+  robot.says(milliseconds(2), RobotText{"battery low"});
+  robot.says(milliseconds(3), Sample(ImuSample{.stamp = at(milliseconds(3))}));
+  Driver driver{.decisions = 3};
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false)).drive(driver.listener()));
+  EXPECT_EQ(driver.texts, std::vector<std::string>{"battery low"});
+  ASSERT_EQ(driver.all<Odometry>().size(), 1U);
+  ASSERT_EQ(driver.all<ImuSample>().size(), 1U);
+  EXPECT_TRUE(std::holds_alternative<Odometry>(driver.samples.front()));
+}
+
+TEST(RobotLoop, InRealTimeOnlyTheNewestPictureOfEachCameraIsSearched) {
+  FakeRobot robot;
+  robot.says(milliseconds(1), Sample(picture(milliseconds(1), 1)));
+  robot.says(milliseconds(1), Sample(picture(milliseconds(1), 10, "rear")));
+  robot.says(milliseconds(1), Sample(picture(milliseconds(1), 2)));
+  robot.says(milliseconds(1), Sample(picture(milliseconds(1), 3)));
+  Driver driver{.decisions = 4};
+  const FakeFinder finder;
+  RobotLoop loop(robot, robot, robot.pacing(false), &finder);
+  ASSERT_TRUE(loop.drive(driver.listener()));
+  EXPECT_EQ(loop.dropped_pictures(), 2);
+  const auto found = driver.all<TagFrame>();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].detections.at(0).tag.number, 3);
+  EXPECT_EQ(found[0].camera, "cam");
+  EXPECT_EQ(found[1].detections.at(0).tag.number, 10);
+  EXPECT_EQ(found[1].camera, "rear");
+  EXPECT_EQ(driver.all<CameraFrame>().size(), 2U) << "what is not searched is not recorded either";
+}
+
+TEST(RobotLoop, APictureIsDecidedOnAtOnce) {
+  FakeRobot robot;
+  robot.says(milliseconds(0), Sample(Odometry{}));
+  robot.says(milliseconds(20), Sample(picture(milliseconds(20), 1)));
+  Driver driver{.decisions = 3};
+  const FakeFinder finder;
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener()));
+  ASSERT_EQ(driver.uptimes.size(), 3U);
+  EXPECT_EQ(driver.uptimes[1], milliseconds(20));
+  EXPECT_EQ(driver.uptimes[2], milliseconds(70));
+}
+
+TEST(RobotLoop, InLockstepEveryPictureIsSearchedAndTheRobotAsks) {
+  FakeRobot robot;
+  for (int i = 1; i <= 3; ++i) {
+    const Duration now = milliseconds(50 * i);
+    robot.says(now, Sample(picture(now, static_cast<std::uint8_t>(2 * i - 1))));
+    robot.says(now, Sample(picture(now, static_cast<std::uint8_t>(2 * i))));
+    robot.says(now, CommandRequest{at(now)});
+  }
+  Driver driver{.decisions = 3};
+  const FakeFinder finder;
+  RobotLoop loop(robot, robot, robot.pacing(true), &finder);
+  const auto end = loop.drive(driver.listener());
+  ASSERT_TRUE(end && end->done);
+  EXPECT_EQ(loop.dropped_pictures(), 0);
+  EXPECT_EQ(driver.all<TagFrame>().size(), 6U);
+  EXPECT_EQ(driver.uptimes, (std::vector<Duration>{milliseconds(50), milliseconds(100), milliseconds(150)}));
+  EXPECT_EQ(robot.commands.size(), 3U) << "one answer to each request";
+}
+
+TEST(RobotLoop, InLockstepALostAnswerIsSentAgainAndRecordedOnce) {
+  FakeRobot robot;
+  robot.says(milliseconds(10), CommandRequest{at(milliseconds(10))});
+  robot.says(milliseconds(350), CommandRequest{at(milliseconds(10))});  // it waited
+  Driver driver{.decisions = 2};
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(true)).drive(driver.listener()));
+  ASSERT_EQ(robot.commands.size(), 5U) << "the answer, three times again, the last";
+  EXPECT_EQ(robot.commands[1], robot.commands[0]);
+  EXPECT_EQ(robot.commands[3], robot.commands[0]);
+  EXPECT_EQ(driver.all<StampedCommand>().size(), 2U);
+}
+
+TEST(RobotLoop, ASilentRobotIsStillDecidedFor) {
+  FakeRobot robot;
+  robot.says(milliseconds(0), Sample(Odometry{}));
+  Driver driver{.decisions = 100};
+  const auto end = RobotLoop(robot, robot, robot.pacing(false)).drive(driver.listener());
+  ASSERT_TRUE(end && end->done);
+  EXPECT_GE(end->uptime, milliseconds(99 * 50)) << "whoever decides sees the silence grow";
+  for (const Duration most : robot.waited()) EXPECT_LE(most, milliseconds(50));
+}
+
+TEST(RobotLoop, EveryEndIsAZero) {
+  for (const bool lockstep : {false, true}) {
+    FakeRobot robot;
+    for (int i = 0; i < 200; ++i) {
+      robot.says(milliseconds(10 * i), Sample(Odometry{.stamp = at(milliseconds(10 * i))}));
+      if (lockstep) robot.says(milliseconds(10 * i), CommandRequest{at(milliseconds(10 * i))});
+    }
+    Driver stopped{.decisions = 1000, .stop_after = 20};
+    const auto end = RobotLoop(robot, robot, robot.pacing(lockstep)).drive(stopped.listener());
+    ASSERT_TRUE(end);
+    EXPECT_TRUE(end->interrupted);
+    EXPECT_FALSE(end->done);
+    EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+    EXPECT_EQ(stopped.all<StampedCommand>().back().command, VelocityCommand{}) << "recorded as well";
+
+    Driver slow{.decisions = 1000};
+    const auto late =
+        RobotLoop(robot, robot, robot.pacing(lockstep), nullptr, {.timeout_s = 1}).drive(slow.listener());
+    ASSERT_TRUE(late);
+    EXPECT_TRUE(late->timed_out);
+    EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+
+    Driver moving{.decisions = 2, .stands = false};  // whose last command is not zero
+    robot.says(seconds(3), Sample(Odometry{}));
+    for (int i = 0; i < 5; ++i) robot.says(seconds(3), CommandRequest{});
+    ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(lockstep)).drive(moving.listener()));
+    EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+  }
+}
+
+TEST(RobotLoop, WhateverFailsIsSaidAndTheRobotIsStopped) {
+  const auto drive = [](FakeRobot& robot, Driver driver) {
+    robot.says(milliseconds(0), Sample(Odometry{}));
+    robot.says(milliseconds(300), Sample(picture(milliseconds(300), 255)));
+    const FakeFinder finder;
+    const auto end = RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener());
+    EXPECT_EQ(robot.commands.back(), VelocityCommand{});
+    return end ? std::string("no error") : end.error().message;
+  };
+  FakeRobot gone;
+  gone.says(milliseconds(0), Sample(Odometry{}));
+  gone.ends = true;
+  Driver driver{.decisions = 1000};
+  const auto end = RobotLoop(gone, gone, gone.pacing(false)).drive(driver.listener());
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "the robot's process ended");
+  EXPECT_EQ(gone.commands.back(), VelocityCommand{});
+  FakeRobot blind;
+  EXPECT_EQ(drive(blind, {.decisions = 1000}), "no picture");
+  FakeRobot full;
+  EXPECT_EQ(drive(full, {.decisions = 1000, .fails_at = 3}), "disk full");
+  FakeRobot deaf;
+  deaf.deaf = true;
+  EXPECT_EQ(drive(deaf, {.decisions = 1000}), "the robot does not listen");
+}
+
+TEST(RobotLoop, WhatTheDriverHoldsIsASampleBeforeItsCommand) {
+  FakeRobot robot;
+  robot.says(milliseconds(0), Sample(Odometry{}));
+  Driver driver{.decisions = 2};
+  RobotListener listener = driver.listener();
+  listener.decide = [inner = listener.decide](Duration uptime, SensorTime now) {
+    auto decision = inner(uptime, now);
+    decision->pad = GamepadState{.stamp = now};
+    return decision;
+  };
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false)).drive(listener));
+  ASSERT_EQ(driver.all<GamepadState>().size(), 2U);
+  EXPECT_TRUE(std::holds_alternative<GamepadState>(driver.samples[1]));
+  EXPECT_TRUE(std::holds_alternative<StampedCommand>(driver.samples[2]));
+}
+
+}  // namespace
+}  // namespace waymark
