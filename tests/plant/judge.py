@@ -96,8 +96,8 @@ def read_map(file: pathlib.Path) -> dict[int, np.ndarray]:
     return found
 
 
-def tag_errors(mapped: dict[int, np.ndarray], tags: tuple[course.Tag, ...], anchored: bool) -> Errors:
-    """Of positions: with the anchor of the map laid onto the true one, or after the best rigid alignment."""
+def tag_errors(mapped: dict[int, np.ndarray], tags: tuple[course.Tag, ...], anchored: bool, scale: bool = False) -> Errors:
+    """Of positions: with the anchor of the map laid onto the true one, or after the best rigid alignment (with `scale`: similarity)."""
     common = [tag for tag in tags if tag.number in mapped]
     model = np.array([mapped[tag.number][:3, 3] for tag in common])
     data = np.array([tag.world_T_tag()[:3, 3] for tag in common])
@@ -105,7 +105,8 @@ def tag_errors(mapped: dict[int, np.ndarray], tags: tuple[course.Tag, ...], anch
         world_T_map = tags[course.ANCHOR].world_T_tag() @ frames.inverse(mapped[course.ANCHOR])
         turned, shift = world_T_map[:3, :3], world_T_map[:3, 3]
     else:
-        _, turned, shift = align(model, data)
+        factor, turned, shift = align(model, data, scale)
+        turned = factor * turned
     return errors(np.linalg.norm(model @ turned.T + shift - data, axis=1))
 
 
@@ -169,8 +170,8 @@ def main() -> None:
         found["tracking"] = dataclasses.asdict(tracking(read_truth(args.taught), read_truth(args.driven)))
     if args.map:
         tags = course.tags(math.radians(args.lean_deg))
-        for name, anchored in (("tags_anchored", True), ("tags_aligned", False)):
-            found[name] = dataclasses.asdict(tag_errors(read_map(args.map), tags, anchored))
+        for name, anchored, scale in (("tags_anchored", True, False), ("tags_aligned", False, False), ("tags_aligned_scaled", False, True)):
+            found[name] = dataclasses.asdict(tag_errors(read_map(args.map), tags, anchored, scale))
     print(json.dumps(found, indent=1))
 
 

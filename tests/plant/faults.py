@@ -1,0 +1,153 @@
+#!/usr/bin/python3
+"""Random faults while a route is repeated on a plant, and whether there was motion that should not have been.
+
+    tests/plant/faults.py build/release/waymark/cli/waymark --scripts 300 --seed 1
+
+Contradictions of sensors: zero is commanded 1.5 s after the onset, the robot comes no farther than 15 cm after the first second, and does not
+start again. Blindness: without pictures 1.5 s, in the dark 0.6 m. Anything: never more than 0.3 m from the taught way."""
+import argparse
+import collections
+import dataclasses
+import json
+import math
+import pathlib
+import sys
+import tempfile
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import fault_script
+import judge
+from waymark_runs import Place
+
+CONTRADICTIONS = ("stuck_feed", "held", "blocked", "spinning", "carried_slowly", "carried", "encoder_stuck", "gyro_stuck")
+MOVES_ON = ("latency", "gain_step", "clock_jump")  # may go on when it stays on its way
+WINDOW_S, WITHIN_S, FARTHER_M, DARK_M, OFF_ROUTE_M = 1.0, 1.5, 0.15, 0.6, 0.3
+
+
+@dataclasses.dataclass
+class Verdict:
+    fault: str
+    kind: str
+    right: bool
+    onset_s: float | None  # none: it never contradicted, or the robot stood already
+    zero_after_s: float | None  # the last order to move, after the onset
+    travel_m: float | None  # true way after the onset
+    off_route_m: float
+    words: str
+
+
+def onset_s(truth: np.ndarray, fault: fault_script.Fault) -> float | None:
+    """When the fault begins to show: sources that differ by 5 cm or 5 degrees within a second."""
+    after = truth[truth[:, 0] >= fault.start_s]
+    if len(after) == 0 or np.all(np.abs(after[:5, 4]) < 1e-6):
+        return None
+    if fault.kind == "carried_slowly":
+        return fault.start_s + 0.05 / 0.03
+    if fault.kind != "gyro_stuck":
+        return fault.start_s
+    rows = round(WINDOW_S / 0.02)
+    yaw = np.unwrap(after[:, 3])
+    stuck_rate = (truth[np.searchsorted(truth[:, 0], fault.start_s) - 1, 3] - truth[np.searchsorted(truth[:, 0], fault.start_s) - 6, 3]) / 0.1
+    differs = np.flatnonzero(np.abs(yaw[rows:] - yaw[:-rows] - stuck_rate * WINDOW_S) > math.radians(5))
+    return float(after[differs[0] + rows, 0]) if len(differs) else None
+
+
+def own_motion(truth: np.ndarray, fault: fault_script.Fault) -> np.ndarray:
+    """x and y without what the hand that carries the robot did."""
+    carried = np.array([fault_script.carried([fault], t) for t in truth[:, 0]])
+    return truth[:, 1:3] - carried
+
+
+def judge_run(taught: np.ndarray, truth: np.ndarray, fault: fault_script.Fault, words: str, text: str) -> Verdict:
+    onset = onset_s(truth, fault)
+    free = own_motion(truth, fault)
+    off_route = judge.tracking(taught, np.column_stack([truth[:, 0], free, truth[:, 3:]])).max_m
+    verdict = Verdict(text, fault.kind, off_route <= OFF_ROUTE_M, onset, None, None, off_route, words)
+    if onset is None:
+        return verdict
+    ordered = np.flatnonzero((truth[:, 4:6] != 0).any(axis=1) & (truth[:, 0] > onset))
+    verdict.zero_after_s = float(truth[ordered[-1], 0] - onset) if len(ordered) else 0.0
+    verdict.travel_m = way(free[truth[:, 0] >= onset])
+    if fault.kind in CONTRADICTIONS:
+        farther = way(free[truth[:, 0] >= onset + WINDOW_S])
+        verdict.right = verdict.zero_after_s <= WITHIN_S and farther <= FARTHER_M
+    elif fault.kind == "camera_unplugged":
+        verdict.right = verdict.zero_after_s <= WITHIN_S
+    elif fault.kind == "dark":
+        verdict.right = verdict.travel_m <= DARK_M
+    return verdict
+
+
+def way(points: np.ndarray) -> float:
+    return float(np.hypot(*np.diff(points[::5], axis=0).T).sum()) if len(points) > 5 else 0.0
+
+
+def script(rng: np.random.Generator, kinds: list[str]) -> str:
+    return f"{kinds[rng.integers(len(kinds))]}@{rng.uniform(6, 30):.2f}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("program", help="the program waymark")
+    parser.add_argument("--scripts", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--plant", choices=["kinematic", "mujoco"], default="kinematic")
+    parser.add_argument("--odometry", choices=["gyro", "wheels"], default="gyro")
+    parser.add_argument("--speed-m-s", type=float, default=0.3)
+    parser.add_argument("--kinds", nargs="+", choices=list(fault_script.KINDS), default=list(fault_script.KINDS))
+    parser.add_argument("--each", action="store_true", help="each kind in turn instead of at random")
+    parser.add_argument("--folder", type=pathlib.Path, help="keep the files here")
+    parser.add_argument("--may-fail", action="store_true", help="exit 0 whatever was found")
+    args = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        verdicts = run_all(args, args.folder or pathlib.Path(scratch))
+    print(table(verdicts))
+    return 0 if args.may_fail or all(verdict.right for verdict in verdicts) else 1
+
+
+def run_all(args: argparse.Namespace, folder: pathlib.Path) -> list[Verdict]:
+    places: dict[float, Place] = {}
+    verdicts = []
+    for number in range(args.scripts):
+        rng = np.random.default_rng([args.seed, number])
+        gain = float(rng.choice([0.3, 0.6, 1.0])) if args.plant == "kinematic" else 0.0
+        options = ["--plant", args.plant, "--camera", "corners", "--odometry", args.odometry] + (["--yaw-gain", str(gain)] if gain else [])
+        if gain not in places:
+            places[gain] = Place(args.program, folder / f"gain-{gain}")
+            if places[gain].teach_fast([*options, "--seed", "1"]).code or places[gain].map().code:
+                raise RuntimeError("the lap was not taught and mapped")
+        text = script(rng, [args.kinds[number % len(args.kinds)]] if args.each else args.kinds)
+        name = f"script-{number}"
+        run = places[gain].replay([*options, "--seed", str(1000 + number), "--fault", text, "--limit-s", "120"], "--speed-m-s",
+                                  str(args.speed_m_s), name=name)
+        folder_of = places[gain].folder
+        words = str(run.report.get("reason", "")) or (run.err.strip().splitlines() or [""])[-1]
+        verdict = judge_run(judge.read_truth(folder_of / "lap.csv"), judge.read_truth(folder_of / f"{name}.csv"), fault_script.parse(text),
+                            words, text)
+        verdicts.append(verdict)
+        print(json.dumps({"script": number, "yaw_gain": gain, "exit": run.code, **dataclasses.asdict(verdict)}), file=sys.stderr, flush=True)
+    return verdicts
+
+
+def table(verdicts: list[Verdict]) -> str:
+    groups = collections.defaultdict(list)
+    for verdict in verdicts:
+        groups[verdict.kind].append(verdict)
+    lines = ["| fault | scripts | as it must be | last order to move after s, median / most | way after the onset m, median / most | off the taught way m |",
+             "|---|---|---|---|---|---|"]
+    for kind, group in sorted(groups.items()):
+        times = [v.zero_after_s for v in group if v.zero_after_s is not None]
+        ways = [v.travel_m for v in group if v.travel_m is not None]
+        lines.append(f"| {kind} | {len(group)} | {sum(v.right for v in group)} | {middle_and_most(times)} | {middle_and_most(ways)} "
+                     f"| {max(v.off_route_m for v in group):.2f} |")
+    return "\n".join(lines)
+
+
+def middle_and_most(values: list[float]) -> str:
+    return f"{np.median(values):.2f} / {max(values):.2f}" if values else "none"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
