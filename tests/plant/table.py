@@ -46,10 +46,10 @@ def replay_cell(lap: lap_test.Lap) -> str:
     return lap.replay_errors.cm() + ("" if lap.finished else f", stopped after {lap.driven_m:.1f} m")
 
 
-def replace_table(file: pathlib.Path, lines: list[str]) -> None:
-    before, _, rest = file.read_text().partition(BEGIN)
-    _, _, after = rest.partition(END)
-    file.write_text(before + "\n".join([BEGIN, *lines, END]) + after)
+def replace_table(file: pathlib.Path, lines: list[str], begin: str = BEGIN, end: str = END) -> None:
+    before, _, rest = file.read_text().partition(begin)
+    _, _, after = rest.partition(end)
+    file.write_text(before + "\n".join([begin, *lines, end]) + after)
 
 
 def main() -> None:

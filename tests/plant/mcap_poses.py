@@ -1,0 +1,71 @@
+"""Poses with covariance out of an MCAP file, read by the format's specification alone (mcap.dev; CDR of ROS 2)."""
+import ctypes
+import math
+import pathlib
+import struct
+import typing
+
+import numpy as np
+
+MAGIC = b"\x89MCAP0\r\n"
+OP_CHANNEL, OP_MESSAGE, OP_CHUNK = 0x04, 0x05, 0x06
+
+
+def records(data: bytes) -> typing.Iterator[tuple[int, bytes]]:
+    at = 0
+    while at + 9 <= len(data):
+        kind, length = struct.unpack_from("<BQ", data, at)
+        content = data[at + 9:at + 9 + length]
+        at += 9 + length
+        yield from records(unpack_chunk(content)) if kind == OP_CHUNK else [(kind, content)]
+
+
+def unpack_chunk(chunk: bytes) -> bytes:
+    """start, end, size, CRC, compression, records."""
+    size, _, name_length = struct.unpack_from("<QII", chunk, 16)
+    compression = chunk[32:32 + name_length].decode()
+    length, = struct.unpack_from("<Q", chunk, 32 + name_length)
+    packed = chunk[40 + name_length:40 + name_length + length]
+    if compression == "":
+        return packed
+    if compression != "zstd":
+        raise ValueError(f"compression {compression} is not read")
+    library = ctypes.CDLL("libzstd.so.1")
+    library.ZSTD_decompress.restype = ctypes.c_size_t
+    library.ZSTD_decompress.argtypes = [ctypes.c_char_p, ctypes.c_size_t, ctypes.c_char_p, ctypes.c_size_t]
+    out = ctypes.create_string_buffer(size)
+    if library.ZSTD_decompress(out, size, packed, len(packed)) != size:
+        raise ValueError("a chunk does not unpack")
+    return out.raw
+
+
+def channel_topic(record: bytes) -> tuple[int, str]:
+    number, _, length = struct.unpack_from("<HHI", record)
+    return number, record[8:8 + length].decode()
+
+
+def read(file: pathlib.Path, topic: str = "/waymark/pose") -> tuple[np.ndarray, np.ndarray]:
+    """Rows of t_s, x, y, yaw; and 3 x 3 covariances of x, y, yaw in the axes of the map."""
+    data = file.read_bytes()
+    if not data.startswith(MAGIC):
+        raise ValueError(f"{file}: no MCAP file")
+    wanted, poses, covariances = None, [], []
+    for kind, content in records(data[len(MAGIC):-len(MAGIC)]):
+        if kind == OP_CHANNEL:
+            number, name = channel_topic(content)
+            wanted = number if name == topic else wanted
+        elif kind == OP_MESSAGE and struct.unpack_from("<H", content)[0] == wanted:
+            pose, covariance = pose_with_covariance(content[22:])
+            poses.append(pose)
+            covariances.append(covariance)
+    return np.array(poses), np.array(covariances)
+
+
+def pose_with_covariance(cdr: bytes) -> tuple[list[float], np.ndarray]:
+    """geometry_msgs/PoseWithCovarianceStamped, little-endian, after four bytes of encapsulation."""
+    sec, nanosec, length = struct.unpack_from("<iII", cdr, 4)
+    at = 4 + (12 + length + 7) // 8 * 8
+    x, y, _, qx, qy, qz, qw, *covariance = struct.unpack_from("<43d", cdr, at)
+    yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+    keep = [0, 1, 5]
+    return [sec + nanosec * 1e-9, x, y, yaw], np.array(covariance).reshape(6, 6)[np.ix_(keep, keep)]
