@@ -1,7 +1,7 @@
 // Whatever viewers of a running robot send: three of them (a page with the token, a Foxglove with it, one
 // without) take turns, line by line; a line that begins with '!' is binary. Nobody without the token ever
-// gives an order, speeds are finite and bounded, queues stay within their limits, and all that is said is
-// JSON or a frame of the protocol.
+// gives an order but a stop, speeds are finite and bounded, queues stay within their limits, and all that is
+// said is JSON or a frame of the protocol.
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const LiveHub::Id id = *viewers[turn % 3];
     const auto held_before = hub.holder();
     if (line.starts_with('!'))
-      hub.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(line.data()) + 1, line.size() - 1});
+      hub.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(line.data()) + 1, line.size() - 1}, now);
     else
       hub.hear_text(id, line, now);
     if (turn % 3 == 2) require(hub.holder() == held_before && hub.holder() != id);

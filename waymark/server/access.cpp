@@ -40,16 +40,19 @@ bool is_own_origin(const AccessClaim& claim, const AccessPolicy& policy) {
   if (claim.origin.empty()) return true;
   if (!claim.origin.starts_with(kScheme)) return false;
   const std::string_view host = claim.origin.substr(kScheme.size());
-  return policy.remote ? host == claim.host : is_own_host(host, policy.port);
+  return policy.remote ? host == claim.host : is_own_host(host, policy);
 }
 
 }  // namespace
 
-bool is_own_host(std::string_view host, std::uint16_t port) {
-  const std::string ending = fmt::format(":{}", port);
-  if (!host.ends_with(ending)) return false;
-  host.remove_suffix(ending.size());
-  return host == "127.0.0.1" || host == "localhost" || host == "[::1]";
+bool is_own_host(std::string_view host, const AccessPolicy& policy) {
+  constexpr std::uint16_t kPortOfHttp = 80;
+  const std::string ending = fmt::format(":{}", policy.port);
+  if (host.ends_with(ending))
+    host.remove_suffix(ending.size());
+  else if (policy.port != kPortOfHttp)
+    return false;
+  return host == "127.0.0.1" || host == "localhost" || host == "[::1]" || host == policy.address;
 }
 
 std::string_view query_value(std::string_view target, std::string_view name) {
@@ -72,7 +75,7 @@ AccessRights rights_of(const AccessClaim& claim, const AccessPolicy& policy) {
   rights.token =
       rights.by_address || same(cookie_value(claim.cookie, cookie_name(policy.port)), policy.token);
   rights.own_origin = is_own_origin(claim, policy);
-  if (!policy.remote && !is_own_host(claim.host, policy.port))
+  if (!policy.remote && !is_own_host(claim.host, policy))
     rights.refusal = Refusal::WrongHost;
   else if (!rights.own_origin && !rights.by_address)
     rights.refusal = Refusal::ForeignPage;

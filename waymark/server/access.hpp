@@ -15,6 +15,7 @@ struct AccessPolicy {
   std::uint16_t port = 0;
   bool remote = false;     ///< reachable from other machines: then nothing is given away without the token
   std::string token = {};  ///< empty: nobody may command
+  std::string address = "127.0.0.1";  ///< where it listens, as in a URL: "127.0.0.2", "[::1]"
 };
 
 /// What of a request says who asks. Fields that were not sent are empty.
@@ -35,10 +36,10 @@ struct AccessRights {
   bool by_address = false;  ///< the token stood in the address: no browser adds that by itself
 };
 
-/// Whether the field Host means this server. On this machine alone: by number or as localhost, with the port;
-/// another name that happens to lead here is how a foreign page would reach it. A remote server has names we
-/// do not know, and is guarded by the token.
-[[nodiscard]] bool is_own_host(std::string_view host, std::uint16_t port);
+/// Whether the field Host means this server. On this machine alone: by number or as localhost, with the port
+/// (browsers leave out the port 80); another name that happens to lead here is how a foreign page would reach
+/// it. A remote server has names we do not know, and is guarded by the token.
+[[nodiscard]] bool is_own_host(std::string_view host, const AccessPolicy& policy);
 
 /// What the asker may have. A foreign page gets something only when it knows the token by the address.
 [[nodiscard]] AccessRights rights_of(const AccessClaim& claim, const AccessPolicy& policy);

@@ -68,6 +68,25 @@ TEST(Access, ARemoteServerGivesNothingWithoutItsToken) {
   EXPECT_TRUE(rights_of(claim, kRemote).token);
 }
 
+TEST(Access, BrowsersLeaveOutThePort80) {
+  const AccessPolicy usual{.port = 80};
+  EXPECT_TRUE(is_own_host("127.0.0.1", usual));
+  EXPECT_TRUE(is_own_host("localhost:80", usual));
+  EXPECT_FALSE(is_own_host("localhost:8080", usual));
+  EXPECT_FALSE(is_own_host("evil.example", usual));
+  EXPECT_EQ(rights_of({.host = "localhost", .origin = "http://localhost", .target = "/", .cookie = {}}, usual)
+                .refusal,
+            Refusal::None);
+  EXPECT_FALSE(is_own_host("localhost", kHere));
+}
+
+TEST(Access, TheAddressItListensAtIsItsOwn) {
+  const AccessPolicy second{.port = 8642, .address = "127.0.0.2"};
+  EXPECT_TRUE(is_own_host("127.0.0.2:8642", second));
+  EXPECT_FALSE(is_own_host("127.0.0.2:8642", kHere));
+  EXPECT_FALSE(is_own_host("127.0.0.2:8643", second));
+}
+
 TEST(Access, TokensAreLongAndDiffer) {
   std::set<std::string> tokens;
   for (int i = 0; i < 100; ++i) tokens.insert(make_token());

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/json_depth.hpp"
+
 namespace waymark {
 namespace {
 
@@ -111,7 +113,13 @@ Result<ClientMessage> order_message(Result<LiveOrder> order) {
   return ClientMessage(ClientOrders{*order});
 }
 
-Json parsed(std::string_view text) { return Json::parse(text.begin(), text.end(), nullptr, false); }
+/// A subscription stands at depth 3.
+constexpr std::size_t kDeepest = 16;
+
+Json parsed(std::string_view text) {
+  if (json_depth(text, kDeepest) > kDeepest) return Json(Json::value_t::discarded);
+  return Json::parse(text.begin(), text.end(), nullptr, false);
+}
 
 }  // namespace
 

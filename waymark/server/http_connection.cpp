@@ -28,6 +28,8 @@ using asio::ip::tcp;
 
 constexpr std::uint32_t kMostHeaderBytes = 8192;
 constexpr std::chrono::seconds kPatience{30};
+/// The head of a first request comes in one piece, unless somebody wants to keep a seat taken.
+constexpr std::chrono::seconds kHeadPatience{5};
 constexpr std::size_t kPieceBytes = std::size_t{256} * 1024;
 
 std::string_view field(const http::request<http::empty_body>& request, http::field name) {
@@ -35,25 +37,51 @@ std::string_view field(const http::request<http::empty_body>& request, http::fie
   return {value.data(), value.size()};
 }
 
+/// A seat, given back when the connection that holds it, web socket or not, is gone.
+class HeldSeat {
+ public:
+  HeldSeat(std::shared_ptr<SharedByConnections> shared, Seats::Id id) : shared_(std::move(shared)), id_(id) {}
+  HeldSeat(const HeldSeat&) = delete;
+  HeldSeat& operator=(const HeldSeat&) = delete;
+  ~HeldSeat() {
+    shared_->hang_up.erase(id_);
+    shared_->seats.leave(id_);
+  }
+  [[nodiscard]] Seats::Id id() const { return id_; }
+
+ private:
+  std::shared_ptr<SharedByConnections> shared_;
+  Seats::Id id_;
+};
+
 /// One connection: requests are read and answered in turn. A file goes out piece by piece, the next one when
 /// the client has taken the last, so that a slow client costs one piece of memory.
 class Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared)
-      : stream_(std::move(socket)), shared_(std::move(shared)) {
-    ++shared_->open;
+  Connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared, Seats::Id seat)
+      : stream_(std::move(socket)),
+        shared_(std::move(shared)),
+        seat_(std::make_shared<HeldSeat>(shared_, seat)) {
     beast::error_code ignored;
     stream_.socket().set_option(tcp::no_delay(true), ignored);
   }
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
-  ~Connection() { --shared_->open; }
+  ~Connection() = default;
 
-  void read() {
+  void begin() {
+    shared_->hang_up[seat_->id()] = [weak = weak_from_this()] {
+      if (const auto self = weak.lock()) self->stream_.close();
+    };
+    read(kHeadPatience);
+  }
+
+ private:
+  void read(std::chrono::seconds patience) {
     parser_.emplace();
     parser_->header_limit(kMostHeaderBytes);
     parser_->body_limit(0);
-    stream_.expires_after(kPatience);
+    stream_.expires_after(patience);
     http::async_read(stream_, buffer_, *parser_,
                      [self = shared_from_this()](beast::error_code error, std::size_t) {
                        if (!error) self->answer();
@@ -61,10 +89,21 @@ class Connection : public std::enable_shared_from_this<Connection> {
                      });
   }
 
- private:
+  [[nodiscard]] AccessRights rights(const http::request<http::empty_body>& request) const {
+    const auto target = request.target();
+    return rights_of({.host = field(request, http::field::host),
+                      .origin = field(request, http::field::origin),
+                      .target = {target.data(), target.size()},
+                      .cookie = field(request, http::field::cookie)},
+                     shared_->policy);
+  }
+
   void answer() {
     const auto& request = parser_->get();
-    if (shared_->live && beast::websocket::is_upgrade(request) && upgrade(request)) return;
+    const AccessRights may = rights(request);
+    if (const auto dropped = shared_->seats.heard(seat_->id(), may.token)) shared_->drop(*dropped);
+    if (!stream_.socket().is_open()) return;
+    if (shared_->live && beast::websocket::is_upgrade(request) && upgrade(request, may)) return;
     const auto method = request.method_string();
     const auto target = request.target();
     reply_ = reply_to(
@@ -93,15 +132,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   /// False: it is not let in, and gets an answer like any other request.
-  bool upgrade(const http::request<http::empty_body>& request) {
-    const auto target = request.target();
-    const AccessRights rights = rights_of({.host = field(request, http::field::host),
-                                           .origin = field(request, http::field::origin),
-                                           .target = {target.data(), target.size()},
-                                           .cookie = field(request, http::field::cookie)},
-                                          shared_->policy);
+  bool upgrade(const http::request<http::empty_body>& request, const AccessRights& rights) {
     if (rights.refusal != AccessRights::Refusal::None) return false;
-    shared_->live->accept(std::move(stream_), request, rights.token);
+    shared_->hang_up[seat_->id()] = shared_->live->accept(std::move(stream_), request, rights.token, seat_);
     return true;
   }
 
@@ -136,7 +169,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void next() {
-    if (keep_alive_) return read();
+    if (keep_alive_) return read(kPatience);
     beast::error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
   }
@@ -153,12 +186,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool keep_alive_ = false;
   bool body_wanted_ = true;
   std::shared_ptr<SharedByConnections> shared_;
+  std::shared_ptr<HeldSeat> seat_;
 };
 
 }  // namespace
 
 void serve_connection(tcp::socket socket, std::shared_ptr<SharedByConnections> shared) {
-  std::make_shared<Connection>(std::move(socket), std::move(shared))->read();
+  const auto admission = shared->seats.admit();
+  if (!admission) return;
+  if (admission->dropped) shared->drop(*admission->dropped);
+  std::make_shared<Connection>(std::move(socket), std::move(shared), admission->id)->begin();
 }
 
 }  // namespace waymark

@@ -1,12 +1,14 @@
 #pragma once
 
 #ifdef WAYMARK_HAVE_BEAST
-#include <cstddef>
+#include <functional>
+#include <map>
 #include <memory>
 
 #include "waymark/server/access.hpp"
 #include "waymark/server/live_socket.hpp"
 #include "waymark/server/replies.hpp"
+#include "waymark/server/seats.hpp"
 
 #include <boost/asio/ip/tcp.hpp>
 
@@ -17,10 +19,16 @@ struct SharedByConnections {
   OfferedThings offered{};
   AccessPolicy policy{};
   std::unique_ptr<LiveSockets> live{};
-  std::size_t open = 0;  ///< connections
+  Seats seats{};
+  std::map<Seats::Id, std::function<void()>> hang_up{};  ///< on the connection that has this seat
+
+  void drop(Seats::Id id) {
+    if (const auto found = hang_up.find(id); found != hang_up.end()) std::function<void()>(found->second)();
+  }
 };
 
-/// Reads requests of one client and answers them in turn, until one of the two hangs up.
+/// Reads requests of one client and answers them in turn, until one of the two hangs up. Closed at once when
+/// there is no seat for it.
 void serve_connection(boost::asio::ip::tcp::socket socket, std::shared_ptr<SharedByConnections> shared);
 
 }  // namespace waymark

@@ -12,6 +12,7 @@
 #include <boost/beast/core/error.hpp>
 
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "waymark/server/background_thread.hpp"
@@ -25,7 +26,18 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using asio::ip::tcp;
 
-constexpr std::size_t kMostConnections = 64;
+/// Descriptors that are left to the recording, the robot's pipes and whatever else this process opens.
+constexpr std::uint64_t kKeptDescriptors = 64;
+/// Where a connection cannot be taken now, the next attempt waits: the one that failed stays in the queue of
+/// the system, and would be reported again at once.
+constexpr std::chrono::milliseconds kBreath{100};
+
+std::size_t allowed_connections() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return Seats::kMost;
+  return seats_for(limit.rlim_cur, kKeptDescriptors);
+}
+
 }  // namespace
 
 struct HttpServer::Inside {
@@ -33,6 +45,7 @@ struct HttpServer::Inside {
   std::shared_ptr<SharedByConnections> shared = std::make_shared<SharedByConnections>();
   tcp::acceptor acceptor{context};
   asio::steady_timer timer{context};
+  asio::steady_timer breath{context};
   /// Rung by the loop of the robot; writing to it never waits.
   asio::posix::stream_descriptor bell{context};
   std::uint64_t rings = 0;
@@ -46,6 +59,13 @@ struct HttpServer::Inside {
   ~Inside() {
     if (feed != nullptr) feed->set_wake([] {});
     shared->live.reset();  // its sockets, which the context still holds, must not look for it
+  }
+
+  /// The address as it stands in a URL, of one that a browser on this machine can open.
+  [[nodiscard]] std::string host() const {
+    const std::string text = address.to_string();
+    if (address.is_v6()) return address.is_unspecified() ? "[::1]" : fmt::format("[{}]", text);
+    return address.is_unspecified() ? "127.0.0.1" : text;
   }
 
   [[nodiscard]] std::string url_at(const std::string& host) const {
@@ -93,8 +113,16 @@ struct HttpServer::Inside {
   void accept() {
     acceptor.async_accept([this](beast::error_code error, tcp::socket socket) {
       if (error == asio::error::operation_aborted) return;
-      if (!error && shared->open < kMostConnections) serve_connection(std::move(socket), shared);
+      if (error) return accept_later();
+      serve_connection(std::move(socket), shared);
       accept();
+    });
+  }
+
+  void accept_later() {
+    breath.expires_after(kBreath);
+    breath.async_wait([this](beast::error_code error) {
+      if (!error) accept();
     });
   }
 
@@ -125,8 +153,11 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
                 fmt::format("cannot listen on {}: {}", options.address, error.message()), {},
                 "Another program may hold every port, or the address is none of this machine.");
   inside->shared->offered = {.files = std::move(options.offered), .live = options.feed != nullptr};
-  inside->shared->policy = {
-      .port = inside->acceptor.local_endpoint().port(), .remote = remote, .token = std::move(options.token)};
+  inside->shared->seats = Seats(allowed_connections());
+  inside->shared->policy = {.port = inside->acceptor.local_endpoint().port(),
+                            .remote = remote,
+                            .token = std::move(options.token),
+                            .address = inside->host()};
   if (options.feed != nullptr) {
     if (Status status = inside->watch_feed(*options.feed, options.robot_name); !status)
       return tl::unexpected(status.error());
@@ -136,13 +167,7 @@ Result<HttpServer> HttpServer::listen(ServerOptions options) {
 
 std::uint16_t HttpServer::port() const { return inside_->shared->policy.port; }
 
-std::string HttpServer::url() const {
-  const bool all = inside_->address.is_unspecified() || inside_->address.is_loopback();
-  const std::string host = all                        ? std::string("127.0.0.1")
-                           : inside_->address.is_v6() ? fmt::format("[{}]", inside_->address.to_string())
-                                                      : inside_->address.to_string();
-  return inside_->url_at(host);
-}
+std::string HttpServer::url() const { return inside_->url_at(inside_->host()); }
 
 std::vector<std::string> HttpServer::urls_from_elsewhere() const {
   if (!inside_->address.is_unspecified()) return {};

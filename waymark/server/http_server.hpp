@@ -22,8 +22,9 @@ struct ServerOptions {
 };
 
 /// HTTP and, for a robot that runs, WebSockets, on one port. Everything runs in the thread that calls run();
-/// at most 64 connections are held, a request is at most 8 KiB, and one that takes longer than 30 s is
-/// dropped.
+/// at most 64 connections are held, web sockets included, fewer where this process may open few files
+/// (`Seats` says who goes for whom); a request is at most 8 KiB; a first one that is not complete after 5 s,
+/// or anything else that takes longer than 30 s, is dropped.
 class HttpServer {
  public:
   /// Errors: no port at all, an address that is none of this machine or lacks its token, or the program was

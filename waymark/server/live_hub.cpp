@@ -12,7 +12,8 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kMostSubscriptions = 256;
-/// A page says every half second that somebody looks at it.
+/// A page says every half second that somebody looks at it; whatever else holds control says or publishes
+/// something. That a viewer answers pings says nothing of the person in front of it.
 constexpr Duration kSilence = std::chrono::seconds(3);
 constexpr Duration kStatePeriod = std::chrono::milliseconds(200);
 constexpr const char* kStateTopic = "/waymark/state";
@@ -36,14 +37,17 @@ std::string_view choose_protocol(std::string_view offered) {
 }
 
 std::optional<LiveHub::Id> LiveHub::join(std::string_view protocol, bool may_command, Duration now) {
+  const auto watchers =
+      std::ranges::count_if(clients_, [](const auto& one) { return !one.second.may_command; });
   if (clients_.size() >= kMostClients) return std::nullopt;
+  if (!may_command && static_cast<std::size_t>(watchers) >= kMostWatchers) return std::nullopt;
   const Id id = next_id_++;
   Client& client = clients_[id];
   client.page = protocol == kPageProtocol;
   client.may_command = may_command;
   client.heard = now;
   feed_.set_listening(true);
-  put_text(client, server_info(name_, may_command));
+  put_text(client, server_info(name_));
   advertise(client);
   if (client.page) {
     tell_control(id, client);
@@ -119,8 +123,7 @@ void LiveHub::tick(Duration now) {
     if (client.page) tell_texts(client);
   }
   tell_state(now);
-  if (holder_ && clients_.at(*holder_).page && now - clients_.at(*holder_).heard > kSilence)
-    release(*holder_, true);
+  if (holder_ && now - clients_.at(*holder_).heard > kSilence) release(*holder_, true);
 }
 
 void LiveHub::tell_state(Duration now) {
@@ -160,7 +163,7 @@ void LiveHub::tell_texts(Client& client) {
 bool LiveHub::take(Id id, Client& client) {
   if (holder_ == id) return true;
   if (!client.may_command) {
-    complain(client, "this viewer only watches: open the address with the token");
+    complain(client, "this viewer only watches and stops: open the address with the token");
     return false;
   }
   if (holder_) {
@@ -179,7 +182,8 @@ void LiveHub::release(Id id, bool lost) {
 }
 
 void LiveHub::obey(Id id, Client& client, const LiveOrder& order) {
-  if (take(id, client)) feed_.order(order);
+  const bool only_stops = order.kind == LiveOrder::Kind::Stop && (holder_ || !client.may_command);
+  if (only_stops || take(id, client)) feed_.order(order);
 }
 
 void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
@@ -198,8 +202,8 @@ void LiveHub::subscribe(Client& client, const ClientSubscribe& message) {
 
 void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
   for (const auto& [channel, topic, encoding] : message.channels) {
-    if (!client.may_command)
-      complain(client, "this viewer only watches: connect with ?token=… in the address");
+    if (!client.may_command && topic != kOrderTopic)
+      complain(client, "this viewer may only stop the robot: connect with ?token=… in the address");
     else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
       complain(client, fmt::format("only {} and {} are heard, as json", kOrderTopic, kDriveTopic));
     else if (client.publishes.size() < kMostSubscriptions)
@@ -239,7 +243,7 @@ void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
       *message);
 }
 
-void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes) {
+void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now) {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return;
   Client& client = found->second;
@@ -252,6 +256,7 @@ void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes) {
                               published->message.size());
   const Result<LiveOrder> order = parse_published(topic->second, json);
   if (!order) return complain(client, order.error().message);
+  client.heard = now;
   obey(id, client, *order);
 }
 

@@ -27,22 +27,24 @@ inline constexpr std::string_view kFoxgloveProtocols[] = {"foxglove.sdk.v1", "fo
 /// The first of the offered subprotocols ("a, b") that is understood; empty where none is.
 [[nodiscard]] std::string_view choose_protocol(std::string_view offered);
 
-/// All viewers of a running robot: what each of them gets, and which one may command. Without sockets and
-/// without clocks; one thread.
+/// All viewers of a running robot: what each of them gets, and which one may command. Every viewer may stop
+/// the robot; only the one that holds control moves it. Without sockets and without clocks; one thread.
 class LiveHub {
  public:
   using Id = std::uint32_t;
   static constexpr std::size_t kMostClients = 16;
+  /// So many of them may be without the token.
+  static constexpr std::size_t kMostWatchers = 12;
 
   /// `name`: of the robot, for people.
   LiveHub(LiveFeed& feed, std::string name) : feed_(feed), name_(std::move(name)) {}
 
-  /// A viewer has come; nothing when the house is full. `may_command`: it has the token.
+  /// A viewer has come; nothing when there is no room. `may_command`: it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
   /// It has gone; if it held control the robot hears that.
   void leave(Id id);
   void hear_text(Id id, std::string_view text, Duration now);
-  void hear_binary(Id id, std::span<const std::uint8_t> bytes);
+  void hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);
   /// Passes on what the robot said since the last call. `now` is of the host's clock, as in the feed.
   void tick(Duration now);
 

@@ -151,17 +151,17 @@ TEST_F(Hub, WhatWasComparedIsPassedOnToWhoAsks) {
   EXPECT_NE(std::string(body.begin(), body.end()).find("tag36h11:7"), std::string::npos);
 }
 
-TEST_F(Hub, WithoutTheTokenAViewerOnlyWatches) {
+TEST_F(Hub, WithoutTheTokenAViewerOnlyWatchesAndStops) {
   const auto page = join(kPageProtocol, false);
   const auto studio = join("foxglove.websocket.v1", false);
-  EXPECT_EQ(told(studio).of("serverInfo").at(0)["capabilities"], Json::array());
+  EXPECT_EQ(told(studio).of("serverInfo").at(0)["capabilities"], Json::array({"clientPublish"}));
   told(page);
   say(page, kGo);
   say(page, R"({"op":"drive","speed_m_s":1,"yaw_rate_rad_s":0})");
   say(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/cmd_vel","encoding":"json"}]})");
   const std::string twist =
       std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":1},"angular":{"z":0}})";
-  hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()});
+  hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
   EXPECT_TRUE(feed_.take_orders().empty());
   EXPECT_EQ(feed_.control(), Control::Nobody);
   EXPECT_EQ(told(page).of("status").size(), 2u);
@@ -218,12 +218,59 @@ TEST_F(Hub, FoxglovePublishesWithTheToken) {
   const auto id = join("foxglove.sdk.v1");
   say(id, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
   const std::string stop = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":"stop"})";
-  hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()});
+  hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()}, now_);
   const auto orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1u);
   EXPECT_EQ(orders[0].kind, LiveOrder::Kind::Stop);
   say(id, R"({"op":"unadvertise","channelIds":[1]})");
   EXPECT_EQ(feed_.control(), Control::Nobody);
+}
+
+TEST_F(Hub, EveryViewerStopsTheRobotWhoeverHoldsControl) {
+  const auto holder = join(kPageProtocol);
+  const auto second = join(kPageProtocol);
+  const auto watcher = join(kPageProtocol, false);
+  const auto studio = join("foxglove.sdk.v1", false);
+  say(holder, kGo);
+  (void)feed_.take_orders();
+  const auto stops = [&] {
+    const auto orders = feed_.take_orders();
+    return orders.size() == 1 && orders[0].kind == LiveOrder::Kind::Stop;
+  };
+  for (const auto id : {second, watcher}) {
+    say(id, R"({"op":"order","order":"stop"})");
+    EXPECT_TRUE(stops());
+  }
+  say(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
+  for (const std::string word : {"stop", "go", "quit", "script"}) {
+    const std::string bytes = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":")" + word + "\"}";
+    hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, now_);
+    EXPECT_EQ(stops(), word == "stop") << word;
+  }
+  EXPECT_EQ(hub_.holder(), holder) << "a stop does not take control";
+}
+
+TEST_F(Hub, AFoxgloveThatFallsSilentLosesControlThoughItsSocketLives) {
+  const auto id = join("foxglove.sdk.v1");
+  say(id, R"({"op":"advertise","channels":[{"id":1,"topic":"/cmd_vel","encoding":"json"}]})");
+  const std::string twist =
+      std::string("\x01\x01\x00\x00\x00", 5) + R"({"linear":{"x":0.3},"angular":{"z":0}})";
+  for (int i = 0; i < 10; ++i) {
+    hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(twist.data()), twist.size()}, now_);
+    pass(0.5);
+  }
+  EXPECT_EQ(feed_.control(), Control::Held) << "publishing is a sign of life";
+  pass(2.4);
+  EXPECT_EQ(feed_.control(), Control::Held);
+  pass(0.2);
+  EXPECT_EQ(feed_.control(), Control::Lost);
+}
+
+TEST_F(Hub, ViewersWithoutTheTokenLeaveRoomForItsOwners) {
+  for (std::size_t i = 0; i < LiveHub::kMostWatchers; ++i) join(kPageProtocol, false);
+  EXPECT_FALSE(hub_.join(kPageProtocol, false, now_));
+  for (std::size_t i = LiveHub::kMostWatchers; i < LiveHub::kMostClients; ++i) join(kPageProtocol, true);
+  EXPECT_FALSE(hub_.join(kPageProtocol, true, now_));
 }
 
 TEST_F(Hub, AViewerThatNeverReadsIsBoundedAndTheOthersAreNot) {
@@ -249,7 +296,7 @@ TEST_F(Hub, NonsenseIsAnsweredAndBounded) {
   const auto id = join(kPageProtocol);
   for (int i = 0; i < 5000; ++i) {
     say(id, "nonsense");
-    hub_.hear_binary(id, {});
+    hub_.hear_binary(id, {}, now_);
   }
   EXPECT_LE(told(id).texts.size(), Outbox::kMostFrames);
   EXPECT_FALSE(hub_.lost(id));

@@ -29,7 +29,8 @@ constexpr std::chrono::seconds kIdle{4};
 /// One viewer: reads and writes at the same time, one frame of each.
 class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
  public:
-  LiveSocket(beast::tcp_stream stream, LiveSockets& all) : stream_(std::move(stream)), all_(&all) {}
+  LiveSocket(beast::tcp_stream stream, LiveSockets& all, std::shared_ptr<void> seat)
+      : stream_(std::move(stream)), all_(&all), seat_(std::move(seat)) {}
   LiveSocket(const LiveSocket&) = delete;
   LiveSocket& operator=(const LiveSocket&) = delete;
   ~LiveSocket() = default;
@@ -70,6 +71,11 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
 
   /// The server is going.
   void forget() { gone_ = true; }
+  /// What waits for the connection ends with an error, and ends it.
+  void hang_up() {
+    beast::error_code ignored;
+    beast::get_lowest_layer(stream_).socket().close(ignored);
+  }
 
  private:
   void begin(const std::string& protocol, bool may_command) {
@@ -98,7 +104,7 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     if (stream_.got_text())
       all_->hub_.hear_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());
     else
-      all_->hub_.hear_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()});
+      all_->hub_.hear_binary(id_, {static_cast<const std::uint8_t*>(data.data()), data.size()}, all_->now_());
     buffer_.consume(buffer_.size());
     all_->tick();
   }
@@ -107,12 +113,12 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     if (std::exchange(gone_, true)) return;
     all_->sockets_.erase(id_);
     all_->hub_.leave(id_);
-    beast::error_code ignored;
-    beast::get_lowest_layer(stream_).socket().close(ignored);
+    hang_up();
   }
 
   websocket::stream<beast::tcp_stream> stream_;
   LiveSockets* all_;
+  std::shared_ptr<void> seat_;
   Request request_;
   beast::flat_buffer buffer_;
   LiveHub::Id id_ = 0;
@@ -130,8 +136,13 @@ LiveSockets::~LiveSockets() {
   }
 }
 
-void LiveSockets::accept(beast::tcp_stream stream, const Request& request, bool may_command) {
-  std::make_shared<LiveSocket>(std::move(stream), *this)->accept(request, may_command);
+std::function<void()> LiveSockets::accept(beast::tcp_stream stream, const Request& request, bool may_command,
+                                          std::shared_ptr<void> seat) {
+  const auto socket = std::make_shared<LiveSocket>(std::move(stream), *this, std::move(seat));
+  socket->accept(request, may_command);
+  return [weak = std::weak_ptr(socket)] {
+    if (const auto live = weak.lock()) live->hang_up();
+  };
 }
 
 void LiveSockets::tick() {

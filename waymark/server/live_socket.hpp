@@ -25,9 +25,11 @@ class LiveSockets {
   LiveSockets(const LiveSockets&) = delete;
   LiveSockets& operator=(const LiveSockets&) = delete;
 
-  /// Answers an upgrade that has been let in.
-  void accept(boost::beast::tcp_stream stream,
-              const boost::beast::http::request<boost::beast::http::empty_body>& request, bool may_command);
+  /// Answers an upgrade that has been let in, and holds its seat while it is connected. What it returns hangs
+  /// up on it.
+  std::function<void()> accept(boost::beast::tcp_stream stream,
+                               const boost::beast::http::request<boost::beast::http::empty_body>& request,
+                               bool may_command, std::shared_ptr<void> seat);
   /// Passes on what the robot said.
   void tick();
 

@@ -22,10 +22,10 @@ void append_little(std::string& out, Number value) {
 
 }  // namespace
 
-std::string server_info(std::string_view name, bool may_command) {
+std::string server_info(std::string_view name) {
   OrderedJson info{{"op", "serverInfo"}, {"name", name}};
-  info["capabilities"] = may_command ? OrderedJson::array({"clientPublish"}) : OrderedJson::array();
-  info["supportedEncodings"] = may_command ? OrderedJson::array({"json"}) : OrderedJson::array();
+  info["capabilities"] = OrderedJson::array({"clientPublish"});  // without the token: a stop
+  info["supportedEncodings"] = OrderedJson::array({"json"});
   info["metadata"] = {{"ROS_DISTRO", "humble"}};
   return written(info);
 }

@@ -13,7 +13,7 @@
 /// docs/spec.md, "Messages sent by the server") and what the page needs beside it (docs/formats/live.md).
 namespace waymark {
 
-[[nodiscard]] std::string server_info(std::string_view name, bool may_command);
+[[nodiscard]] std::string server_info(std::string_view name);
 [[nodiscard]] std::string advertisement(std::span<const LiveChannel> channels);
 /// A warning in words.
 [[nodiscard]] std::string status_message(std::string_view words);

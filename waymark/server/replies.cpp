@@ -116,6 +116,8 @@ HttpReply offered_file(std::string_view rest, std::string_view range,
   if (!index || *index >= offered.size()) return words(404, "No such file is offered.");
   const OfferedFile& file = offered[*index];
   std::error_code error;
+  if (!file.within.empty() && !lies_within(file.path, file.within))
+    return words(404, fmt::format("{} is not in its folder.", file.name));
   const std::uint64_t size = std::filesystem::file_size(file.path, error);
   if (error) return words(404, fmt::format("{} is gone: {}", file.name, error.message()));
   const ByteRange part = parse_range(range, size);
@@ -167,6 +169,15 @@ HttpReply route(const HttpRequest& request, const OfferedThings& offered) {
 
 }  // namespace
 
+bool lies_within(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  std::error_code no_file;
+  std::error_code no_folder;
+  const std::filesystem::path real = std::filesystem::canonical(file, no_file);
+  const std::filesystem::path home = std::filesystem::canonical(folder, no_folder);
+  if (no_file || no_folder) return false;
+  return std::ranges::mismatch(home, real).in1 == home.end();
+}
+
 std::uint64_t HttpReply::length() const {
   if (const auto* file = std::get_if<FilePart>(&body)) return file->length;
   if (const auto* text = std::get_if<std::string>(&body)) return text->size();
@@ -195,9 +206,10 @@ ByteRange parse_range(std::string_view header, std::uint64_t size) {
   return {.kind = ByteRange::Kind::Part, .first = *first, .length = end - *first + 1};
 }
 
-HttpReply refusal_of(AccessRights::Refusal refusal) {
+HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy) {
   using Refusal = AccessRights::Refusal;
-  if (refusal == Refusal::WrongHost) return words(421, "This server is 127.0.0.1 or localhost.");
+  if (refusal == Refusal::WrongHost)
+    return words(421, fmt::format("This server is {} or localhost, port {}.", policy.address, policy.port));
   if (refusal == Refusal::ForeignPage) return words(403, "Other pages get nothing from this server.");
   return words(401, "Open the address with the token, as the program printed it.");
 }
@@ -208,7 +220,7 @@ HttpReply reply_to(const HttpRequest& request, const OfferedThings& offered, con
       policy);
   HttpReply reply;
   if (rights.refusal != AccessRights::Refusal::None) {
-    reply = refusal_of(rights.refusal);
+    reply = refusal_of(rights.refusal, policy);
   } else if (rights.by_address && request.method == "GET" && request.target.starts_with("/?")) {
     reply = words(303, "The page is at /.");
     reply.headers.emplace_back("Location", "/");

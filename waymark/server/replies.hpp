@@ -19,7 +19,13 @@ struct OfferedFile {
   std::string name;  ///< as the page shows it
   std::filesystem::path path;
   Kind kind = Kind::Recording;
+  /// The folder that was offered: a link that leads out of it is not followed. Empty: the file itself was
+  /// named.
+  std::filesystem::path within{};
 };
+
+/// Whether the file, all links followed, lies in the folder. False where one of them is not there.
+[[nodiscard]] bool lies_within(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 struct OfferedThings {
   std::vector<OfferedFile> files{};
@@ -60,7 +66,7 @@ struct HttpReply {
                                  const AccessPolicy& policy);
 
 /// Why an asker gets nothing: status and words.
-[[nodiscard]] HttpReply refusal_of(AccessRights::Refusal refusal);
+[[nodiscard]] HttpReply refusal_of(AccessRights::Refusal refusal, const AccessPolicy& policy);
 
 /// First byte and length of "bytes=0-99", "bytes=100-" or "bytes=-50" within `size` bytes.
 struct ByteRange {

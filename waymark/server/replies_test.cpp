@@ -77,10 +77,10 @@ TEST(Range, EmptyFileHasNone) {
 
 TEST(Host, OnlyThisMachineAndThisPort) {
   for (const char* host : {"127.0.0.1:8642", "localhost:8642", "[::1]:8642"})
-    EXPECT_TRUE(is_own_host(host, kPort));
+    EXPECT_TRUE(is_own_host(host, kPolicy));
   for (const char* host :
        {"", "localhost", "localhost:86420", "evil.example:8642", "127.0.0.1.evil.example:8642", ":8642"})
-    EXPECT_FALSE(is_own_host(host, kPort)) << host;
+    EXPECT_FALSE(is_own_host(host, kPolicy)) << host;
 }
 
 TEST_F(Replies, AForeignHostOrPageGetsNothing) {
@@ -137,6 +137,30 @@ TEST_F(Replies, OnlyOfferedFilesAreThere) {
   EXPECT_EQ(reply_to(get(""), offered_, kPolicy).status, 400);
   std::filesystem::remove(offered_.files[0].path);
   EXPECT_EQ(reply_to(get("/files/0/x"), offered_, kPolicy).status, 404);
+}
+
+TEST_F(Replies, ALinkOutOfAnOfferedFolderIsNotFollowed) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(testing::TempDir()) / "waymark-offered";
+  fs::remove_all(folder);
+  fs::create_directories(folder / "map");
+  std::ofstream(folder / "map" / "map.yaml") << "tags: []";
+  fs::create_symlink("/etc/passwd", folder / "map" / "robot.yaml");
+  fs::create_symlink(folder / "map" / "map.yaml", folder / "route.yaml");
+  fs::create_directory_symlink("/etc", folder / "etc");
+  EXPECT_TRUE(lies_within(folder / "map" / "map.yaml", folder));
+  EXPECT_TRUE(lies_within(folder / "route.yaml", folder)) << "a link that stays inside";
+  for (const char* name : {"map/robot.yaml", "etc/passwd", "nothing.yaml", "map/../../waymark-offered.txt"})
+    EXPECT_FALSE(lies_within(folder / name, folder)) << name;
+  EXPECT_FALSE(lies_within(folder, folder / "map"));
+  OfferedThings offered;
+  for (const char* name : {"map/map.yaml", "map/robot.yaml"})
+    offered.files.push_back({name, folder / name, OfferedFile::Kind::Text, folder});
+  EXPECT_EQ(reply_to(get("/files/0/x"), offered, kPolicy).status, 200);
+  EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 404);
+  offered.files[1].within.clear();  // named by the user
+  EXPECT_EQ(reply_to(get("/files/1/x"), offered, kPolicy).status, 200);
+  fs::remove_all(folder);
 }
 
 TEST_F(Replies, ATagAsItIsPrinted) {

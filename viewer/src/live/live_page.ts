@@ -61,6 +61,11 @@ export class LivePage {
     return this.state?.phase === "teaching" && this.state.page_drives && this.control?.may === true;
   }
 
+  /** Control is with this viewer, or free for it to take. */
+  private get mine(): boolean {
+    return this.control?.may === true && (this.control.yours || !this.control.held);
+  }
+
   private key(event: KeyboardEvent, down: boolean): void {
     const target = event.target as HTMLElement;
     if (target.closest?.("input[type=text], textarea") || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -76,7 +81,7 @@ export class LivePage {
   /** The robot stands: a lap goes on when its keys are pressed again, a replay is over. */
   private halt(): void {
     this.letGo();
-    if (this.teaches) this.say({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
+    if (this.teaches && this.mine) this.say({ op: "drive", speed_m_s: 0, yaw_rate_rad_s: 0 });
     else this.order("stop");
   }
   private press(key: string): void {
@@ -106,15 +111,16 @@ export class LivePage {
   private draw(): void {
     const { state, control } = this;
     if (!state || !control) return;
-    const may = control.may && (control.yours || !control.held);
+    const may = this.mine;
     document.body.dataset["phase"] = state.phase;
     setText("phase", [state.phase, state.halted || state.reason].filter(Boolean).join(": ") +
       (state.goal_m > 0 && state.phase !== "idle" ? `; ${state.driven_m.toFixed(1)} of ${state.goal_m.toFixed(1)} m` : ""));
     [...byId("story").children].forEach((item, i) => i === placeInStory(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
     const button = (id: string, order: string, words: string): void => {
       const element = byId<HTMLButtonElement>(id);
-      element.hidden = !control.may || (order !== "go" && order !== "stop" && !state.commands.includes(order));
-      element.disabled = !may || !state.commands.includes(order);
+      const stops = order === "stop"; // for everybody who looks
+      element.hidden = (!control.may && !stops) || (order !== "go" && !stops && !state.commands.includes(order));
+      element.disabled = (!may && !stops) || !state.commands.includes(order);
       if (element.textContent !== words) element.textContent = words;
     };
     button("go", "go", goWords[state.phase] ?? "Go");
@@ -125,7 +131,7 @@ export class LivePage {
     take.hidden = !control.may;
     take.disabled = !may;
     setText("control", control.yours ? "Give control back" : "Take control");
-    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You only watch: open the address with its token to command" :
+    setText("viewers", (control.yours ? "You hold control" : !control.may ? "You watch, and may stop the robot: open the address with its token to command" :
       control.held ? "Another viewer holds control" : "Nobody holds control") + `; ${control.viewers} ${control.viewers === 1 ? "viewer" : "viewers"}` +
       (control.dropped > 0 ? `; ${control.dropped} frames were too fast for this browser` : ""));
     byId("lights").replaceChildren(...state.lights.map((light) => {

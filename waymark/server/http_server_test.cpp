@@ -1,0 +1,116 @@
+#include "waymark/server/http_server.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace waymark {
+namespace {
+
+constexpr const char* kToken = "0123456789abcdef";
+
+/// A connection to this machine's port; reads wait for a second at most.
+class Client {
+ public:
+  explicit Client(std::uint16_t port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const timeval patience{.tv_sec = 1, .tv_usec = 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    connected_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  }
+  ~Client() { ::close(socket_); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  void say(const std::string& bytes) const {
+    EXPECT_TRUE(connected_);
+    (void)::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+  }
+  /// A text of the WebSocket (RFC 6455, section 5.2), masked with zeros.
+  void say_text(const std::string& text) const {
+    say(std::string("\x81") + static_cast<char>(0x80U | text.size()) + std::string(4, '\0') + text);
+  }
+  /// Whatever comes next; empty at the end.
+  [[nodiscard]] std::string hear() const {
+    std::array<char, 65536> bytes{};
+    const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
+    return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
+  }
+
+ private:
+  int socket_;
+  bool connected_ = false;
+};
+
+std::string upgrade(std::uint16_t port, const std::string& target) {
+  return "GET " + target + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+         "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+         "AAAAAAAAAAAAAAAAAAAAAA==\r\nSec-WebSocket-Protocol: waymark.v1\r\n\r\n";
+}
+
+TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
+  LiveFeed feed;
+  auto server = HttpServer::listen({.port = 0, .token = kToken, .feed = &feed, .robot_name = "limo"});
+  if (!server) GTEST_SKIP() << to_string(server.error());
+  std::atomic<bool> over{false};
+  std::atomic<int> greeted{0};
+  const std::uint16_t port = server->port();
+  std::thread serving([&] { server->run([&] { return over.load(); }); });
+  std::thread viewing([&] {
+    for (int i = 0; i < 100; ++i) {
+      const Client client(port);
+      client.say(upgrade(port, i % 2 == 0 ? "/live" : std::string("/live?token=") + kToken));
+      if (client.hear().starts_with("HTTP/1.1 101")) ++greeted;
+      client.say_text(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
+      client.say_text(R"({"op":"order","order":"stop"})");
+      (void)client.hear();
+    }
+    over = true;
+  });
+  int stops = 0;
+  for (std::int64_t i = 0; !over; ++i) {
+    feed.publish(Sample(Odometry{.stamp = SensorTime(Duration(i))}), i);
+    feed.tell({.phase = i % 50 < 25 ? "teaching" : "idle"});
+    for (const LiveOrder& order : feed.take_orders()) stops += order.kind == LiveOrder::Kind::Stop ? 1 : 0;
+    (void)feed.control();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  viewing.join();
+  serving.join();
+  EXPECT_EQ(greeted, 100);
+  EXPECT_GT(stops, 50);
+}
+
+TEST(HttpServer, ConnectionsThatNeverFinishARequestAreDroppedForOthers) {
+  auto server = HttpServer::listen({.port = 0});
+  if (!server) GTEST_SKIP() << to_string(server.error());
+  std::atomic<bool> over{false};
+  std::thread serving([&] { server->run([&] { return over.load(); }); });
+  std::vector<std::unique_ptr<Client>> slow;
+  for (int i = 0; i < 200; ++i) {
+    slow.push_back(std::make_unique<Client>(server->port()));
+    slow.back()->say("GET / HTTP/1.1\r\n");
+  }
+  const Client quick(server->port());
+  quick.say("GET /session.json HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\n\r\n");
+  EXPECT_TRUE(quick.hear().starts_with("HTTP/1.1 200"));
+  EXPECT_EQ(slow.front()->hear(), "") << "the oldest was closed";
+  over = true;
+  serving.join();
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,66 @@
+#include "waymark/server/seats.hpp"
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+TEST(Seats, WhoHasNotFinishedItsRequestGoesFirstOldestFirst) {
+  Seats seats(8);
+  const Seats::Id looks = seats.admit()->id;
+  EXPECT_FALSE(seats.heard(looks, false));
+  const Seats::Id oldest = seats.admit()->id;
+  for (int i = 0; i < 6; ++i) EXPECT_FALSE(seats.admit()->dropped);
+  EXPECT_EQ(seats.taken(), 8U);
+  const auto newcomer = seats.admit();
+  ASSERT_TRUE(newcomer);
+  EXPECT_EQ(newcomer->dropped, oldest);
+  EXPECT_EQ(seats.taken(), 8U);
+}
+
+TEST(Seats, AFloodWithoutTheTokenNeverPushesAnOwnerOut) {
+  Seats seats(8);
+  const Seats::Id owner = seats.admit()->id;
+  EXPECT_FALSE(seats.heard(owner, true));
+  for (int i = 0; i < 1000; ++i) {
+    const auto one = seats.admit();
+    ASSERT_TRUE(one);
+    EXPECT_NE(one->dropped, owner);
+    if (i % 2 == 0) EXPECT_NE(seats.heard(one->id, false), owner);
+    EXPECT_LE(seats.taken(), 8U);
+  }
+  const auto second = seats.admit();
+  ASSERT_TRUE(second) << "and another owner still gets in";
+  EXPECT_FALSE(seats.heard(second->id, true));
+}
+
+TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
+  Seats seats(8);
+  Seats::Id first = 0;
+  std::optional<Seats::Id> dropped;
+  for (int i = 0; i < 7; ++i) {
+    const Seats::Id id = seats.admit()->id;
+    if (i == 0) first = id;
+    dropped = seats.heard(id, false);
+  }
+  EXPECT_EQ(dropped, first);
+  EXPECT_EQ(seats.taken(), 6U);
+}
+
+TEST(Seats, ANewcomerIsTurnedAwayOnlyWhenAllAreOwners) {
+  Seats seats(4);
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(seats.heard(seats.admit()->id, true));
+  EXPECT_FALSE(seats.admit());
+  seats.leave(1);
+  EXPECT_TRUE(seats.admit());
+}
+
+TEST(Seats, DescriptorsAreLeftToTheRecording) {
+  EXPECT_EQ(seats_for(1024, 64), Seats::kMost);
+  EXPECT_EQ(seats_for(128, 64), 32U);
+  EXPECT_EQ(seats_for(64, 64), 4U);
+  EXPECT_EQ(seats_for(UINT64_MAX, 64), Seats::kMost);
+}
+
+}  // namespace
+}  // namespace waymark
