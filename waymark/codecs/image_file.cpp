@@ -11,7 +11,10 @@
 #include <system_error>
 #include <vector>
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "waymark/codecs/formats.hpp"
 
@@ -35,7 +38,15 @@ Result<File> open_to_read(const fs::path& path) {
     return fail(ErrorCode::Unreadable, "this is a folder, not a picture", place_of(path),
                 "Name a file in it.");
   }
-  File file(std::fopen(path.c_str(), "rb"));
+  // Without waiting: a pipe that nobody writes to would never open.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  struct stat info {};
+  if (descriptor >= 0 && ::fstat(descriptor, &info) == 0 && S_ISFIFO(info.st_mode)) {
+    ::close(descriptor);
+    return fail(ErrorCode::Unreadable, "this is a pipe, not a picture", place_of(path),
+                "Write the picture to a file first.");
+  }
+  File file(descriptor >= 0 ? ::fdopen(descriptor, "rb") : nullptr);
   if (file) return file;
   const ErrorCode code = errno == ENOENT || errno == ENOTDIR ? ErrorCode::NotFound : ErrorCode::Unreadable;
   return fail(code, fmt::format("cannot open this picture: {}", reason(errno)), place_of(path),

@@ -4,7 +4,7 @@
 
 namespace waymark {
 
-Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const std::string& command,
+Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& command,
                                                           const ProcessRobotOptions& options) {
   auto wire = WatchedProcess::start(command, options.watchdog);
   if (!wire) return tl::unexpected(wire.error());
@@ -21,7 +21,7 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const std::string& com
   }
   return fail(ErrorCode::Unreadable,
               fmt::format("the robot did not say hello within {:g} s", to_seconds(options.hello_within)),
-              {.source = "process:" + command},
+              {.source = "process:" + command.text()},
               "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
 }
 

@@ -21,8 +21,8 @@ struct ProcessRobotOptions {
 /// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
 class ProcessRobot final : public Source, public Robot {
  public:
-  /// Starts the process with the shell and waits for its hello.
-  static Result<std::unique_ptr<ProcessRobot>> start(const std::string& command,
+  /// Starts the process and waits for its hello.
+  static Result<std::unique_ptr<ProcessRobot>> start(const RobotCommand& command,
                                                      const ProcessRobotOptions& options = {});
 
   [[nodiscard]] const RobotHello& hello() const { return hello_; }
@@ -38,8 +38,8 @@ class ProcessRobot final : public Source, public Robot {
   void close() { (void)wire_->close(); }
 
  private:
-  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const std::string& command)
-      : wire_(std::move(wire)), reader_("process:" + command) {}
+  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command)
+      : wire_(std::move(wire)), reader_("process:" + command.text()) {}
   [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
 
   std::unique_ptr<WatchedProcess> wire_;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/json_depth.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/drivers/process/base64.hpp"
@@ -20,6 +21,8 @@ constexpr double kFar_m = 1e6;
 constexpr double kFast = 100;
 constexpr double kTurned_rad = 1e7;
 constexpr std::int64_t kMostPixels = 50'000'000;
+/// Corners of a tag stand at depth 5; the rest is for keys that are not known yet.
+constexpr std::size_t kDeepest = 16;
 
 RobotHello hello_of(MessageFields& fields) {
   RobotHello hello;
@@ -189,6 +192,9 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
   };
   if (line.too_long) return bad(fmt::format("is longer than {} bytes", kLongestLine));
   if (line.text.find_first_not_of(" \t\r") == std::string::npos) return std::optional<RobotMessage>();
+  if (json_depth(line.text, kDeepest) > kDeepest)
+    return bad(fmt::format("has lists or objects more than {} deep in each other", kDeepest),
+               "No message of the protocol is deeper than 5.");
   const json object = json::parse(line.text, nullptr, false);
   if (object.is_discarded() || !object.is_object())
     return bad(fmt::format("is no JSON object: '{}'", line.text.substr(0, 60)),
@@ -219,6 +225,7 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
 
 RobotOrderLine parse_order_line(const std::string& text) {
   RobotOrderLine order;
+  if (json_depth(text, kDeepest) > kDeepest) return order;
   const json object = json::parse(text, nullptr, false);
   if (!object.is_object()) return order;
   const std::string type = object.value("type", json()).is_string() ? object["type"].get<std::string>() : "";

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
@@ -165,6 +167,32 @@ TEST(RobotMessages, WhatIsNotKnownIsSaidOnce) {
   ASSERT_EQ(warnings.size(), 2U);
   EXPECT_THAT(warnings[0], HasSubstr("'mood' of wheels"));
   EXPECT_THAT(warnings[1], HasSubstr("'sonar'"));
+}
+
+TEST(RobotMessages, WhatIsNestedWithoutEndIsRefusedInWords) {
+  Reader reader;
+  for (const std::size_t depth : {std::size_t{17}, std::size_t{60'000}, std::size_t{1'000'000}}) {
+    const std::string nested = std::string(depth, '[') + std::string(depth, ']');
+    for (const std::string& line :
+         {R"({"type":"log","text":)" + nested + "}", R"({"type":"wheels","stamp_s":)" + nested + "}",
+          R"({"type":"step","step":)" + nested + "}", R"({"type":"log","text":"","mood":)" + nested + "}",
+          R"({"type":"detections","stamp_s":1,"tags":)" + nested + "}", nested})
+      EXPECT_THAT(reader.error(line), HasSubstr("more than 16 deep")) << depth;
+    EXPECT_EQ(parse_order_line(nested).kind, RobotOrderLine::Kind::Other);
+  }
+  const std::string objects = R"({"type":"log","text":)";
+  std::string deep;
+  for (int i = 0; i < 20'000; ++i) deep += R"({"a":)";
+  EXPECT_THAT(reader.error(objects + deep), HasSubstr("more than 16 deep"));
+}
+
+TEST(RobotMessages, APictureThatIsAPipeIsRefusedAtOnce) {
+  Reader reader;
+  const std::string name = testing::TempDir() + "waymark-picture-pipe";
+  (void)unlink(name.c_str());
+  ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
+  EXPECT_THAT(reader.error(R"({"type":"image","stamp_s":1,"path":")" + name + "\"}"), HasSubstr("pipe"));
+  (void)unlink(name.c_str());
 }
 
 TEST(RobotMessages, AnyBytesAreReadOrRefused) {

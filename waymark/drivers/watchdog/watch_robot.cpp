@@ -4,6 +4,7 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <vector>
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -183,9 +184,10 @@ class Watchdog {
 
 }  // namespace
 
-int watch_robot(const std::string& command, const WatchRobotOptions& options) {
+int watch_robot(const RobotCommand& command, const WatchRobotOptions& options) {
   set_signals();
-  Result<Spawned> robot = spawn({"/bin/sh", "-c", command});
+  Result<Spawned> robot =
+      spawn(command.words.empty() ? std::vector<std::string>{"/bin/sh", "-c", command.shell} : command.words);
   if (!robot) {
     fmt::print(stderr, "waymark-watchdog: {}\n", to_string(robot.error()));
     return kCannotStart;

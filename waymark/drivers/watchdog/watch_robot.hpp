@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "waymark/drivers/watchdog/command_watch.hpp"
+#include "waymark/drivers/watchdog/robot_command.hpp"
 
 namespace waymark {
 
@@ -12,11 +14,15 @@ struct WatchRobotOptions {
   Duration patience = std::chrono::milliseconds(2000);  ///< the robot's process may take so long to end
 };
 
-/// Starts `command` with the shell, passes its lines on to standard output and fresh commands from standard
+/// The first argument of the watchdog's program when the program and the arguments of the robot follow,
+/// instead of a command for the shell.
+inline constexpr std::string_view kExec = "--exec";
+
+/// Starts `command`, passes its lines on to standard output and fresh commands from standard
 /// input on to it, and ends when it has ended, or, after a farewell of zeros, when standard input ends or the
 /// parent process is gone. Never waits for anybody: a robot that does not read gets the newest order when it
 /// does; a driver that does not read loses the oldest lines. Gives the exit code of the robot's process, 128
 /// + the signal that ended it, or 125 when it could not be started.
-[[nodiscard]] int watch_robot(const std::string& command, const WatchRobotOptions& options = {});
+[[nodiscard]] int watch_robot(const RobotCommand& command, const WatchRobotOptions& options = {});
 
 }  // namespace waymark

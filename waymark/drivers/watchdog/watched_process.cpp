@@ -8,6 +8,7 @@
 #include <poll.h>
 
 #include "waymark/drivers/watchdog/command_watch.hpp"
+#include "waymark/drivers/watchdog/watch_robot.hpp"
 
 namespace waymark {
 
@@ -23,14 +24,21 @@ Result<std::string> find_watchdog() {
               {.source = folder.string()}, "Install it beside waymark or in ../libexec/waymark.");
 }
 
-Result<std::unique_ptr<WatchedProcess>> WatchedProcess::start(const std::string& command,
+Result<std::unique_ptr<WatchedProcess>> WatchedProcess::start(const RobotCommand& command,
                                                               const std::string& watchdog) {
   const Result<std::string> program = watchdog.empty() ? find_watchdog() : Result<std::string>(watchdog);
   if (!program) return tl::unexpected(program.error());
   (void)std::signal(SIGPIPE, SIG_IGN);
-  Result<Spawned> spawned = spawn({*program, command});
+  std::vector<std::string> words = {*program};
+  if (command.words.empty()) {
+    words.push_back(command.shell);
+  } else {
+    words.emplace_back(kExec);
+    words.insert(words.end(), command.words.begin(), command.words.end());
+  }
+  Result<Spawned> spawned = spawn(words);
   if (!spawned) return tl::unexpected(spawned.error());
-  return std::unique_ptr<WatchedProcess>(new WatchedProcess(std::move(*spawned), command));
+  return std::unique_ptr<WatchedProcess>(new WatchedProcess(std::move(*spawned), command.text()));
 }
 
 WatchedProcess::~WatchedProcess() { (void)close(); }

@@ -9,6 +9,7 @@
 #include "waymark/base/time.hpp"
 #include "waymark/drivers/watchdog/lines.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/drivers/watchdog/robot_command.hpp"
 
 namespace waymark {
 
@@ -19,9 +20,9 @@ namespace waymark {
 /// is told to stop.
 class WatchedProcess {
  public:
-  /// Starts the watchdog and, by it, `command` with the shell. `watchdog`: its program; found when empty.
+  /// Starts the watchdog and, by it, `command`. `watchdog`: its program; found when empty.
   /// From then on SIGPIPE is ignored in this process: that the watchdog is gone is an error of send().
-  static Result<std::unique_ptr<WatchedProcess>> start(const std::string& command,
+  static Result<std::unique_ptr<WatchedProcess>> start(const RobotCommand& command,
                                                        const std::string& watchdog = {});
   /// Stops the robot and waits for the watchdog, which ends the robot's process.
   ~WatchedProcess();

@@ -176,6 +176,24 @@ TEST(Watchdog, SaysHowTheRobotsProcessEnded) {
   EXPECT_FALSE(WatchedProcess::start("true", "/no/such/watchdog"));
 }
 
+TEST(Watchdog, ArgumentsOfAProgramReachNoShell) {
+  const std::string hostile = "a 'b' \"c\" $(exit 7) `exit 8` ; exit 9 \\ *";
+  auto wire = WatchedProcess::start(RobotCommand(std::vector<std::string>{"/bin/echo", hostile, ""}),
+                                    WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  std::string said;
+  Result<std::vector<Line>> lines;
+  for (int i = 0; i < 20 && (lines = (*wire)->read(seconds(1))); ++i)
+    for (const Line& line : *lines) said += line.text;
+  EXPECT_EQ(said, hostile + " ");
+  ASSERT_FALSE(lines);
+  EXPECT_NE(to_string(lines.error()).find("exit code 0"), std::string::npos) << to_string(lines.error());
+  auto nothing =
+      WatchedProcess::start(RobotCommand(std::vector<std::string>{"/no/such/program"}), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(nothing);
+  EXPECT_FALSE((*nothing)->read(seconds(20)));
+}
+
 TEST(Watchdog, NeverWaitsForARobotThatDoesNotReadAndEndsIt) {
   auto wire = WatchedProcess::start("exec sleep 1000", WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
