@@ -13,7 +13,7 @@ namespace waymark {
 /// is larger than allowed, none lies outside the selection, and an error says something.
 inline void open_and_ask(ByteSpan bytes) {
   constexpr std::uint64_t kMost = 1 << 20;
-  const LogOptions options{.max_record_bytes = kMost, .max_unpacked_bytes = 4 * kMost};
+  const LogOptions options{.max_record_bytes = kMost, .unpack = {.max_bytes = 4 * kMost}};
   const auto log = open_log(memory_source(bytes, "fuzz"), options);
   if (!log) {
     if (log.error().message.empty()) std::abort();

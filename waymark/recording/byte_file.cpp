@@ -176,7 +176,14 @@ Status rename_to_new(const std::filesystem::path& from, const std::filesystem::p
 }
 
 Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  // Without waiting: a pipe that nobody writes to would never open.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  struct stat info {};
+  if (fd >= 0 && ::fstat(fd, &info) == 0 && S_ISFIFO(info.st_mode)) {
+    ::close(fd);
+    return fail(ErrorCode::Unsupported, "this is a pipe, which cannot be read from any place",
+                {.source = path.string()}, "Write it to a file first.");
+  }
   if (fd < 0) {
     return fail(errno == ENOENT ? ErrorCode::NotFound : ErrorCode::Unreadable,
                 fmt::format("cannot open: {}", reason()), {.source = path.string()});

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include "waymark/recording/compression.hpp"
 #include "waymark/recording/mcap_scan.hpp"
 
@@ -58,17 +60,24 @@ bool suffices(const Index& index) {
          (statistics.message_count == 0 || statistics.chunk_count > 0);
 }
 
-/// Reads the summary into the index. False when there is none, or it cannot be trusted or does not suffice.
+/// Reads the summary into the index. False when there is none, or it does not suffice, or it cannot be
+/// trusted: that is said.
 bool index_from_summary(const ByteSource& source, std::uint64_t size, const ReaderOptions& options,
-                        Index& index) {
-  const std::optional<Footer> footer = read_footer(source, size);
+                        const std::optional<Footer>& footer, Index& index, std::optional<Error>& damage) {
   if (!footer) return false;
   const std::uint64_t end = size - sizeof(kMagic);
   if (end - footer->summary_start > options.max_record_bytes) return false;
   Bytes summary(static_cast<std::size_t>(end - footer->summary_start));
   if (!source.read(footer->summary_start, summary)) return false;
   const ByteSpan covered = ByteSpan(summary).first(summary.size() - sizeof(footer->summary_crc));
-  if (footer->summary_crc != 0 && crc32(covered) != footer->summary_crc) return false;
+  if (footer->summary_crc != 0 && crc32(covered) != footer->summary_crc) {
+    damage = Error{ErrorCode::Unreadable,
+                   "the checksum (CRC-32) of the summary is wrong: it is not used, the file is read from its "
+                   "beginning",
+                   at(source, footer->summary_start),
+                   {}};
+    return false;
+  }
   bool has_statistics = false;
   const Status walked = visit_records(summary, [&](std::uint8_t opcode, ByteSpan content, std::size_t) {
     return file_summary_record(index, opcode, content, has_statistics);
@@ -79,14 +88,64 @@ bool index_from_summary(const ByteSource& source, std::uint64_t size, const Read
 Result<Index> index_from_scan(const ByteSource& source, const ReaderOptions& options, Header header) {
   Index index{.header = std::move(header)};
   Scan scan(index);
+  bool in_data = true;
   Result<StreamSummary> stream = read_stream(source, options, [&](const RecordView& view) {
-    scan.add(view);
+    // What stands behind the data repeats it, and could not be trusted: that is why it is scanned.
+    in_data = in_data && !is<DataEnd>(view.opcode);
+    if (in_data) scan.add(view);
     return Status{};
   });
   if (!stream) return tl::unexpected(stream.error());
   index.problems.insert(index.problems.end(), stream->problems.begin(), stream->problems.end());
   scan.finish();
   return index;
+}
+
+/// The checksum that the record DataEnd gives for everything before it; 0 where it gives none, or does not
+/// stand in front of the summary.
+std::uint32_t promised_data_crc(const ByteSource& source, std::uint64_t summary_start) {
+  constexpr std::uint64_t kDataEndSize = kRecordPrefixSize + sizeof(std::uint32_t);
+  if (summary_start < sizeof(kMagic) + kDataEndSize) return 0;
+  Bytes record(kDataEndSize);
+  if (!source.read(summary_start - kDataEndSize, record) || !is<DataEnd>(record[0])) return 0;
+  const auto end = decode<DataEnd>(ByteSpan(record).subspan(kRecordPrefixSize));
+  return end ? end->data_section_crc : 0;
+}
+
+/// Where bytes of the data section were changed that no checksum of a chunk covers: metadata, which may say
+/// how large the tags are, above all.
+std::string changed_part(const ByteSource& source, const ReaderOptions& options) {
+  std::string metadata;
+  const auto stream = read_stream(source, options, [&](const RecordView& view) -> Status {
+    if (is<Metadata>(view.opcode))
+      metadata += fmt::format("{} byte {}", metadata.empty() ? "" : ",", view.offset);
+    return {};
+  });
+  if (stream && !stream->problems.empty() && stream->problems.front().place.byte)
+    return fmt::format("the record at byte {} is damaged", *stream->problems.front().place.byte);
+  return metadata.empty() ? "outside of the chunks"
+                          : "outside of the chunks, perhaps in the metadata at" + metadata;
+}
+
+/// Compares the checksum of the data section, which includes the magic in front of it.
+std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summary_start,
+                                    const ReaderOptions& options) {
+  constexpr std::uint64_t kPiece = std::uint64_t{1} << 20U;
+  const std::uint32_t promised = promised_data_crc(source, summary_start);
+  if (promised == 0) return std::nullopt;
+  const std::uint64_t end = summary_start - kRecordPrefixSize - sizeof(std::uint32_t);
+  std::uint32_t crc = 0;
+  Bytes piece;
+  for (std::uint64_t at = 0; at < end; at += piece.size()) {
+    piece.resize(static_cast<std::size_t>(std::min(kPiece, end - at)));
+    if (Status status = source.read(at, piece); !status) return status.error();
+    crc = crc32(piece, crc);
+  }
+  if (crc == promised) return std::nullopt;
+  return Error{ErrorCode::Unreadable,
+               "the checksum (CRC-32) of the recording is wrong: bytes were changed or lost, " +
+                   changed_part(source, options),
+               at(source, 0), "Take another copy of the file, or compare what it says with what you know."};
 }
 
 Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {
@@ -111,8 +170,18 @@ Result<Index> read_index(const ByteSource& source, const ReaderOptions& options)
   Result<Header> header = read_header(source, options);
   if (!header) return tl::unexpected(header.error());
   Index index{.header = *header, .from_summary = true};
-  if (index_from_summary(source, *size, options, index)) return index;
-  return index_from_scan(source, options, std::move(*header));
+  const std::optional<Footer> footer = read_footer(source, *size);
+  std::optional<Error> damage;
+  const bool summarised = index_from_summary(source, *size, options, footer, index, damage);
+  Result<Index> read =
+      summarised ? Result<Index>(std::move(index)) : index_from_scan(source, options, std::move(*header));
+  if (!read) return read;
+  if (damage) read->problems.insert(read->problems.begin(), *damage);
+  if (footer && *size <= options.max_checked_bytes) {
+    if (auto changed = damage_of_data(source, footer->summary_start, options))
+      read->problems.push_back(*changed);
+  }
+  return read;
 }
 
 namespace {

@@ -14,6 +14,8 @@ namespace waymark::mcap {
 struct ReaderOptions {
   /// Refuse a record or an unpacked chunk larger than this; a reader never holds more than two of them.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
+  /// A file up to this size is compared with its checksum when it is opened, which reads all of it.
+  std::uint64_t max_checked_bytes = std::uint64_t{1} << 32;
   /// Told of damage that a visit passes over; unless set, damage ends the visit with its error.
   std::function<void(const Error&)> on_damage{};
 };

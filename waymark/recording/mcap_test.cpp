@@ -208,5 +208,67 @@ TEST(Mcap, WritingToAnUnknownChannelIsAnError) {
   EXPECT_FALSE(writer->add_channel("/x", 7, "cdr"));
 }
 
+/// Where a text stands in a file for the n-th time, n from 1.
+std::size_t place_of(const Bytes& file, std::string_view text, int n) {
+  std::size_t at = 0;
+  for (int i = 0; i < n; ++i) at = as_text(file).find(text, i == 0 ? 0 : at + 1);
+  EXPECT_NE(at, std::string_view::npos) << text;
+  return at;
+}
+
+std::string problems_of(const Bytes& file) {
+  std::string words;
+  const auto index = read_index(*memory_source(file));
+  EXPECT_TRUE(index);
+  for (const Error& problem : index->problems) words += to_string(problem) + "\n";
+  return words;
+}
+
+TEST(McapDamage, AChangedByteOfTheMetadataIsSaid) {
+  Bytes file = write_file(some_messages(3), {});
+  EXPECT_EQ(problems_of(file), "");
+  file[place_of(file, "0.25", 1)] = '9';
+  const std::string said = problems_of(file);
+  EXPECT_NE(said.find("checksum"), std::string::npos) << said;
+  EXPECT_NE(said.find("metadata at byte"), std::string::npos) << said;
+}
+
+TEST(McapDamage, ADamagedLengthOfTheMetadataIsSaid) {
+  Bytes file = write_file(some_messages(3), {});
+  file[place_of(file, "speed_m_s", 1) - 4] = 5;  // the key's length
+  EXPECT_NE(problems_of(file).find("checksum"), std::string::npos);
+}
+
+TEST(McapDamage, AChangedByteOfAChunkIsSaidWithItsPlace) {
+  Bytes file = write_file(some_messages(3), {.compression = Compression::None});
+  const auto index = read_index(*memory_source(file));
+  ASSERT_TRUE(index);
+  file[index->chunks.at(0).chunk_start_offset + 200] ^= 1;
+  const std::string place = "record at byte " + std::to_string(index->chunks[0].chunk_start_offset);
+  EXPECT_NE(problems_of(file).find(place), std::string::npos) << problems_of(file);
+}
+
+TEST(McapDamage, ASummaryWithAWrongChecksumLendsNothing) {
+  Bytes file = write_file(some_messages(3), {.compression = Compression::None});
+  const std::size_t in_summary = as_text(file).rfind("/topic1");
+  file[in_summary + 1] = 'v';
+  const auto index = read_index(*memory_source(file));
+  ASSERT_TRUE(index);
+  EXPECT_FALSE(index->from_summary);
+  EXPECT_EQ(index->channels.size(), 3U);
+  for (const auto& [id, channel] : index->channels)
+    EXPECT_TRUE(channel.topic.starts_with("/topic")) << channel.topic;
+  EXPECT_NE(problems_of(file).find("checksum (CRC-32) of the summary"), std::string::npos);
+  EXPECT_EQ(problems_of(file).find("of the recording"), std::string::npos) << "the data is whole";
+}
+
+TEST(McapDamage, AFileTooLargeToBeReadAtOpeningIsNot) {
+  Bytes file = write_file(some_messages(3), {});
+  file[place_of(file, "0.25", 1)] = '9';
+  const auto index = read_index(*memory_source(file), {.max_checked_bytes = file.size() - 1});
+  ASSERT_TRUE(index);
+  EXPECT_TRUE(index->problems.empty());
+}
+
 }  // namespace
 }  // namespace waymark::mcap

@@ -34,7 +34,7 @@ bool begins(ByteSpan head, ByteSpan magic) {
 
 /// SQLite reads files, not bytes: what is none yet is written to one.
 Result<std::unique_ptr<MessageLog>> open_sqlite(const ByteSource& source, const LogOptions& options) {
-  if (const auto path = unpacked_path(source)) return open_rosbag2_file(*path, source.name(), false, options);
+  if (const auto unpacked = unpacked_to(source)) return open_rosbag2_bytes(unpacked, source.name(), options);
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   const auto file = TemporaryFile::create();
@@ -46,8 +46,7 @@ Result<std::unique_ptr<MessageLog>> open_sqlite(const ByteSource& source, const 
     if (status) status = (*file)->append(piece);
     if (!status) return tl::unexpected(status.error());
   }
-  // An open file outlives its name.
-  return open_rosbag2_file((*file)->path(), source.name(), false, options);
+  return open_rosbag2_bytes(*file, source.name(), options);
 }
 
 Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> source, ByteSpan head,
@@ -81,7 +80,7 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
   const Packing packing = packing_of(*head);
   if (packing == Packing::None) return open_plain(std::move(source), *head, options);
 
-  Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.max_unpacked_bytes);
+  Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.unpack);
   if (!unpacked) return tl::unexpected(unpacked.error());
   head = head_of(*unpacked->source);
   if (!head) return tl::unexpected(head.error());

@@ -17,6 +17,7 @@
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/byte_io.hpp"
 #include "waymark/recording/sample_reader.hpp"
+#include "waymark/recording/unpack_limits.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 /// One door to every recording we can read, whoever wrote it (docs/formats/importing.md). What is read is
@@ -93,9 +94,7 @@ struct LogAttachment {
 struct LogOptions {
   /// Refuse a record, chunk or message larger than this.
   std::uint64_t max_record_bytes = std::uint64_t{1} << 30;
-  /// Refuse to unpack more than this from a file that is packed as a whole (.bz2, .gz, .zst); it goes to a
-  /// temporary file.
-  std::uint64_t max_unpacked_bytes = std::uint64_t{1} << 35;
+  UnpackLimits unpack{};
   /// How long before its stamp an MBot's picture was taken: its tags are stamped when they are published.
   Duration mbot_tag_latency = std::chrono::milliseconds(65);
 };

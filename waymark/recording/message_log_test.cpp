@@ -2,10 +2,13 @@
 // What other programs write is held against them in tests/recording.
 #include "waymark/recording/message_log.hpp"
 
+#include <filesystem>
 #include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "tests/support/data.hpp"
 #include "waymark/recording/compression.hpp"
@@ -13,6 +16,7 @@
 #include "waymark/recording/mcap_writer.hpp"
 #include "waymark/recording/ros1_transcoder.hpp"
 #include "waymark/recording/ros2_messages.hpp"
+#include "waymark/recording/temporary_file.hpp"
 #include "waymark/recording/unpack.hpp"
 
 namespace waymark {
@@ -118,6 +122,57 @@ TEST(Ros1Transcoder, KnownTypesGetTheNamesOfRos2) {
   EXPECT_FALSE(other->same_as_ros2());
 }
 
+/// Zeros, packed; a MiB each time.
+Bytes packed_zeros(int mebibytes) {
+  const Bytes zeros(std::size_t{1} << 20, 0);
+  Bytes part;
+  Bytes packed;
+  EXPECT_TRUE(compress(Compression::Zstd, zeros, part));
+  for (int i = 0; i < mebibytes; ++i) append(packed, part);
+  return packed;
+}
+
+std::string why_not(const Bytes& packed, UnpackLimits limits) {
+  const auto log = open_log(memory_source(packed), {.unpack = std::move(limits)});
+  return log ? "opened" : to_string(log.error());
+}
+
+TEST(Unpack, LimitsOfRatioDiskAndTimeHold) {
+  const Bytes packed = packed_zeros(64);
+  EXPECT_NE(why_not(packed, {}).find("no recording"), std::string::npos);
+  EXPECT_NE(why_not(packed, {.max_ratio = 100, .any_ratio_bytes = 1 << 20}).find("unpacks to more than"),
+            std::string::npos);
+  EXPECT_NE(why_not(packed, {.keep_free_bytes = UINT64_MAX}).find("free on the disk"), std::string::npos);
+  int asked = 0;
+  EXPECT_NE(why_not(packed, {.stop = [&] { return ++asked > 10; }}).find("stopped"), std::string::npos);
+  EXPECT_EQ(asked, 11) << "nothing is unpacked after that";
+}
+
+TEST(Unpack, TheMostGrowsWithTheFileUpToTheLimit) {
+  const UnpackLimits limits{.max_bytes = 10'000, .max_ratio = 10, .any_ratio_bytes = 500};
+  EXPECT_EQ(limits.most(1), 500U);
+  EXPECT_EQ(limits.most(100), 1000U);
+  EXPECT_EQ(limits.most(5000), 10'000U);
+  EXPECT_EQ(limits.most(UINT64_MAX), 10'000U);
+}
+
+TEST(Unpack, TheTemporaryFileHasNoName) {
+  const auto file = TemporaryFile::create();
+  ASSERT_TRUE(file);
+  const std::string link = "/proc/self/fd/" + std::to_string((*file)->descriptor());
+  EXPECT_NE(std::filesystem::read_symlink(link).string().find("(deleted)"), std::string::npos);
+}
+
+TEST(OpenLog, APipeIsRefusedAtOnce) {
+  const std::string name = ::testing::TempDir() + "waymark-log-pipe";
+  (void)unlink(name.c_str());
+  ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
+  const auto log = open_log(std::filesystem::path(name));
+  ASSERT_FALSE(log);
+  EXPECT_NE(to_string(log.error()).find("pipe"), std::string::npos);
+  (void)unlink(name.c_str());
+}
+
 // 64 MiB of zeros in a few kilobytes.
 TEST(Unpack, ABombStopsAtTheLimit) {
   Bytes packed;
@@ -132,7 +187,7 @@ TEST(Unpack, ABombStopsAtTheLimit) {
   ASSERT_TRUE(some.damage);
   EXPECT_EQ(some.damage->code, ErrorCode::LimitExceeded);
   EXPECT_LE(some.bytes.size(), std::size_t{1} << 20);
-  const auto log = open_log(memory_source(packed), {.max_unpacked_bytes = 1 << 20});
+  const auto log = open_log(memory_source(packed), {.unpack = {.max_bytes = 1 << 20}});
   ASSERT_FALSE(log);
   EXPECT_EQ(log.error().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(unpack_bytes(Packing::Zstd, packed, 1 << 27).bytes.size(), std::size_t{4} << 24);

@@ -215,14 +215,28 @@ class Rosbag2Log final : public RosLog {
 
 }  // namespace
 
-Result<std::unique_ptr<MessageLog>> open_rosbag2_file(const std::filesystem::path& path,
-                                                      const std::string& name, bool packed_messages,
-                                                      const LogOptions& options) {
-  Result<SqliteDatabase> database = SqliteDatabase::open(path, name, options.max_record_bytes);
+namespace {
+
+Result<std::unique_ptr<MessageLog>> open_database(Result<SqliteDatabase> database, const std::string& name,
+                                                  bool packed_messages, const LogOptions& options) {
   if (!database) return tl::unexpected(database.error());
   auto log = std::make_unique<Rosbag2Log>(std::move(*database), name, packed_messages, options);
   if (Status status = log->load(); !status) return tl::unexpected(status.error());
   return log;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<MessageLog>> open_rosbag2_bytes(const std::shared_ptr<const TemporaryFile>& file,
+                                                       const std::string& name, const LogOptions& options) {
+  return open_database(SqliteDatabase::open(file, name, options.max_record_bytes), name, false, options);
+}
+
+Result<std::unique_ptr<MessageLog>> open_rosbag2_file(const std::filesystem::path& path,
+                                                      const std::string& name, bool packed_messages,
+                                                      const LogOptions& options) {
+  return open_database(SqliteDatabase::open(path, name, options.max_record_bytes), name, packed_messages,
+                       options);
 }
 
 }  // namespace waymark

@@ -16,6 +16,10 @@ inline constexpr std::string_view kSqliteMagic{"SQLite format 3\0", 16};
                                                                     bool packed_messages,
                                                                     const LogOptions& options);
 
+/// The same of a file without a name.
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_rosbag2_bytes(
+    const std::shared_ptr<const TemporaryFile>& file, const std::string& name, const LogOptions& options);
+
 /// A bag folder: the files its metadata.yaml lists, .db3 or .mcap, as one recording.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_bag_folder(const std::filesystem::path& folder,
                                                                   const LogOptions& options);

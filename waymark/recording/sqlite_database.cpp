@@ -1,16 +1,23 @@
 #include "waymark/recording/sqlite_database.hpp"
 
 #include <algorithm>
+#include <array>
 #include <climits>
+#include <fstream>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/mman.h>
 
 namespace waymark {
 namespace {
 
+/// How a file is opened. A WAL is the journal of a recorder that wrote ahead (sqlite.org, "Write-Ahead
+/// Logging"): SQLite would put an index of it beside the file, unless nobody else may use the file.
+enum class Access : std::uint8_t { Shared, Alone, Immutable };
+
 /// A path as an URI that SQLite does not write to.
-std::string read_only_uri(const std::filesystem::path& path, bool immutable) {
+std::string read_only_uri(const std::filesystem::path& path, Access access) {
   std::string uri = "file:";
   for (const char c : std::filesystem::absolute(path).string()) {
     if (c == '?' || c == '#' || c == '%') {
@@ -19,34 +26,101 @@ std::string read_only_uri(const std::filesystem::path& path, bool immutable) {
       uri += c;
     }
   }
-  return uri + (immutable ? "?mode=ro&immutable=1" : "?mode=ro");
+  return uri + (access == Access::Immutable ? "?mode=ro&immutable=1"
+                : access == Access::Alone   ? "?mode=ro&nolock=1"
+                                            : "?mode=ro");
 }
 
-std::shared_ptr<sqlite3> open_uri(const std::string& uri) {
+std::shared_ptr<sqlite3> hardened(std::shared_ptr<sqlite3> database) {
+  const char* harden =
+      "PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON; PRAGMA mmap_size=0;"
+      "SELECT count(*) FROM sqlite_master";
+  sqlite3_db_config(database.get(), SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  const bool listed = sqlite3_exec(database.get(), harden, nullptr, nullptr, nullptr) == SQLITE_OK;
+  return listed ? database : nullptr;
+}
+
+std::shared_ptr<sqlite3> open_uri(const std::string& uri, Access access) {
   sqlite3* raw = nullptr;
   const int code = sqlite3_open_v2(uri.c_str(), &raw,
                                    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
   std::shared_ptr<sqlite3> database(raw, sqlite3_close);
   if (code != SQLITE_OK) return nullptr;
-  const char* harden =
-      "PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON; PRAGMA mmap_size=0;"
-      "SELECT count(*) FROM sqlite_master";
-  sqlite3_db_config(raw, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
-  return sqlite3_exec(raw, harden, nullptr, nullptr, nullptr) == SQLITE_OK ? database : nullptr;
+  sqlite3_db_config(raw, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  if (access == Access::Alone) sqlite3_exec(raw, "PRAGMA locking_mode=EXCLUSIVE", nullptr, nullptr, nullptr);
+  return hardened(std::move(database));
+}
+
+/// Whether the header says that its recorder wrote ahead.
+bool writes_ahead(const std::filesystem::path& path) {
+  constexpr std::size_t kReadVersion = 19;
+  std::array<char, kReadVersion + 1> head{};
+  std::ifstream(path, std::ios::binary).read(head.data(), head.size());
+  return head[kReadVersion] == 2;
+}
+
+Access access_to(const std::filesystem::path& path) {
+  if (!writes_ahead(path)) return Access::Shared;
+  std::error_code none;
+  const auto waiting = std::filesystem::file_size(path.string() + "-wal", none);
+  return none || waiting == 0 ? Access::Immutable : Access::Alone;
+}
+
+/// The bytes of a file as a private copy of its pages, made when one is written to.
+std::shared_ptr<unsigned char> mapped(const TemporaryFile& file) {
+  const auto size = static_cast<std::size_t>(file.size());
+  void* at = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE, file.descriptor(), 0);
+  if (at == MAP_FAILED) return nullptr;  // NOLINT(cppcoreguidelines-pro-type-cstyle-cast)
+  return {static_cast<unsigned char*>(at), [size](unsigned char* bytes) { ::munmap(bytes, size); }};
+}
+
+std::shared_ptr<sqlite3> open_mapped(const TemporaryFile& file) {
+  constexpr std::size_t kHeader = 100;
+  std::shared_ptr<unsigned char> bytes = file.size() >= kHeader ? mapped(file) : nullptr;
+  sqlite3* raw = nullptr;
+  if (!bytes ||
+      sqlite3_open_v2(":memory:", &raw, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr) != SQLITE_OK) {
+    sqlite3_close(raw);
+    return nullptr;
+  }
+  std::shared_ptr<sqlite3> database(raw, [bytes](sqlite3* open) { sqlite3_close(open); });
+  // There is no journal here: the file is read as one that has none (SQLite, "Database File Format", 1.3.3).
+  bytes.get()[18] = std::min<unsigned char>(bytes.get()[18], 1);
+  bytes.get()[19] = std::min<unsigned char>(bytes.get()[19], 1);
+  const auto size = static_cast<sqlite3_int64>(file.size());
+  if (sqlite3_deserialize(raw, "main", bytes.get(), size, size, SQLITE_DESERIALIZE_READONLY) != SQLITE_OK)
+    return nullptr;
+  return hardened(std::move(database));
+}
+
+Status limit_or_damage(const std::shared_ptr<sqlite3>& database, const std::string& name,
+                       std::uint64_t max_value_bytes) {
+  if (!database)
+    return fail(ErrorCode::Unreadable, "this SQLite file is damaged: its tables cannot be listed",
+                {.source = name}, "`sqlite3 FILE .recover` may save what is left.");
+  sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH,
+                static_cast<int>(std::min<std::uint64_t>(max_value_bytes, INT_MAX)));
+  return {};
 }
 
 }  // namespace
 
 Result<SqliteDatabase> SqliteDatabase::open(const std::filesystem::path& path, std::string name,
                                             std::uint64_t max_value_bytes) {
-  std::shared_ptr<sqlite3> database = open_uri(read_only_uri(path, false));
+  const Access access = access_to(path);
+  std::shared_ptr<sqlite3> database = open_uri(read_only_uri(path, access), access);
   // A journal of a recorder that died cannot be used in a folder that cannot be written.
-  if (!database) database = open_uri(read_only_uri(path, true));
-  if (!database)
-    return fail(ErrorCode::Unreadable, "this SQLite file is damaged: its tables cannot be listed",
-                {.source = std::move(name)}, "`sqlite3 FILE .recover` may save what is left.");
-  sqlite3_limit(database.get(), SQLITE_LIMIT_LENGTH,
-                static_cast<int>(std::min<std::uint64_t>(max_value_bytes, INT_MAX)));
+  if (!database) database = open_uri(read_only_uri(path, Access::Immutable), Access::Immutable);
+  if (Status status = limit_or_damage(database, name, max_value_bytes); !status)
+    return tl::unexpected(status.error());
+  return SqliteDatabase(std::move(database), std::move(name));
+}
+
+Result<SqliteDatabase> SqliteDatabase::open(std::shared_ptr<const TemporaryFile> file, std::string name,
+                                            std::uint64_t max_value_bytes) {
+  std::shared_ptr<sqlite3> database = open_mapped(*file);
+  if (Status status = limit_or_damage(database, name, max_value_bytes); !status)
+    return tl::unexpected(status.error());
   return SqliteDatabase(std::move(database), std::move(name));
 }
 

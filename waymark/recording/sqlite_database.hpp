@@ -10,6 +10,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_io.hpp"
+#include "waymark/recording/temporary_file.hpp"
 
 struct sqlite3;
 struct sqlite3_stmt;
@@ -20,8 +21,12 @@ namespace waymark {
 class SqliteDatabase {
  public:
   /// `name` stands in messages. A file that is not to be trusted: no views, triggers or functions of its own
-  /// are run, and no value may be larger than max_value_bytes.
+  /// are run, and no value may be larger than max_value_bytes. Nothing is written beside it.
   static Result<SqliteDatabase> open(const std::filesystem::path& path, std::string name,
+                                     std::uint64_t max_value_bytes);
+
+  /// The same of a file without a name.
+  static Result<SqliteDatabase> open(std::shared_ptr<const TemporaryFile> file, std::string name,
                                      std::uint64_t max_value_bytes);
 
   /// Names of the columns of a table; empty when there is no such table (a view is none).

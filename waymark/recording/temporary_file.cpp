@@ -3,32 +3,33 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <string>
+#include <filesystem>
+#include <limits>
 #include <system_error>
 
-#include <unistd.h>
-
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
 
 namespace waymark {
 
 Result<std::shared_ptr<TemporaryFile>> TemporaryFile::create() {
   std::error_code error;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(error);
-  std::string path = ((error ? std::filesystem::path("/tmp") : folder) / "waymark-XXXXXX").string();
-  const int fd = ::mkstemp(path.data());
+  std::filesystem::path folder = std::filesystem::temp_directory_path(error);
+  if (error) folder = "/tmp";
+  std::string path = (folder / "waymark-XXXXXX").string();
+  const int fd = ::mkostemp(path.data(), O_CLOEXEC);
   if (fd < 0)
     return fail(ErrorCode::Unwritable,
                 fmt::format("cannot create a temporary file: {}",
                             std::strerror(errno)),  // NOLINT(concurrency-mt-unsafe)
                 {.source = path}, "Set TMPDIR to a folder that can be written.");
-  return std::shared_ptr<TemporaryFile>(new TemporaryFile(fd, path));
+  ::unlink(path.c_str());
+  return std::shared_ptr<TemporaryFile>(new TemporaryFile(fd, folder.string()));
 }
 
-TemporaryFile::~TemporaryFile() {
-  ::close(fd_);
-  ::unlink(path_.c_str());
-}
+TemporaryFile::~TemporaryFile() { ::close(fd_); }
 
 Status TemporaryFile::append(ByteSpan bytes) {
   while (!bytes.empty()) {
@@ -37,11 +38,31 @@ Status TemporaryFile::append(ByteSpan bytes) {
     if (written < 0)
       return fail(ErrorCode::Unwritable,
                   fmt::format("cannot unpack: {}", std::strerror(errno)),  // NOLINT(concurrency-mt-unsafe)
-                  {.source = path_.string()}, "Set TMPDIR to a folder with more room, or unpack it by hand.");
+                  {.source = folder_}, "Set TMPDIR to a folder with more room, or unpack it by hand.");
     bytes = bytes.subspan(static_cast<std::size_t>(written));
     size_ += static_cast<std::uint64_t>(written);
   }
   return {};
+}
+
+Status TemporaryFile::read(std::uint64_t offset, std::span<std::uint8_t> out) const {
+  while (!out.empty()) {
+    const ssize_t got = ::pread(fd_, out.data(), out.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0)
+      return fail(ErrorCode::Unreadable,
+                  got == 0 ? "the file ends here" : std::strerror(errno),  // NOLINT(concurrency-mt-unsafe)
+                  {.byte = static_cast<std::int64_t>(offset)});
+    out = out.subspan(static_cast<std::size_t>(got));
+    offset += static_cast<std::uint64_t>(got);
+  }
+  return {};
+}
+
+std::uint64_t TemporaryFile::free_bytes() const {
+  struct statvfs disk {};
+  if (::fstatvfs(fd_, &disk) != 0) return std::numeric_limits<std::uint64_t>::max();
+  return static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
 }
 
 }  // namespace waymark

@@ -9,6 +9,8 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/recording/byte_file.hpp"
+#include "waymark/recording/temporary_file.hpp"
+#include "waymark/recording/unpack_limits.hpp"
 
 namespace waymark {
 
@@ -56,11 +58,11 @@ struct UnpackedFile {
   std::optional<Error> damage{};
 };
 
-/// Unpacks a whole file into a temporary one, at most `max` bytes. The place of damage is a byte of the
-/// packed file.
-[[nodiscard]] Result<UnpackedFile> unpack_file(const ByteSource& packed, Packing packing, std::uint64_t max);
+/// Unpacks a whole file into a temporary one. The place of damage is a byte of the packed file.
+[[nodiscard]] Result<UnpackedFile> unpack_file(const ByteSource& packed, Packing packing,
+                                               const UnpackLimits& limits);
 
-/// Where the bytes of an unpacked file lie; nothing for any other source.
-[[nodiscard]] std::optional<std::string> unpacked_path(const ByteSource& source);
+/// Where the bytes of an unpacked file lie; nullptr for any other source.
+[[nodiscard]] std::shared_ptr<const TemporaryFile> unpacked_to(const ByteSource& source);
 
 }  // namespace waymark
