@@ -107,6 +107,9 @@ def page(server):
     status, headers, body = server.ask("/", Accept_Encoding="gzip")
     assert status == 200 and headers["Content-Type"].startswith("text/html")
     text = (gzip.decompress(body) if headers.get("Content-Encoding") == "gzip" else body).decode()
+    if "notices.txt" in text:  # licences of the packages whose code is in the page
+        notices = gzip.decompress(server.ask("/notices.txt", Accept_Encoding="gzip")[2]).decode()
+        assert all(name in notices for name in ("three ", "@mcap/core ", "uplot ")), notices[:200]
     assert "Waymark" in text
     assert "http://" not in text and "https://" not in text  # nothing from elsewhere
 
