@@ -13,8 +13,9 @@ namespace waymark {
 namespace {
 
 /// How a file is opened. A WAL is the journal of a recorder that wrote ahead (sqlite.org, "Write-Ahead
-/// Logging"): SQLite would put an index of it beside the file, unless nobody else may use the file.
-enum class Access : std::uint8_t { Shared, Alone, Immutable };
+/// Logging"); SQLite puts an index of it beside the file. Where there is none the recorder is gone, and ours
+/// is removed again.
+enum class Access : std::uint8_t { Shared, SharedAndTidy, Immutable };
 
 /// A path as an URI that SQLite does not write to.
 std::string read_only_uri(const std::filesystem::path& path, Access access) {
@@ -26,9 +27,7 @@ std::string read_only_uri(const std::filesystem::path& path, Access access) {
       uri += c;
     }
   }
-  return uri + (access == Access::Immutable ? "?mode=ro&immutable=1"
-                : access == Access::Alone   ? "?mode=ro&nolock=1"
-                                            : "?mode=ro");
+  return uri + (access == Access::Immutable ? "?mode=ro&immutable=1" : "?mode=ro");
 }
 
 std::shared_ptr<sqlite3> hardened(std::shared_ptr<sqlite3> database) {
@@ -40,14 +39,20 @@ std::shared_ptr<sqlite3> hardened(std::shared_ptr<sqlite3> database) {
   return listed ? database : nullptr;
 }
 
-std::shared_ptr<sqlite3> open_uri(const std::string& uri, Access access) {
+std::string wal_index_of(const std::filesystem::path& path) { return path.string() + "-shm"; }
+
+std::shared_ptr<sqlite3> open_path(const std::filesystem::path& path, Access access) {
   sqlite3* raw = nullptr;
-  const int code = sqlite3_open_v2(uri.c_str(), &raw,
+  const int code = sqlite3_open_v2(read_only_uri(path, access).c_str(), &raw,
                                    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
-  std::shared_ptr<sqlite3> database(raw, sqlite3_close);
+  const std::string left_behind = access == Access::SharedAndTidy ? wal_index_of(path) : std::string();
+  std::shared_ptr<sqlite3> database(raw, [left_behind](sqlite3* open) {
+    sqlite3_close(open);
+    std::error_code ignored;
+    if (!left_behind.empty()) std::filesystem::remove(left_behind, ignored);
+  });
   if (code != SQLITE_OK) return nullptr;
   sqlite3_db_config(raw, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
-  if (access == Access::Alone) sqlite3_exec(raw, "PRAGMA locking_mode=EXCLUSIVE", nullptr, nullptr, nullptr);
   return hardened(std::move(database));
 }
 
@@ -63,7 +68,8 @@ Access access_to(const std::filesystem::path& path) {
   if (!writes_ahead(path)) return Access::Shared;
   std::error_code none;
   const auto waiting = std::filesystem::file_size(path.string() + "-wal", none);
-  return none || waiting == 0 ? Access::Immutable : Access::Alone;
+  if (none || waiting == 0) return Access::Immutable;
+  return std::filesystem::exists(wal_index_of(path), none) ? Access::Shared : Access::SharedAndTidy;
 }
 
 /// The bytes of a file as a private copy of its pages, made when one is written to.
@@ -108,9 +114,9 @@ Status limit_or_damage(const std::shared_ptr<sqlite3>& database, const std::stri
 Result<SqliteDatabase> SqliteDatabase::open(const std::filesystem::path& path, std::string name,
                                             std::uint64_t max_value_bytes) {
   const Access access = access_to(path);
-  std::shared_ptr<sqlite3> database = open_uri(read_only_uri(path, access), access);
+  std::shared_ptr<sqlite3> database = open_path(path, access);
   // A journal of a recorder that died cannot be used in a folder that cannot be written.
-  if (!database) database = open_uri(read_only_uri(path, Access::Immutable), Access::Immutable);
+  if (!database) database = open_path(path, Access::Immutable);
   if (Status status = limit_or_damage(database, name, max_value_bytes); !status)
     return tl::unexpected(status.error());
   return SqliteDatabase(std::move(database), std::move(name));
