@@ -1,15 +1,13 @@
 #include "waymark/cli/interrupt.hpp"
 
-#include <atomic>
 #include <csignal>
 
 namespace waymark::cli {
 namespace {
 
-std::atomic<bool> interrupt_flag{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
+volatile std::sig_atomic_t interrupt_flag = 0;
 
-extern "C" void raise_flag(int /*signal*/) { interrupt_flag = true; }
+extern "C" void raise_flag(int /*signal*/) { interrupt_flag = 1; }
 
 }  // namespace
 
@@ -28,8 +26,6 @@ void watch_signals() {
   sigaction(SIGXFSZ, &ignore, nullptr);
 }
 
-void interrupt() { interrupt_flag = true; }
-
-bool interrupted() { return interrupt_flag; }
+bool interrupted() { return interrupt_flag != 0; }
 
 }  // namespace waymark::cli

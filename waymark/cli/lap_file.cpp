@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/log_options.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
@@ -129,7 +128,7 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
       {"version", WAYMARK_VERSION},
       {"robot", simulated.model.name},
       {"driver", making.driver},
-      {"source", stage.process.empty() ? "sim" : "process:" + stage.process.text()},
+      {"source", stage.process.empty() ? "sim" : "process:" + stage.process},
       {"anchor", to_string(setup.anchor)},
       {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}};
   if (stage.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);
@@ -190,7 +189,7 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
 }
 
 Result<RecordedLap> read_lap_file(const std::string& path, Console* console, const TagFinder* finder) {
-  const auto log = open_log(path, until_interrupted());
+  const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {

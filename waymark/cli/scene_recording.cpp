@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -101,7 +100,7 @@ class Reader {
 
 Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, const TagScene& scene,
                                             std::vector<std::string>& problems) {
-  const auto log = open_log(path, until_interrupted());
+  const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
   const auto cameras = cameras_by_topic(**log, scene);
   if (!cameras) {

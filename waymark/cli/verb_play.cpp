@@ -11,7 +11,6 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/sample_words.hpp"
 #include "waymark/cli/selection_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -100,7 +99,7 @@ ExitCode play(const PlayArgs& args, Console& console) {
                       "1 is as it was, 0 as fast as possible."});
     return ExitCode::Usage;
   }
-  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, until_interrupted());
+  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file);
   if (!log) {
     console.say(log.error());
     return ExitCode::SomeFailed;

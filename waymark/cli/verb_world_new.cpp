@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/stage_flags.hpp"
 #include "waymark/cli/staged_folder.hpp"
@@ -95,7 +94,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
 
 /// Where the robot of a recording went: by truth where it is known, else by odometry.
 Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path) {
-  const auto log = open_log(path, until_interrupted());
+  const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
   std::vector<Eigen::Vector2d> truth;
   std::vector<Eigen::Vector2d> odometry;
