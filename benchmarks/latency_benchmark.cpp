@@ -158,7 +158,7 @@ int be_waymark(const std::string& self, int pictures) {
                                               .eye = {stage.robot.camera, model.base_T_cam}})
                         .value(),
                     build_route(taught).value(), stage.world.tags, model, {});
-  const auto detector = make_apriltag_detector({.min_white_black_diff = 20}).value();
+  const auto detector = make_apriltag_detector({}).value();
   auto wire =
       WatchedProcess::start(fmt::format("exec '{}' --robot {}", self, pictures), WAYMARK_WATCHDOG).value();
   RobotMessageReader reader("latency");

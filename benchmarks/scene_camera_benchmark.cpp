@@ -55,7 +55,6 @@ SceneCamera camera(double exposure_ms, double readout_ms, bool noise) {
 void render(benchmark::State& state, double exposure_ms, double readout_ms, bool noise, bool detect) {
   const SceneCamera takes = camera(exposure_ms, readout_ms, noise);
   DetectorOptions detector_options;
-  detector_options.min_white_black_diff = 20;
   const auto detector = make_apriltag_detector(detector_options).value();
   std::size_t i = 0;
   double tags = 0;

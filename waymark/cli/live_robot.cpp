@@ -20,7 +20,7 @@ Pacing pacing_of(const ProcessRobot& robot) {
 }
 
 Result<std::unique_ptr<Detector>> finder_for(const CameraModel& camera) {
-  auto detector = make_apriltag_detector({.min_white_black_diff = 20});
+  auto detector = make_apriltag_detector({});
   if (!detector) return detector;
   return make_refining_detector(std::move(*detector), {}, camera);
 }

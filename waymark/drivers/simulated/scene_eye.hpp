@@ -13,9 +13,7 @@ namespace waymark {
 struct SceneEyeOptions {
   SceneOptions scene{};
   SceneCameraOptions camera{};
-  /// Twice as fast as with the library's usual difference of 15, and no tag is lost in pictures of this
-  /// contrast.
-  DetectorOptions detector{.min_white_black_diff = 20};
+  DetectorOptions detector{};
   bool refine_corners = true;
   RefinementOptions refinement{};
 };
