@@ -16,7 +16,6 @@
 namespace waymark {
 namespace {
 
-constexpr int kCannotStart = 125;
 constexpr std::size_t kLongestCommand = 256;
 constexpr Duration kUnreadPoll = std::chrono::milliseconds(2);
 constexpr Duration kHeartbeat = std::chrono::milliseconds(50);
@@ -99,6 +98,9 @@ class Watchdog {
     if (moved != Moved::Ended) return;
     robot_.from.close();
     if (auto line = lines_.rest()) pass_on(std::move(*line));
+    // Nobody knows any more what it senses: zero from now on, and soon the end.
+    mute_at_ = steady_now();
+    watch_.give_up();
   }
 
   void tell_driver() {
@@ -109,6 +111,9 @@ class Watchdog {
       if (moved != Moved::Some) return;
       queue_.pop(written);
     }
+    if (!mute_at_ || !queue_.empty() || said_all_) return;
+    (void)close(STDOUT_FILENO);  // the driver is to know at once
+    said_all_ = true;
   }
 
   /// One order at a time: the next one only when the last was read, so that a slow robot never works off a
@@ -131,7 +136,9 @@ class Watchdog {
   [[nodiscard]] bool over() {
     status_ = wait_status(robot_.pid);
     if (status_ || !robot_.to.open()) return true;  // one that takes no orders cannot be stopped by them
-    return driver_gone_at_ && steady_now() - *driver_gone_at_ >= options_.farewell;
+    const Duration now = steady_now();
+    closed_output_ = mute_at_ && now - *mute_at_ >= options_.farewell;
+    return closed_output_ || (driver_gone_at_ && now - *driver_gone_at_ >= options_.farewell);
   }
 
   /// Waits for the robot's process, and reads what it still says, until `deadline`.
@@ -167,6 +174,7 @@ class Watchdog {
     if (queue_.dropped() > 0)
       fmt::print(stderr, "waymark-watchdog: {} lines of the robot were dropped: nobody read them in time\n",
                  queue_.dropped());
+    if (closed_output_) return kRobotClosedItsOutput;
     return status_ ? exit_code_of(*status_) : 128 + SIGKILL;
   }
 
@@ -179,6 +187,9 @@ class Watchdog {
   LineSplitter lines_{};
   LineQueue queue_{};
   std::optional<Duration> driver_gone_at_{};
+  std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
+  bool said_all_ = false;              ///< and the driver was given all of it
+  bool closed_output_ = false;         ///< while its process went on
   std::optional<int> status_{};
 };
 
@@ -190,7 +201,7 @@ int watch_robot(const RobotCommand& command, const WatchRobotOptions& options) {
       spawn(command.words.empty() ? std::vector<std::string>{"/bin/sh", "-c", command.shell} : command.words);
   if (!robot) {
     fmt::print(stderr, "waymark-watchdog: {}\n", to_string(robot.error()));
-    return kCannotStart;
+    return kRobotCannotStart;
   }
   return Watchdog(std::move(*robot), options).run();
 }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/wait.h>
 
 #include "waymark/drivers/watchdog/command_watch.hpp"
 #include "waymark/drivers/watchdog/watch_robot.hpp"
@@ -46,11 +47,25 @@ WatchedProcess::~WatchedProcess() { (void)close(); }
 Error WatchedProcess::ended() {
   const int code = close();
   constexpr int kNoSuchCommand = 127;
-  return {.code = code == kNoSuchCommand ? ErrorCode::NotFound : ErrorCode::Unreadable,
-          .message = code == kNoSuchCommand ? "there is no such program"
-                                            : "the robot's process ended with " + ending_words(code),
-          .place = {.source = "process:" + command_},
-          .hint = "What it said about it, if anything, stands above."};
+  Error error{.code = ErrorCode::Unreadable,
+              .message = "the robot's process ended with " + ending_words(code),
+              .place = {.source = "process:" + command_},
+              .hint = "What it said about it, if anything, stands above."};
+  if (code == kNoSuchCommand) {
+    error.code = ErrorCode::NotFound;
+    error.message = "there is no such program";
+  }
+  if (code == kRobotClosedItsOutput) {
+    error.message =
+        "the robot closed its standard output while its process went on: it was stopped and ended";
+    error.hint = "Its samples come that way: nobody can drive without them.";
+  }
+  if (watchdog_died_) {
+    error.message =
+        "the watchdog of the robot ended with " + ending_words(code) + ", not the robot's process";
+    error.hint = "The end of its input tells the robot to stop; look whether it stands.";
+  }
+  return error;
 }
 
 Status WatchedProcess::send(double speed_m_s, double yaw_rate_rad_s, std::int64_t step) {
@@ -101,6 +116,7 @@ int WatchedProcess::close() {
   std::optional<int> status;
   while (!(status = wait_status(watchdog_.pid)) && steady_now() < deadline) (void)poll(nullptr, 0, 2);
   if (!status) (void)kill(watchdog_.pid, SIGKILL);  // frozen: the end of its pipes stops the robot
+  watchdog_died_ = status && WIFSIGNALED(*status);
   exit_code_ = status ? exit_code_of(*status) : 128 + SIGKILL;
   return *exit_code_;
 }

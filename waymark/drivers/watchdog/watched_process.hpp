@@ -50,6 +50,7 @@ class WatchedProcess {
   LineSplitter lines_{};
   std::int64_t sequence_ = 0;
   std::optional<int> exit_code_{};
+  bool watchdog_died_ = false;  ///< by a signal: what it says of the robot's process is not known
 };
 
 }  // namespace waymark

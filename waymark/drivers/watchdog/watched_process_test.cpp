@@ -46,7 +46,14 @@ class Robot {
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
-  [[nodiscard]] std::string command() const { return "exec cat > " + (folder_ / "orders").string(); }
+  /// The other descriptor keeps the pipe to the watchdog open.
+  [[nodiscard]] std::string command() const {
+    return "exec 3>&1; exec cat > " + (folder_ / "orders").string();
+  }
+  /// Says one line, closes its standard output, and goes on for as long as it is told something.
+  [[nodiscard]] std::string mute_command() const {
+    return "echo here; sleep 0.3; exec cat > " + (folder_ / "orders").string();
+  }
   [[nodiscard]] std::string slow_command() const {
     return "while read line; do echo \"$line\" > " + (folder_ / "orders").string() + "; sleep 0.1; done";
   }
@@ -192,6 +199,37 @@ TEST(Watchdog, ArgumentsOfAProgramReachNoShell) {
       WatchedProcess::start(RobotCommand(std::vector<std::string>{"/no/such/program"}), WAYMARK_WATCHDOG);
   ASSERT_TRUE(nothing);
   EXPECT_FALSE((*nothing)->read(seconds(20)));
+}
+
+TEST(Watchdog, StopsARobotAtOnceThatClosesItsStandardOutput) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.mute_command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  Result<std::vector<Line>> lines;
+  const Duration began = steady_now();
+  while ((lines = (*wire)->read(milliseconds(10))) && steady_now() - began < seconds(20))
+    ASSERT_TRUE((*wire)->send(0.3, 0.1));
+  ASSERT_FALSE(lines) << "the driver is told";
+  EXPECT_NE(lines.error().message.find("closed its standard output"), std::string::npos)
+      << lines.error().message;
+  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.bye(); }));
+  // Only what was under way when it fell silent may still move it.
+  int moves = 0;
+  for (const Heard& heard : robot.heard()) moves += heard.moves() ? 1 : 0;
+  EXPECT_LE(moves, 1);
+  EXPECT_TRUE(robot.heard()[robot.heard().size() - 2].stops());
+}
+
+TEST(Watchdog, ThatIsKilledIsNamedAndNotTheRobot) {
+  Robot robot;
+  auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
+  ASSERT_TRUE(wire);
+  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.stops(); }));
+  ASSERT_EQ(kill((*wire)->watchdog_pid(), SIGKILL), 0);
+  const auto lines = (*wire)->read(seconds(20));
+  ASSERT_FALSE(lines);
+  EXPECT_NE(lines.error().message.find("the watchdog of the robot ended with signal 9"), std::string::npos)
+      << lines.error().message;
 }
 
 TEST(Watchdog, NeverWaitsForARobotThatDoesNotReadAndEndsIt) {
