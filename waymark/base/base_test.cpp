@@ -11,6 +11,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/base/printable.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/base/time.hpp"
@@ -141,6 +142,23 @@ TEST(OrderStatistics, AreAsOfTheSortedValues) {
   }
   EXPECT_EQ(median(std::vector<double>{}), 0);
   EXPECT_EQ(quantile(std::vector<double>{}, 0.5), 0);
+}
+
+TEST(Printable, ATerminalObeysNothingOfIt) {
+  EXPECT_EQ(printable("battery low: 12.1 V"), "battery low: 12.1 V");
+  EXPECT_EQ(printable("\x1b[2Jgone\r\n\tover\x7f"), "\\x1b[2Jgone\\x0d\\x0a\\x09over\\x7f");
+  EXPECT_EQ(printable("\x1b]0;title\x07"), "\\x1b]0;title\\x07");
+  EXPECT_EQ(printable("Grüße, 日本, 🤖"), "Grüße, 日本, 🤖") << "letters stay";
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "31m"),
+            "\\xc2\\x9b31m")
+      << "a control character in two bytes";
+  EXPECT_EQ(printable("a\x9b"
+                      "31m"),
+            "a\\x9b31m")
+      << "and in one";
+  EXPECT_EQ(printable(std::string("a\0b", 3)), "a\\x00b");
+  EXPECT_EQ(printable(""), "");
 }
 
 }  // namespace
