@@ -12,6 +12,10 @@ class App;
 
 namespace waymark::cli {
 
+/// When a recording begins [ns]. What is stamped 0, long before everything else (a calibration, a
+/// description), has no time.
+[[nodiscard]] std::uint64_t begin_of(MessageLog& log);
+
 /// The flags --topics, --from and --to. Must stay where it is while the command line is parsed.
 class SelectionFlags {
  public:
@@ -21,7 +25,7 @@ class SelectionFlags {
 
   /// What was asked for, of this recording. Fails on a topic it does not have (with the nearest that it has)
   /// and on times that make no sense.
-  [[nodiscard]] Result<LogSelection> make(const MessageLog& log) const;
+  [[nodiscard]] Result<LogSelection> make(MessageLog& log) const;
 
  private:
   std::vector<std::string> topics_;

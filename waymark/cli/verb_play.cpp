@@ -73,9 +73,9 @@ Status play_samples(const PlayArgs& args, MessageLog& log, const LogSelection& s
 
 Status play_messages(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
   Pace pace(args.speed);
-  const std::uint64_t start = log.summary().start.value_or(0);
+  const std::uint64_t start = begin_of(log);
   return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    if (!pace.wait_for(static_cast<std::int64_t>(message.log_time))) return enough();
+    if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
     if (args.json) {
       console.print(json_line({{"topic", channel.topic},
                                {"type", channel.type},
