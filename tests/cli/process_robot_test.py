@@ -33,6 +33,28 @@ class Loop(InFolder):
         info = self.run_here("info", "replay.mcap", "--json").records[0]
         topics = {topic["topic"] for topic in info["topics"]}
         self.assertLessEqual({"/odom", "/tag_detections", "/cmd_vel", "/waymark/pose", "/truth/pose"}, topics)
+        self.the_space_bar_stops_a_replay()
+        # The map says which tag it stands on, and how large it is.
+        story = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "story", input="quit\n")
+        self.assertEqual(story.code, 0, story.err)
+
+    def the_space_bar_stops_a_replay(self):
+        keyboard, terminal = pty.openpty()
+        process = subprocess.Popen([PROGRAM, "replay", "map", "--robot", SIM + " --pace 1", "--world", "circuit24", "-o", "spaced.mcap"],
+                                   cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not (self.folder / "spaced.mcap").exists():
+            time.sleep(0.1)
+        time.sleep(2)
+        self.assertIsNone(process.poll(), "it drives")
+        os.write(keyboard, b" ")
+        begin = time.monotonic()
+        out, err = process.communicate(timeout=60)
+        os.close(keyboard)
+        os.close(terminal)
+        self.assertLess(time.monotonic() - begin, 10)
+        self.assertEqual(process.returncode, 1, err)
+        self.assertIn("stopped with the space bar", out + err)
 
     def test_lockstep_gives_the_same_bytes_twice(self):
         for name in ("a", "b"):
@@ -117,6 +139,7 @@ class Misbehaviour(InFolder):
                                ("exit 7", "ended with exit code 7"),
                                ("no-such-robot-program", "no such program"),
                                (HELLO + odometry + "sleep 0.1; kill -9 $$", "signal 9"),
+                               (HELLO + odometry + "exec >&-; sleep 30", "closed its standard output"),
                                (HELLO + """echo '{"type":"odometry","stamp_s":NaN}'""", ":2: is no JSON"),
                                (HELLO + """echo '{"type":"imu","stamp_s":2}'""", "imu.angular_velocity_rad_s"),
                                (HELLO + odometry + odometry.replace('_s":1,', '_s":0.5,'), "went back by 0.500 s")):
@@ -139,11 +162,23 @@ class Misbehaviour(InFolder):
 
     def test_words_pass_and_the_unknown_is_said_once(self):
         strange = """for i in 1 2 3; do echo '{"type":"sonar","stamp_s":1}'; done; """
-        log = """echo '{"type":"log","text":"battery low"}'; echo from stderr >&2; exit 1"""
+        log = """echo '{"type":"log","text":"battery low"}'; echo '{"type":"log","text":"red [31malert"}'
+                 echo from stderr >&2; exit 1""".replace("[31m", "\\u001b[31m")
         outcome = self.teach(HELLO + strange + log)
         self.assertEqual(outcome.err.count("type 'sonar'"), 1, outcome.err)
         self.assertIn("robot: battery low", outcome.err)
+        self.assertIn("robot: red \\x1b[31malert", outcome.err, "a terminal obeys none of it")
+        self.assertNotIn("\x1b", outcome.err)
         self.assertIn("from stderr", outcome.err)
+
+    def test_a_clock_far_from_zero_plays_from_its_first_sample(self):
+        """The camera's calibration is stamped 0 in the recording, the samples by the robot's clock."""
+        odometry = """echo '{"type":"odometry","stamp_s":%d,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'; """
+        outcome = self.teach(HELLO + "".join(odometry % second for second in range(1000, 1004)) + "exit 7")
+        self.assertEqual(outcome.code, 1, outcome.err)
+        played = self.run_here("play", "lap.mcap", "--topics", "/odom", "--from", "0.5", "--to", "2.5", "--speed", "0")
+        self.assertEqual(played.code, 0, played.err)
+        self.assertEqual(len(played.out.splitlines()), 2, played.out)
 
     def test_usage(self):
         for words, said in ((["--robot", "process:"], "names no command"),

@@ -1,5 +1,6 @@
 #include "waymark/cli/live_replay.hpp"
 
+#include <string>
 #include <utility>
 
 #include "waymark/cli/fresh_file.hpp"
@@ -75,14 +76,18 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
     fresh.hear(sample);
     return session.hear(sample);
   };
+  std::string stopped_by;
   listener.decide = [&](Duration uptime, SensorTime now) -> Result<DriverDecision> {
     const PhaseViewers::Wish wish = viewers.hear(uptime);
+    if (wish.over) stopped_by = wish.stop_key ? "stopped with the space bar" : "stopped on the page";
     if (wish.over) return DriverDecision{.done = true};
     if (wish.pause) *wish.pause ? session.pause() : session.resume();
     return session.decide(uptime, now);
   };
   const auto driven = (*robot)->drive(watched(listener, job.feed));
-  Result<ReplayReport> report = (*replay)->finish(driven ? session.end(*driven) : session.end());
+  ReplayEnd end = driven ? session.end(*driven) : session.end();
+  if (!stopped_by.empty()) end.reason = stopped_by;
+  Result<ReplayReport> report = (*replay)->finish(end);
   if (!driven) return tl::unexpected(driven.error());
   if (!report) return report;
   for (std::string& words : speed_warnings(job, files->route)) report->warnings.push_back(std::move(words));

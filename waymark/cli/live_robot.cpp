@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/printable.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/refining_detector.hpp"
@@ -44,7 +45,7 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const std::string& command, c
 
 Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   listener.should_stop = [] { return interrupted(); };
-  listener.on_text = [this](const std::string& text) { console_.say("robot: " + text); };
+  listener.on_text = [this](const std::string& text) { console_.say("robot: " + printable(text)); };
   auto end = loop_.drive(listener);
   if (loop_.dropped_pictures() > 0)
     console_.say(

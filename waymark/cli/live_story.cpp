@@ -60,8 +60,8 @@ std::function<void(const ReplayStep&)> StoryViewers::watch(double goal_m) {
   };
 }
 
-PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase)
-    : viewers_(feed), phase_(phase) {
+PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken)
+    : viewers_(feed), stop_key_(keys_taken), phase_(phase) {
   viewers_.show_camera(stage);
   if (feed != nullptr) orders_.emplace(*feed);
 }
@@ -74,6 +74,7 @@ void PhaseViewers::tell() {
 
 PhaseViewers::Wish PhaseViewers::hear(Duration uptime) {
   Wish wish;
+  wish.over = wish.stop_key = stop_key_.pressed();
   if (!orders_) return wish;
   const PageOrders::Act act = orders_->act(uptime, phase_);
   wish.stand = act.stand;

@@ -7,6 +7,7 @@
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/page_pilot.hpp"
+#include "waymark/cli/stop_key.hpp"
 
 namespace waymark::cli {
 
@@ -35,12 +36,14 @@ class StoryViewers {
 /// One phase of the story by itself, as `waymark teach` and `waymark replay` run it, with its viewers.
 class PhaseViewers {
  public:
-  PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase);
-  /// What viewers want, and what becomes of the command: nothing where they end the phase. Go pauses a replay
-  /// and ends a lap.
+  /// `keys_taken`: a driver reads the keys of the terminal itself.
+  PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken = false);
+  /// What viewers and the space bar of the terminal want, and what becomes of the command: nothing where they
+  /// end the phase. Go pauses a replay and ends a lap.
   struct Wish {
     bool over = false;
     bool stand = false;
+    bool stop_key = false;        ///< it is over because of the space bar
     std::optional<bool> pause{};  ///< it changed: pause, or go on
   };
   Wish hear(Duration uptime);
@@ -50,6 +53,7 @@ class PhaseViewers {
   void tell();
   StoryViewers viewers_;
   std::optional<PageOrders> orders_{};
+  StopKey stop_key_;
   OperatorState phase_;
 };
 

@@ -96,7 +96,7 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                 console);
   LapEnd end;
   SilenceWatch silence(console);
-  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching);
+  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching, job.driver == "keyboard");
   RobotListener listener;
   listener.on_sample = [&](const Sample& sample) {
     fresh.hear(sample);

@@ -10,6 +10,7 @@
 #include "waymark/cli/live_robot.hpp"
 #include "waymark/cli/live_story.hpp"
 #include "waymark/cli/pilot.hpp"
+#include "waymark/cli/stop_key.hpp"
 #include "waymark/cli/story_files.hpp"
 #include "waymark/cli/story_lap.hpp"
 
@@ -30,7 +31,8 @@ class Story {
         console_(console),
         operator_({}, job.map.empty() ? S::Idle : S::Ready),
         map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)),
-        viewers_(job.feed) {
+        viewers_(job.feed),
+        stop_key_(job.driver == "keyboard" || job.driver == "lines") {
     viewers_.show_camera(stage.simulated);
   }
 
@@ -53,8 +55,9 @@ class Story {
 
   Result<DriverDecision> decide(Duration uptime, SensorTime now) {
     viewers_.tell(operator_, *pilot_);
-    const Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
+    Result<PilotAct> act = pilot_->act(uptime, now, operator_.state());
     if (!act) return tl::unexpected(act.error());
+    if (stop_key_.pressed()) act->events.insert(act->events.begin(), E::Stop);
     for (const std::string& words : act->words) console_.say(words);
     Status status = act->pad && taught_ ? taught_->on_sample(*act->pad) : Status();
     for (const E event : act->events) {
@@ -233,6 +236,7 @@ class Story {
   std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
   StoryViewers viewers_;
+  StopKey stop_key_;
 };
 
 }  // namespace

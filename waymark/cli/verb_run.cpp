@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -7,12 +8,14 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/config/map_file.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -31,6 +34,16 @@ struct RunArgs {
   bool json = false;
 };
 
+/// The tags of the place by the flags, or by the map that is there already. What is wrong with that map is
+/// said where it is read.
+Status know_tags(const RunArgs& args, Stage& stage) {
+  const bool told = !args.anchor.anchor.empty() || args.anchor.tag_size_m != 0;
+  if (args.job.map.empty() || !stage.world_yaml.empty() || told) return check_live_stage(stage, args.anchor);
+  const Result<MapFile> map = read_map(std::filesystem::path(args.job.map) / "map.yaml");
+  if (map) place_lone_anchor(stage.simulated.world, map->anchor, map->tags.tags.at(map->anchor).size_m);
+  return {};
+}
+
 Result<Stage> stage_of(const RunArgs& args) {
   Result<Stage> stage = args.stage.make("limo");
   if (!stage) return stage;
@@ -39,7 +52,7 @@ Result<Stage> stage_of(const RunArgs& args) {
                            .pace = args.live.view ? args.pace : 0};
   const std::string words = args.stage.as_words("limo") + (args.images ? " --images" : "");
   Status status = stage->process.empty() ? become_the_robot(*stage, words, time) : Status();
-  if (status) status = check_live_stage(*stage, args.anchor);
+  if (status) status = know_tags(args, *stage);
   if (!status) return tl::unexpected(status.error());
   return stage;
 }

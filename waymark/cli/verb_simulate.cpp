@@ -77,7 +77,7 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
 
 /// Steers along the world's line as fast as the recording did.
 Result<LapEnd> drive_like(const SimulatedStage& stage, const RecordingProfile& profile,
-                                   const LapListener& listener) {
+                          const LapListener& listener) {
   const auto path = sample_path(stage.world.path_m, stage.world.path_closed, 0.02);
   constexpr DriverOptions kDriver{.overlap_m = 1e6};  // as long as the recording
   ScriptedDriver driver(path, stage.world.path_closed, kDriver, Random(stage.robot.seed + 1000));
