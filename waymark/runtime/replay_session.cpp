@@ -1,11 +1,24 @@
 #include "waymark/runtime/replay_session.hpp"
 
+#include <algorithm>
 #include <utility>
 #include <variant>
 
+#include <fmt/format.h>
+
 namespace waymark {
 
+namespace {
+
+bool is_sensed(const Sample& sample) {
+  return !std::holds_alternative<StampedCommand>(sample) && !std::holds_alternative<TruthPose>(sample) &&
+         !std::holds_alternative<GamepadState>(sample);
+}
+
+}  // namespace
+
 Status ReplaySession::hear(const Sample& sample) {
+  if (is_sensed(sample)) newest_ = newest_ ? std::max(*newest_, stamp_of(sample)) : stamp_of(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     replayer_.add(*frame);
     ++end_.frames;
@@ -17,7 +30,21 @@ Status ReplaySession::hear(const Sample& sample) {
   return listener_.on_sample(sample);
 }
 
+/// A silence shows in the stamps and on our clock: a clock that jumped shows in the stamps alone, a computer
+/// that was busy on our clock alone.
+void ReplaySession::ask_after_silence(Duration uptime) {
+  if (newest_ == newest_before_) return;
+  const double stamps_s = newest_before_ ? to_seconds(*newest_ - *newest_before_) : 0;
+  const double silent_s = std::min(stamps_s, to_seconds(uptime - heard_at_));
+  newest_before_ = newest_;
+  heard_at_ = uptime;
+  if (silent_s <= options_.ask_after_silence_s || end_.state == ReplayState::Waiting) return;
+  replayer_.pause(
+      fmt::format("every sensor was silent for {:.1f} s: look at the robot, then let it go on", silent_s));
+}
+
 Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
+  ask_after_silence(uptime);
   const ReplayStep step = replayer_.step(now);
   end_.state = step.state;
   end_.reason = step.reason.value_or("");

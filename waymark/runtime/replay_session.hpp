@@ -21,6 +21,8 @@ struct ReplayListener {
 
 struct ReplaySessionOptions {
   double give_up_s = 5;  ///< a robot that waits or stands stopped for so long is given up
+  /// After a longer silence of all sensors the robot stands until somebody has looked: resume().
+  double ask_after_silence_s = 1;
 };
 
 /// How a drive ended.
@@ -64,12 +66,18 @@ class ReplaySession {
   [[nodiscard]] ReplayEnd end(const RobotLoopEnd& loop) const;
 
  private:
+  void ask_after_silence(Duration uptime);
+
   Replayer& replayer_;
   ReplayListener listener_;
   ReplaySessionOptions options_;
   ReplayEnd end_{};
   bool paused_ = false;
   std::optional<Duration> goes_{};  ///< when it last drove, or was meant to stand
+  /// What sensors said: the newest stamp, that of the decision before, and when that was.
+  std::optional<SensorTime> newest_{};
+  std::optional<SensorTime> newest_before_{};
+  Duration heard_at_{};
 };
 
 }  // namespace waymark

@@ -236,6 +236,39 @@ TEST(ReplaySession, APauseIsNotGivenUpAndGoesOn) {
   EXPECT_EQ(end->stops, 1);
 }
 
+TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
+  Drive brief;
+  brief.robot.silent_from = milliseconds(2000);
+  brief.robot.silent_to = milliseconds(2800);
+  const auto end = brief.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->finished) << end->reason;
+  EXPECT_EQ(end->stops, 1);
+
+  Drive lasting;
+  lasting.robot.silent_from = milliseconds(2000);
+  lasting.robot.silent_to = milliseconds(3450);
+  double stood_at_m = 0;
+  lasting.before = [&](Duration uptime) {
+    if (uptime == milliseconds(3501)) stood_at_m = lasting.robot.x_m();
+  };
+  const auto asked = lasting.drive();
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(asked->given_up) << "nobody came";
+  EXPECT_NE(asked->reason.find("every sensor was silent for 1.5 s"), std::string::npos) << asked->reason;
+  EXPECT_NEAR(lasting.robot.x_m(), stood_at_m, 1e-9) << "it did not go on";
+
+  Drive helped;
+  helped.robot.silent_from = milliseconds(2000);
+  helped.robot.silent_to = milliseconds(3500);
+  helped.before = [&](Duration uptime) {
+    if (uptime == milliseconds(4001)) helped.session.resume();
+  };
+  const auto resumed = helped.drive();
+  ASSERT_TRUE(resumed);
+  EXPECT_TRUE(resumed->finished) << resumed->reason;
+}
+
 TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
   Drive dead;
   dead.robot.dies_after = milliseconds(2000);
