@@ -33,6 +33,9 @@ class MessageFields {
   [[nodiscard]] bool has(const char* key);
 
   void wrong(const std::string& key, const std::string& words, const std::string& hint = {});
+  /// The line is understood, what it brings cannot be used: it is said, counted and left out.
+  void leave_out(std::string words) { left_out_ = std::move(words); }
+  [[nodiscard]] const std::string& left_out() const { return left_out_; }
   /// Says the keys that nobody took; the first mistake, if there was one.
   [[nodiscard]] Status finish();
 
@@ -46,6 +49,7 @@ class MessageFields {
   std::int64_t line_;
   std::set<std::string> taken_{"type"};
   Status status_{};
+  std::string left_out_{};
 };
 
 }  // namespace waymark

@@ -163,8 +163,10 @@ Sample image_of(MessageFields& fields) {
   }
   if (image)
     frame.image = std::move(*image);
+  else if (path.empty() && base64.empty())
+    fields.wrong("path", to_string(image.error()));
   else
-    fields.wrong(path.empty() ? "jpeg_base64" : "path", to_string(image.error()));
+    fields.leave_out(to_string(image.error()));
   return frame;
 }
 
@@ -219,6 +221,15 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
     warn_once(fmt::format("line {}: lines of type '{}' are not known and passed over", line.number, name));
   if (!message) return message;
   if (Status status = fields.finish(); !status) return tl::unexpected(status.error());
+  if (!fields.left_out().empty()) {
+    ++unreadable_pictures_;
+    // Said at once, and again each time their number has doubled.
+    if ((unreadable_pictures_ & (unreadable_pictures_ - 1)) == 0)
+      warnings_.push_back(
+          fmt::format("line {}: {} pictures could not be read and were left out, the last one: {}",
+                      line.number, unreadable_pictures_, fields.left_out()));
+    return std::optional<RobotMessage>();
+  }
   greeted_ = greeted_ || name == "hello";
   return message;
 }

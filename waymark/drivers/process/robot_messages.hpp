@@ -46,7 +46,8 @@ class RobotMessageReader {
   /// `name`: what errors call the robot.
   explicit RobotMessageReader(std::string name) : name_(std::move(name)) {}
 
-  /// Nothing for an empty line and for an unknown type. Pictures are read and decoded.
+  /// Nothing for an empty line and for an unknown type. Pictures are read and decoded; one that cannot be is
+  /// left out, counted, and named among the warnings.
   [[nodiscard]] Result<std::optional<RobotMessage>> read(const Line& line);
   /// What was passed over, in words, since the last call.
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
@@ -59,6 +60,7 @@ class RobotMessageReader {
   std::set<std::string> said_{};
   std::vector<std::string> warnings_{};
   bool greeted_ = false;
+  unsigned unreadable_pictures_ = 0;
   std::map<std::string, SensorTime> newest_{};  ///< by type
 };
 
