@@ -101,6 +101,20 @@ TEST(Teacher, AClockThatJumpsIsNamed) {
   EXPECT_FALSE(warns(driven(true, 12), "clock"));
 }
 
+TEST(Teacher, PicturesThatComeLateAreNamedAndNotTheClock) {
+  Teacher teacher(setup_with(true));
+  for (int i = 0; i < 120; ++i) {
+    const double t = 0.1 * i;
+    teacher.add(Odometry{.stamp = at(t), .odom_T_base = SE2(0.03 * i, 0, 0)});
+    if (t >= 0.7) teacher.watch({.stamp = at(t - 0.7)});
+  }
+  const TeachSummary summary = teacher.summary();
+  EXPECT_NEAR(summary.late_pictures_s, 0.7, 1e-6);
+  EXPECT_EQ(summary.clock_back_s, 0);
+  EXPECT_TRUE(warns(summary, "pictures came up to 0.70 s later"));
+  EXPECT_FALSE(warns(summary, "went back"));
+}
+
 TEST(TeachMonitor, MotionBlurIsRateTimesExposureTimesFocalLength) {
   TeachMonitor monitor({.exposure_ms = 10, .focal_length_px = 442, .blur_px = 2});
   monitor.add(Odometry{.stamp = at(0), .yaw_rate_rad_s = -0.8});

@@ -50,7 +50,7 @@ void Teacher::watch(const TagFrame& frame) {
 }
 
 void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam) {
-  hear(stamp);
+  hear(stamp, true);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
   ++counters_.frames;
@@ -66,16 +66,23 @@ void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std:
   }
 }
 
-/// Samples of all kinds come in order, but for a little.
-void Teacher::hear(SensorTime stamp) {
+/// Samples of all kinds come in order, but for a little. A picture that is behind the
+/// others while pictures go on is late; only a clock that was set back takes them back.
+void Teacher::hear(SensorTime stamp, bool is_frame) {
   const double since_s = heard_ ? to_seconds(stamp - *heard_) : 0;
+  const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
+  if (is_frame) newest_frame_ = stamp;
+  if (since_s < -kJumpSeconds && goes_on && is_frame) {
+    counters_.late_pictures_s = std::max(counters_.late_pictures_s, -since_s);
+    return;
+  }
   if (since_s < -kJumpSeconds) counters_.clock_back_s = std::max(counters_.clock_back_s, -since_s);
   counters_.longest_silence_s = std::max(counters_.longest_silence_s, since_s);
   heard_ = stamp;
 }
 
 void Teacher::add(const Odometry& odometry) {
-  hear(odometry.stamp);
+  hear(odometry.stamp, false);
   if (odometry_) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }
@@ -107,6 +114,12 @@ void Teacher::judge_stamps(TeachSummary& summary) const {
         "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
         "order, drive the lap again",
         summary.clock_back_s));
+  if (summary.late_pictures_s > 0)
+    summary.warnings.push_back(
+        fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "
+                    "by what is long "
+                    "past, look for the delay between the camera and this program",
+                    summary.late_pictures_s));
   if (summary.longest_silence_s > kJumpSeconds)
     summary.warnings.push_back(fmt::format(
         "nothing was heard of camera and odometry for {:.2f} s: they failed, or their clock jumped "

@@ -45,6 +45,7 @@ struct TeachSummary {
   bool closed_loop = false;      ///< seen at both ends, from nearly the same place
   double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
   double longest_silence_s = 0;  ///< without any sample at all
+  double late_pictures_s = 0;    ///< how far tags came behind the odometry of their time, where that is long
   /// A map can be made: the anchor and another tag were seen, the clock held, and the loop is closed where it
   /// was meant to be, or half a metre was driven where it was not.
   bool mappable = false;
@@ -72,7 +73,7 @@ class Teacher {
 
  private:
   void count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
-  void hear(SensorTime stamp);
+  void hear(SensorTime stamp, bool is_frame);
   void judge_views(TeachSummary& summary) const;
   void judge_links(TeachSummary& summary) const;
   void judge_stamps(TeachSummary& summary) const;
@@ -83,7 +84,8 @@ class Teacher {
   TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
-  std::optional<SensorTime> heard_{};  ///< the last sample of any kind
+  std::optional<SensorTime> heard_{};  ///< the last sample of any kind that was not late
+  std::optional<SensorTime> newest_frame_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
   std::optional<StampedPose> last_anchored_cam_{};

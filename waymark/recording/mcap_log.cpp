@@ -110,8 +110,9 @@ class McapLog final : public RosLog {
       opened_.trap("mcap.time_back", [&] {
         return Error{
             ErrorCode::Unreadable,
-            fmt::format("the times of recording go back by {:.2f} s: its clock was set back, or several "
-                        "recorders wrote it; messages are taken in the order of their times",
+            fmt::format("the times of recording go back by {:.2f} s: its clock was set back, some of its "
+                        "messages (pictures) came late, or several recorders wrote it; messages are taken in "
+                        "the order of their times",
                         static_cast<double>(before - start) * 1e-9),
             {.source = source_->name(),
              .byte = static_cast<std::int64_t>(index_.chunks[i].chunk_start_offset)},
