@@ -152,6 +152,11 @@ std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan
   return sec * kSecond + nsec;
 }
 
+/// What says how things are and not when: some stamp it with 0.
+bool is_description(const LogChannel& channel) {
+  return channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
+}
+
 Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint64_t)>& progress) {
   std::map<Key, Counting> counting;
   for (const LogChannel& channel : log.channels()) counting[key_of(channel)].report = described(channel);
@@ -163,6 +168,9 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
         return stopped ? fail(ErrorCode::LimitExceeded, "stopped") : Status{};
       });
   if (!status && !stopped) return tl::unexpected(status.error());
+  const bool tells_of_time = std::ranges::any_of(log.channels(), [&](const LogChannel& channel) {
+    return counting.at(key_of(channel)).report.messages > 0 && !is_description(channel);
+  });
   LogReport report;
   std::uint64_t first = std::numeric_limits<std::uint64_t>::max();
   std::uint64_t last = 0;
@@ -170,7 +178,7 @@ Result<LogReport> report_on(MessageLog& log, const std::function<bool(std::uint6
     Counting& counted = counting.at(key_of(channel));
     counted.report.rate_hz = rate(counted.report.messages, counted.first, counted.last);
     report.messages += counted.report.messages;
-    if (counted.report.messages > 0) {
+    if (counted.report.messages > 0 && !(tells_of_time && is_description(channel))) {
       first = std::min(first, counted.first);
       last = std::max(last, counted.last);
     }

@@ -87,6 +87,22 @@ TEST(LogReport, AClockThatJumpsIsNoticed) {
   }
 }
 
+TEST(LogReport, ADescriptionStampedWithZeroMakesNoDriveLonger) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480).value();
+  EXPECT_TRUE(recorder->add_camera({}, camera, SE3()));
+  for (int s = 1000; s <= 1063; ++s)
+    EXPECT_TRUE(recorder->add(Odometry{.stamp = SensorTime(std::chrono::seconds(s))}));
+  EXPECT_TRUE(recorder->close());
+  const auto log = open_log(memory_source(file));
+  const auto report = report_on(**log);
+  ASSERT_TRUE(report);
+  EXPECT_NEAR(report->duration_s, 63, 1e-9);
+  EXPECT_EQ(report->messages, 66U);
+}
+
 TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
   Bytes file;
   auto recorder = SampleRecorder::open(memory_sink(file));
