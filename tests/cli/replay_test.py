@@ -102,9 +102,12 @@ class Replay(WithLap):
         again = self.run_here("optimize", "map", "--name", "fast", "--speed-m-s", 0.7, "--rounds", 1)
         self.assertIn("has a number in its name now: route-fast.svg, route-fast.yaml", again.err)
         self.assertTrue((self.folder / "map/route-fast.1.yaml").exists())
-        (driven,) = self.replay("--route", "fast", "--json").records
+        promised_s = float(re.search(r"lap \[s\] +\S+ +(\S+)", again.out)[1])
+        command = re.search(r"drive it with `waymark replay map (.+)`", again.out)[1].split()
+        (driven,) = self.replay(*command, "--json").records
         self.assertTrue(driven["finished"])
         self.assertLess(driven["cross_track_rmse_m"], 0.03)
+        self.assertAlmostEqual(driven["lap_s"], promised_s, delta=2, msg="the command drives what was promised")
         self.run_here("map", "lap.mcap", "-o", "map")  # another map: the routes of the old one step aside
         self.assertFalse((self.folder / "map/route-fast.yaml").exists())
         self.assertTrue((self.folder / "map/route-fast.2.yaml").exists())

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -23,6 +25,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/route_optimizer.hpp"
+#include "waymark/replay/safety_limiter.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -120,6 +123,24 @@ Status write_route_files(const OptimizeArgs& args, const Route& taught, const Ta
   return {};
 }
 
+/// What drives the route as it was promised: the speed is the route's, the rest is told.
+std::string drive_command(const OptimizeArgs& args, const ProfileOptions& profile) {
+  std::string command = fmt::format("waymark replay {} --route {}", args.folder, args.name);
+  const SafetyOptions usual;
+  if (profile.speed_m_s > usual.max_speed_m_s)
+    command += fmt::format(" --max-speed-m-s {}", profile.speed_m_s);
+  std::vector<double> defaults;
+  const ProfileOptions plain;
+  ProfileOptions::fields(plain, [&](double value, const auto&) { defaults.push_back(value); });
+  std::size_t i = 0;
+  ProfileOptions::fields(profile, [&](double value, const auto& field) {
+    std::string flag(field.name);
+    std::ranges::replace(flag, '_', '-');
+    if (value != defaults[i++] && flag != "speed-m-s") command += fmt::format(" --{} {}", flag, value);
+  });
+  return command;
+}
+
 Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptions& options,
                                   const ProfileOptions& profile) {
   const fs::path folder = args.folder;
@@ -137,6 +158,10 @@ Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptio
   auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, profile, options);
   if (!found) return tl::unexpected(found.error());
   Optimized result{.found = std::move(*found)};
+  if (profile.speed_m_s > 0) {  // the route says it, so that every drive of it asks for it
+    for (RoutePoint& point : result.found.route.points)
+      point.speed_m_s = std::copysign(profile.speed_m_s, point.speed_m_s);
+  }
   const Status status = write_route_files(args, *taught, map->tags, result);
   if (!status) return tl::unexpected(status.error());
   return result;
@@ -165,9 +190,8 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
                              {"optimized", json_of(result->found.optimized)},
                              {"files", result->files}}));
   else
-    console.print(comparison(result->found) +
-                  fmt::format("{}: drive it with `waymark replay {} --route {}`\n", result->files.front(),
-                              args.folder, args.name));
+    console.print(comparison(result->found) + fmt::format("{}: drive it with `{}`\n", result->files.front(),
+                                                          drive_command(args, profile)));
   return ExitCode::Ok;
 }
 
