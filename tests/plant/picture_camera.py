@@ -7,7 +7,6 @@ import math
 import pathlib
 import shutil
 import tempfile
-import typing
 
 import numpy as np
 
@@ -17,6 +16,7 @@ import frames
 import native
 import tag_bitmaps
 from drive import Motion
+from messages import Line
 
 MOMENTS = 96  # poses from the first row's opening to the last row's closing
 FILES = 64  # the oldest is written over
@@ -37,12 +37,6 @@ class PictureOptions:
 
 class Look(ctypes.Structure):
     _fields_ = [(name, ctypes.c_double) for name in ("exposure_s", "readout_s", "gain", "veil", "sharpen", "shot", "read")] + [("dark", ctypes.c_int)]
-
-
-class Line(typing.NamedTuple):
-    kind: str
-    stamp_s: float
-    values: dict[str, object]
 
 
 class PictureCamera:

@@ -7,9 +7,9 @@ import argparse
 import collections
 import json
 import math
+import os
 import pathlib
 import sys
-import typing
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import body
@@ -20,6 +20,7 @@ import frames
 import kinematic_plant
 import sensors
 from drive import Disturbance, DriveOptions, Motion, Plant
+from messages import Line
 from teacher import Teacher
 
 TICK_S = 0.005
@@ -149,16 +150,10 @@ class SayingCorners:
     def __init__(self, camera: corner_camera.CornerCamera, base_T_camera):
         self._camera, self._base_T_camera = camera, base_T_camera
 
-    def message(self, motions: list[Motion], stamp_s: float, dark: bool) -> "Line":
+    def message(self, motions: list[Motion], stamp_s: float, dark: bool) -> Line:
         world_T_camera = world_T_base(motions[len(motions) // 2]) @ self._base_T_camera
         tags = self._camera.look(frames.inverse(world_T_camera), dark)
         return Line("detections", stamp_s, {"tags": tags})
-
-
-class Line(typing.NamedTuple):
-    kind: str
-    stamp_s: float
-    values: dict[str, object]
 
 
 def world_T_base(motion: Motion):
@@ -222,4 +217,7 @@ def main() -> None:
         robot.decide(ordered)
 
 
-main()
+try:
+    main()
+except BrokenPipeError:  # nobody reads any more: the robot stops
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
