@@ -70,6 +70,25 @@ class Tagslam(InFolder):
         names = {path.name for path in (self.folder / "second").iterdir()}
         self.assertEqual(names, {"map.yaml", "poses.yaml", "camera_poses.yaml", "trajectory_cam_rig.txt", "summary.json"})
 
+    def test_flags_without_effect_are_refused(self):
+        bag, _, folder = self.of(16)
+        for flags in (["--tag-size-m", "0.1"], ["--anchor", "tag36h11:0"], ["--extend", "m"], ["--remove", "7"],
+                      ["--prior", "m"], ["--method", "chain"], ["--no-estimate-noise"], ["--family", "tag36h11"],
+                      ["--find-mounting"], ["--world", "circuit24"], ["--anchor-pose", *"000000"]):
+            outcome = self.run_here("map", bag, "--tagslam", folder, "-o", "x", *flags)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), flags)
+            self.assertIn("no effect", outcome.err)
+            self.assertIn(flags[0].replace("--no-", "--"), outcome.err)
+            self.assertFalse((self.folder / "x").exists())
+
+    def test_a_table_of_detections_is_refused_with_a_reason(self):
+        _, _, folder = self.of(16)
+        table = self.folder / "tags.csv"
+        table.write_text("t_ns,cam,tag,x0,y0,x1,y1,x2,y2,x3,y3,hamming\n1000000,cam0,1,1,2,3,2,3,4,1,4,0\n")
+        outcome = self.run_here("map", table, "--tagslam", folder, "-o", "x")
+        self.assertEqual((outcome.code, outcome.out), (1, ""), outcome.err)
+        self.assertIn("CSV", outcome.err)
+
     def test_mistakes(self):
         bag, _, folder = self.of(16)
         broken = self.folder / "broken"

@@ -16,6 +16,7 @@
 #include "waymark/config/tagslam_write.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/mapping/scene_checks.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -124,10 +125,14 @@ Status write_scene_folder(const MapSceneJob& job, const SceneRecording& recordin
 void warn(MapSceneReport& report) {
   const SceneMap& map = report.map;
   for (const std::vector<TagId>& group : map.unconnected) {
+    const bool tied = std::ranges::any_of(
+        map.left_out_cuts, [&](const SceneCut& cut) { return cut.beyond == group; });  // said by scene_doubts
+    if (tied) continue;
     report.warnings.push_back(
         fmt::format("tag{} {} {} never seen together with one that leads to the map: left out",
                     group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
   }
+  for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
   if (!map.unbelieved.empty())
     report.warnings.push_back(
         fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
@@ -204,6 +209,15 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
   nlohmann::ordered_json unconnected = nlohmann::ordered_json::array();
   for (const auto& group : map.unconnected)
     unconnected.push_back(numbers(group, [](const TagId& t) { return t.number; }));
+  const auto cuts = [&](const std::vector<SceneCut>& all) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    const auto number = [](const TagId& t) { return t.number; };
+    for (const SceneCut& cut : all)
+      list.push_back({{"ids", numbers(cut.beyond, number)},
+                      {"by_ids", numbers(cut.by, number)},
+                      {"observations", cut.observations}});
+    return list;
+  };
   nlohmann::ordered_json json = {
       {"frames", report.frames},
       {"frames_without_pose", report.frames_without_pose},
@@ -213,6 +227,10 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
       {"foreign_ids", numbers(map.sightings.foreign, [](const auto& entry) { return entry.first.number; })},
       {"unbelieved_ids", numbers(map.unbelieved, [](const TagId& t) { return t.number; })},
       {"unconnected_ids", unconnected},
+      {"undetermined_ids", numbers(map.undetermined, [](const TagId& t) { return t.number; })},
+      {"thin_cuts", cuts(map.thin_cuts)},
+      {"left_out_cuts", cuts(map.left_out_cuts)},
+      {"size_scale", map.size_scale},
       {"noise_px", map.noise_px},
       {"reprojection_mean_px", map.reprojection_mean_px},
       {"reprojection_median_px", map.reprojection_median_px},

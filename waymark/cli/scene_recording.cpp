@@ -102,6 +102,10 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
                                             std::vector<std::string>& problems) {
   const auto log = open_log(path);
   if (!log) return tl::unexpected(log.error());
+  if ((*log)->format() == LogFormat::Csv)
+    return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",
+                {.source = path.string()},
+                "Scenes of --tagslam are mapped from a bag or an MCAP file of detections.");
   const auto cameras = cameras_by_topic(**log, scene);
   if (!cameras) {
     Error error = cameras.error();

@@ -28,12 +28,14 @@ namespace {
 
 struct MapArgs {
   explicit MapArgs(CLI::App& app)
-      : bundle(app, "Method bundle"),
+      : app(app),
+        bundle(app, "Method bundle"),
         chain(app, "Where the search starts, and method chain"),
         points(app, "Recordings with poses of tags and no corners"),
         route(app, "Route"),
         detector(app) {}
 
+  const CLI::App& app;
   std::string lap;
   std::string folder;
   std::string method = "bundle";
@@ -138,6 +140,19 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
+/// Flags that scenes have no use for.
+Status check_tagslam_flags(const CLI::App& app) {
+  const std::vector<std::string> known = {"LAP",  "output", "tagslam",      "model",       "against",
+                                          "json", "help",   "outlier-chi2", "robust-chi2", "max-iterations"};
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_single_name();
+    if (option->count() > 0 && std::ranges::find(known, name) == known.end())
+      return fail(ErrorCode::InvalidArgument, "this has no effect on scenes that TagSLAM's files describe",
+                  {.key = option->get_name()}, "Leave it out, or leave out --tagslam.");
+  }
+  return {};
+}
+
 /// What is missing (a verb with verbs of its own cannot leave that to the parser), and flags that would be
 /// passed over in silence.
 Status check_flags(const MapArgs& args) {
@@ -148,7 +163,7 @@ Status check_flags(const MapArgs& args) {
   if (args.lap.empty())
     return fail(ErrorCode::InvalidArgument, "LAP is required: a recording, or the verb 'convert'");
   if (args.folder.empty()) return fail(ErrorCode::InvalidArgument, "--output is required");
-  if (!args.tagslam.empty()) return {};
+  if (!args.tagslam.empty()) return check_tagslam_flags(args.app);
   if (args.model != "waymark") return only_with_tagslam("--model");
   if (!args.against.empty()) return only_with_tagslam("--against");
   return {};

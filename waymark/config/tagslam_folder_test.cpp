@@ -107,6 +107,35 @@ TEST_F(TagslamFolder, WhatIsWrongIsSaidWithItsPlace) {
   EXPECT_THAT(without("tagslam.yaml", kTagslam, "bodies:", "bodys:"), ::testing::HasSubstr("body"));
 }
 
+TEST_F(TagslamFolder, DetectionsThatAreToBePassedOverOrRenamedAreRead) {
+  write("tagslam.yaml", std::string(kTagslam) + R"(
+squash:
+ - {time: "1527206556.891942748", tags: [85, 86]}
+ - {camera: cam0, tags: [8]}
+tag_id_remap:
+ - id: 20
+   remaps:
+    - {remap_id: 420, start_time: 1541686885.999522770, end_time: 1541686936.5, camera: cam0}
+    - {remap_id: 520, start_time: 1541687179, end_time: 1.541687229942551e9}
+)");
+  const auto scene = read_tagslam_folder(folder_);
+  ASSERT_TRUE(scene) << to_string(scene.error());
+  ASSERT_EQ(scene->squash.size(), 2U);
+  EXPECT_EQ(scene->squash[0].stamp, SensorTime(Duration(1527206556891942748)));
+  EXPECT_THAT(scene->squash[0].ids, ::testing::ElementsAre(85, 86));
+  EXPECT_EQ(scene->squash[1].stamp, std::nullopt);
+  EXPECT_EQ(scene->squash[1].camera, "cam0");
+  ASSERT_EQ(scene->remaps.size(), 2U);
+  EXPECT_EQ(scene->remaps[0].becomes, 420);
+  EXPECT_EQ(scene->remaps[0].from, SensorTime(Duration(1541686885999522770)));
+  EXPECT_EQ(scene->remaps[0].to, SensorTime(Duration(1541686936500000000)));
+  EXPECT_EQ(scene->remaps[1].id, 20);
+  EXPECT_NEAR(static_cast<double>(scene->remaps[1].to.time_since_epoch().count()), 1.541687229942551e18, 1e4);
+  EXPECT_THAT(without("tagslam.yaml", std::string(kTagslam) + "squash:\n - {time: noon, tags: [1]}\n", "noon",
+                      "noon"),
+              ::testing::HasSubstr("noon"));
+}
+
 TEST_F(TagslamFolder, BothFormsSayTheSame) {
   WAYMARK_REAL_DATA(data, "tagslam");
   for (const char* test : {"test_1", "test_4", "test_15", "test_21"}) {

@@ -1,5 +1,3 @@
-#include <cmath>
-
 #include "waymark/config/tagslam_parts.hpp"
 
 namespace waymark::internal {
@@ -43,27 +41,12 @@ SceneBody read_body_json(const YamlCursor& entry, TagslamReader& read) {
   return body;
 }
 
-SensorTime time_of(double seconds) {
-  return SensorTime(Duration(static_cast<std::int64_t>(std::llround(seconds * 1e9))));
-}
-
 void read_lists(const YamlCursor& config, TagslamReader& read, TagScene& scene) {
   const auto each = [](const YamlCursor& at, std::string_view key, const auto& visit) {
     const auto list = at.find(key);
     for (const YamlCursor& item : list ? list->children() : std::vector<YamlCursor>()) visit(item);
   };
-  each(config, "tag_id_remap", [&](const YamlCursor& entry) {
-    each(entry, "remaps", [&](const YamlCursor& at) {
-      scene.remaps.push_back({read.integer(entry, "id", -1), read.integer(at, "remap_id", -1),
-                              time_of(read.number(at, "start_time", 0)),
-                              time_of(read.number(at, "end_time", 0)), read.text(at, "camera", "")});
-    });
-  });
-  each(config, "squash", [&](const YamlCursor& at) {
-    SceneSquash squash{.camera = read.text(at, "camera", ""), .ids = read.ids(at, "tags")};
-    if (at.find("time")) squash.stamp = time_of(read.number(at, "time", 0));
-    scene.squash.push_back(std::move(squash));
-  });
+  read_tagslam_times(config, read, scene);
   each(config, "distance_measurements", [&](const YamlCursor& at) {
     scene.distances.push_back({read.integer(at, "tag1", -1), read.integer(at, "tag2", -1),
                                our_corner(read.integer(at, "corner1", 0)),

@@ -1,5 +1,7 @@
 #include "waymark/config/tagslam_parts.hpp"
 
+#include <charconv>
+#include <cmath>
 #include <numbers>
 
 #include "waymark/config/camera_formats.hpp"
@@ -8,6 +10,27 @@ namespace waymark::internal {
 namespace {
 
 constexpr std::int64_t kLargest = 1'000'000'000;
+
+template <class Visit>
+void each(const YamlCursor& at, std::string_view key, const Visit& visit) {
+  const auto list = at.find(key);
+  for (const YamlCursor& item : list ? list->children() : std::vector<YamlCursor>()) visit(item);
+}
+
+/// "1527206556.891942748" in nanoseconds; nothing where it is no such number.
+std::optional<std::int64_t> nanoseconds_of(std::string_view text) {
+  constexpr std::size_t kDigits = 9;
+  const std::size_t point = std::min(text.find('.'), text.size());
+  std::string digits(text.substr(0, point));
+  std::string fraction(text.substr(std::min(point + 1, text.size())));
+  fraction.resize(kDigits, '0');
+  if (digits.empty()) return std::nullopt;
+  digits += fraction;
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+  if (error != std::errc() || end != digits.data() + digits.size()) return std::nullopt;
+  return value;
+}
 
 SE3 half_turn() { return SE3(SO3::exp(Eigen::Vector3d(std::numbers::pi, 0, 0)), Eigen::Vector3d::Zero()); }
 
@@ -60,6 +83,15 @@ double TagslamReader::positive(const YamlCursor& at, std::string_view key) {
   const double value = keep(at.read_at(key, &YamlCursor::number), 1.0);
   if (!(value > 0)) fail_at(*at.find(key), "must be greater than 0");
   return value > 0 ? value : 1;
+}
+
+SensorTime TagslamReader::time(const YamlCursor& at, std::string_view key) {
+  const std::string text = keep(at.read_at(key, &YamlCursor::text), std::string("0"));
+  if (const auto exact = nanoseconds_of(text)) return SensorTime(Duration(*exact));
+  const double seconds = number(at, key, 0);
+  constexpr double kFarthest = 9e9;
+  if (std::abs(seconds) > kFarthest) fail_at(*at.find(key), "a time in seconds is needed");
+  return SensorTime(Duration(std::abs(seconds) > kFarthest ? 0 : std::llround(seconds * 1e9)));
 }
 
 Matrix6 TagslamReader::sqrt_information(const YamlCursor& at, std::string_view key) {
@@ -142,6 +174,21 @@ void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBod
   const double stays_rad = read.number(body, "fake_odom_rotation_noise", 0);
   if (stays_m > 0 && stays_rad > 0)
     into.stays_put = SceneMotionNoise{.sigma_m = stays_m, .sigma_rad = stays_rad};
+}
+
+void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene) {
+  each(root, "tag_id_remap", [&](const YamlCursor& entry) {
+    each(entry, "remaps", [&](const YamlCursor& at) {
+      scene.remaps.push_back({read.integer(entry, "id", -1), read.integer(at, "remap_id", -1),
+                              read.time(at, "start_time"), read.time(at, "end_time"),
+                              read.text(at, "camera", "")});
+    });
+  });
+  each(root, "squash", [&](const YamlCursor& at) {
+    SceneSquash squash{.camera = read.text(at, "camera", ""), .ids = read.ids(at, "tags")};
+    if (at.find("time")) squash.stamp = read.time(at, "time");
+    scene.squash.push_back(std::move(squash));
+  });
 }
 
 }  // namespace waymark::internal

@@ -31,6 +31,8 @@ class TagslamReader {
   /// {x:, y:, z:} or [x, y, z]; zero where it is missing.
   Eigen::Vector3d vector(const YamlCursor& at, std::string_view key, double fallback = 0);
   double positive(const YamlCursor& at, std::string_view key);
+  /// Seconds with up to nine digits behind the point, exactly; quoted or not.
+  SensorTime time(const YamlCursor& at, std::string_view key);
 
   /// A matrix W of TagSLAM, rotation first, as ours: translation first. TagSLAM takes the 36 numbers by
   /// columns (only so are its own results the minimum of its cost).
@@ -54,6 +56,8 @@ struct TagslamCameraKeys {
                                                        const TagslamCameraKeys& keys, const TagScene& scene);
 /// What odometry keys say of a body; they are the same in both files but for T_body_odom.
 void read_tagslam_odometry(const YamlCursor& body, TagslamReader& read, SceneBody& into);
+/// `tag_id_remap` and `squash`, the same in both files.
+void read_tagslam_times(const YamlCursor& root, TagslamReader& read, TagScene& scene);
 
 [[nodiscard]] Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& cameras,
                                                  const std::optional<YamlCursor>& camera_poses);

@@ -139,6 +139,7 @@ Result<TagScene> read_tagslam_yaml(const YamlCursor& tagslam, const YamlCursor& 
   });
   scene.default_body = scene.body_named(read.text(tagslam, "default_body", ""));
   read_measurements(tagslam, read, scene);
+  read_tagslam_times(tagslam, read, scene);
   if (!read.status()) return tl::unexpected(read.status().error());
   const std::vector<YamlCursor> entries = cameras.children();
   for (std::size_t i = 0; cameras.is_map() && i < entries.size(); ++i) {

@@ -32,7 +32,8 @@ struct CornerTerm {
   PoseIndex rig = 0, cam = 0, body = 0, tag = 0;
   std::size_t camera = 0;  ///< index into Bundle::cameras
   CornerFactor factor{};
-  bool used = true;  ///< false: an outlier, evaluated but without a say
+  bool used = true;       ///< false: an outlier, evaluated but without a say
+  bool doubtful = false;  ///< no other sighting confirms it: without a say until everything else stands
 };
 
 struct PriorTerm {
@@ -165,7 +166,9 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options = {}, const Bun
 
 /// What is known afterwards: the inverse of the information matrix, by blocks.
 struct BundleCovariance {
-  std::vector<Matrix6> poses{};             ///< of each pose in its left tangent; zero for fixed ones
+  /// Of each pose in its left tangent; zero for fixed ones, a standard deviation of 1e3 in every direction
+  /// where the information matrix could not be factorised.
+  std::vector<Matrix6> poses{};
   std::vector<Matrix6> scales{};            ///< of OdometryScales::vector(); zero for what is known
   std::vector<std::size_t> undetermined{};  ///< poses (by index) with a direction that nothing determines
   std::vector<Matrix6> pairs{};             ///< of the pairs asked for: rows first, columns second

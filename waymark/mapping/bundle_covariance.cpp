@@ -30,7 +30,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
       const int unknown = unknowns.of_pose[i];
       if (unknown < 0) continue;
       result.poses[i] = block_of(unknown);
-      if (result.poses[i].diagonal().maxCoeff() > kUndetermined) result.undetermined.push_back(i);
+      if (!(result.poses[i].diagonal().maxCoeff() <= kUndetermined)) result.undetermined.push_back(i);
     }
     for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
       const int unknown = unknowns.of_scales[i];
@@ -48,7 +48,15 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   const internal::FrontPlan fronts = internal::front_plan(system);
   internal::FrontCholesky cholesky(system, fronts);
   if (!cholesky.factorize(0, kFloor)) {
-    for (std::size_t i = 0; i < bundle.poses.size(); ++i) result.undetermined.push_back(i);
+    // Nothing can be said of how certain anything is; a zero would say that all is exact.
+    read([&](int unknown) {
+      const int n = system.dimension(unknown);
+      return Eigen::MatrixXd(kUndetermined * kUndetermined * Eigen::MatrixXd::Identity(n, n));
+    });
+    result.undetermined.clear();
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      if (unknowns.of_pose[i] >= 0) result.undetermined.push_back(i);
+    }
     return result;
   }
   std::vector<std::pair<int, int>> diagonal;

@@ -39,7 +39,8 @@ class Placer {
         hypotheses_(bundle.poses.size()),
         appearances_(bundle.poses.size()),
         squares_(bundle.corners.size()),
-        changed_(bundle.poses.size(), 1) {
+        dirty_(bundle.poses.size(), 1),
+        agreed_(bundle.poses.size()) {
     for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
       if (bundle.poses[i].fixed || known[i].placed)
         hypotheses_[i] = {{bundle.poses[i].value, known[i].covariance, 0}};
@@ -57,7 +58,13 @@ class Placer {
   std::vector<char> run() {
     while (true) {
       place_frames();
-      if (!place_statics(3) && !place_statics(1)) break;
+      if (place_statics(std::max(3, fewest())) || place_statics(fewest())) {
+        if (doubtful_too_) trust(false);
+      } else if (doubtful_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::doubtful)) {
+        break;
+      } else {
+        trust(true);
+      }
     }
     carry();
     std::vector<char> placed(bundle_.poses.size(), 0);
@@ -73,7 +80,32 @@ class Placer {
   }
 
  private:
+  [[nodiscard]] int fewest() const {
+    return doubtful_too_ ? options_.fewest_doubtful_votes : options_.fewest_votes;
+  }
+
+  /// Whether terms in doubt vote.
+  void trust(bool doubtful_too) {
+    doubtful_too_ = doubtful_too;
+    for (const CornerTerm& term : bundle_.corners) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
+        if (term.doubtful) dirty_[pose_of(term, role)] = 1;
+      }
+    }
+  }
+
+  void set(PoseIndex pose, std::vector<Hypothesis> hypotheses) {
+    hypotheses_[pose] = std::move(hypotheses);
+    for (const Appearance& at : appearances_[pose]) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
+        const PoseIndex other = pose_of(bundle_.corners[at.term], role);
+        if (other != pose) dirty_[other] = 1;
+      }
+    }
+  }
+
   [[nodiscard]] const std::vector<Hypothesis>& squares(std::size_t term) {
+    if (options_.squares != nullptr) return (*options_.squares)[term];
     auto& at = squares_[term];
     if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.corner_sigma_px);
     return *at;
@@ -84,6 +116,7 @@ class Placer {
     std::vector<Vote<SE3>> result;
     for (const Appearance& at : appearances_[pose]) {
       if (result.size() >= most) break;
+      if (bundle_.corners[at.term].doubtful && !doubtful_too_) continue;
       std::array<const std::vector<Hypothesis>*, 4> sets{};
       bool ready = true;
       for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
@@ -97,29 +130,19 @@ class Placer {
     return result;
   }
 
-  [[nodiscard]] bool touched(PoseIndex pose) const {
-    return std::ranges::any_of(appearances_[pose], [&](const Appearance& at) {
-      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
-        const PoseIndex other = pose_of(bundle_.corners[at.term], role);
-        if (other != pose && changed_[other] != 0) return true;
-      }
-      return false;
-    });
-  }
-
   /// Every frame that saw something placed, again when more of what it saw is.
   void place_frames() {
-    std::vector<PoseIndex> placed_now;
     for (int pass = 0; pass < 2; ++pass) {  // a body seen by a rig: first the rig, then the body
+      std::vector<PoseIndex> touched;
       for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
-        if (!known_[i].moves || bundle_.poses[i].fixed || appearances_[i].empty() || !touched(i)) continue;
-        std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMostOfFrame));
-        if (found.empty()) continue;
-        hypotheses_[i] = std::move(found);
-        placed_now.push_back(i);
+        if (!known_[i].moves || bundle_.poses[i].fixed || dirty_[i] == 0) continue;
+        dirty_[i] = 0;
+        touched.push_back(i);
       }
-      std::ranges::fill(changed_, 0);
-      for (PoseIndex i : placed_now) changed_[i] = 1;
+      for (PoseIndex i : touched) {
+        std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMostOfFrame));
+        if (!found.empty()) set(i, std::move(found));
+      }
     }
   }
 
@@ -138,19 +161,18 @@ class Placer {
 
   /// The unplaced static poses with the most votes that agree, at least `fewest`; whether there was any.
   bool place_statics(int fewest) {
-    std::vector<std::pair<int, std::pair<PoseIndex, Hypothesis>>> found;
+    std::vector<PoseIndex> found;
     int best = 0;
     for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
       if (known_[i].moves || !hypotheses_[i].empty() || appearances_[i].empty()) continue;
-      const auto agreed = internal::agree(votes(i, kMostOfStatic), internal::kPoseGate);
-      if (!agreed || agreed->votes < fewest) continue;
-      best = std::max(best, agreed->votes);
-      found.push_back({agreed->votes, {i, {agreed->value.mean, agreed->value.covariance, 0}}});
+      if (dirty_[i] != 0) agreed_[i] = internal::agree(votes(i, kMostOfStatic), internal::kPoseGate);
+      dirty_[i] = 0;
+      if (!agreed_[i] || agreed_[i]->votes < fewest) continue;
+      best = std::max(best, agreed_[i]->votes);
+      found.push_back(i);
     }
-    for (auto& [count, place] : found) {
-      if (2 * count < best) continue;
-      hypotheses_[place.first] = {place.second};
-      changed_[place.first] = 1;
+    for (PoseIndex i : found) {
+      if (2 * agreed_[i]->votes >= best) set(i, {{agreed_[i]->value.mean, agreed_[i]->value.covariance, 0}});
     }
     return !found.empty();
   }
@@ -175,7 +197,9 @@ class Placer {
   std::vector<std::vector<Hypothesis>> hypotheses_;
   std::vector<std::vector<Appearance>> appearances_;
   std::vector<std::optional<std::vector<Hypothesis>>> squares_;
-  std::vector<char> changed_;
+  std::vector<char> dirty_;  ///< of each pose: what it is seen with has changed
+  std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< of poses that are not placed yet
+  bool doubtful_too_ = false;
 };
 
 }  // namespace

@@ -90,7 +90,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
   std::vector<char> good(bundle.corners.size(), 0);
   for (std::size_t i = 0; i < bundle.corners.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
-    if (!can_count(term)) continue;
+    if (!can_count(term) || term.doubtful) continue;
     good[i] = loss(bundle, term, good_chi2) < std::log1p(1.0) ? 1 : 0;
     for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
       appearances[pose_of(term, role)].push_back({i, role});
@@ -105,7 +105,7 @@ int replace_contradicted(Bundle& bundle, const std::vector<char>& placed, const 
       moved += better_place(bundle, i, appearances[i], moves, good_chi2, options) ? 1 : 0;
     }
   }
-  for (CornerTerm& term : bundle.corners) term.used = can_count(term);
+  for (CornerTerm& term : bundle.corners) term.used = can_count(term) && !term.doubtful;
   return moved;
 }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/confirmed_sightings.hpp"
 #include "waymark/mapping/scene_report.hpp"
 #include "waymark/mapping/stopped.hpp"
 
@@ -24,11 +25,12 @@ bool tells_much(const ScenePrior& prior) {
          P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
 }
 
-std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& problem) {
+/// `weak`: also what tells little; better than nothing where nothing else leads to the map.
+std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& problem, bool weak) {
   std::vector<KnownPose> known(problem.bundle.poses.size());
   for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
   const auto from = [&](PoseIndex pose, const std::optional<ScenePrior>& prior) {
-    if (prior && tells_much(*prior)) known[pose] = {true, prior->covariance(), false};
+    if (prior && (weak || tells_much(*prior))) known[pose] = {true, prior->covariance(), false};
   };
   for (std::size_t c = 0; c < scene.cameras.size(); ++c)
     from(problem.cameras[c], scene.cameras[c].body_T_cam);
@@ -48,8 +50,11 @@ class Search {
   /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
   void rough() {
     Bundle& bundle = map_.problem.bundle;
-    known_ = what_is_known(map_.scene, map_.problem);
-    map_.placed = place_poses(bundle, known_);
+    for (bool weak : {false, true}) {
+      known_ = what_is_known(map_.scene, map_.problem, weak);
+      place();
+      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
+    }
     own_noise(kStartPx);
     replace_contradicted(bundle, map_.placed, known_, kFar);
     // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
@@ -78,7 +83,26 @@ class Search {
       if (!changed && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRough);
     }
+    find_size_of_tags();
     find(0, options_.search.max_iterations, "adjusting");
+  }
+
+  /// Where distances are given, the size of all tags is not: one factor for all of them, by the minimum of
+  /// the parabola through what three of them cost.
+  void find_size_of_tags() {
+    if (map_.problem.bundle.point_distances.empty() || options_.model != SceneModel::Waymark) return;
+    for (double step : {kSizeSigma, kSizeSigma / 10}) {
+      const double at = map_.size_scale;
+      const double middle = cost_at_size(at);
+      const double less = cost_at_size(at - step);
+      const double more = cost_at_size(at + step);
+      const double bend = less - 2 * middle + more;
+      const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
+      cost_at_size(at + std::clamp(best, -10 * step, 10 * step));
+    }
+    for (SceneBody& body : map_.scene.bodies) {
+      for (SceneTag& tag : body.tags) tag.size_m *= map_.size_scale;
+    }
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
@@ -89,6 +113,89 @@ class Search {
   static constexpr double kRough = 1e-4;    // which sightings count shows long before the last digit
   static constexpr double kFine = 1e-8;
   static constexpr double kFar = 200;
+  static constexpr double kSizeSigma = 0.005;  // of the size that all tags were printed in
+
+  /// The least cost when all tags are so many times as large as was said.
+  double cost_at_size(double scale) {
+    Bundle& bundle = map_.problem.bundle;
+    const double ratio = scale / map_.size_scale;
+    map_.size_scale = scale;
+    for (CornerTerm& term : bundle.corners) term.factor.size_m *= ratio;
+    for (PointDistanceTerm& term : bundle.point_distances) {
+      term.a.tag_p *= ratio;
+      term.b.tag_p *= ratio;
+    }
+    for (PointCoordinateTerm& term : bundle.point_coordinates) term.point.tag_p *= ratio;
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      SE3& pose = bundle.poses[i].value;
+      if (!bundle.poses[i].fixed) pose = SE3(pose.rotation(), ratio * pose.translation());
+    }
+    find(0, options_.search.max_iterations, "size of the tags");
+    const double off = (scale - 1) / kSizeSigma;
+    return cost(bundle) + off * off / 2;
+  }
+
+  void place() {
+    Bundle& bundle = map_.problem.bundle;
+    PlaceOptions options;
+    for (CornerTerm& term : bundle.corners) term.used = true;
+    std::vector<std::vector<internal::Hypothesis>> squares;
+    if (options_.model == SceneModel::Waymark) {
+      squares.reserve(bundle.corners.size());
+      for (const CornerTerm& term : bundle.corners)
+        squares.push_back(internal::poses_of_square(bundle, term, options.corner_sigma_px));
+      const internal::Confirmation confirmation = confirm(squares);
+      for (std::size_t i = 0; i < bundle.corners.size(); ++i)
+        bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
+      options.fewest_votes = 2;
+      options.fewest_doubtful_votes = confirmation.fewest_votes;
+      options.squares = &squares;
+    }
+    map_.placed = place_poses(bundle, known_, options);
+    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.doubtful;
+  }
+
+  /// Views are of one camera at one time.
+  [[nodiscard]] internal::Confirmation confirm(
+      const std::vector<std::vector<internal::Hypothesis>>& squares) const {
+    const std::size_t cameras = map_.scene.cameras.size();
+    std::vector<internal::ViewedTag> seen;
+    seen.reserve(map_.sightings.seen.size());
+    std::size_t frames = 0;
+    for (const SceneSighting& sighting : map_.sightings.seen) frames = std::max(frames, sighting.frame + 1);
+    for (const SceneSighting& sighting : map_.sightings.seen)
+      seen.push_back({sighting.camera * (frames + 1) + sighting.frame,
+                      map_.problem.tags[sighting.body][sighting.tag], sighting.body});
+    return internal::confirm_sightings(seen, squares, motions_of_views(frames, cameras));
+  }
+
+  /// Of cameras whose place on a body with measured motion is known.
+  [[nodiscard]] std::vector<internal::ViewMotion> motions_of_views(std::size_t frames,
+                                                                   std::size_t cameras) const {
+    std::vector<internal::ViewMotion> motions(cameras * (frames + 1));
+    const Bundle& bundle = map_.problem.bundle;
+    std::map<PoseIndex, const RelativeTerm*> to;
+    for (const RelativeTerm& term : bundle.relatives) to[term.b] = &term;
+    for (std::size_t c = 0; c < cameras; ++c) {
+      const PoseIndex cam = map_.problem.cameras[c];
+      if (!known_[cam].placed && !bundle.poses[cam].fixed) continue;
+      const SE3& body_T_cam = bundle.poses[cam].value;
+      const SE3 cam_T_body = body_T_cam.inverse();
+      for (std::size_t f = 1; f < frames; ++f) {
+        const std::size_t body = map_.scene.cameras[c].body;
+        const auto term = to.find(map_.problem.body_at(body, f));
+        if (term == to.end() || term->second->a != map_.problem.body_at(body, f - 1)) continue;
+        const RelativePoseFactor& factor = term->second->factor;
+        const Matrix6 W_inverse = factor.whitening.inverse();
+        const Matrix6 Ad = cam_T_body.adjoint();
+        motions[c * (frames + 1) + f] = {
+            true,
+            cam_T_body * factor.body_T_sensor * factor.measured * factor.body_T_sensor.inverse() * body_T_cam,
+            Ad * W_inverse * W_inverse.transpose() * Ad.transpose()};
+      }
+    }
+    return motions;
+  }
 
   [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
 
@@ -140,9 +247,19 @@ class Search {
   bool judge() {
     Bundle& bundle = map_.problem.bundle;
     const std::vector<double> chi2 = corner_chi2(bundle);
+    const auto good = [&](std::size_t i) {
+      return can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
+    };
+    std::vector<char> stands(map_.problem.moves.size());  // by itself, or by what is not in doubt
+    for (std::size_t i = 0; i < stands.size(); ++i) stands[i] = map_.problem.moves[i] == 0 ? 1 : 0;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      if (!bundle.corners[i].doubtful && good(i))
+        stands[bundle.corners[i].rig] = stands[bundle.corners[i].body] = 1;
+    }
     bool changed = false;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
-      const bool used = can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
+      const CornerTerm& term = bundle.corners[i];
+      const bool used = good(i) && (!term.doubtful || (stands[term.rig] != 0 && stands[term.body] != 0));
       changed = changed || used != bundle.corners[i].used;
       bundle.corners[i].used = used;
     }

@@ -33,6 +33,13 @@ struct SceneMapOptions {
   }
 };
 
+/// Tags that hang on the rest by observations of some of them.
+struct SceneCut {
+  std::vector<TagId> beyond{};  ///< what hangs
+  std::vector<TagId> by{};      ///< on observations of these
+  int observations = 0;
+};
+
 struct SceneMap {
   TagScene scene{};  ///< with the tags that were found
   SceneSightings sightings{};
@@ -46,7 +53,11 @@ struct SceneMap {
   double reprojection_median_px = 0;
   std::vector<RejectedSighting> rejected{};
   std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
-  std::vector<TagId> unbelieved{};  ///< on no list and hardly seen, or contradicted: not in the map
+  std::vector<SceneCut> left_out_cuts{};  ///< of the unconnected: tied by observations that nothing confirms
+  std::vector<SceneCut> thin_cuts{};      ///< of what is in the map, the largest part first
+  std::vector<TagId> undetermined{};      ///< in the map, but nothing determines where
+  double size_scale = 1;                  ///< of all tags, found where distances are given
+  std::vector<TagId> unbelieved{};        ///< on no list and hardly seen, or contradicted: not in the map
 
   /// Where a tag of a static body is; nothing when it is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;

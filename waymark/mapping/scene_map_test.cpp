@@ -212,6 +212,20 @@ TEST(SceneMap, WhatHangsApartIsSaidAndNotInvented) {
     EXPECT_EQ(map->map_T_tag(0, t).has_value(), map->scene.bodies[0].tags[t].id.number < 8);
 }
 
+TEST(SceneMap, ASquashIsAboutTheFrameNearestToItsTime) {
+  Stage stage = rig_stage(9, 0.1);
+  const auto all = sightings_of(stage.recording, stage.scene).seen.size();
+  const SceneFrame& frame = stage.recording.frames[20];
+  const int id = frame.views[0].detections.front().tag.number;
+  for (const auto& [off_ms, removed] : {std::pair{30, 1}, {-40, 1}, {0, 1}, {5000, 0}}) {
+    stage.scene.squash = {
+        {.stamp = frame.stamp + std::chrono::milliseconds(off_ms), .camera = "cam0", .ids = {id}}};
+    EXPECT_EQ(sightings_of(stage.recording, stage.scene).squashed, removed) << off_ms;
+    EXPECT_EQ(sightings_of(stage.recording, stage.scene).seen.size(),
+              all - static_cast<std::size_t>(removed));
+  }
+}
+
 TEST(SceneMap, NothingKnownIsARefusalAndSoIsNothingSeen) {
   Stage stage = rig_stage(6, 0.1);
   stage.recording.frames.clear();

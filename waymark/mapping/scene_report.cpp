@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/thin_cuts.hpp"
 
 namespace waymark {
 namespace {
@@ -42,11 +43,27 @@ void take_out_the_contradicted(SceneMap& map) {
   }
 }
 
+/// The observations that would have tied unplaced tags to those of the map.
+SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group, const std::set<std::size_t>& reached) {
+  SceneCut cut{.beyond = group};
+  std::set<TagId> by;
+  for (const SceneSighting& seen : map.sightings.seen) {
+    if (!reached.contains(seen.frame) || map.placed[map.problem.tags[seen.body][seen.tag]] == 0) continue;
+    by.insert(map.scene.bodies[seen.body].tags[seen.tag].id);
+    ++cut.observations;
+  }
+  cut.by.assign(by.begin(), by.end());
+  return cut;
+}
+
 /// Unplaced tags that were seen in one frame hang together.
 void list_unconnected(SceneMap& map) {
   std::map<TagId, std::set<std::size_t>> frames;
   for (std::size_t i = 0; i < map.sightings.seen.size(); ++i) {
     const SceneSighting& seen = map.sightings.seen[i];
+    if (map.problem.bundle.corners[i].doubtful &&
+        frames.contains(map.scene.bodies[seen.body].tags[seen.tag].id))
+      continue;
     const TagId id = map.scene.bodies[seen.body].tags[seen.tag].id;
     const bool unbelieved = std::ranges::find(map.unbelieved, id) != map.unbelieved.end();
     if (map.placed[map.problem.tags[seen.body][seen.tag]] == 0 && !unbelieved) frames[id].insert(seen.frame);
@@ -71,6 +88,8 @@ void list_unconnected(SceneMap& map) {
       }
     }
     std::ranges::sort(group);
+    if (SceneCut cut = cut_of(map, group, reached); cut.observations > 0)
+      map.left_out_cuts.push_back(std::move(cut));
     map.unconnected.push_back(std::move(group));
   }
 }
@@ -95,12 +114,57 @@ void measure_reprojection(SceneMap& map) {
   map.reprojection_median_px = median(std::move(errors));
 }
 
+namespace {
+
+/// Known tags are what the others hang on.
+PoseIndex root_of(const SceneMap& map) {
+  std::vector<int> used(map.problem.bundle.poses.size(), 0);
+  for (const CornerTerm& term : map.problem.bundle.corners) used[term.tag] += term.used ? 1 : 0;
+  PoseIndex root = 0;
+  std::pair<bool, int> most{false, -1};
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
+      const PoseIndex tag = map.problem.tags[b][t];
+      const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[tag].fixed;
+      const std::pair merit{known && used[tag] > 0, used[tag]};
+      if (merit > most) root = tag;
+      most = std::max(most, merit);
+    }
+  }
+  return root;
+}
+
+void list_what_hangs_loosely(SceneMap& map) {
+  std::map<PoseIndex, TagId> ids;
+  for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
+    for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t)
+      ids[map.problem.tags[b][t]] = map.scene.bodies[b].tags[t].id;
+  }
+  for (PoseIndex pose : map.covariance.undetermined) {
+    if (ids.contains(pose) && map.placed[pose] != 0) map.undetermined.push_back(ids.at(pose));
+  }
+  std::ranges::sort(map.undetermined);
+  const auto named = [&](const std::vector<PoseIndex>& tags) {
+    std::vector<TagId> names;
+    for (PoseIndex tag : tags) names.push_back(ids.at(tag));
+    std::ranges::sort(names);
+    return names;
+  };
+  std::vector<char> moves = map.problem.moves;
+  moves.resize(map.problem.bundle.poses.size(), 0);
+  for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, root_of(map)))
+    map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations});
+}
+
+}  // namespace
+
 void report_scene(const SceneRecording& recording, SceneMap& map) {
   map.covariance = covariance(map.problem.bundle);
   measure_reprojection(map);
   list_rejected(recording, map);
   take_out_the_contradicted(map);
   list_unconnected(map);
+  list_what_hangs_loosely(map);
 }
 
 }  // namespace waymark

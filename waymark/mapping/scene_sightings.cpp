@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <chrono>
+#include <optional>
 #include <set>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/scene_bundle.hpp"
 
 namespace waymark {
@@ -45,11 +48,34 @@ class Owners {
   std::set<int> ignored_;
 };
 
-bool squashed(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
-  return std::ranges::any_of(scene.squash, [&](const SceneSquash& squash) {
-    return (!squash.stamp || *squash.stamp == stamp) && (squash.camera.empty() || squash.camera == camera) &&
-           squash.ids.contains(id);
-  });
+/// The frame that each squash is about: the nearest to its time, at most half a frame away; nothing where it
+/// has no time.
+std::vector<std::optional<SensorTime>> stamps_of_squashes(const SceneRecording& recording,
+                                                          const TagScene& scene) {
+  const std::vector<SceneFrame>& frames = recording.frames;
+  std::vector<Duration> steps;
+  for (std::size_t i = 1; i < frames.size(); ++i) steps.push_back(frames[i].stamp - frames[i - 1].stamp);
+  const Duration half = steps.empty() ? Duration::zero() : median(std::move(steps)) / 2;
+  std::vector<std::optional<SensorTime>> stamps;
+  for (const SceneSquash& squash : scene.squash) {
+    stamps.push_back(squash.stamp);
+    if (!squash.stamp || frames.empty()) continue;
+    const auto nearest = std::ranges::min_element(
+        frames, {}, [&](const SceneFrame& frame) { return std::chrono::abs(frame.stamp - *squash.stamp); });
+    if (std::chrono::abs(nearest->stamp - *squash.stamp) <= half) stamps.back() = nearest->stamp;
+  }
+  return stamps;
+}
+
+bool squashed(const TagScene& scene, const std::vector<std::optional<SensorTime>>& stamps,
+              const std::string& camera, SensorTime stamp, int id) {
+  for (std::size_t i = 0; i < scene.squash.size(); ++i) {
+    const SceneSquash& squash = scene.squash[i];
+    if ((!stamps[i] || *stamps[i] == stamp) && (squash.camera.empty() || squash.camera == camera) &&
+        squash.ids.contains(id))
+      return true;
+  }
+  return false;
 }
 
 int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
@@ -66,6 +92,7 @@ int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp,
 SceneSightings sightings_of(const SceneRecording& recording, TagScene& scene) {
   SceneSightings result;
   Owners owners(scene);
+  const std::vector<std::optional<SensorTime>> squashes = stamps_of_squashes(recording, scene);
   for (std::size_t f = 0; f < recording.frames.size(); ++f) {
     const SceneFrame& frame = recording.frames[f];
     for (const SceneView& view : frame.views) {
@@ -73,7 +100,7 @@ SceneSightings sightings_of(const SceneRecording& recording, TagScene& scene) {
       std::set<int> there;
       for (const TagDetection& detection : view.detections) {
         if (detection.hamming > scene.max_hamming ||
-            squashed(scene, camera, frame.stamp, detection.tag.number) ||
+            squashed(scene, squashes, camera, frame.stamp, detection.tag.number) ||
             area_px2(detection) < scene.min_tag_area_px2) {
           ++result.squashed;
           continue;
