@@ -5,9 +5,13 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 #include "tests/support/tag_scenes.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/scene_checks.hpp"
 #include "waymark/mapping/scene_map.hpp"
 
 namespace waymark {
@@ -69,6 +73,141 @@ TEST(WrongIds, AislesAreMappedAsWithoutThem) {
       EXPECT_GE(static_cast<double>(outcome.tags), (share > 0.01 ? 0.90 : 0.98) * kTags) << seed;
     }
   }
+}
+
+/// The same way walked with detections of all but a few tags between two parts taken out.
+WideScene thinly_tied(int observations) {
+  WideScene wide = test::aisles(60, 7);
+  int left = observations;
+  for (SceneFrame& frame : wide.recording.frames) {
+    auto& seen = frame.views[0].detections;
+    const bool both = std::ranges::any_of(seen, [](const TagDetection& d) { return d.tag.number <= 30; }) &&
+                      std::ranges::any_of(seen, [](const TagDetection& d) { return d.tag.number > 30; });
+    if (!both) continue;
+    const bool tied =
+        left > 0 && std::ranges::any_of(seen, [](const TagDetection& d) { return d.tag.number == 30; });
+    left -= tied ? 1 : 0;
+    std::erase_if(seen, [&](const TagDetection& d) { return tied ? d.tag.number < 30 : d.tag.number <= 30; });
+  }
+  return wide;
+}
+
+TEST(WrongIds, APartThatHangsOnTwoObservationsIsInTheMapAndNamed) {
+  SceneMap map;
+  EXPECT_EQ(mapped(thinly_tied(2), &map).tags, 60U);
+  ASSERT_FALSE(map.thin_cuts.empty());
+  EXPECT_EQ(map.thin_cuts[0].observations, 2);
+  EXPECT_THAT(scene_doubts(map),
+              testing::Contains(testing::HasSubstr("tags 31-59 hang on 2 observations of tag 30")));
+}
+
+TEST(WrongIds, APartThatHangsOnOneObservationIsLeftOutAndNamed) {
+  SceneMap map;
+  EXPECT_EQ(mapped(thinly_tied(1), &map).tags, 31U);
+  ASSERT_EQ(map.left_out_cuts.size(), 1U);
+  EXPECT_EQ(map.left_out_cuts[0].beyond.size(), 29U);
+  EXPECT_THAT(scene_doubts(map),
+              testing::Contains(testing::HasSubstr("tags 31-59 hang on one observation of tag 30")));
+}
+
+TEST(WrongIds, CovariancesOfWhatIsKeptHold) {
+  WideScene spoilt = test::aisles(120, 3);
+  test::misread(spoilt.recording, 120, 0.02, 5);
+  SceneMap map;
+  mapped(spoilt, &map);
+  EXPECT_TRUE(map.undetermined.empty());
+  double sum = 0;
+  int count = 0;
+  for (std::size_t t = 1; t < map.scene.bodies[0].tags.size(); ++t) {
+    const auto map_T_tag = map.map_T_tag(0, t);
+    if (!map_T_tag) continue;
+    const Matrix6& P = map.covariance.poses[map.problem.tags[0][t]];
+    const Vector6 e = minus(spoilt.truth.at(map.scene.bodies[0].tags[t].id.number), *map_T_tag);
+    EXPECT_GT(P.diagonal().minCoeff(), 0);
+    sum += e.dot(P.llt().solve(e));
+    ++count;
+  }
+  ASSERT_GT(count, 108);
+  // Errors of one draw are nearly one error: only far off would be wrong.
+  EXPECT_GT(sum / count, 1.0);
+  EXPECT_LT(sum / count, 16.0);
+}
+
+/// Distances between these tags as they are, that good.
+void measure(WideScene& wide, double sigma_m, const std::vector<std::pair<int, int>>& pairs) {
+  for (const auto& [a, b] : pairs) {
+    const double far = (wide.truth.at(a).translation() - wide.truth.at(b).translation()).norm();
+    wide.scene.distances.push_back({a, b, -1, -1, far, sigma_m});
+  }
+}
+
+TEST(GivenFacts, ADistanceFreesTheSizeOfTheTags) {
+  WideScene wide = test::aisles(24, 4, 0.05);
+  for (SceneBody& body : wide.scene.bodies) {
+    body.default_tag_size_m *= 1.006;  // as somebody measured the print
+    for (SceneTag& tag : body.tags) tag.size_m *= 1.006;
+  }
+  for (int id : {3, 20})
+    wide.scene.bodies[0].tags.push_back({{FamilyId::TagStandard52h13, id}, 0.25 * 1.006, {}});
+  measure(wide, 0.0005, {{3, 20}});
+  SceneMap map;
+  const Outcome outcome = mapped(wide, &map);
+  EXPECT_NEAR(map.size_scale, 1 / 1.006, 0.0006);
+  EXPECT_LT(outcome.mean_m, 0.01);  // 0.6 % of eight metres are 5 cm
+  EXPECT_THAT(scene_doubts(map), testing::Not(testing::Contains(testing::HasSubstr("distance"))));
+}
+
+TEST(GivenFacts, OneOfManyDistancesThatIsWrongIsNamed) {
+  WideScene wide = test::aisles(24, 4, 0.05);
+  for (int id : {3, 9, 15, 20})
+    wide.scene.bodies[0].tags.push_back({{FamilyId::TagStandard52h13, id}, 0.25, {}});
+  measure(wide, 0.002, {{3, 9}, {9, 15}, {15, 20}, {3, 20}});
+  wide.scene.distances[1].measured_m += 0.1;
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::AllOf(testing::HasSubstr("between tags 9 and 15"),
+                                                                  testing::HasSubstr("sigma"))));
+}
+
+TEST(GivenFacts, APriorThatHardlyKnowsTheTurnLeadsToAMap) {
+  WideScene wide = test::aisles(24, 6);
+  wide.scene.bodies[0].tags[0].body_T_tag =
+      ScenePrior::of(wide.truth.at(0), Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1.0));
+  const Outcome outcome = mapped(wide);
+  EXPECT_EQ(outcome.tags, 24U);
+  EXPECT_LT(outcome.mean_m, 0.1);
+}
+
+TEST(GivenFacts, AKnownTagThatStandsElsewhereIsNamed) {
+  WideScene wide = test::aisles(24, 8);
+  const auto give = [&](int id, const Eigen::Vector3d& off) {
+    const SE3 mean(wide.truth.at(id).rotation(), wide.truth.at(id).translation() + off);
+    wide.scene.bodies[0].tags.push_back(
+        {{FamilyId::TagStandard52h13, id},
+         0.25,
+         ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-3), Eigen::Vector3d::Constant(1e-3))});
+  };
+  give(1, {0, 0, 0});
+  give(2, {0, 0, 0});
+  give(12, {0.4, 0, 0});
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("tag 12 ")));
+}
+
+TEST(GivenFacts, ACovarianceThatCannotBeFoundIsNotZero) {
+  Bundle bundle;
+  const PoseIndex first = bundle.add({});
+  Matrix6 whitening = 1e12 * Matrix6::Identity();
+  for (int i = 0; i < 20; ++i) {
+    const SE3 step(SO3::exp({0.1, 0.2, 0.3}), Eigen::Vector3d(1000, 10, 1));
+    const PoseIndex next = bundle.add(bundle.poses.back().value * step);
+    bundle.relatives.push_back({next - 1, next, {step, {}, whitening}});
+  }
+  const BundleCovariance P = covariance(bundle);
+  EXPECT_FALSE(P.undetermined.empty());
+  for (PoseIndex i : P.undetermined) EXPECT_GT(P.poses[i].diagonal().maxCoeff(), 1e3) << i;
+  EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
 }
 
 }  // namespace

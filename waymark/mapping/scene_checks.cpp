@@ -141,7 +141,7 @@ void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& wo
   if (lines.size() > kMostLines) lines.resize(kMostLines);
   for (Line& line : lines) words.push_back(std::move(line.words));
   if (!alone.empty())
-    words.push_back(words_of(alone) + " rest on what was given alone: no sighting in use says where");
+    words.push_back(words_of(alone) + ": on what was given alone, no sighting in use says where");
 }
 
 std::string observations(int count) {

@@ -50,6 +50,7 @@ class Search {
   /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
   void rough() {
     Bundle& bundle = map_.problem.bundle;
+    if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
     for (bool weak : {false, true}) {
       known_ = what_is_known(map_.scene, map_.problem, weak);
       place();
@@ -88,9 +89,22 @@ class Search {
   }
 
   /// Where distances are given, the size of all tags is not: one factor for all of them, by the minimum of
-  /// the parabola through what three of them cost.
+  /// the parabola through what three of them cost. Distances count from here on: before, a size that is a
+  /// little wrong would let them contradict sightings.
   void find_size_of_tags() {
-    if (map_.problem.bundle.point_distances.empty() || options_.model != SceneModel::Waymark) return;
+    Bundle& bundle = map_.problem.bundle;
+    const auto in_map = [&](const BundlePoint& p) {
+      return map_.placed[p.tag] != 0 && map_.placed[p.body] != 0;
+    };
+    std::vector<double> ratios;
+    for (const PointDistanceTerm& term : distances_) {
+      if (!in_map(term.a) || !in_map(term.b)) continue;
+      bundle.point_distances.push_back(term);
+      ratios.push_back(term.measured_m / (place_of(term.a) - place_of(term.b)).norm());
+    }
+    if (ratios.empty() || !goes_on()) return;
+    constexpr double kMost = 0.2;
+    cost_at_size(std::clamp(median(std::move(ratios)), 1 - kMost, 1 + kMost));
     for (double step : {kSizeSigma, kSizeSigma / 10}) {
       const double at = map_.size_scale;
       const double middle = cost_at_size(at);
@@ -100,6 +114,7 @@ class Search {
       const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
       cost_at_size(at + std::clamp(best, -10 * step, 10 * step));
     }
+    judge();
     for (SceneBody& body : map_.scene.bodies) {
       for (SceneTag& tag : body.tags) tag.size_m *= map_.size_scale;
     }
@@ -114,6 +129,11 @@ class Search {
   static constexpr double kFine = 1e-8;
   static constexpr double kFar = 200;
   static constexpr double kSizeSigma = 0.005;  // of the size that all tags were printed in
+
+  [[nodiscard]] Eigen::Vector3d place_of(const BundlePoint& p) const {
+    const std::vector<BundlePose>& poses = map_.problem.bundle.poses;
+    return poses[p.body].value * (poses[p.tag].value * p.tag_p);
+  }
 
   /// The least cost when all tags are so many times as large as was said.
   double cost_at_size(double scale) {
@@ -270,6 +290,7 @@ class Search {
   const MapProgress& progress_;
   SceneMap& map_;
   std::vector<KnownPose> known_{};
+  std::vector<PointDistanceTerm> distances_{};  ///< that do not count yet
   double noise_px_ = kStartPx;
 };
 

@@ -116,22 +116,22 @@ void measure_reprojection(SceneMap& map) {
 
 namespace {
 
-/// Known tags are what the others hang on.
-PoseIndex root_of(const SceneMap& map) {
+/// What the others hang on: tags that are known, or the one seen most.
+std::set<PoseIndex> roots_of(const SceneMap& map) {
   std::vector<int> used(map.problem.bundle.poses.size(), 0);
   for (const CornerTerm& term : map.problem.bundle.corners) used[term.tag] += term.used ? 1 : 0;
-  PoseIndex root = 0;
-  std::pair<bool, int> most{false, -1};
+  std::set<PoseIndex> roots;
+  PoseIndex most = 0;
   for (std::size_t b = 0; b < map.scene.bodies.size(); ++b) {
     for (std::size_t t = 0; t < map.scene.bodies[b].tags.size(); ++t) {
       const PoseIndex tag = map.problem.tags[b][t];
       const bool known = map.scene.bodies[b].tags[t].body_T_tag || map.problem.bundle.poses[tag].fixed;
-      const std::pair merit{known && used[tag] > 0, used[tag]};
-      if (merit > most) root = tag;
-      most = std::max(most, merit);
+      if (known && used[tag] > 0) roots.insert(tag);
+      if (used[tag] > used[most]) most = tag;
     }
   }
-  return root;
+  if (roots.empty()) roots.insert(most);
+  return roots;
 }
 
 void list_what_hangs_loosely(SceneMap& map) {
@@ -152,7 +152,7 @@ void list_what_hangs_loosely(SceneMap& map) {
   };
   std::vector<char> moves = map.problem.moves;
   moves.resize(map.problem.bundle.poses.size(), 0);
-  for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, root_of(map)))
+  for (const ThinCut& cut : thin_cuts(map.problem.bundle, moves, roots_of(map)))
     map.thin_cuts.push_back({named(cut.beyond), named(cut.by), cut.observations});
 }
 

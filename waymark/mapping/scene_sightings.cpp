@@ -79,8 +79,9 @@ bool squashed(const TagScene& scene, const std::vector<std::optional<SensorTime>
 }
 
 int remapped(const TagScene& scene, const std::string& camera, SensorTime stamp, int id) {
+  constexpr Duration kRounding = std::chrono::microseconds(1);  // of seconds that went through a double
   for (const SceneRemap& remap : scene.remaps) {
-    if (remap.id == id && stamp >= remap.from && stamp <= remap.to &&
+    if (remap.id == id && stamp >= remap.from - kRounding && stamp <= remap.to + kRounding &&
         (remap.camera.empty() || remap.camera == camera))
       return remap.becomes;
   }

@@ -96,8 +96,8 @@ ThinCut cut_of(const std::vector<std::vector<PoseIndex>>& views, const std::set<
 
 }  // namespace
 
-std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves, PoseIndex root,
-                               int most) {
+std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves,
+                               const std::set<PoseIndex>& roots, int most) {
   if (!bundle.relatives.empty()) return {};
   const std::vector<std::vector<PoseIndex>> views = views_of(bundle, moves);
   const std::vector<Tie> tree = spanning_tree(views, bundle.poses.size());
@@ -112,8 +112,9 @@ std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& mo
   for (auto tie = tree.rbegin(); tie != tree.rend() && tie->views <= most && tried < kMostTried;
        ++tie, ++tried) {
     std::set<PoseIndex> beyond = side_of(neighbours, tie->a, tie->b);
-    if (beyond.contains(root)) beyond = side_of(neighbours, tie->b, tie->a);
-    if (beyond.size() < 2 || beyond.contains(root)) continue;
+    const auto known = [&](PoseIndex tag) { return roots.contains(tag); };
+    if (std::ranges::any_of(beyond, known)) beyond = side_of(neighbours, tie->b, tie->a);
+    if (beyond.size() < 2 || std::ranges::any_of(beyond, known)) continue;
     ThinCut cut = cut_of(views, beyond);
     if (cut.observations <= most) cuts.push_back(std::move(cut));
   }

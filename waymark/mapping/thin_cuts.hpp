@@ -1,5 +1,6 @@
 #pragma once
 
+#include <set>
 #include <vector>
 
 #include "waymark/mapping/bundle.hpp"
@@ -20,6 +21,6 @@ struct ThinCut {
 /// together; motion that was measured ties frames, so with it there is none. O(observations * tags of a
 /// view), and the tags for each cut.
 [[nodiscard]] std::vector<ThinCut> thin_cuts(const Bundle& bundle, const std::vector<char>& moves,
-                                             PoseIndex root, int most = 3);
+                                             const std::set<PoseIndex>& roots, int most = 3);
 
 }  // namespace waymark
