@@ -1,5 +1,6 @@
 #include "waymark/config/tagslam_parts.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -23,8 +24,9 @@ std::optional<std::int64_t> nanoseconds_of(std::string_view text) {
   const std::size_t point = std::min(text.find('.'), text.size());
   std::string digits(text.substr(0, point));
   std::string fraction(text.substr(std::min(point + 1, text.size())));
+  const auto other = [](char c) { return c < '0' || c > '9'; };
+  if (digits.empty() || std::ranges::any_of(fraction, other)) return std::nullopt;
   fraction.resize(kDigits, '0');
-  if (digits.empty()) return std::nullopt;
   digits += fraction;
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
