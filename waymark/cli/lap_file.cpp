@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
@@ -189,7 +190,7 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
 }
 
 Result<RecordedLap> read_lap_file(const std::string& path, Console* console, const TagFinder* finder) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {

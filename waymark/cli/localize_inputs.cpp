@@ -7,6 +7,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/localize_run.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -40,7 +41,7 @@ Status look_at_pictures(const std::string& path, LocalizeInputs& inputs, Console
 }
 
 Status read_log(const std::string& path, LocalizeInputs& inputs, Console& console) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   bool seen = false;
   bool pictures = false;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -31,7 +32,7 @@ struct TagTransforms {
 };
 
 Result<TagTransforms> transforms_of(const std::filesystem::path& path) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   LogSelection selection;
   for (const LogChannel& channel : (*log)->channels()) {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "waymark/cli/estimate_message.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/trajectory_files.hpp"
 #include "waymark/recording/cdr.hpp"
@@ -36,7 +37,7 @@ std::optional<double> nis_of(const ros2::DiagnosticStatus& status) {
 
 std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, SensorTime to) {
   if (!looks_like_recording(path)) return std::nullopt;
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return std::nullopt;
   NisSummary all;
   double sum = 0;
@@ -63,7 +64,7 @@ std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, Sen
 
 std::size_t count_uncertain(const std::string& path, SensorTime from, SensorTime to) {
   if (!looks_like_recording(path)) return 0;
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log || (*log)->format() != LogFormat::Mcap) return 0;
   std::size_t count = 0;
   std::vector<LogProblem> problems;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark::cli {
@@ -53,12 +54,12 @@ std::optional<double> image_latency(MessageLog& log) {
 }  // namespace
 
 std::optional<double> image_latency_of(const std::string& path) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   return log ? image_latency(**log) : std::nullopt;
 }
 
 Result<RecordingProfile> profile_of(const std::string& path) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   RecordingProfiler profiler;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {

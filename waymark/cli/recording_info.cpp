@@ -8,6 +8,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/log_options.hpp"
+
 namespace waymark::cli {
 namespace {
 
@@ -95,7 +97,7 @@ std::string stamps_text(const TopicReport& topic) {
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick,
                               const std::function<bool(std::uint64_t)>& progress) {
-  Result<std::unique_ptr<MessageLog>> opened = open_log(file);
+  Result<std::unique_ptr<MessageLog>> opened = open_log(file, until_interrupted());
   if (!opened) return tl::unexpected(opened.error());
   MessageLog& log = **opened;
   RecordingInfo info{.file = file,

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -72,7 +73,7 @@ bool looks_like_recording(const std::string& path) {
 
 void detect_recording(std::size_t index, const std::string& path, const TagFinder& finder, Console& console,
                       const EachPicture& each, DetectSummary& summary) {
-  const Result<std::unique_ptr<MessageLog>> log = open_log(path);
+  const Result<std::unique_ptr<MessageLog>> log = open_log(path, until_interrupted());
   if (!log) return fail_with(log.error(), path, console, summary);
   const LogSelection pictures = pictures_of(**log);
   if (pictures.topics.empty()) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -100,7 +101,7 @@ class Reader {
 
 Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, const TagScene& scene,
                                             std::vector<std::string>& problems) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/recording/message_log.hpp"
@@ -16,7 +17,7 @@ namespace {
 std::vector<Odometry> odometry_of(const std::string& path) {
   std::vector<Odometry> all;
   if (!looks_like_recording(path)) return all;
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return all;
   const Status read = (*log)->visit_samples({.topics = {topics::kOdometry}}, [&](const Sample& sample) {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) all.push_back(*odometry);

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/sources.hpp"
 #include "waymark/config/route_file.hpp"
@@ -88,7 +89,7 @@ Result<std::string> choose_topic(const MessageLog& log, const std::string& path,
 
 Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::string& asked,
                                          const std::string& usual) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   const Result<std::string> topic = choose_topic(**log, path, asked, usual);
   if (!topic) return tl::unexpected(topic.error());
@@ -178,7 +179,7 @@ Result<Reference> read_reference(const std::string& path, const std::string& top
 }
 
 Result<Motion> read_motion(const std::string& path) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   Motion motion;
   const Status read = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {

@@ -15,6 +15,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/recording/export_log.hpp"
 
@@ -173,7 +174,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   }
   const auto latency = Duration(std::llround(args.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
-      open_log(fs::path(args.input), {.mbot_tag_latency = latency});
+      open_log(fs::path(args.input), until_interrupted({.mbot_tag_latency = latency}));
   if (!log) {
     console.say(log.error());
     return ExitCode::SomeFailed;

@@ -11,6 +11,7 @@
 
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/sample_words.hpp"
 #include "waymark/cli/selection_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -99,7 +100,7 @@ ExitCode play(const PlayArgs& args, Console& console) {
                       "1 is as it was, 0 as fast as possible."});
     return ExitCode::Usage;
   }
-  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file);
+  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, until_interrupted());
   if (!log) {
     console.say(log.error());
     return ExitCode::SomeFailed;

@@ -11,6 +11,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_view.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/verb.hpp"
@@ -32,8 +33,9 @@ bool is_mcap(const fs::path& path) {
   return head[0] == '\x89' && std::string_view(head.data() + 1, 4) == "MCAP";
 }
 
-/// What of a folder the page can show: recordings, and the files of a map in it or in map/.
-std::vector<OfferedFile> files_of(const fs::path& folder) {
+/// What of a folder the page can show: recordings, and the files of a map in it or in map/. Links that lead
+/// out of the folder are `left_out`: whoever may write to the folder is not to choose what is shown.
+std::vector<OfferedFile> files_of(const fs::path& folder, std::vector<OfferedFile>& left_out) {
   std::vector<OfferedFile> files;
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -55,6 +57,11 @@ std::vector<OfferedFile> files_of(const fs::path& folder) {
     }
     break;
   }
+  for (OfferedFile& file : files) file.within = folder;
+  const auto outside = std::ranges::stable_partition(
+      files, [&](const OfferedFile& file) { return lies_within(file.path, folder); });
+  left_out.assign(outside.begin(), outside.end());
+  files.erase(outside.begin(), outside.end());
   return files;
 }
 
@@ -82,7 +89,7 @@ Error no_recording(const std::string& path) {
 void tell_of_damage(const std::vector<OfferedFile>& files, Console& console) {
   for (const OfferedFile& file : files) {
     if (file.kind != OfferedFile::Kind::Recording) continue;
-    const auto log = open_log(file.path);
+    const auto log = open_log(file.path, until_interrupted());
     if (!log) {
       console.say("warning: " + to_string(log.error()));
       continue;
@@ -96,7 +103,7 @@ void tell_of_damage(const std::vector<OfferedFile>& files, Console& console) {
   }
 }
 
-Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
+Result<std::vector<OfferedFile>> offered_by(const std::string& path, Console& console) {
   std::error_code none;
   if (path.empty()) return std::vector<OfferedFile>{};
   if (path == "live" && !fs::exists(path, none))
@@ -106,7 +113,11 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
   if (!fs::exists(path, none))
     return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
   if (fs::is_directory(path, none)) {
-    std::vector<OfferedFile> files = files_of(path);
+    std::vector<OfferedFile> left_out;
+    std::vector<OfferedFile> files = files_of(path, left_out);
+    for (const OfferedFile& file : left_out)
+      console.say(fmt::format("{} is a link to somewhere else and is not shown: name its target to show it",
+                              file.path.string()));
     if (files.empty())
       return fail(ErrorCode::NotFound, "no recording (.mcap) and no map.yaml in this folder",
                   {.source = path},
@@ -121,7 +132,7 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path) {
 }
 
 ExitCode view(const ViewArgs& args, Console& console) {
-  auto offered = offered_by(args.path);
+  auto offered = offered_by(args.path, console);
   if (!offered) {
     console.say(offered.error());
     return ExitCode::SomeFailed;

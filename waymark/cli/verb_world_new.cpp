@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/log_options.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/stage_flags.hpp"
 #include "waymark/cli/staged_folder.hpp"
@@ -94,7 +95,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
 
 /// Where the robot of a recording went: by truth where it is known, else by odometry.
 Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path) {
-  const auto log = open_log(path);
+  const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   std::vector<Eigen::Vector2d> truth;
   std::vector<Eigen::Vector2d> odometry;

@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+"""Input that wants to do harm: packed bombs, pipes, links, journals of a database, and addresses that must work all the same."""
+import gzip
+import http.client
+import json
+import os
+import pathlib
+import signal
+import sqlite3
+import subprocess
+import time
+import unittest
+import urllib.parse
+
+import harness
+
+MEBIBYTE = gzip.compress(bytes(1 << 20))
+
+
+class Hostile(harness.InFolder):
+    def bomb(self, mebibytes):
+        path = self.folder / "bomb.csv.gz"
+        path.write_bytes(MEBIBYTE * mebibytes)
+        return path
+
+    def test_a_bomb_stops_at_its_ratio_and_leaves_nothing(self):
+        temporary = self.folder / "temporary"
+        temporary.mkdir()
+        done = self.run_here("info", self.bomb(1024), env=os.environ | {"TMPDIR": str(temporary)})
+        self.assertEqual(done.code, 1)
+        self.assertIn("unpacks to more than 268435456 bytes", done.err)
+        self.assertEqual(list(temporary.iterdir()), [])
+
+    def test_ctrl_c_ends_unpacking_and_a_kill_leaves_nothing(self):
+        temporary = self.folder / "temporary"
+        temporary.mkdir()
+        bomb = self.bomb(10240)
+        for ending in (signal.SIGINT, signal.SIGKILL):
+            process = subprocess.Popen([harness.PROGRAM, "info", bomb], env=os.environ | {"TMPDIR": str(temporary)},
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            while process.poll() is None and not any("waymark-" in os.readlink(link) for link in pathlib.Path(f"/proc/{process.pid}/fd").iterdir()):
+                time.sleep(0.01)
+            start = time.monotonic()
+            process.send_signal(ending)
+            words = process.communicate(timeout=60)[1]
+            self.assertLess(time.monotonic() - start, 2, "one second, and the machine may be busy")
+            if ending == signal.SIGINT:
+                self.assertIn("stopped while it was unpacked", words)
+            self.assertEqual(list(temporary.iterdir()), [])
+
+    def test_pipes_are_refused_at_once(self):
+        os.mkfifo(self.folder / "pipe")
+        for words in (["info", "pipe"], ["convert", "pipe", "out.mcap"]):
+            start = time.monotonic()
+            done = self.run_here(*words)
+            self.assertNotEqual(done.code, 0, words)
+            self.assertLess(time.monotonic() - start, 10, words)
+            self.assertIn("pipe", done.err)
+
+    def test_links_out_of_a_folder_are_not_shown(self):
+        shown = self.folder / "shown"
+        (shown / "map").mkdir(parents=True)
+        (shown / "map" / "map.yaml").write_text("tags: []\n", encoding="utf-8")
+        (shown / "map" / "robot.yaml").symlink_to("/etc/passwd")
+        (shown / "lap.mcap").symlink_to("/etc/passwd")
+        with Viewer("view", shown, "--port", "0") as server:
+            names = [one["name"] for one in json.loads(server.ask("/session.json")[1])["files"]]
+            self.assertEqual(names, ["map.yaml"])
+            (shown / "map" / "map.yaml").unlink()
+            (shown / "map" / "map.yaml").symlink_to("/etc/passwd")  # after it was offered
+            self.assertEqual(server.ask("/files/0/map.yaml")[0], 404)
+        self.assertEqual(server.words.count("is a link to somewhere else"), 2)
+
+    def test_addresses_that_are_printed_work(self):
+        for flags, host in ((["--listen", "127.0.0.2", "--port", "0"], "127.0.0.2"), (["--listen", "::1", "--port", "0"], "::1"), (["--port", "80"], "127.0.0.1")):
+            with Viewer("view", *flags) as server:
+                self.assertEqual(server.url.hostname, host)
+                name = f"[{host}]" if ":" in host else host
+                hosts = [f"{name}:{server.url.port}"] + ([name] if server.url.port == 80 else [])  # browsers leave out the port 80
+                for one in hosts:
+                    self.assertEqual(server.ask("/session.json?" + server.url.query, Host=one)[0], 200, one)
+
+    def test_nothing_is_left_beside_a_bag_whose_recorder_wrote_ahead(self):
+        bag = self.folder / "bag"
+        bag.mkdir()
+        file = bag / "bag_0.db3"
+        writer = sqlite3.connect(file)
+        writer.executescript("PRAGMA journal_mode=WAL; PRAGMA wal_autocheckpoint=0;"
+                             "CREATE TABLE topics(id INTEGER PRIMARY KEY,name TEXT,type TEXT,serialization_format TEXT,offered_qos_profiles TEXT);"
+                             "CREATE TABLE messages(id INTEGER PRIMARY KEY,topic_id INTEGER,timestamp INTEGER,data BLOB);"
+                             "INSERT INTO topics VALUES(1,'/x','std_msgs/msg/String','cdr','')")
+        writer.executemany("INSERT INTO messages VALUES(NULL,1,?,?)", [(i * 10**9, b"\0\1\0\0\2\0\0\0x\0") for i in range(1, 8)])
+        writer.commit()
+        copy = self.folder / "copy"
+        for waiting in (True, False):
+            copy.mkdir(exist_ok=True)
+            (copy / "bag_0.db3").write_bytes(file.read_bytes())
+            if waiting:
+                (copy / "bag_0.db3-wal").write_bytes((bag / "bag_0.db3-wal").read_bytes())
+            else:
+                (copy / "bag_0.db3-wal").unlink()
+                writer.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+                (copy / "bag_0.db3").write_bytes(file.read_bytes())
+            before = {one.name: one.read_bytes() for one in copy.iterdir()}
+            done = self.run_here("info", "--json", copy / "bag_0.db3")
+            self.assertEqual({one.name: one.read_bytes() for one in copy.iterdir()}, before, waiting)
+            self.assertEqual(sum(topic["messages"] for topic in done.records[0]["topics"]), 7, waiting)
+        writer.close()
+
+
+class Viewer:
+    def __init__(self, *words):
+        self.process = subprocess.Popen([harness.PROGRAM, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        address = self.process.stdout.readline().strip()
+        if not address:
+            raise unittest.SkipTest(self.process.stderr.read())
+        self.url = urllib.parse.urlsplit(address)
+        self.words = ""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.send_signal(signal.SIGINT)
+        self.words = self.process.communicate(timeout=20)[1]
+
+    def ask(self, target, **headers):
+        connection = http.client.HTTPConnection(self.url.hostname, self.url.port, timeout=20)
+        connection.request("GET", target, headers=headers)
+        answer = connection.getresponse()
+        body = answer.read()
+        connection.close()
+        return answer.status, body
+
+
+if __name__ == "__main__":
+    unittest.main()
