@@ -42,7 +42,8 @@ Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words) {
 
 PoseFlags::PoseFlags(CLI::App& app) {
   app.add_option("--camera", camera_path_,
-                 "Calibration of the camera (ROS camera_info or kalibr YAML): gives the pose of each tag")
+                 "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of PhotonVision): gives "
+                 "the pose of each tag")
       ->type_name("FILE")
       ->group("Poses");
   app.add_option("--camera-name", camera_name_, "Which camera of the file, when it holds several")

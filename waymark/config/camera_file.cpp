@@ -6,6 +6,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/camera_formats.hpp"
+#include "waymark/config/json_text.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_cursor.hpp"
 
@@ -13,15 +14,30 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kCameraLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+/// JSON carries all observations of the calibration: tens of megabytes, which are passed over.
+constexpr YamlLimits kJsonLimits{.bytes = std::size_t{1} << 28U, .nodes = 20'000, .depth = 16};
 
-/// The names of the cameras; empty for camera_info, which holds one.
+Result<YamlNode> parse_tree(std::string_view text, const std::string& source) {
+  return looks_like_json(text) ? parse_json(text, source, kJsonLimits, {"observations", "perViewErrors"})
+                               : parse_yaml(text, source, kCameraLimits);
+}
+
+/// A camera_info or a calibration of PhotonVision: one camera.
+Result<NamedCamera> read_single(const YamlCursor& root) {
+  return internal::looks_like_photonvision(root) ? internal::read_photonvision(root)
+                                                 : internal::read_camera_info(root);
+}
+
+/// The names of the cameras; empty for the forms that hold one.
 Result<std::vector<std::string>> recognise(const YamlCursor& root) {
-  if (internal::looks_like_camera_info(root)) return std::vector<std::string>();
+  if (internal::looks_like_camera_info(root) || internal::looks_like_photonvision(root))
+    return std::vector<std::string>();
   std::vector<std::string> names = internal::camchain_names(root);
   if (!names.empty()) return names;
-  return root.fail_here(
-      ErrorCode::Unreadable, "not a camera calibration",
-      "Give a ROS camera_info YAML (image_width, camera_matrix, …) or a kalibr camchain (cam0: …).");
+  return root.fail_here(ErrorCode::Unreadable, "not a camera calibration",
+                        "Give a ROS camera_info YAML (image_width, camera_matrix, …), a kalibr camchain "
+                        "(cam0: …) or a calibration of "
+                        "PhotonVision (JSON).");
 }
 
 /// A robot's file and a calibration hold their camera below this key.
@@ -55,13 +71,12 @@ Result<NamedCamera> only(Result<NamedCamera> camera, const YamlCursor& root, std
 }  // namespace
 
 Result<std::vector<NamedCamera>> parse_cameras(std::string_view text, const std::string& source) {
-  const auto tree = parse_yaml(text, source, kCameraLimits);
+  const auto tree = parse_tree(text, source);
   if (!tree) return tl::unexpected<Error>(tree.error());
   const YamlCursor root = camera_part(YamlCursor(*tree, source));
   const auto names = recognise(root);
   if (!names) return tl::unexpected<Error>(names.error());
-  if (names->empty())
-    return internal::read_camera_info(root).map([](const NamedCamera& c) { return std::vector{c}; });
+  if (names->empty()) return read_single(root).map([](const NamedCamera& c) { return std::vector{c}; });
   if (Status status = root.check_keys(*names); !status) return tl::unexpected<Error>(status.error());
   std::vector<NamedCamera> cameras;
   for (const std::string& name : *names) {
@@ -74,24 +89,24 @@ Result<std::vector<NamedCamera>> parse_cameras(std::string_view text, const std:
 }
 
 Result<NamedCamera> parse_camera(std::string_view text, const std::string& source, std::string_view name) {
-  const auto tree = parse_yaml(text, source, kCameraLimits);
+  const auto tree = parse_tree(text, source);
   if (!tree) return tl::unexpected<Error>(tree.error());
   const YamlCursor root = camera_part(YamlCursor(*tree, source));
   const auto names = recognise(root);
   if (!names) return tl::unexpected<Error>(names.error());
-  if (names->empty()) return only(internal::read_camera_info(root), root, name);
+  if (names->empty()) return only(read_single(root), root, name);
   if (Status status = root.check_keys(*names); !status) return tl::unexpected<Error>(status.error());
   return choose(root, *names, name);
 }
 
 Result<std::vector<NamedCamera>> read_cameras(const std::filesystem::path& path) {
-  const auto text = read_text_file(path, kCameraLimits.bytes);
+  const auto text = read_text_file(path, kJsonLimits.bytes);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse_cameras(*text, path.string());
 }
 
 Result<NamedCamera> read_camera(const std::filesystem::path& path, std::string_view name) {
-  const auto text = read_text_file(path, kCameraLimits.bytes);
+  const auto text = read_text_file(path, kJsonLimits.bytes);
   if (!text) return tl::unexpected<Error>(text.error());
   return parse_camera(*text, path.string(), name);
 }

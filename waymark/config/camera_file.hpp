@@ -35,7 +35,8 @@ struct NamedCamera {
 ///   fisheye; rectification and projection are checked and left aside: we work on the images as they come);
 /// - kalibr camchain (cam0: camera_model pinhole, distortion_model radtan | equidistant | none), also as
 /// TagSLAM writes it;
-/// - a robot.yaml or calibration.yaml of ours (its camera_info).
+/// - a robot.yaml or calibration.yaml of ours (its camera_info);
+/// - a calibration of PhotonVision (JSON; its observations are passed over, however many).
 ///
 /// Errors have file, line and key: not such a file, an unknown key or model (with the nearest word), a
 /// missing value, numbers that contradict each other, what CameraModel::make() refuses.

@@ -37,6 +37,9 @@ struct CameraPlaces {
 [[nodiscard]] bool looks_like_camera_info(const YamlCursor& root);
 [[nodiscard]] Result<NamedCamera> read_camera_info(const YamlCursor& root);
 
+[[nodiscard]] bool looks_like_photonvision(const YamlCursor& root);
+[[nodiscard]] Result<NamedCamera> read_photonvision(const YamlCursor& root);
+
 /// The keys of a camchain that are cameras.
 [[nodiscard]] std::vector<std::string> camchain_names(const YamlCursor& root);
 [[nodiscard]] Result<NamedCamera> read_camchain_camera(const YamlCursor& entry, std::string name);

@@ -10,6 +10,7 @@
 
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/wpilib_layout.hpp"
 #include "waymark/config/yaml_cursor.hpp"
 #include "waymark/evaluation/csv.hpp"
 #include "waymark/samples/tag_sizes.hpp"
@@ -130,6 +131,11 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
                                       std::optional<double> tag_size_m) {
   if (tag_size_m && !is_tag_size(*tag_size_m))
     return fail(ErrorCode::InvalidArgument, "a tag has a size greater than 0", {.key = "--tag-size-m"});
+  if (looks_like_wpilib_layout(text)) {
+    const Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
+    if (!layout) return tl::unexpected(layout.error());
+    return LandmarksFile{Landmarks(*layout), *layout, "wpilib"};
+  }
   const std::string_view first = first_line(text);
   if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)
     return parse_points(text, source);
@@ -146,9 +152,10 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
     if (Status status = read_academy(root, tag_size_m, file.tags); !status)
       return tl::unexpected(status.error());
   if (file.tags.tags.empty())
-    return fail(
-        ErrorCode::Unreadable, "not a map of tags that is known here", {.source = source},
-        "Known: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, CSV with id, x, y.");
+    return fail(ErrorCode::Unreadable, "not a map of tags that is known here", {.source = source},
+                "Known: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, field "
+                "layouts of WPILib "
+                "(JSON, CSV), CSV with id, x, y.");
   file.landmarks = Landmarks(file.tags);
   return file;
 }

@@ -9,6 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/map_exchange_read.hpp"
+#include "waymark/config/wpilib_layout.hpp"
 #include "waymark/config/yaml_write.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
@@ -81,7 +82,7 @@ std::string transforms_yaml(const MapFile& map) {
 
 }  // namespace
 
-std::vector<std::string> map_form_names() { return {"waymark", "academy", "tagslam", "tf"}; }
+std::vector<std::string> map_form_names() { return {"waymark", "academy", "tagslam", "tf", "wpilib"}; }
 
 Result<MapForm> map_form(const std::string& name) {
   const std::vector<std::string> names = map_form_names();
@@ -114,6 +115,10 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
       return academy_yaml(map, warnings);
     case MapForm::Tagslam:
       return tagslam_yaml(map);
+    case MapForm::Wpilib:
+      warnings.emplace_back(
+          "how long and wide the field is, a map does not say: the layout has the box of its tags");
+      return to_wpilib_layout(map.tags);
     default:
       return transforms_yaml(map);
   }

@@ -7,6 +7,7 @@
 
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/config/wpilib_layout.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
@@ -171,6 +172,16 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
     Result<MapFile> map = parse_map(text, source);
     if (!map) return tl::unexpected(map.error());
     return ReadMap{.map = std::move(*map)};
+  }
+  if (looks_like_wpilib_layout(text)) {
+    Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
+    if (!layout) return tl::unexpected(layout.error());
+    ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib};
+    if (!tag_size_m)
+      read.warnings.push_back(
+          fmt::format("layouts do not say how large the tags are: taken as {} m (--tag-size-m says more)",
+                      kWpilibTagSize_m));
+    return read;
   }
   const Result<YamlNode> tree = parse_yaml(text, source, internal::kLimits);
   if (!tree) return tl::unexpected(tree.error());

@@ -1,0 +1,95 @@
+#include "waymark/config/wpilib_layout.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/config/landmarks_file.hpp"
+#include "waymark/config/map_exchange.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// One tag on the far wall (x = 4) that looks back along -x: yaw 180 degrees there.
+constexpr const char* kJson =
+    R"({"tags":[{"ID":7,"pose":{"translation":{"x":4.0,"y":1.0,"z":1.5},
+  "rotation":{"quaternion":{"W":0.0,"X":0.0,"Y":0.0,"Z":1.0}}}}],"field":{"length":8.0,"width":4.0}})";
+
+void expect_axis(const SE3& map_T_tag, const Eigen::Vector3d& of_tag, const Eigen::Vector3d& in_map) {
+  EXPECT_LT((map_T_tag.rotation() * of_tag - in_map).norm(), 1e-9)
+      << (map_T_tag.rotation() * of_tag).transpose();
+}
+
+TEST(WpilibLayout, TurnsTheAxesOfTheTag) {
+  const auto map = parse_wpilib_layout(kJson, "field.json");
+  ASSERT_TRUE(map) << to_string(map.error());
+  const MappedTag* tag = map->find({FamilyId::Tag36h11, 7});
+  ASSERT_NE(tag, nullptr);
+  EXPECT_DOUBLE_EQ(tag->size_m, 0.1651);
+  EXPECT_LT((tag->map_T_tag.translation() - Eigen::Vector3d(4, 1, 1.5)).norm(), 1e-12);
+  // A reader stands at x < 4 and looks along +x: into the wall is +x, to the right is -y, down is -z.
+  expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitX());
+  expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitY());
+  expect_axis(tag->map_T_tag, Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitZ());
+}
+
+TEST(WpilibLayout, CsvIsInInchesAndDegrees) {
+  const auto map =
+      parse_wpilib_layout("ID,X,Y,Z,Z-Rotation,X-Rotation\n4,365.2,241.64,73.54,0,30\n", "field.csv", 0.2);
+  ASSERT_TRUE(map) << to_string(map.error());
+  const MappedTag& tag = map->tags.begin()->second;
+  EXPECT_DOUBLE_EQ(tag.size_m, 0.2);
+  EXPECT_LT((tag.map_T_tag.translation() - Eigen::Vector3d(9.27608, 6.137656, 1.867916)).norm(), 1e-9);
+  // It looks along +x and leans down by 30 degrees: what goes into it points back and up.
+  expect_axis(tag.map_T_tag, Eigen::Vector3d::UnitZ(), Eigen::Vector3d(-std::cos(M_PI / 6), 0, 0.5));
+  EXPECT_TRUE(parse_wpilib_layout("ID,X,Y,Z,Rotation\n1,593.68,9.68,53.38,120\n", "2024.csv"));
+}
+
+TEST(WpilibLayout, WrittenReadsBackAsTheSamePlaces) {
+  const auto map = parse_wpilib_layout(kJson, "field.json");
+  ASSERT_TRUE(map);
+  const auto again = parse_wpilib_layout(to_wpilib_layout(*map), "again.json");
+  ASSERT_TRUE(again) << to_string(again.error());
+  const SE3& a = map->tags.begin()->second.map_T_tag;
+  const SE3& b = again->tags.begin()->second.map_T_tag;
+  EXPECT_LT((a.inverse() * b).log().norm(), 1e-12);
+}
+
+TEST(WpilibLayout, IsTakenWhereMapsAreTaken) {
+  const auto any = parse_any_map(kJson, "field.json");
+  ASSERT_TRUE(any) << to_string(any.error());
+  EXPECT_EQ(any->form, MapForm::Wpilib);
+  ASSERT_FALSE(any->warnings.empty());
+  EXPECT_THAT(any->warnings.front(), HasSubstr("0.1651"));
+  const auto landmarks = parse_landmarks(kJson, "field.json");
+  ASSERT_TRUE(landmarks) << to_string(landmarks.error());
+  EXPECT_EQ(landmarks->format, "wpilib");
+}
+
+TEST(WpilibLayout, SaysWhereItIsWrong) {
+  const auto missing = parse_wpilib_layout("{\n\"tags\": [\n{\"ID\": 3}]}", "field.json");
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().place.line, 3);
+  EXPECT_THAT(to_string(missing.error()), HasSubstr("pose"));
+  EXPECT_FALSE(parse_wpilib_layout("{\"tags\": [", "field.json"));
+  EXPECT_FALSE(parse_wpilib_layout(std::string(100'000, '['), "field.json"));
+  EXPECT_FALSE(parse_wpilib_layout("{\"tags\":" + std::string(1'000'000, '['), "field.json"));
+}
+
+TEST(WpilibLayout, ReadsTheFieldOf2024) {
+  WAYMARK_REAL_DATA(folder, "wpical");
+  const auto map = read_any_map(folder / "2024-crescendo.json");
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_EQ(map->map.tags.tags.size(), 16U);
+  // Tags 3 and 4 hang side by side on the wall x = 16.579 m, 0.565 m apart, and are read from the field.
+  const SE3& third = map->map.tags.find({FamilyId::Tag36h11, 3})->map_T_tag;
+  const SE3& fourth = map->map.tags.find({FamilyId::Tag36h11, 4})->map_T_tag;
+  EXPECT_NEAR((third.inverse() * fourth).translation().x(), -0.56515, 1e-9);
+  EXPECT_NEAR((third.inverse() * fourth).translation().z(), 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace waymark
