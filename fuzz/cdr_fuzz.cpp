@@ -58,7 +58,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   demand(decoder.finish().has_value());
   RecordingSetup setup;
-  (void)add_to_setup(setup, type, cdr);
+  (void)add_fact(setup.facts, "/x", type, cdr);
+  choose(setup);
   through<ros2::AprilTagDetectionArray>(cdr);
   through<ros2::MarkerArray>(cdr);
   through<ros2::DiagnosticArray>(cdr);

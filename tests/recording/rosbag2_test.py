@@ -71,29 +71,6 @@ class Bags(dumps.InFolder):
                 # Humble's files carry no definitions; Jazzy's do.
                 self.assertEqual("rosbag2.no_definition:mine_msgs/msg/Odd" in log.problems, schema != 4)
 
-    def test_reading_leaves_nothing_beside_the_file(self):
-        path = self.make("bag.db3", 3, [10**18 + k * 10**8 for k in range(10)])
-        base = sqlite3.connect(path)
-        base.execute("PRAGMA journal_mode=WAL")  # as rosbag2 does
-        base.execute("INSERT INTO messages(topic_id,timestamp,data) VALUES(1,?,?)", (10**18 + 10**9, odometry(10**18 + 10**9, 1)))
-        base.commit()
-        base.close()
-        self.assertEqual(len(dumps.Log(path).messages), 13)
-        self.assertEqual([p.name for p in self.folder.iterdir() if p.name.startswith("bag.db3")], ["bag.db3"])
-
-    def test_a_recorder_that_died_left_messages_in_its_journal(self):
-        path = self.make("live.db3", 3, [10**18 + k * 10**8 for k in range(10)])
-        base = sqlite3.connect(path)
-        base.execute("PRAGMA journal_mode=WAL")
-        base.execute("INSERT INTO messages(topic_id,timestamp,data) VALUES(1,?,?)", (10**18 + 10**9, odometry(10**18 + 10**9, 1)))
-        base.commit()
-        shutil.copy(path, self.folder / "dead.db3")
-        shutil.copy(f"{path}-wal", self.folder / "dead.db3-wal")
-        base.close()
-        self.assertEqual(len(dumps.Log(self.folder / "dead.db3").messages), 13)
-        self.assertEqual(sorted(p.name for p in self.folder.iterdir() if p.name.startswith("dead")),
-                         ["dead.db3", "dead.db3-wal"])
-
     def test_split_bag(self):
         first = [10**18 + k * 10**8 for k in range(30)]
         second = [10**18 + 2_850_000_000 + k * 10**8 for k in range(30)]  # overlaps the first a little

@@ -9,10 +9,8 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/recording_input.hpp"
+#include "waymark/cli/robot_setup.hpp"
 #include "waymark/config/calibration_file.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/share.hpp"
 #include "waymark/mapping/map_checks.hpp"
 
 namespace waymark::cli {
@@ -21,15 +19,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What a robot's file and an earlier calibration say of the camera counts for more than the recording.
-Status believe_files(const LocalizeJob& job, RecordingSetup& setup) {
-  if (!job.robot.empty()) {
-    const auto path = find_shared("robots", job.robot);
-    if (!path) return tl::unexpected(path.error());
-    const Result<RobotDescription> robot = read_robot(*path);
-    if (!robot) return tl::unexpected(robot.error());
-    setup.camera = robot->camera;
-    setup.base_T_cam = robot->model.base_T_cam;
-  }
+Status believe_files(const LocalizeJob& job, RecordingSetup& setup, Console& console) {
+  std::vector<std::string> warnings;
+  if (Status status = take_robot(job.robot, setup, warnings); !status) return status;
+  for (const std::string& words : warnings) console.say("warning: " + words);
   if (job.calibration.empty()) return {};
   const Result<Calibration> calibration = read_calibration(job.calibration);
   if (!calibration) return tl::unexpected(calibration.error());
@@ -81,12 +74,10 @@ Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& o
 }
 
 Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, Console& console) {
-  if (job.logs.size() > 1)
-    return fail(ErrorCode::InvalidArgument, "without --map a calibration is made of one recording",
-                {.source = job.logs[1]}, "Give one, or the map with --map.");
-  Result<RecordedLap> recorded = read_lap_file(job.logs.front(), &console);
+  Result<RecordedLap> recorded = read_lap_files(job.logs, &console, nullptr, job.frames);
   if (!recorded) return tl::unexpected(recorded.error());
-  if (Status status = believe_files(job, recorded->setup); !status) return tl::unexpected(status.error());
+  if (Status status = believe_files(job, recorded->setup, console); !status)
+    return tl::unexpected(status.error());
   if (recorded->frames.empty())
     return fail(ErrorCode::NotFound, "there are no corners of tags in it", {.source = job.logs.front()},
                 "Map its tags first, and give the map with --map.");
@@ -120,9 +111,8 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, C
 
 bool can_calibrate_by_lap(const LocalizeJob& job) {
   if (job.map.empty()) return true;
-  if (job.logs.size() != 1 || !looks_like_recording(job.logs.front()) || !read_map(map_file(job)))
-    return false;
-  const Result<RecordedLap> recorded = read_lap_file(job.logs.front());
+  if (job.logs.empty() || !read_map(map_file(job))) return false;
+  const Result<RecordedLap> recorded = read_lap_files(job.logs, nullptr, nullptr, job.frames);
   return recorded && !recorded->frames.empty() && !recorded->odometry.empty();
 }
 

@@ -150,20 +150,31 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
 }
 
 Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  if (!lap.setup.camera && lap.setup.chosen.camera_error)
+    return tl::unexpected(*lap.setup.chosen.camera_error);
   if (!lap.setup.camera) {
     std::string message = "the recording holds no calibration of its camera (/camera_info)";
     if (!lap.setup.problems.empty())  // cut too early, perhaps
       message += fmt::format(", and this was found in it: {}", to_string(lap.setup.problems.front()));
-    return fail(
-        ErrorCode::NotFound, std::move(message), {},
-        "Record sensor_msgs/CameraInfo with it; a table or bag of detections alone can be mapped with "
-        "`waymark map --tagslam FOLDER`, where TagSLAM's files describe the cameras and the tags' sizes. "
-        "`waymark info` shows what it holds.");
+    return fail(ErrorCode::NotFound, std::move(message), {},
+                "Give a robot's file with --robot, or record sensor_msgs/CameraInfo with it; a table or bag "
+                "of detections "
+                "alone can be mapped with `waymark map --tagslam FOLDER`, where TagSLAM's files describe the "
+                "cameras and "
+                "the tags' sizes. "
+                "`waymark info` shows what it holds.");
+  }
+  if (!lap.setup.base_T_cam && lap.setup.chosen.mounting_error) {
+    Error error = *lap.setup.chosen.mounting_error;
+    error.message = "the recording does not say where the camera sits: " + error.message;
+    return tl::unexpected(std::move(error));
   }
   if (!lap.setup.base_T_cam)
-    return fail(ErrorCode::NotFound,
-                "the recording does not say where the camera sits (/tf_static, base_link to camera_optical)",
-                {}, "`waymark info` shows what it holds.");
+    return fail(
+        ErrorCode::NotFound,
+        "the recording does not say where the camera sits: it has no transforms (/tf_static, /tf) from the "
+        "base to the camera's optical frame",
+        {}, "Give a robot's file with --robot. `waymark info` shows what it holds.");
   TeachSetup setup{.camera = *lap.setup.camera, .base_T_cam = *lap.setup.base_T_cam};
   const std::optional<std::string> recorded = metadata(lap, "tag_size_m");
   const auto size = overrides.tag_size_m ? overrides.tag_size_m : parse_number(recorded.value_or(""));
@@ -190,12 +201,17 @@ std::optional<std::string> robot_yaml_of(const RecordedLap& lap) {
 }
 
 Result<RecordedLap> read_lap_file(const std::string& path, Console* console, const TagFinder* finder) {
-  const auto log = open_log(path, until_interrupted());
+  return read_lap_files({path}, console, finder, {});
+}
+
+Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, Console* console,
+                                   const TagFinder* finder, const CameraChoice& choice) {
+  const auto log = open_logs(paths, until_interrupted());
   if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
     if (interrupted())
-      return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = path});
+      return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
     if (finder == nullptr && !usual) {
       auto detector = make_apriltag_detector({});
       if (!detector) return tl::unexpected(detector.error());
@@ -207,7 +223,11 @@ Result<RecordedLap> read_lap_file(const std::string& path, Console* console, con
       console->live(fmt::format("finding tags: {:.1f} s", to_seconds(picture.stamp.time_since_epoch())));
     return TagFrame{picture.stamp, picture.camera, std::move(found->detections)};
   };
-  return read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded);
+  Result<RecordedLap> lap =
+      read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded, choice);
+  if (lap && console != nullptr)
+    for (const std::string& note : lap->setup.chosen.notes) console->say("note: " + note);
+  return lap;
 }
 
 }  // namespace waymark::cli

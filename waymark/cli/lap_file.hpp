@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/stage_flags.hpp"
@@ -61,5 +62,8 @@ struct SetupOverrides {
 /// error.
 [[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, Console* console = nullptr,
                                                 const TagFinder* finder = nullptr);
+/// The same of several files of one lap (tables, say), and of the camera that `choice` names.
+[[nodiscard]] Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, Console* console,
+                                                 const TagFinder* finder, const CameraChoice& choice);
 
 }  // namespace waymark::cli

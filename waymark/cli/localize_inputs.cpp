@@ -8,6 +8,7 @@
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/log_options.hpp"
+#include "waymark/cli/robot_setup.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -32,24 +33,34 @@ bool is_wanted(const Sample& sample) {
 }
 
 /// Tags of pictures, where a recording holds nothing else that was seen.
-Status look_at_pictures(const std::string& path, LocalizeInputs& inputs, Console& console) {
-  Result<RecordedLap> lap = read_lap_file(path, &console);
+Status look_at_pictures(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
+                        Console& console) {
+  Result<RecordedLap> lap = read_lap_files({path}, &console, nullptr, frames);
   console.end_progress();
   if (!lap) return tl::unexpected(lap.error());
   for (TagFrame& frame : lap->frames) inputs.samples.emplace_back(std::move(frame));
   return {};
 }
 
-Status read_log(const std::string& path, LocalizeInputs& inputs, Console& console) {
+Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
+                Console& console) {
   const auto log = open_log(path, until_interrupted());
   if (!log) return tl::unexpected(log.error());
+  const Result<RecordingSetup> setup = (*log)->setup(frames);
+  if (setup && setup->chosen.ambiguous) {
+    Error error = *setup->chosen.ambiguous;
+    error.place.source = path;
+    return tl::unexpected(std::move(error));
+  }
   bool seen = false;
   bool pictures = false;
-  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+  const LogSelection used = setup ? (*log)->topics_used(*setup) : LogSelection{};
+  const Status status = (*log)->visit_samples(used, [&](Sample sample) -> Status {
     if (interrupted()) return fail(ErrorCode::Unreadable, "stopped", {.source = path});
     seen = seen || is_sighting(sample);
     pictures = pictures || std::holds_alternative<CameraFrame>(sample);
-    if (is_wanted(sample)) inputs.samples.push_back(sample);
+    if (setup) turn_into_base(sample, setup->chosen);
+    if (is_wanted(sample)) inputs.samples.push_back(std::move(sample));
     return {};
   });
   if (!status) return status;
@@ -57,10 +68,11 @@ Status read_log(const std::string& path, LocalizeInputs& inputs, Console& consol
     if (problem.kind == LogProblem::Kind::Damage) inputs.warnings.push_back(to_string(problem.error));
   }
   if (!seen && pictures) {
-    if (Status looked = look_at_pictures(path, inputs, console); !looked) return looked;
+    if (Status looked = look_at_pictures(path, frames, inputs, console); !looked) return looked;
   }
-  const Result<RecordingSetup> setup = (*log)->setup();
   if (!setup) return {};
+  for (const std::string& note : setup->chosen.notes) console.say("note: " + note);
+  if (setup->camera || setup->base_T_cam || !setup->facts.frames.empty()) inputs.recorded = *setup;
   if (setup->camera) inputs.setup.eye.camera = setup->camera;
   if (setup->base_T_cam) inputs.setup.eye.base_T_sensor = *setup->base_T_cam;
   return {};
@@ -71,7 +83,7 @@ Status read_logs(const LocalizeJob& job, LocalizeInputs& inputs, Console& consol
   std::string with_odometry;
   for (const std::string& log : job.logs) {
     const auto before = static_cast<std::ptrdiff_t>(inputs.samples.size());
-    if (Status status = read_log(log, inputs, console); !status) return status;
+    if (Status status = read_log(log, job.frames, inputs, console); !status) return status;
     const bool moves = std::any_of(inputs.samples.begin() + before, inputs.samples.end(),
                                    [](const Sample& s) { return std::holds_alternative<Odometry>(s); });
     if (!moves) continue;
@@ -95,6 +107,8 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (!path) return tl::unexpected(path.error());
   const Result<RobotDescription> description = read_robot(*path);
   if (!description) return tl::unexpected(description.error());
+  for (std::string& words : disagreements(*description, inputs.recorded))
+    inputs.warnings.push_back(std::move(words));
   inputs.setup.eye = {description->camera, description->model.base_T_cam};
   const auto motion = read_robot_motion(*path);
   if (!motion) return tl::unexpected(motion.error());
@@ -154,6 +168,12 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
     return fail(ErrorCode::NotFound,
                 "nobody says what the camera is like: not the recording, not the map's folder",
                 {.source = job.logs.front()}, "Give --robot with a file that has a camera.");
+  if (corners && job.robot.empty() && !inputs.recorded.base_T_cam && inputs.recorded.chosen.mounting_error) {
+    Error error = *inputs.recorded.chosen.mounting_error;
+    error.message = "the recording does not say where the camera sits: " + error.message;
+    error.place.source = job.logs.front();
+    return tl::unexpected(std::move(error));
+  }
   if (corners && inputs.setup.tags.tags.empty())
     return fail(ErrorCode::InvalidArgument,
                 "corners need a map with poses of tags, and this one has points only", {.source = job.map});

@@ -8,6 +8,8 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/pipeline/localizer.hpp"
+#include "waymark/recording/camera_choice.hpp"
+#include "waymark/recording/sample_reader.hpp"
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -22,6 +24,7 @@ struct LocalizeJob {
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording or TUM file to write; empty: none
   std::optional<double> tag_size_m{};
+  CameraChoice frames{};              ///< of a recording that holds several cameras
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
   std::string method = "riekf";
@@ -34,6 +37,7 @@ struct LocalizeInputs {
   LocalizerSetup setup{};
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
+  RecordingSetup recorded{};  ///< what the recording itself says of the camera
   std::size_t sightings = 0;
   bool mounting_guessed = false;  ///< nobody says where the sensor sits
   bool planar_sensor = false;     ///< --sensor-pose: x ahead, y left; else the axes are a camera's

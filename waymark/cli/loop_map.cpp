@@ -5,7 +5,10 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/robot_setup.hpp"
 #include "waymark/cli/staged_folder.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -101,6 +104,19 @@ void tell_of_size(const MapJob& job, MapReport& report) {
                   asked, others, known));
 }
 
+/// What --robot says goes before the recording, and into the map's folder.
+Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
+  if (job.robot.empty()) return {};
+  if (Status status = take_robot(job.robot, recorded.setup, report.warnings); !status) return status;
+  const auto path = find_shared("robots", job.robot);
+  if (!path) return tl::unexpected(path.error());
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+  const Result<std::string> text = read_text_file(*path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  recorded.attachments["robot.yaml"] = *text;
+  return {};
+}
+
 }  // namespace
 
 Result<MapReport> map_recording(const MapJob& job, Console& console) {
@@ -110,13 +126,16 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   };
   const Stopwatch watch;
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
-  Result<RecordedLap> recorded = read_lap_file(job.lap, &console, job.finder);
+  std::vector<std::string> files{job.lap};
+  files.insert(files.end(), job.more.begin(), job.more.end());
+  Result<RecordedLap> recorded = read_lap_files(files, &console, job.finder, job.frames);
   const auto in_recording = [&](Error error) {
     if (error.place.source.empty() && error.place.key.empty()) error.place.source = job.lap;
     return tl::unexpected(std::move(error));
   };
   if (!recorded) return in_recording(recorded.error());
   MapReport report{.extends = job.extend.has_value()};
+  if (Status status = use_robot(job, *recorded, report); !status) return in_recording(status.error());
   const Result<MapFile> map = map_anything(*recorded, job, progress, report);
   console.end_progress();
   if (interrupted())

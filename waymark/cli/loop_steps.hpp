@@ -89,6 +89,9 @@ struct MapJob {
   std::set<TagId> freeze{};     ///< its tags that stay exactly where it has them
   std::set<TagId> remove{};     ///< its tags that are gone
   LandmarkMapOptions points{};  ///< for recordings with poses of tags and no corners
+  std::vector<std::string> more{};  ///< further files of the same lap, such as tables
+  std::string robot{};              ///< file or name: camera and mounting; empty: as the recording says
+  CameraChoice frames{};            ///< of a recording that holds several
 };
 
 struct MapReport {

@@ -22,20 +22,23 @@ MapNeeds map_needs(const RecordingInfo& info) {
   };
   if (!says("anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
   if (!says("tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
+  if (!info.setup.camera || !info.setup.base_T_cam) needs.flags.emplace_back("--robot robot.yaml");
+  if (info.setup.chosen.ambiguous) needs.flags.emplace_back("--camera-topic TOPIC");
   if (!info.setup.camera) needs.missing.emplace_back("a calibration of its camera (sensor_msgs/CameraInfo)");
   if (!info.setup.base_T_cam)
-    needs.missing.emplace_back("where the camera sits (/tf_static, base_link to camera_optical)");
+    needs.missing.emplace_back(
+        "where the camera sits (/tf_static, from the base to the camera's optical frame)");
   return needs;
 }
 
 NextStep map_step(const RecordingInfo& info) {
   const MapNeeds needs = map_needs(info);
-  if (!needs.missing.empty()) {
-    return {
-        fmt::format("A map cannot be made yet: the recording lacks {}.", fmt::join(needs.missing, " and ")),
-        ""};
-  }
   const bool detects = !info.contents.contains("tags");
+  if (!needs.missing.empty()) {
+    return {fmt::format("Make a map of the tags: the robot's file says what the recording lacks, {}.",
+                        fmt::join(needs.missing, " and ")),
+            fmt::format("waymark map {} {} -o map", info.file, fmt::join(needs.flags, " "))};
+  }
   return {detects ? "Find the tags in its pictures and make a map of them." : "Make a map of the tags.",
           fmt::format("waymark map {}{}{} -o map", info.file, needs.flags.empty() ? "" : " ",
                       fmt::join(needs.flags, " "))};
@@ -63,13 +66,32 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
                      fmt::format("waymark convert {} {}", info.file, here(info, ".mcap"))});
   if (has("pictures")) steps.push_back({"Find the tags in its pictures.", "waymark detect " + info.file});
-  if (has("tags") || has("pictures")) steps.push_back(map_step(info));
-  const bool estimates = has("odometry") || has("wheels") || has("imu");
-  if (estimates && !has("tags") && !has("pictures") && (has("tag_poses") || has("range_bearing")))
+  const bool moves = has("odometry");
+  const bool corners = has("tags") || has("pictures");
+  if (corners && moves) {
+    steps.push_back(map_step(info));
+  } else if (corners) {
+    const std::vector<std::string> missing = map_needs(info).missing;
     steps.push_back(
-        {"It can be localised against a map of what it saw; a map cannot be made of it: it holds no "
-         "corners of tags.",
-         ""});
+        {fmt::format("A map of a lap needs odometry too: give it as a further file.{}",
+                     missing.empty() ? ""
+                                     : fmt::format(" The robot's file says what it lacks besides, {}.",
+                                                   fmt::join(missing, " and "))),
+         fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
+                     "tag36h11:0 -o map",
+                     info.file)});
+  } else if (moves && has("tag_poses")) {
+    steps.push_back({"Make a map of the tags from the poses its robot gave them.",
+                     fmt::format("waymark map {} --tag-size-m 0.16 --anchor tag36h11:0 -o map", info.file)});
+  }
+  const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
+  if (moves && (corners || has("tag_poses") || has("range_bearing"))) {
+    steps.push_back({"Localise it in a map of what it saw.",
+                     fmt::format("waymark localize {} --map map{}", info.file, robot)});
+  } else if (has("odometry") || has("imu")) {
+    steps.push_back({"Localise with it: give what was seen on the same drive as a further file.",
+                     fmt::format("waymark localize {} detections.csv --map map", info.file)});
+  }
   if (!info.contents.empty())
     steps.push_back({"Watch what it says, as it was said.", "waymark play " + info.file});
   if (info.contents.empty() && info.report.messages > 0)

@@ -93,6 +93,13 @@ std::string stamps_text(const TopicReport& topic) {
   return words.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(words, "; "));
 }
 
+/// What stands in the way of using its camera.
+void add_doubts(RecordingInfo& info) {
+  const ChosenCamera& chosen = info.setup.chosen;
+  for (const auto& doubt : {chosen.ambiguous, chosen.camera_error, chosen.mounting_error})
+    if (doubt) info.problems.push_back({LogProblem::Kind::Trap, "camera", *doubt});
+}
+
 }  // namespace
 
 Result<RecordingInfo> look_at(const std::string& file, bool quick,
@@ -124,6 +131,7 @@ Result<RecordingInfo> look_at(const std::string& file, bool quick,
     if (std::ranges::find(info.problems, problem.key, &LogProblem::key) == info.problems.end())
       info.problems.push_back(std::move(problem));
   if (!setup) info.problems.push_back({.key = "setup", .error = setup.error()});
+  add_doubts(info);
   return info;
 }
 

@@ -11,6 +11,7 @@
 #include "waymark/cli/calibrate_lap.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/file_names.hpp"
+#include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -241,6 +242,7 @@ Run prepare_calibrate_robot(CLI::App& app) {
          "no map or one of ours")
       ->check(CLI::IsMember({"lap", "innovations"}))
       ->type_name("HOW");
+  add_frame_flags(app, job.frames);
   app.add_option("--robot", job.robot, "Camera and where it sits, as far as known: a robot's file, or a name")
       ->type_name("FILE");
   app.add_option("--calibration", job.calibration, "calibration.yaml with what is known before (the camera)")

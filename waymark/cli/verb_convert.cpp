@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +17,9 @@
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/log_options.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/robot_setup.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/recording/export_log.hpp"
 
@@ -25,13 +29,16 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ConvertArgs {
-  std::string input;
+  std::string first;
+  std::vector<std::string> rest;  ///< further inputs, then the output
+  std::vector<std::string> inputs;
   std::string output;
   std::string format;
   std::vector<std::string> topics;
   std::string from;
   std::string to;
   std::string kind;
+  std::string robot;
   double tag_latency_s = 0.065;
   bool json = false;
 };
@@ -54,17 +61,17 @@ Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, co
   return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
 }
 
-Result<ExportOptions> export_options(const ConvertArgs& args, const MessageLog& log) {
+Result<ExportOptions> export_options(const ConvertArgs& args, MessageLog& log) {
   ExportOptions options{.kind = args.kind};
   std::vector<std::string> known;
   for (const LogChannel& channel : log.channels()) known.push_back(channel.topic);
   for (const std::string& topic : args.topics) {
     if (std::ranges::find(known, topic) == known.end())
       return fail(ErrorCode::NotFound, fmt::format("the recording has no topic '{}'", topic),
-                  {.source = args.input}, suggestion(topic, known));
+                  {.source = args.inputs.front()}, suggestion(topic, known));
     options.selection.topics.insert(topic);
   }
-  const std::uint64_t start = log.summary().start.value_or(0);
+  const std::uint64_t start = recording_start_ns(log);
   if (!args.from.empty()) {
     const auto from = moment(args.from, start, "--from");
     if (!from) return tl::unexpected(from.error());
@@ -78,9 +85,9 @@ Result<ExportOptions> export_options(const ConvertArgs& args, const MessageLog& 
   const LogSelection& chosen = options.selection;
   const auto end = log.summary().end;
   if (chosen.to <= chosen.from || (end && chosen.from > *end))
-    return fail(ErrorCode::InvalidArgument,
-                "no time is left between --from and --to, or the recording ended before",
-                {.source = args.input, .key = "--from"}, "`waymark info` shows when it begins and ends.");
+    return fail(
+        ErrorCode::InvalidArgument, "no time is left between --from and --to, or the recording ended before",
+        {.source = args.inputs.front(), .key = "--from"}, "`waymark info` shows when it begins and ends.");
   return options;
 }
 
@@ -109,9 +116,11 @@ Result<std::string> format_of(const ConvertArgs& args) {
 }
 
 std::map<std::string, std::string> provenance(const ConvertArgs& args, const MessageLog& log) {
+  std::vector<std::string> names;
+  for (const std::string& input : args.inputs) names.push_back(fs::path(input).filename().string());
   return {{"verb", "convert"},
           {"version", WAYMARK_VERSION},
-          {"source", fs::path(args.input).filename().string()},
+          {"source", fmt::format("{}", fmt::join(names, ", "))},
           {"source_format", log.description()}};
 }
 
@@ -148,7 +157,8 @@ nlohmann::ordered_json conversion_json(const ConvertArgs& args, const std::strin
                         {"count", problem.count},
                         {"words", to_string(problem.error)}});
   }
-  return {{"input", args.input},
+  nlohmann::ordered_json inputs = args.inputs;
+  return {{"input", args.inputs.size() == 1 ? inputs.front() : inputs},
           {"input_format", to_string(log.format())},
           {"output", args.output},
           {"output_format", format},
@@ -165,6 +175,25 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
   }
 }
 
+/// Tables do not say what the camera is like.
+Status add_robot(const ConvertArgs& args, const std::string& format, const MessageLog& log,
+                 ExportOptions& options) {
+  if (args.robot.empty()) return {};
+  const bool samples =
+      log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv || log.format() == LogFormat::Merged;
+  if (format != "mcap" || !samples)
+    return fail(
+        ErrorCode::InvalidArgument,
+        "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
+        {.key = "--robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
+  RecordingSetup setup;
+  std::vector<std::string> ignored;
+  if (Status status = take_robot(args.robot, setup, ignored); !status) return status;
+  options.camera = std::move(setup.camera);
+  options.base_T_cam = setup.base_T_cam;
+  return {};
+}
+
 ExitCode convert(const ConvertArgs& args, Console& console) {
   const Result<std::string> format = format_of(args);
   const Result<Output> out = format ? output_of(args) : tl::unexpected(format.error());
@@ -174,7 +203,7 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   }
   const auto latency = Duration(std::llround(args.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
-      open_log(fs::path(args.input), until_interrupted({.mbot_tag_latency = latency}));
+      open_logs(args.inputs, until_interrupted({.mbot_tag_latency = latency}));
   if (!log) {
     console.say(log.error());
     return ExitCode::SomeFailed;
@@ -185,6 +214,10 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
     return options.error().code == ErrorCode::InvalidArgument ? ExitCode::Usage : ExitCode::SomeFailed;
   }
   options->metadata["waymark_convert"] = provenance(args, **log);
+  if (Status status = add_robot(args, *format, **log, *options); !status) {
+    console.say(naming_flag(status.error()));
+    return exit_code_of(status.error());
+  }
   options->progress = [&](double done) -> Status {
     console.live(fmt::format("{} {:.0f} %", args.output, 100 * done));
     return interrupted() ? Status(fail(ErrorCode::Unwritable, "stopped: nothing was written")) : Status{};
@@ -198,8 +231,9 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
   if (args.json) {
     console.print(json_line(conversion_json(args, *format, **log, *report)));
   } else {
-    std::string text = fmt::format("{} ({}) to {}: {} {}\n", args.input, (*log)->description(), args.output,
-                                   report->messages, *format == "mcap" ? "messages" : "lines");
+    std::string text =
+        fmt::format("{} ({}) to {}: {} {}\n", fmt::join(args.inputs, ", "), (*log)->description(),
+                    args.output, report->messages, *format == "mcap" ? "messages" : "lines");
     for (const auto& [topic, count] : report->by_topic) text += fmt::format("  {:<32} {:>9}\n", topic, count);
     console.print(text);
     say_problems(report->problems, console);
@@ -209,10 +243,15 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 
 Run prepare_convert(CLI::App& app) {
   const auto args = std::make_shared<ConvertArgs>();
-  app.add_option("IN", args->input, "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV")
+  app.add_option("IN", args->first, "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV")
       ->required()
       ->type_name("");
-  app.add_option("OUT", args->output, "New file: .mcap, .tum or .csv")->required()->type_name("");
+  app.add_option(
+         "OUT", args->rest,
+         "New file: .mcap, .tum or .csv. Before it further recordings of the same drive, which are merged in "
+         "the order of their stamps")
+      ->required()
+      ->type_name("");
   app.add_option("--format", args->format, "mcap, tum or csv, whatever OUT ends in")->type_name("NAME");
   app.add_option("--topics,--topic", args->topics, "Only these topics, with commas between them")
       ->delimiter(',')
@@ -223,13 +262,22 @@ Run prepare_convert(CLI::App& app) {
   app.add_option("--kind", args->kind, "What a .csv holds: detections, odometry, imu, range-bearing")
       ->check(CLI::IsMember({"detections", "odometry", "imu", "range-bearing"}))
       ->type_name("NAME");
+  app.add_option(
+         "--robot", args->robot,
+         "For tables and LCM logs that become .mcap: camera and where it sits, a robot's file or a name")
+      ->type_name("FILE");
   app.add_option("--tag-latency-s", args->tag_latency_s,
                  "How long before its stamp an MBot's picture was taken [s] (LCM logs)")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str()
       ->type_name("S");
   app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return convert(*args, console); };
+  return [args](Console& console) {
+    args->inputs = {args->first};
+    args->inputs.insert(args->inputs.end(), args->rest.begin(), args->rest.end() - 1);
+    args->output = args->rest.back();
+    return convert(*args, console);
+  };
 }
 
 }  // namespace
@@ -252,6 +300,7 @@ Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped
 Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
+  waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
 )",
       .prepare = prepare_convert,
       .verbs = {}};

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -97,7 +98,7 @@ Run prepare_localize(CLI::App& app) {
   app.add_option(
          "--map", job.map,
          "Where the tags are: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-         "with id, x, y")
+         "with id, x, y, field layout of WPILib")
       ->required()
       ->type_name("FILE");
   app.add_option(
@@ -105,6 +106,7 @@ Run prepare_localize(CLI::App& app) {
          "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says, or "
          "robot.yaml beside the map")
       ->type_name("FILE");
+  add_frame_flags(app, job.frames);
   app.add_option("--calibration", job.calibration, "calibration.yaml: what is better known of this robot")
       ->type_name("FILE");
   app.add_option("--method", job.method,

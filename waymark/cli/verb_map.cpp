@@ -13,6 +13,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_scene.hpp"
 #include "waymark/cli/map_steps.hpp"
@@ -37,6 +38,9 @@ struct MapArgs {
 
   const CLI::App& app;
   std::string lap;
+  std::vector<std::string> more;
+  std::string robot;
+  CameraChoice frames;
   std::string folder;
   std::string method = "bundle";
   std::string anchor;
@@ -61,6 +65,9 @@ struct MapArgs {
 
 Result<MapJob> job_of(const MapArgs& args) {
   MapJob job{.lap = args.lap, .folder = args.folder, .options = {.method = args.method}};
+  job.more = args.more;
+  job.robot = args.robot;
+  job.frames = args.frames;
   if (Status status = args.bundle.apply(job.options.bundle); !status) return tl::unexpected(status.error());
   if (Status status = args.chain.apply(job.options.chain); !status) return tl::unexpected(status.error());
   if (Status status = args.points.apply(job.points); !status) return tl::unexpected(status.error());
@@ -205,6 +212,13 @@ Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
   app.add_option("LAP", args->lap, "Recording of a taught lap, or with --tagslam of tags and odometry")
       ->type_name("");
+  app.add_option("MORE", args->more,
+                 "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
+      ->type_name("");
+  app.add_option("--robot", args->robot,
+                 "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says")
+      ->type_name("FILE");
+  add_frame_flags(app, args->frames);
   app.add_option("-o,--output", args->folder, "Folder for the map, the route and the figures")
       ->type_name("FOLDER");
   app.add_option("--method", args->method,
@@ -304,6 +318,8 @@ Examples:
   waymark map lap.mcap -o map3 --anchor tag36h11:0 --anchor-pose 0 0 0.3 -90 0 -90
   waymark map lap2.mcap -o map --extend map --remove 7
   waymark map lap3.mcap -o map --extend map --route-name kitchen
+  waymark map bag --camera-frame camera_color_optical_frame --tag-size-m 0.16 --anchor 0 -o map
+  waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
   waymark map tags.bag --tagslam config -o scene
 )",
       .prepare = prepare_map,

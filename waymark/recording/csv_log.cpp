@@ -75,7 +75,8 @@ class CsvLog final : public MessageLog {
     return status ? rows.finish() : status;
   }
 
-  Result<RecordingSetup> setup() override {
+  using MessageLog::setup;
+  Result<RecordingSetup> setup(const CameraChoice& /*choice*/) override {
     RecordingSetup setup;
     for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);
     return setup;

@@ -20,6 +20,9 @@ struct ExportOptions {
       kind{};  ///< of CSV: "detections", "odometry", "imu", "range-bearing"; empty: the only one there is
   /// Blocks of metadata to add (MCAP).
   std::map<std::string, std::map<std::string, std::string>> metadata{};
+  /// What becomes part of an MCAP of samples: the camera and where it sits.
+  std::optional<CameraModel> camera{};
+  std::optional<SE3> base_T_cam{};
   /// Called now and then with the part that is done, 0 to 1; an error it gives stops the export.
   std::function<Status(double done)> progress = {};
 };

@@ -1,4 +1,5 @@
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -152,8 +153,16 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
   if (!recorder) return tl::unexpected(recorder.error());
   ExportProgress progress(log, options);
   ExportReport report;
+  const auto setup = log.setup();
+  bool begun = false;
   Status status = log.visit_samples(options.selection, [&](const Sample& sample) -> Status {
     if (Status told = progress.at(log_time_of(sample)); !told) return told;
+    if (!std::exchange(begun, true)) {
+      const auto camera = options.camera || !setup ? options.camera : setup->camera;
+      const auto base_T_cam = options.base_T_cam || !setup ? options.base_T_cam : setup->base_T_cam;
+      if (camera && base_T_cam)
+        if (Status added = recorder->add_camera(stamp_of(sample), *camera, *base_T_cam); !added) return added;
+    }
     ++report.messages;
     ++report.by_topic[camera_of(sample) + std::string(topic_of(sample))];
     return recorder->add(sample);
@@ -171,7 +180,8 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
 
 Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                  const ExportOptions& options) {
-  const bool samples = log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv;
+  const bool samples =
+      log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv || log.format() == LogFormat::Merged;
   return samples ? export_samples(log, std::move(sink), options)
                  : export_messages(log, std::move(sink), options);
 }

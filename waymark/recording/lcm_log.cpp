@@ -78,7 +78,8 @@ class LcmLog final : public MessageLog {
     return status ? samples.finish() : status;
   }
 
-  Result<RecordingSetup> setup() override {
+  using MessageLog::setup;
+  Result<RecordingSetup> setup(const CameraChoice& /*choice*/) override {
     RecordingSetup setup;
     setup.metadata["lcm"]["mbot_tag_latency_s"] = fmt::format("{}", to_seconds(options_.mbot_tag_latency));
     for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);

@@ -9,6 +9,7 @@
 #include "waymark/recording/mcap_records.hpp"
 #include "waymark/recording/ros1_bag_log.hpp"
 #include "waymark/recording/ros1_bag_records.hpp"
+#include "waymark/recording/ros2_messages.hpp"
 #include "waymark/recording/rosbag2_log.hpp"
 #include "waymark/recording/temporary_file.hpp"
 #include "waymark/recording/unpack.hpp"
@@ -70,8 +71,31 @@ Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> sourc
 }  // namespace
 
 std::string_view to_string(LogFormat format) {
-  constexpr std::array<std::string_view, 5> kNames = {"mcap", "rosbag2", "ros1bag", "lcm", "csv"};
+  constexpr std::array<std::string_view, 6> kNames = {"mcap", "rosbag2", "ros1bag", "lcm", "csv", "merged"};
   return kNames.at(static_cast<std::size_t>(format));
+}
+
+LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
+  LogSelection selection;
+  for (const LogChannel& channel : channels()) {
+    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
+    if (picture == pictures.value_or(picture) && !setup.chosen.unused.contains(channel.topic))
+      selection.topics.insert(channel.topic);
+  }
+  return selection;
+}
+
+std::uint64_t recording_start_ns(MessageLog& log) {
+  constexpr std::uint64_t kBeginning_ns = 10'000'000'000;
+  const std::uint64_t start = log.summary().start.value_or(0);
+  if (start > 0) return start;
+  std::optional<std::uint64_t> next;
+  // The first message is enough: an error of the visitor stops the visit.
+  (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
+    next = message.log_time;
+    return fail(ErrorCode::LimitExceeded, "the first message is enough");
+  });
+  return next && *next > kBeginning_ns ? *next : start;
 }
 
 Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source, const LogOptions& options) {

@@ -24,9 +24,9 @@
 /// told by the first bytes of a file, never by its name.
 namespace waymark {
 
-enum class LogFormat : std::uint8_t { Mcap, Rosbag2, Ros1Bag, Lcm, Csv };
+enum class LogFormat : std::uint8_t { Mcap, Rosbag2, Ros1Bag, Lcm, Csv, Merged };
 
-/// "mcap", "rosbag2", "ros1bag", "lcm", "csv", as in JSON summaries.
+/// "mcap", "rosbag2", "ros1bag", "lcm", "csv", "merged", as in JSON summaries.
 [[nodiscard]] std::string_view to_string(LogFormat format);
 
 /// One stream of messages of one type.
@@ -124,8 +124,14 @@ class MessageLog {
   /// The same as samples, with the conventions of the house (docs/conventions.md); messages that are not
   /// samples are passed over.
   virtual Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) = 0;
-  /// The camera, its place on the robot, and the metadata, as far as the recording knows them.
-  virtual Result<RecordingSetup> setup() = 0;
+  /// The camera, its place on the robot, and the metadata, as far as the recording knows them; `choice` names
+  /// frames and topics where it holds several.
+  virtual Result<RecordingSetup> setup(const CameraChoice& choice) = 0;
+  Result<RecordingSetup> setup() { return setup(CameraChoice{}); }
+  /// The topics that are to be read with a setup: of pictures, of all else, or all. Empty where there are
+  /// none.
+  [[nodiscard]] LogSelection topics_used(const RecordingSetup& setup,
+                                         std::optional<bool> pictures = {}) const;
   /// The files inside the recording, by name.
   [[nodiscard]] virtual std::vector<LogAttachment> attachments() const { return {}; }
 
@@ -145,11 +151,20 @@ class MessageLog {
   MessageLog() = default;
 };
 
+/// When a recording begins [ns]: the log time of its first message, but not of those that nobody stamped
+/// (zero, as some programs write /camera_info and /tf_static) where the others come more than ten seconds
+/// later.
+[[nodiscard]] std::uint64_t recording_start_ns(MessageLog& log);
+
 /// Opens a recording: an MCAP file, a rosbag2 .db3 file or bag folder (with its metadata.yaml, .db3 or .mcap,
 /// split or not), a ROS 1 bag, an LCM event log, a CSV table with named columns; any of the files also packed
 /// as a whole with bzip2, gzip or zstd. Fails when there is no such file or it is none of these.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path,
                                                            const LogOptions& options = {});
+/// Several of one drive as one, samples in the order of their stamps, which are held in memory where a file
+/// is no recording of ROS.
+[[nodiscard]] Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& paths,
+                                                            const LogOptions& options = {});
 /// The same of bytes from anywhere.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
                                                            const LogOptions& options = {});

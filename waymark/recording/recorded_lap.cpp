@@ -1,19 +1,7 @@
 #include "waymark/recording/recorded_lap.hpp"
 
-#include "waymark/recording/ros2_messages.hpp"
-
 namespace waymark {
 namespace {
-
-/// The topics that hold pictures, or the others.
-LogSelection topics_of(const MessageLog& log, bool pictures) {
-  LogSelection selection;
-  for (const LogChannel& channel : log.channels()) {
-    const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
-    if (picture == pictures) selection.topics.insert(channel.topic);
-  }
-  return selection;
-}
 
 void keep(const Sample& sample, RecordedLap& lap) {
   if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.frames.push_back(*frame);
@@ -25,7 +13,7 @@ void keep(const Sample& sample, RecordedLap& lap) {
 }
 
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
-  const LogSelection pictures = topics_of(log, true);
+  const LogSelection pictures = log.topics_used(lap.setup, true);
   if (pictures.topics.empty()) return {};
   const CameraModel* camera = lap.setup.camera ? &*lap.setup.camera : nullptr;
   return log.visit_samples(pictures, [&](const Sample& sample) -> Status {
@@ -40,9 +28,11 @@ Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
 
 }  // namespace
 
-Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source) {
-  Result<RecordingSetup> setup = log.setup();
+Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,
+                             const CameraChoice& choice) {
+  Result<RecordingSetup> setup = log.setup(choice);
   if (!setup) return tl::unexpected(setup.error());
+  if (setup->chosen.ambiguous) return tl::unexpected(*setup->chosen.ambiguous);
   RecordedLap lap{.setup = std::move(*setup)};
   std::vector<Error> damaged;
   const Status read = log.visit_attachments([&](const MessageLog::Attachment& attachment) {
@@ -50,16 +40,17 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
     return Status{};
   });
   if (!read) damaged.push_back(read.error());
-  const LogSelection others = topics_of(log, false);
+  const LogSelection others = log.topics_used(lap.setup, false);
   Status status;
   if (!others.topics.empty()) {
-    status = log.visit_samples(others, [&](const Sample& sample) {
+    status = log.visit_samples(others, [&](Sample sample) {
+      turn_into_base(sample, lap.setup.chosen);
       keep(sample, lap);
       return Status{};
     });
   }
   if (source == TagSource::Pictures) {
-    if (topics_of(log, true).topics.empty())
+    if (log.topics_used(lap.setup, true).topics.empty())
       return fail(ErrorCode::NotFound, "the recording holds no pictures to look for tags in", {},
                   "Leave out the detector's settings to take the tags it holds.");
     lap.frames.clear();

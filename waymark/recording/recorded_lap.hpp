@@ -30,10 +30,11 @@ enum class TagSource : std::uint8_t {
   Pictures,    ///< its pictures, whatever tags it holds
 };
 
-/// Reads all of it, whatever its format. Pictures are looked at only when `find` is given. What is damaged is
-/// passed over, and `setup.problems` says so. Fails when `find` does, or when there are no pictures to look
-/// at though they were asked for.
+/// Reads all of it, whatever its format; of several cameras the one that `choice` names. Pictures are looked
+/// at only when `find` is given. What is damaged is passed over, and `setup.problems` says so. Fails when
+/// `find` does, or when there are no pictures to look at though they were asked for.
 [[nodiscard]] Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find = {},
-                                           TagSource source = TagSource::AsRecorded);
+                                           TagSource source = TagSource::AsRecorded,
+                                           const CameraChoice& choice = {});
 
 }  // namespace waymark

@@ -16,6 +16,9 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr double kHalfPixel = 0.5;  // ours less theirs
 constexpr std::string_view kLeftWheel = "left_wheel";
 constexpr std::string_view kRightWheel = "right_wheel";
+constexpr std::string_view kWheel = "wheel";
+constexpr std::string_view kLeft = "left";
+constexpr std::string_view kRight = "right";
 
 Header header(SensorTime stamp, std::string_view frame) { return {to_ros(stamp), std::string(frame)}; }
 Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -82,16 +85,19 @@ Result<WheelTicks> from_ros(const JointState& message) {
   bool left = false;
   bool right = false;
   for (std::size_t i = 0; i < std::min(message.name.size(), message.position.size()); ++i) {
-    if (message.name[i] == kLeftWheel) {
+    const std::string& name = message.name[i];
+    if (name.find(kWheel) == std::string::npos) continue;
+    if (!left && name.find(kLeft) != std::string::npos) {
       ticks.left_rad = message.position[i];
       left = true;
-    } else if (message.name[i] == kRightWheel) {
+    } else if (!right && name.find(kRight) != std::string::npos) {
       ticks.right_rad = message.position[i];
       right = true;
     }
   }
   if (!left || !right)
-    return fail(ErrorCode::Unreadable, "a JointState without the joints left_wheel and right_wheel");
+    return fail(ErrorCode::Unreadable,
+                "a JointState without a left and a right wheel (left_wheel, wheel_left_joint, …)");
   return ticks;
 }
 

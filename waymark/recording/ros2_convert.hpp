@@ -32,7 +32,7 @@ inline constexpr std::string_view kLaserFrame = "laser";
 [[nodiscard]] Odometry to_ros(const waymark::Odometry& odometry);
 [[nodiscard]] waymark::Odometry from_ros(const Odometry& message);
 [[nodiscard]] JointState to_ros(const WheelTicks& ticks);
-/// Fails without the joints left_wheel and right_wheel.
+/// The first joints whose names speak of a left and a right wheel; fails without.
 [[nodiscard]] Result<WheelTicks> from_ros(const JointState& message);
 [[nodiscard]] Imu to_ros(const ImuSample& imu);
 [[nodiscard]] ImuSample from_ros(const Imu& message);

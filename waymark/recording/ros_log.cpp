@@ -1,5 +1,8 @@
 #include "waymark/recording/ros_log.hpp"
 
+#include <algorithm>
+
+#include "waymark/recording/camera_facts.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -34,23 +37,54 @@ Status RosLog::visit_samples(const LogSelection& selection, const SampleVisitor&
   return status ? decoder.finish() : status;
 }
 
-Result<RecordingSetup> RosLog::setup() {
+Status RosLog::add_facts(const std::set<std::string>& topics, RecordingSetup& setup) {
+  Status status;
+  if (!topics.empty())
+    status = visit_cdr({.topics = topics}, [&](const LogChannel& channel, const LogMessage& message) {
+      return add_fact(setup.facts, channel.topic, channel.type, message.data);
+    });
+  for (const LogProblem& problem : problems()) {
+    const std::string words = to_string(problem.error);
+    const bool known =
+        std::ranges::any_of(setup.problems, [&](const Error& error) { return to_string(error) == words; });
+    if (!known) setup.problems.push_back(problem.error);
+  }
+  return status;
+}
+
+void RosLog::add_first_facts(RecordingSetup& setup) {
+  for (const LogChannel& channel : channels()) {
+    if (!first_message_tells(channel.type) || channel.messages == std::optional<std::uint64_t>(0)) continue;
+    // A visit ends with an error of the visitor: here that is the way to stop.
+    (void)visit_cdr({.topics = {channel.topic}},
+                    [&](const LogChannel& cdr, const LogMessage& message) -> Status {
+                      (void)add_fact(setup.facts, cdr.topic, cdr.type, message.data);
+                      return fail(ErrorCode::LimitExceeded, "the first message is enough");
+                    });
+  }
+}
+
+Result<RecordingSetup> RosLog::setup(const CameraChoice& choice) {
   RecordingSetup setup;
   auto blocks = metadata();
   if (!blocks) return tl::unexpected(blocks.error());
   setup.metadata = std::move(*blocks);
-  LogSelection selection;
+  std::set<std::string> fixed;
+  std::set<std::string> moving;
   for (const LogChannel& channel : channels()) {
-    const bool tells = channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static");
-    if (tells) selection.topics.insert(channel.topic);
+    if (channel.type == ros2::CameraInfo::kType || channel.topic.ends_with("tf_static")) {
+      fixed.insert(channel.topic);
+    } else if (channel.type.ends_with("/TFMessage")) {
+      moving.insert(channel.topic);
+    }
   }
-  if (!selection.topics.empty()) {
-    Status status = visit_cdr(selection, [&](const LogChannel& channel, const LogMessage& message) {
-      return add_to_setup(setup, channel.type, message.data);
-    });
-    if (!status) return tl::unexpected(status.error());
-  }
-  for (const LogProblem& problem : problems()) setup.problems.push_back(problem.error);
+  add_first_facts(setup);
+  if (Status status = add_facts(fixed, setup); !status) return tl::unexpected(status.error());
+  choose(setup, choice);
+  // Most robots say all that stands still on /tf_static; /tf is long, and read where that is not enough.
+  if (setup.base_T_cam || moving.empty()) return setup;
+  if (Status status = add_facts(moving, setup); !status) return tl::unexpected(status.error());
+  choose(setup, choice);
   return setup;
 }
 

@@ -10,7 +10,8 @@ namespace waymark {
 class RosLog : public MessageLog {
  public:
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override;
-  Result<RecordingSetup> setup() override;
+  using MessageLog::setup;
+  Result<RecordingSetup> setup(const CameraChoice& choice) override;
 
  protected:
   /// The blocks of metadata a file carries, by name.
@@ -24,6 +25,10 @@ class RosLog : public MessageLog {
 
  private:
   Status visit_cdr(const LogSelection& selection, const Visitor& visit);
+  /// What all messages of these topics tell of cameras and frames; damage becomes a problem of the setup.
+  Status add_facts(const std::set<std::string>& topics, RecordingSetup& setup);
+  /// The same of the first message of each.
+  void add_first_facts(RecordingSetup& setup);
 };
 
 }  // namespace waymark

@@ -1,5 +1,6 @@
 #include "waymark/recording/sample_reader.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "waymark/recording/cdr.hpp"
@@ -52,6 +53,7 @@ class SampleDecoder::Impl {
   Status on_covariances(const Ros2Message& raw);
   Status on_truth(const Ros2Message& raw);
   Status on_twist(const Ros2Message& raw);
+  Status on_joints(const Ros2Message& raw);
 
   Visitor visit_;
   std::optional<TagFrame> frame_{};  ///< waits for the covariances that may follow it
@@ -76,7 +78,7 @@ Status SampleDecoder::Impl::add(const Ros2Message& raw) {
   if (raw.topic.starts_with(kTruthPrefix)) return on_truth(raw);
   if (raw.type == ros2::AprilTagDetectionArray::kType) return on_tags(raw);
   if (raw.type == ros2::Odometry::kType) return give<ros2::Odometry>(raw);
-  if (raw.type == ros2::JointState::kType) return give<ros2::JointState>(raw);
+  if (raw.type == ros2::JointState::kType) return on_joints(raw);
   if (raw.type == ros2::Imu::kType) return give<ros2::Imu>(raw);
   if (raw.type == ros2::TwistStamped::kType) return give<ros2::TwistStamped>(raw);
   if (raw.type == ros2::Twist::kType) return on_twist(raw);
@@ -125,6 +127,15 @@ Status SampleDecoder::Impl::on_twist(const Ros2Message& raw) {
   if (!message) return tl::unexpected(message.error());
   return visit_(StampedCommand{SensorTime(Duration(static_cast<std::int64_t>(raw.log_time))),
                                {message->linear.x, message->angular.z}});
+}
+
+/// Arms and pan heads have joints too: what has no wheel is no sample.
+Status SampleDecoder::Impl::on_joints(const Ros2Message& raw) {
+  const auto message = read<ros2::JointState>(raw);
+  if (!message) return tl::unexpected(message.error());
+  const bool wheels = std::ranges::any_of(
+      message->name, [](const std::string& name) { return name.find("wheel") != std::string::npos; });
+  return wheels ? give<ros2::JointState>(raw) : Status{};
 }
 
 SampleDecoder::SampleDecoder(Visitor visit) : impl_(std::make_unique<Impl>(std::move(visit))) {}

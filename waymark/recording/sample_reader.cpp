@@ -1,8 +1,5 @@
 #include "waymark/recording/sample_reader.hpp"
 
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
-#include "waymark/recording/ros2_sound.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
@@ -15,23 +12,17 @@ std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel)
 
 }  // namespace
 
-Status add_to_setup(RecordingSetup& setup, std::string_view type, ByteSpan cdr) {
-  if (type == ros2::CameraInfo::kType && !setup.camera) {
-    const auto info = cdr::decode<ros2::CameraInfo>(cdr);
-    if (!info) return tl::unexpected(info.error());
-    Result<CameraModel> camera = ros2::from_ros(*info);
-    if (!camera) return tl::unexpected(camera.error());
-    setup.camera = std::move(*camera);
-  }
-  if (type == ros2::TFMessage::kType) {
-    const auto transforms = cdr::decode<ros2::TFMessage>(cdr);
-    if (!transforms) return tl::unexpected(transforms.error());
-    for (const auto& transform : transforms->transforms) {
-      if (transform.child_frame_id == ros2::kCameraFrame && ros2::sound(transform))
-        setup.base_T_cam = ros2::from_ros(transform);
-    }
-  }
-  return {};
+void choose(RecordingSetup& setup, const CameraChoice& choice) {
+  setup.chosen = choose_camera(setup.facts, choice);
+  setup.camera = setup.chosen.camera;
+  setup.base_T_cam = setup.chosen.base_T_cam;
+}
+
+void turn_into_base(Sample& sample, const ChosenCamera& chosen) {
+  auto* imu = std::get_if<ImuSample>(&sample);
+  if (imu == nullptr || !chosen.base_R_imu) return;
+  imu->angular_velocity_rad_s = *chosen.base_R_imu * imu->angular_velocity_rad_s;
+  imu->linear_acceleration_m_s2 = *chosen.base_R_imu * imu->linear_acceleration_m_s2;
 }
 
 Result<RecordingSetup> read_setup(const ByteSource& source) {
@@ -46,9 +37,10 @@ Result<RecordingSetup> read_setup(const ByteSource& source) {
   const mcap::Selection selection{.topics = {topics::kCameraInfo, topics::kTfStatic}};
   Status status = mcap::visit_messages(
       source, *index, selection, [&](const mcap::Channel& channel, const mcap::Message& message) {
-        return add_to_setup(setup, type_of(*index, channel), message.data.bytes);
+        return add_fact(setup.facts, channel.topic, type_of(*index, channel), message.data.bytes);
       });
   if (!status) return tl::unexpected(status.error());
+  choose(setup);
   return setup;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/recording/camera_choice.hpp"
 #include "waymark/recording/mcap_reader.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -21,7 +22,15 @@ struct RecordingSetup {
   std::optional<SE3> base_T_cam{};
   std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
   std::vector<Error> problems{};  ///< damage in the file; what could be read is read
+  CameraFacts facts{};            ///< all that a recording of ROS says of cameras and frames
+  ChosenCamera chosen{};          ///< which of it `camera` and `base_T_cam` are
 };
+
+/// Chooses the camera among the facts.
+void choose(RecordingSetup& setup, const CameraChoice& choice = {});
+
+/// Turns what an IMU says into the axes of the base, where the recording says how they lie.
+void turn_into_base(Sample& sample, const ChosenCamera& chosen);
 
 /// The camera, its place on the robot, and the metadata.
 [[nodiscard]] Result<RecordingSetup> read_setup(const ByteSource& source);
@@ -46,9 +55,6 @@ class SampleDecoder {
   class Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Fills in what a message says about the robot: the camera, or its place.
-[[nodiscard]] Status add_to_setup(RecordingSetup& setup, std::string_view type, ByteSpan cdr);
 
 /// Calls visit for every sample of the topics we know, in order of log time. Fails on a message that does not
 /// decode.

@@ -30,8 +30,9 @@ class UnpackedLog final : public MessageLog {
   Status visit_samples(const LogSelection& selection, const SampleVisitor& visit) override {
     return log_->visit_samples(selection, visit);
   }
-  Result<RecordingSetup> setup() override {
-    Result<RecordingSetup> setup = log_->setup();
+  using MessageLog::setup;
+  Result<RecordingSetup> setup(const CameraChoice& choice) override {
+    Result<RecordingSetup> setup = log_->setup(choice);
     if (setup && damage_) setup->problems.insert(setup->problems.begin(), *damage_);
     return setup;
   }

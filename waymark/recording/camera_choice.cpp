@@ -1,0 +1,341 @@
+#include "waymark/recording/camera_choice.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace waymark {
+namespace {
+
+constexpr std::string_view kOptical = "optical";
+
+/// "/cam/image_raw/compressed" is "/cam/image_raw" in another packing.
+std::string unpacked_topic(std::string topic) {
+  constexpr std::string_view kPacked = "/compressed";
+  if (topic.ends_with(kPacked)) topic.resize(topic.size() - kPacked.size());
+  return topic;
+}
+
+/// What stands before the last slash: the namespace that a picture shares with its calibration.
+std::string namespace_of(const std::string& topic) {
+  const std::string plain = unpacked_topic(topic);
+  return plain.substr(0, std::min(plain.rfind('/'), plain.size()));
+}
+
+bool is_rectified(const std::string& topic) {
+  return unpacked_topic(topic).substr(namespace_of(topic).size()).find("rect") != std::string::npos;
+}
+
+/// A word of a frame's name is base_link, whatever the namespace before it.
+bool is_named(const std::string& frame, std::string_view name) {
+  return frame == name || frame.ends_with("/" + std::string(name));
+}
+
+bool lies_at(const std::string& topic, const std::string& place) {
+  const std::string root = place.ends_with('/') ? place.substr(0, place.size() - 1) : place;
+  return topic == root || topic.starts_with(root + "/");
+}
+
+class Choosing {
+ public:
+  Choosing(const CameraFacts& facts, const CameraChoice& choice) : facts_(facts), choice_(choice) {}
+
+  ChosenCamera run() {
+    choose_views();
+    choose_info();
+    choose_motion(false, choice_.odometry_topic, "odom", "--odometry-topic");
+    choose_motion(true, choice_.imu_topic, "imu", "--imu-topic");
+    find_mounting();
+    turn_imu();
+    return std::move(chosen_);
+  }
+
+ private:
+  void choose_views();
+  void keep_one_copy();
+  void choose_info();
+  void choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag);
+  void find_mounting();
+  std::string find_base(const std::string& camera);
+  std::string find_camera();
+  void turn_imu();
+  void note(std::string words) { chosen_.notes.push_back(std::move(words)); }
+  void ambiguous(std::string words, std::string hint) {
+    if (!chosen_.ambiguous)
+      chosen_.ambiguous = Error{ErrorCode::InvalidArgument, std::move(words), {}, std::move(hint)};
+  }
+
+  const CameraFacts& facts_;
+  const CameraChoice& choice_;
+  ChosenCamera chosen_;
+  std::vector<RecordedView> views_;  ///< of the chosen camera
+  const RecordedMotion* odometry_ = nullptr;
+  const RecordedMotion* imu_ = nullptr;
+};
+
+/// A picture of distances is none to look for tags in.
+bool shows_distances(const RecordedView& view) {
+  return view.encoding == "16UC1" || view.encoding == "32FC1" || view.topic.ends_with("/compressedDepth");
+}
+
+void Choosing::choose_views() {
+  std::vector<RecordedView> all;
+  for (const RecordedView& view : facts_.views) {
+    if (shows_distances(view)) {
+      chosen_.unused.insert(view.topic);
+    } else {
+      all.push_back(view);
+    }
+  }
+  const auto choose = [&](const std::string& asked, auto takes) {
+    if (asked.empty() || std::ranges::none_of(all, takes)) return false;
+    std::vector<RecordedView> kept;
+    for (const RecordedView& view : all) {
+      if (takes(view)) {
+        kept.push_back(view);
+      } else {
+        chosen_.unused.insert(view.topic);
+      }
+    }
+    all = std::move(kept);
+    return true;
+  };
+  if (!choice_.camera_topic.empty()) {
+    const auto names = [&](const auto& item) { return lies_at(item.topic, choice_.camera_topic); };
+    const auto shares = [&](const RecordedView& view) {
+      return names(view) || std::ranges::any_of(facts_.infos, [&](const RecordedCameraInfo& info) {
+               return names(info) && namespace_of(info.topic) == namespace_of(view.topic);
+             });
+    };
+    if (!choose(choice_.camera_topic, shares) && std::ranges::none_of(facts_.infos, names))
+      ambiguous(fmt::format("the recording has no camera at the topic '{}'", choice_.camera_topic),
+                "`waymark info` lists the topics.");
+  }
+  const std::string frame = frame_name(choice_.camera_frame);
+  choose(frame, [&](const RecordedView& view) { return view.frame == frame; });
+  // Tags go before the pictures they were found in.
+  std::map<std::string, std::vector<std::string>> topics_of_frame;
+  const bool tags = std::ranges::any_of(all, [](const RecordedView& view) { return !view.picture; });
+  for (const RecordedView& view : all)
+    if (view.picture != tags) topics_of_frame[view.frame].push_back(view.topic);
+  if (topics_of_frame.size() > 1) {
+    std::string list;
+    for (const auto& [name, topics] : topics_of_frame)
+      list += fmt::format("\n  {}  ({})", name, fmt::join(topics, ", "));
+    ambiguous(fmt::format("the recording holds {} cameras:{}", topics_of_frame.size(), list),
+              fmt::format("Choose one with --camera-frame, for example --camera-frame {}.",
+                          topics_of_frame.begin()->first));
+  }
+  if (!topics_of_frame.empty()) {
+    const std::string& chosen = topics_of_frame.begin()->first;
+    for (const RecordedView& view : all) {
+      if (view.frame == chosen) {
+        views_.push_back(view);
+      } else {
+        chosen_.unused.insert(view.topic);
+      }
+    }
+  }
+  keep_one_copy();
+}
+
+/// The same picture raw, packed and rectified would be looked at more than once.
+void Choosing::keep_one_copy() {
+  std::vector<const RecordedView*> pictures;
+  for (const RecordedView& view : views_)
+    if (view.picture) pictures.push_back(&view);
+  if (pictures.size() < 2) return;
+  const auto rank = [](const RecordedView* view) {
+    return std::pair(is_rectified(view->topic), unpacked_topic(view->topic) != view->topic);
+  };
+  const RecordedView* best = *std::ranges::min_element(pictures, {}, rank);
+  std::vector<std::string> others;
+  for (const RecordedView* view : pictures) {
+    if (view == best) continue;
+    others.push_back(view->topic);
+    chosen_.unused.insert(view->topic);
+  }
+  note(fmt::format("pictures of {} are used, not {} (--camera-topic chooses)", best->topic,
+                   fmt::join(others, ", ")));
+  std::erase_if(views_, [&](const RecordedView& view) { return chosen_.unused.contains(view.topic); });
+}
+
+void Choosing::choose_info() {
+  std::vector<const RecordedCameraInfo*> fitting;
+  for (const RecordedCameraInfo& info : facts_.infos) fitting.push_back(&info);
+  const auto narrow = [&](auto takes) {
+    std::vector<const RecordedCameraInfo*> kept;
+    std::ranges::copy_if(fitting, std::back_inserter(kept), takes);
+    if (!kept.empty()) fitting = std::move(kept);
+  };
+  if (!choice_.camera_topic.empty())
+    narrow([&](const auto* info) { return lies_at(info->topic, choice_.camera_topic); });
+  const auto beside = [&](const auto* info) {
+    return std::ranges::any_of(views_, [&](const RecordedView& view) {
+      return namespace_of(view.topic) == namespace_of(info->topic);
+    });
+  };
+  const auto same_frame = [&](const auto* info) {
+    return std::ranges::any_of(views_, [&](const RecordedView& view) { return view.frame == info->frame; });
+  };
+  if (fitting.size() > 1) narrow(same_frame);
+  if (fitting.size() > 1) narrow(beside);
+  if (fitting.size() > 1 && !choice_.camera_frame.empty())
+    narrow([&](const auto* info) { return info->frame == frame_name(choice_.camera_frame); });
+  if (fitting.size() > 1) narrow([](const auto* info) { return info->camera.has_value(); });
+  if (fitting.empty()) return;
+  const RecordedCameraInfo& info = *fitting.front();
+  const bool one =
+      std::ranges::all_of(fitting, [&](const auto* other) { return other->camera == info.camera; });
+  if (!one) {
+    std::vector<std::string> topics;
+    for (const auto* other : fitting) topics.push_back(other->topic);
+    ambiguous(fmt::format("several calibrations may be the camera's: {}", fmt::join(topics, ", ")),
+              fmt::format("Choose one with --camera-topic, for example --camera-topic {}.", topics.front()));
+  }
+  const bool rectified =
+      std::ranges::any_of(views_, [](const RecordedView& view) { return is_rectified(view.topic); });
+  chosen_.camera = rectified && info.rectified ? info.rectified : info.camera;
+  chosen_.camera_error = info.error;
+  if (rectified && info.rectified)
+    note("the pictures are rectified: their camera is the projection matrix of " + info.topic);
+  if (facts_.infos.size() > 1) note("the camera's calibration is that of " + info.topic);
+  if (views_.empty()) views_.push_back({info.topic, info.frame, false, {}});
+  if (views_.front().frame.empty()) views_.front().frame = info.frame;
+}
+
+void Choosing::choose_motion(bool imu, const std::string& asked, std::string_view usual, const char* flag) {
+  std::vector<const RecordedMotion*> all;
+  for (const RecordedMotion& motion : facts_.motions)
+    if (motion.imu == imu) all.push_back(&motion);
+  if (all.empty()) return;
+  const RecordedMotion* chosen = all.size() == 1 ? all.front() : nullptr;
+  for (const RecordedMotion* motion : all) {
+    if (!asked.empty() && motion->topic == asked) chosen = motion;
+    const bool as_usual = motion->topic.ends_with("/" + std::string(usual));
+    if (asked.empty() && chosen == nullptr && as_usual) chosen = motion;
+  }
+  std::vector<std::string> topics;
+  for (const RecordedMotion* motion : all) topics.push_back(motion->topic);
+  if (chosen == nullptr || (!asked.empty() && chosen->topic != asked)) {
+    ambiguous(asked.empty() ? fmt::format("the recording has {} topics of {}: {}", all.size(),
+                                          imu ? "IMUs" : "odometry", fmt::join(topics, ", "))
+                            : fmt::format("the recording has no {} on '{}', but on {}",
+                                          imu ? "IMU" : "odometry", asked, fmt::join(topics, ", ")),
+              fmt::format("Choose one with {}, for example {} {}.", flag, flag, topics.front()));
+    return;
+  }
+  (imu ? imu_ : odometry_) = chosen;
+  for (const RecordedMotion* motion : all)
+    if (motion != chosen) chosen_.unused.insert(motion->topic);
+  if (all.size() > 1)
+    note(fmt::format("{} of {} is used, of {} topics ({} chooses)", imu ? "the IMU" : "odometry",
+                     chosen->topic, all.size(), flag));
+}
+
+std::string Choosing::find_camera() {
+  if (!choice_.camera_frame.empty()) return frame_name(choice_.camera_frame);
+  if (!views_.empty() && !views_.front().frame.empty()) return views_.front().frame;
+  std::vector<std::string> optical;
+  for (const std::string& frame : facts_.frames.frames())
+    if (frame.find(kOptical) != std::string::npos) optical.push_back(frame);
+  if (optical.size() == 1) {
+    note(fmt::format("no header names the frame of the camera: taken as '{}'", optical.front()));
+    return optical.front();
+  }
+  return {};
+}
+
+/// The frame of the base that the camera hangs together with.
+std::string Choosing::find_base(const std::string& camera) {
+  if (!choice_.base_frame.empty()) return frame_name(choice_.base_frame);
+  if (odometry_ != nullptr && !odometry_->frame.empty()) return odometry_->frame;
+  constexpr std::array<std::string_view, 2> kUsual = {"base_link", "base_footprint"};
+  for (const std::string_view name : kUsual) {
+    std::vector<std::string> found;
+    for (const std::string& frame : facts_.frames.frames())
+      if (is_named(frame, name) && facts_.frames.joined(frame, camera)) found.push_back(frame);
+    if (found.size() == 1) return found.front();
+    if (found.size() > 1)
+      ambiguous(fmt::format("the camera '{}' hangs together with several bases: {}", camera,
+                            fmt::join(found, ", ")),
+                fmt::format("Choose one, for example --base-frame {}.", found.front()));
+    if (!found.empty()) return found.front();
+  }
+  return "base_link";
+}
+
+/// An optical frame looks along z; a body's frame has z up, x ahead.
+bool has_axes_of_a_body(const SE3& base_T_frame) {
+  constexpr double kNear_rad = 0.8;
+  return base_T_frame.rotation().log().norm() < kNear_rad;
+}
+
+void Choosing::find_mounting() {
+  const std::string camera = find_camera();
+  const FrameTree& frames = facts_.frames;
+  if (frames.empty()) {
+    if (!choice_.base_frame.empty() || !choice_.camera_frame.empty())
+      chosen_.mounting_error =
+          Error{ErrorCode::NotFound,
+                "the recording has no transforms (/tf_static, /tf)",
+                {},
+                "Leave out --base-frame and --camera-frame, and give the mounting with --robot FILE."};
+    return;
+  }
+  if (camera.empty()) {
+    if (!views_.empty())
+      chosen_.mounting_error = Error{ErrorCode::NotFound,
+                                     "no header names the frame of the camera; " + frames.text(),
+                                     {},
+                                     "Name it with --camera-frame."};
+    return;
+  }
+  const std::string base = find_base(camera);
+  chosen_.base_frame = base;
+  chosen_.camera_frame = camera;
+  const Result<SE3> base_T_cam = frames.chain(base, camera);
+  if (!base_T_cam) {
+    chosen_.mounting_error = base_T_cam.error();
+    return;
+  }
+  const bool named_optical = camera.find(kOptical) != std::string::npos;
+  if (choice_.camera_frame.empty() && !named_optical && has_axes_of_a_body(*base_T_cam)) {
+    chosen_.mounting_error = Error{
+        ErrorCode::NotFound,
+        fmt::format("the frame of the camera, '{}', has the axes of a body (x ahead, z up): a camera's are x "
+                    "right, y down, z ahead; {}",
+                    camera, frames.text()),
+        {},
+        "Name the optical frame with --camera-frame; --camera-frame with this very frame takes it as it is."};
+    return;
+  }
+  chosen_.base_T_cam = *base_T_cam;
+}
+
+/// The gyro of a camera has the axes of the camera.
+void Choosing::turn_imu() {
+  if (imu_ == nullptr || imu_->frame.empty() || chosen_.base_frame.empty() ||
+      imu_->frame == chosen_.base_frame)
+    return;
+  if (const Result<SE3> base_T_imu = facts_.frames.chain(chosen_.base_frame, imu_->frame)) {
+    chosen_.base_R_imu = base_T_imu->rotation();
+    return;
+  }
+  note(fmt::format(
+      "no chain of transforms leads from '{}' to the frame of the IMU, '{}': its axes are taken as "
+      "those of the base",
+      chosen_.base_frame, imu_->frame));
+}
+
+}  // namespace
+
+ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
+  return Choosing(facts, choice).run();
+}
+
+}  // namespace waymark

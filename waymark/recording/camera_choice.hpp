@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "waymark/recording/camera_facts.hpp"
+
+namespace waymark {
+
+/// What a caller says of the frames and topics of a recording; empty: found out.
+struct CameraChoice {
+  std::string base_frame{};
+  std::string camera_frame{};
+  std::string camera_topic{};    ///< of its pictures, tags or calibration, or the namespace above them
+  std::string odometry_topic{};  ///< of several
+  std::string imu_topic{};       ///< of several
+};
+
+/// The one camera of a recording that is used, and where it sits.
+struct ChosenCamera {
+  std::optional<CameraModel> camera{};
+  std::optional<SE3> base_T_cam{};
+  std::optional<SO3> base_R_imu{};  ///< where the IMU's axes are not those of the base
+  std::string base_frame{};
+  std::string camera_frame{};
+  std::set<std::string> unused{};         ///< topics that must not be read beside it: other cameras, copies
+  std::vector<std::string> notes{};       ///< what was chosen among several, in words
+  std::optional<Error> camera_error{};    ///< why there is no calibration
+  std::optional<Error> mounting_error{};  ///< why there is no mounting: shows the tree
+  std::optional<Error> ambiguous{};       ///< what must be said before the recording can be used at all
+};
+
+/// Chooses. The base is --base-frame, else what the odometry moves (child_frame_id), else base_link or
+/// base_footprint, below whatever namespace. The camera's frame is --camera-frame, else that of the header of
+/// its tags or pictures, else that of its calibration. The mounting is composed of every link between them.
+[[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
+
+}  // namespace waymark
