@@ -270,18 +270,33 @@ TEST(Replayer, DrivesRefusesAndStopsWithWords) {
       "the robot is 2.00 m to the left of the route: put it within 0.50 m (nearest place: x 1.00 m, y 0.00 "
       "m, heading 0 deg of the map)");
 
+  // After a second without any sensor it asks, and does not continue by itself.
+  (void)good.step(at(1.57));
+  ReplayStep silent;
+  for (int i = 0; i < 30; ++i) silent = good.step(at(1.6 + 0.05 * i));
+  EXPECT_TRUE(silent.lasting) << silent.reason.value_or("");
+  good.add(Odometry{.stamp = at(3.1)});
+  EXPECT_EQ(good.step(at(3.12)).reason,
+            "no sensor was heard for 1.0 s or more: look at the robot, then resume");
+  good.resume();
+  good.add(Odometry{.stamp = at(3.15)});
+  EXPECT_EQ(good.step(at(3.16)).state, ReplayState::Driving);
+
   good.pause("a hand is on the stick");
-  const ReplayStep held = good.step(at(1.60));
+  const ReplayStep held = good.step(at(3.20));
   EXPECT_EQ(held.reason, "a hand is on the stick");
   EXPECT_TRUE(held.lasting);
-  EXPECT_EQ(good.step(at(1.65)).command, VelocityCommand{});
+  EXPECT_EQ(good.step(at(3.25)).command, VelocityCommand{});
   good.resume();
-  good.add(Odometry{.stamp = at(1.69)});
-  EXPECT_EQ(good.step(at(1.70)).state, ReplayState::Driving);
+  good.add(Odometry{.stamp = at(3.29)});
+  EXPECT_EQ(good.step(at(3.30)).state, ReplayState::Driving);
 
   Replayer end(std::make_unique<Told>(SE2(4.999, 0, 0)), straight_route(), {}, limo(), {});
   end.add(Odometry{.stamp = at(1.0)});
-  EXPECT_EQ(end.step(at(1.01)).state, ReplayState::Finished);
+  const ReplayStep over = end.step(at(1.01));
+  EXPECT_EQ(over.state, ReplayState::Incomplete) << "nothing of the route was driven";
+  EXPECT_EQ(over.reason, "at the end of the route, but 5.00 of 5.00 m were left out");
+  EXPECT_EQ(over.command, VelocityCommand{});
 }
 
 TEST(Loop, TheSameSeedGivesTheSameBytes) {

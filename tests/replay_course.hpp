@@ -48,7 +48,8 @@ struct Outcome {
   double fastest_m_s = 0;              ///< command
   double keep_out_breach_m = 0;        ///< how far the robot drove into the keep-out about the true tags
   double after_carry_m = 0;            ///< driven since it was carried last
-  double reaction_m = 0;               ///< what it needs for a standstill at best, from its speed
+  std::vector<StampedCommand> commands{};
+  double reaction_m = 0;  ///< what it needs for a standstill at best, from its speed
 };
 
 struct Trial {
@@ -57,6 +58,7 @@ struct Trial {
   std::vector<Fault> faults{};
   ReplayOptions replay{};
   double timeout_s = 900;
+  std::string odometry{};  ///< of the robot's driver; empty: as its file says
 };
 
 /// What a robot needs from a carry to its standstill at best: a picture after it, its way through the camera
@@ -124,6 +126,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   stage.robot.camera_latency_s = 0.08;
   stage.robot.dynamics.yaw_gain = trial.yaw_gain;
   stage.robot.faults = trial.faults;
+  if (!trial.odometry.empty()) stage.robot.sensors.odometry = trial.odometry;
   LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
                        .tags = course.world.tags,
                        .eye = {stage.camera, stage.model.base_T_cam}};
@@ -148,9 +151,10 @@ inline Outcome drive(const Course& course, const Trial& trial) {
           std::max(outcome.moved_after_stop_m, (here.translation() - stood_at->translation()).norm());
     return Status();
   };
-  listener.on_step = [&](SensorTime, const ReplayStep& step) {
+  listener.on_step = [&](SensorTime now, const ReplayStep& step) {
     lasting_s = step.lasting ? lasting_s + 0.05 : 0;
     outcome.turn_gain = step.turn_gain;
+    outcome.commands.push_back({now, step.command});
     outcome.fastest_m_s = std::max(outcome.fastest_m_s, std::abs(step.command.speed_m_s));
     if (step.reason && std::ranges::find(outcome.reasons, *step.reason) == outcome.reasons.end() &&
         outcome.reasons.size() < 50 && step.state == ReplayState::Stopped)

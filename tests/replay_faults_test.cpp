@@ -119,7 +119,7 @@ TEST(Faults, WhatCannotStopsWithTheRightWords) {
     stop("clock jump", {.kind = FaultKind::ClockJump, .at_s = 15, .for_s = 0, .jump_s = jump_s},
          "clock jumped");
   stop("camera frozen for good", {.kind = FaultKind::CameraFrozen, .at_s = 15}, "same picture");
-  stop("camera dark for good", {.kind = FaultKind::CameraBlackout, .at_s = 15}, "known only to");
+  stop("camera dark for good", {.kind = FaultKind::CameraBlackout, .at_s = 15}, "without an accepted tag");
 }
 
 TEST(Faults, ATagThatWasMovedIsLivedWithOrNamed) {

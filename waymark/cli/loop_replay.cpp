@@ -19,6 +19,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/replay/route_gaps.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -96,6 +97,8 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   if (status = check_route_exists(job.folder, job.route); !status) return tl::unexpected(status.error());
   Result<Route> route = read_route(job.folder / route_file_name(job.route));
   if (!route) return tl::unexpected(route.error());
+  status = check_map(*route, map->tags, (job.folder / route_file_name(job.route)).string());
+  if (!status) return tl::unexpected(status.error());
   Result<Trajectory> taught = taught_path(job);
   if (!taught) return tl::unexpected(taught.error());
   if (taught->empty() && !job.route.empty()) *taught = path_of(*route);
@@ -136,7 +139,11 @@ Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const 
   if (!controller) return tl::unexpected(controller.error());
   ReplayOptions options = job.replay;
   options.controller = *controller;
-  return std::make_unique<Replayer>(std::move(*method), files.route, files.map.tags, robot, options);
+  Route route = files.route;
+  if (!route.longest_without_tags_m)
+    route.longest_without_tags_m =
+        longest_without_tags_m(route, files.map.tags, *eye.camera, eye.base_T_sensor);
+  return std::make_unique<Replayer>(std::move(*method), std::move(route), files.map.tags, robot, options);
 }
 
 namespace {

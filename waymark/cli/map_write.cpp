@@ -13,6 +13,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/plot/loop_figures.hpp"
+#include "waymark/replay/route_gaps.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -101,6 +102,14 @@ std::string covariance_csv(const MappedLap& lap) {
   return text;
 }
 
+/// The route with what a replay has to know of its lap and its map.
+Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapReport& report) {
+  Route route = with_map(report.lap.route, map.tags);
+  if (!recorded.frames.empty())
+    route.longest_without_tags_m = longest_without_tags_m(report.lap.trajectory, recorded.frames, map.tags);
+  return route;
+}
+
 Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, const fs::path& folder,
                    MapReport& report) {
   const auto of_route = [&](const char* stem, const char* suffix) {
@@ -117,8 +126,9 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   };
   Status status = keep("map.yaml", [&](const fs::path& path) { return write_map(path, map); });
   if (status)
-    status = keep(of_route("route", ".yaml"),
-                  [&](const fs::path& path) { return write_route(path, report.lap.route); });
+    status = keep(of_route("route", ".yaml"), [&](const fs::path& path) {
+      return write_route(path, noted_route(recorded, map, report));
+    });
   if (status) status = keep(of_route("trajectory", ".txt"), text(to_tum(report.lap.trajectory)));
   if (status && !report.lap.trajectory_covariance.empty())
     status = keep(of_route("trajectory_covariance", ".csv"), text(covariance_csv(report.lap)));

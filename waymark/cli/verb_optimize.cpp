@@ -106,7 +106,7 @@ Status write_route_files(const OptimizeArgs& args, const Route& taught, const Ta
   Result<StagedFolder> staged = StagedFolder::open(args.folder);
   if (!staged) return tl::unexpected(staged.error());
   const std::string name = route_file_name(args.name);
-  Status status = write_route(staged->path() / name, result.found.route);
+  Status status = write_route(staged->path() / name, with_map(result.found.route, tags));
   result.files.push_back(name);
   if (status)
     status =

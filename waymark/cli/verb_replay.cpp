@@ -33,6 +33,7 @@ struct ReplayArgs {
         pursuit(app, "Controller pursuit"),
         goal(app, "Controller pose"),
         watch(app, "Alarms"),
+        consistency(app, "Alarms: sources of motion that contradict each other"),
         safety(app, "Limits") {
     add_flags(app, live);
   }
@@ -53,6 +54,7 @@ struct ReplayArgs {
   OptionFlags<PurePursuitOptions> pursuit;
   OptionFlags<GoToPoseOptions> goal;
   OptionFlags<WatchOptions> watch;
+  OptionFlags<ConsistencyOptions> consistency;
   OptionFlags<SafetyOptions> safety;
 };
 
@@ -71,6 +73,7 @@ Result<ReplayJob> with_flags(const ReplayArgs& args, ReplayJob job) {
   if (status) status = args.pursuit.apply(job.replay.pursuit);
   if (status) status = args.goal.apply(job.replay.goal);
   if (status) status = args.watch.apply(job.replay.watch);
+  if (status) status = args.consistency.apply(job.replay.consistency);
   if (status) status = args.safety.apply(job.replay.safety);
   if (!status) return tl::unexpected(status.error());
   return job;

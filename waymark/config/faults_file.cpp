@@ -39,6 +39,10 @@ std::vector<std::string> keys_of(FaultKind kind) {
       return {"id", "with_id"};
     case FaultKind::Kidnapped:
       return {"forward_m", "left_m", "turn_deg"};
+    case FaultKind::Carried:
+      return {"forward_m_s", "left_m_s", "turn_deg_s"};
+    case FaultKind::BatterySag:
+      return {"speed_share"};
     case FaultKind::ClockJump:
       return {"jump_s"};
     case FaultKind::SlipBurst:
@@ -70,6 +74,11 @@ Status read_values(const YamlCursor& entry, Fault& fault) {
   } else if (fault.kind == FaultKind::Kidnapped) {
     fault.base_T_put = SE2(value.optional("forward_m", 0), value.optional("left_m", 0),
                            to_radians(value.optional("turn_deg", 0)));
+  } else if (fault.kind == FaultKind::Carried) {
+    fault.carry = {value.optional("forward_m_s", 0), value.optional("left_m_s", 0),
+                   to_radians(value.optional("turn_deg_s", 0))};
+  } else if (fault.kind == FaultKind::BatterySag) {
+    fault.speed_share = value.optional_within("speed_share", 1, 0, 1);
   } else if (fault.kind == FaultKind::ClockJump) {
     fault.jump_s = value("jump_s");
   } else if (fault.kind == FaultKind::SlipBurst) {

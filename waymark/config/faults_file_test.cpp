@@ -31,6 +31,11 @@ TEST(FaultsFile, EveryKindIsRead) {
   - {fault: kidnapped, at_s: 30, forward_m: 1, left_m: 0.5, turn_deg: 180}
   - {fault: clock_jump, at_s: 40, jump_s: -0.5}
   - {fault: slip_burst, at_s: 45, for_s: 0.5, speed_share: 0.3}
+  - {fault: camera_stuck, at_s: 10}
+  - {fault: wheels_blocked, at_s: 10, for_s: 2}
+  - {fault: robot_held, at_s: 10, for_s: 2}
+  - {fault: carried, at_s: 10, for_s: 5, left_m_s: 0.03, turn_deg_s: 90}
+  - {fault: battery_sag, at_s: 10, speed_share: 0.85}
 )",
                                    "f.yaml", circuit());
   ASSERT_TRUE(faults) << to_string(faults.error());
@@ -42,6 +47,9 @@ TEST(FaultsFile, EveryKindIsRead) {
   EXPECT_NEAR(faults->at(8).base_T_put.y(), 0.5, 1e-12);
   EXPECT_EQ(faults->at(9).jump_s, -0.5);
   EXPECT_EQ(faults->at(10).speed_share, 0.3);
+  EXPECT_EQ(faults->at(14).carry.y(), 0.03);
+  EXPECT_NEAR(faults->at(14).carry.z(), std::numbers::pi / 2, 1e-12);
+  EXPECT_EQ(faults->at(15).speed_share, 0.85);
 }
 
 TEST(FaultsFile, BadInputIsAnsweredWithFileLineAndKey) {

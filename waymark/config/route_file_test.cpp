@@ -1,6 +1,10 @@
 #include "waymark/config/route_file.hpp"
 
+#include <cmath>
 #include <limits>
+#include <numbers>
+#include <sstream>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -10,16 +14,20 @@
 namespace waymark {
 namespace {
 
+/// A circle of 2 m: in even steps, closed by one step more, or ending where it began.
 Route some_route(bool closed) {
   Random random(5);
   Route route{.closed = closed};
+  constexpr double kRadius_m = 0.05 * 40 / (2 * std::numbers::pi);
   for (int i = 0; i < 40; ++i) {
-    route.points.push_back({.map_T_base = SE2(random.normal(), random.normal(), random.uniform(-3.14, 3.14)),
+    const double angle = 0.05 * i / kRadius_m;
+    route.points.push_back({.map_T_base = SE2(kRadius_m * std::cos(angle), kRadius_m * std::sin(angle),
+                                              random.uniform(-3.14, 3.14)),
                             .arc_length_m = 0.05 * i,
                             .curvature_1_m = random.normal(),
                             .speed_m_s = random.uniform(0.1, 1)});
   }
-  route.length_m = route.points.back().arc_length_m + (closed ? 0.03 : 0.0);
+  route.length_m = route.points.back().arc_length_m + (closed ? 0.05 : 0.0);
   return route;
 }
 
@@ -57,7 +65,7 @@ TEST(RouteFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of("points: []").find("not a route of Waymark"), std::string::npos);
   EXPECT_NE(error_of(replaced(text, "length_m: ", "lenght_m: ")).find("r.yaml:4 (lenght_m): unknown key"),
             std::string::npos);
-  EXPECT_NE(error_of(replaced(text, "  - [", "  - [1, ")).find("r.yaml:7 (points[0]): 7 numbers where 6"),
+  EXPECT_NE(error_of(replaced(text, "  - [", "  - [1, ")).find("r.yaml:10 (points[0]): 7 numbers where 6"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(text, "  - [0.05,", "  - [0.0,")).find("(points[1]): the arc length"),
             std::string::npos);
@@ -67,6 +75,76 @@ TEST(RouteFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(text, "length_m: ", "length_m: -")).find("does not fit"), std::string::npos);
   EXPECT_NE(error_of("format: waymark-route-1\nclosed: true\nlength_m: 1\npoints: []\n").find("two points"),
             std::string::npos);
+}
+
+std::string without_lines(const std::string& text, std::size_t first, std::size_t last) {
+  std::istringstream lines(text);
+  std::string kept;
+  std::string line;
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    if (number < first || number > last) kept += line + "\n";
+  }
+  return kept;
+}
+
+/// The file as it was before it stated anything of its points.
+std::string as_before(std::string text) {
+  for (const char* key : {"point_count", "closing_gap_m", "points_checksum"}) {
+    const std::size_t begin = text.find(key);
+    text.erase(begin, text.find('\n', begin) + 1 - begin);
+  }
+  return text;
+}
+
+TEST(RouteFile, AHoleOrAnEndThatIsMissingIsRefused) {
+  const std::string text = to_yaml(some_route(true));
+  EXPECT_NE(error_of(without_lines(text, 20, 30)).find("the file states 40 points and holds 29"),
+            std::string::npos);
+  const std::string old = as_before(text);
+  EXPECT_EQ(error_of(old), "none");
+  const std::string hole = error_of(without_lines(old, 17, 27));
+  EXPECT_NE(hole.find("a hole of 0.60 m between points 9 and 10 (at 0.45 m)"), std::string::npos) << hole;
+  EXPECT_NE(hole.find("waymark map"), std::string::npos) << hole;
+  const std::string end = error_of(without_lines(old, 35, 1000));
+  EXPECT_NE(end.find("between the last point and the first"), std::string::npos) << end;
+  EXPECT_NE(error_of(without_lines(as_before(to_yaml(some_route(false))), 35, 1000)).find("does not fit"),
+            std::string::npos);
+}
+
+TEST(RouteFile, APointThatWasChangedIsRefused) {
+  const Route route = some_route(true);
+  const std::string text = to_yaml(route);
+  Route moved = route;
+  moved.points[7].speed_m_s += 0.1;
+  const std::string changed = to_yaml(moved);
+  const auto points_of = [](const std::string& file) { return file.substr(file.find("\npoints:")); };
+  EXPECT_NE(error_of(text.substr(0, text.find("\npoints:")) + points_of(changed)).find("checksum"),
+            std::string::npos);
+  moved = route;
+  moved.points[7].map_T_base = SE2(3, 0, 0) * moved.points[7].map_T_base;
+  EXPECT_NE(error_of(as_before(to_yaml(moved))).find("the arc length grows by 0.05 m"), std::string::npos);
+}
+
+TEST(RouteFile, ARouteOfAnotherMapIsRefused) {
+  TagMap map;
+  for (const int i : {0, 1, 2, 3})
+    map.tags[{FamilyId::Tag36h11, i}] = {.map_T_tag = SE3(SO3(), {1.0 * i, 2, 0.3}), .size_m = 0.16};
+  Route route = with_map(some_route(true), map);
+  route.longest_without_tags_m = 0.75;
+  const auto back = parse_route(to_yaml(route), "r.yaml");
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->longest_without_tags_m, 0.75);
+  EXPECT_TRUE(check_map(*back, map, "r.yaml"));
+  TagMap extended = map;
+  extended.tags[{FamilyId::Tag36h11, 9}] = map.tags.begin()->second;
+  extended.tags.erase({FamilyId::Tag36h11, 0});
+  EXPECT_TRUE(check_map(*back, extended, "r.yaml")) << "one tag gone, another come: the same place";
+  TagMap other = map;
+  for (auto& [id, tag] : other.tags) tag.map_T_tag = SE3(SO3(), {0, 1, 0}) * tag.map_T_tag;
+  const Status refused = check_map(*back, other, "r.yaml");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(to_string(refused.error()).find("this route belongs to another map"), std::string::npos);
+  EXPECT_TRUE(check_map(some_route(true), other, "r.yaml")) << "a route that notes nothing is not checked";
 }
 
 TEST(RouteFile, NoNanIsWritten) {

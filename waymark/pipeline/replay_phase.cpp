@@ -27,6 +27,7 @@ constexpr std::array kReplayTable{
     Row{State::Refused, Event::Resume, {State::Waiting, Action::Nothing}},
     Row{State::Driving, Event::GateShut, {State::Refused, Action::Nothing}},
     Row{State::Driving, Event::GoalReached, {State::Finished, Action::Nothing}},
+    Row{State::Driving, Event::EndReached, {State::Incomplete, Action::Nothing}},
     Row{State::Driving, Event::LimiterStops, {State::Stopped, Action::CountStop}},
     Row{State::Driving, Event::StationReached, {State::AtStation, Action::Nothing}},
     Row{State::AtStation, Event::GateShut, {State::Refused, Action::Nothing}},
@@ -61,15 +62,15 @@ std::optional<ReplayTransition> transition(ReplayState from, ReplayEvent event) 
 }
 
 std::string_view to_string(ReplayState state) {
-  constexpr std::array<std::string_view, 6> kWords{"waiting",      "refused", "driving",
-                                                   "at a station", "stopped", "finished"};
+  constexpr std::array<std::string_view, 7> kWords{"waiting", "refused",  "driving",   "at a station",
+                                                   "stopped", "finished", "incomplete"};
   return kWords[static_cast<std::size_t>(state)];
 }
 
 std::string_view to_string(ReplayEvent event) {
-  constexpr std::array<std::string_view, 7> kWords{"gate open",     "gate shut",      "goal reached",
-                                                   "limiter stops", "limiter allows", "station reached",
-                                                   "resume"};
+  constexpr std::array<std::string_view, 8> kWords{"gate open",       "gate shut",     "goal reached",
+                                                   "end reached",     "limiter stops", "limiter allows",
+                                                   "station reached", "resume"};
   return kWords[static_cast<std::size_t>(event)];
 }
 

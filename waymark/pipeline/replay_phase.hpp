@@ -24,19 +24,21 @@ enum class ReplayController : std::uint8_t {
 [[nodiscard]] Result<ReplayController> parse_controller(std::string_view name);
 
 enum class ReplayState : std::uint8_t {
-  Waiting,    ///< for the first estimate
-  Refused,    ///< the start gate is shut
-  Driving,    ///< along the route
-  AtStation,  ///< stands where the route says so, and continues when the dwell time is over
-  Stopped,    ///< by the limiter; continues when the reason is gone, a lasting reason ends with Resume
-  Finished,   ///< the route was driven to its end
+  Waiting,     ///< for the first estimate
+  Refused,     ///< the start gate is shut
+  Driving,     ///< along the route
+  AtStation,   ///< stands where the route says so, and continues when the dwell time is over
+  Stopped,     ///< by the limiter; continues when the reason is gone, a lasting reason ends with Resume
+  Finished,    ///< the whole route was driven
+  Incomplete,  ///< at the end of the route, but not all of it was driven
 };
 
 /// What one step of a replay finds, in the order in which a step looks.
 enum class ReplayEvent : std::uint8_t {
   GateOpen,        ///< near the route and pointing along it
   GateShut,        ///< too far from the route, or pointing away
-  GoalReached,     ///< at the end of the route, or of its last lap
+  GoalReached,     ///< at the end of the route, or of its last lap, and all of it was driven
+  EndReached,      ///< at the end, but a part of the route was left out
   LimiterStops,    ///< there is a reason to stop
   LimiterAllows,   ///< there is none, and no station is being served
   StationReached,  ///< there is none, and a station is being served
@@ -59,9 +61,9 @@ struct ReplayTransition {
 /// The replay phase as a table: what each event does in each state; nothing where it does nothing. Pure.
 [[nodiscard]] std::optional<ReplayTransition> transition(ReplayState from, ReplayEvent event);
 
-/// Whether commands may be sent at all: not once it is refused or finished.
+/// Whether commands may be sent at all: not once it is refused or over.
 [[nodiscard]] constexpr bool is_live(ReplayState state) {
-  return state != ReplayState::Refused && state != ReplayState::Finished;
+  return state != ReplayState::Refused && state != ReplayState::Finished && state != ReplayState::Incomplete;
 }
 
 /// "driving", "stopped", …

@@ -13,13 +13,13 @@ using State = ReplayState;
 using Event = ReplayEvent;
 using Action = ReplayAction;
 
-constexpr std::array kReplayStates{State::Waiting,   State::Refused, State::Driving,
-                                   State::AtStation, State::Stopped, State::Finished};
-constexpr std::array kReplayEvents{Event::GateOpen,     Event::GateShut,      Event::GoalReached,
-                                   Event::LimiterStops, Event::LimiterAllows, Event::StationReached,
-                                   Event::Resume};
+constexpr std::array kReplayStates{State::Waiting, State::Refused,  State::Driving,   State::AtStation,
+                                   State::Stopped, State::Finished, State::Incomplete};
+constexpr std::array kReplayEvents{Event::GateOpen,       Event::GateShut,     Event::GoalReached,
+                                   Event::EndReached,     Event::LimiterStops, Event::LimiterAllows,
+                                   Event::StationReached, Event::Resume};
 
-// Every cell of six states and seven events: what is written here happens, and nothing else.
+// Every cell of seven states and eight events: what is written here happens, and nothing else.
 TEST(ReplayPhase, EveryCellOfTheTable) {
   const std::map<std::pair<State, Event>, ReplayTransition> expected = {
       {{State::Waiting, Event::GateOpen}, {State::Driving, Action::BeginRoute}},
@@ -27,6 +27,7 @@ TEST(ReplayPhase, EveryCellOfTheTable) {
       {{State::Refused, Event::Resume}, {State::Waiting}},
       {{State::Driving, Event::GateShut}, {State::Refused}},
       {{State::Driving, Event::GoalReached}, {State::Finished}},
+      {{State::Driving, Event::EndReached}, {State::Incomplete}},
       {{State::Driving, Event::LimiterStops}, {State::Stopped, Action::CountStop}},
       {{State::Driving, Event::StationReached}, {State::AtStation}},
       {{State::AtStation, Event::GateShut}, {State::Refused}},
@@ -50,10 +51,12 @@ TEST(ReplayPhase, EveryCellOfTheTable) {
 TEST(ReplayPhase, NothingMovesARobotThatHasFinishedOrIsRefused) {
   for (const Event event : kReplayEvents) {
     EXPECT_FALSE(transition(State::Finished, event)) << to_string(event);
+    EXPECT_FALSE(transition(State::Incomplete, event)) << to_string(event);
     if (event != Event::Resume) EXPECT_FALSE(transition(State::Refused, event)) << to_string(event);
   }
   EXPECT_FALSE(is_live(State::Finished));
   EXPECT_FALSE(is_live(State::Refused));
+  EXPECT_FALSE(is_live(State::Incomplete));
   EXPECT_TRUE(is_live(State::Stopped));
 }
 

@@ -33,30 +33,49 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
       predictor_(options.actuators),
       follower_(options.follower),
       stations_(route_),
-      watch_(options.watch) {}
+      watch_(options.watch),
+      consistency_(options.consistency, options.actuators) {}
 
 void Replayer::add(const TagFrame& frame) {
+  newest_picture_ = frame.stamp;
+  heard_ = true;
+  const bool mapped = std::ranges::any_of(
+      frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
+  if (mapped && !tells_accepted_) accept(frame.stamp);
   if (watch_.add(frame)) method_->add(frame);
 }
 
 void Replayer::add(const Odometry& odometry) {
+  heard_ = true;
   method_->add(odometry);
   watch_.add(odometry);
+  consistency_.add(odometry);
   newest_odometry_ = odometry.stamp;
 }
 
 void Replayer::add(const ImuSample& imu) {
+  heard_ = true;
   method_->add(imu);
+  consistency_.add(imu);
   newest_gyro_ = imu.stamp;
 }
 
 void Replayer::add(const LaserScan& scan) { scan_ = scan; }
+
+void Replayer::accept(SensorTime stamp) {
+  newest_accepted_ = stamp;
+  accepted_path_m_ = consistency_.path_m();
+}
 
 void Replayer::pause(std::string reason) { pause_ = std::move(reason); }
 
 void Replayer::resume() {
   pause_.clear();
   watch_.forget();
+  consistency_.forget();
+  contradiction_.clear();
+  silence_.clear();
+  silent_s_ = 0;
   follower_.reset();
   last_step_.reset();
   if (progress_) find_ahead_ = true;
@@ -91,6 +110,7 @@ void Replayer::track(const LocalizationEstimate& estimate) {
   double moved = progress_->arc_length_m - before;
   if (route_.closed) moved = std::remainder(moved, route_.length_m);
   driven_m_ += moved;
+  if (goes_on) skipped_m_ += std::max(0.0, moved);
   if (goes_on) stations_.begin(way_m());
   if (state_ == ReplayState::Driving) follower_.integrate(*progress_, moved);
 }
@@ -128,6 +148,18 @@ bool Replayer::at_goal() const {
   return progress_->arc_length_m >= route_.length_m - options_.follower.stop_within_m;
 }
 
+/// Of the route: before the start, and where it continued farther ahead.
+double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 : start_way_m_); }
+
+/// After more than a second without any sensor nobody knows what happened meanwhile: a person has to look.
+void Replayer::notice_silence(double dt_s) {
+  constexpr double kMost_s = 1.0;
+  silent_s_ = std::exchange(heard_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
+  if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
+    silence_ =
+        fmt::format("no sensor was heard for {:.1f} s or more: look at the robot, then resume", kMost_s);
+}
+
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
   if (options_.controller == ReplayController::Pursuit)
     return slow_for_station(pure_pursuit(route_, estimate.map_T_base, *progress_, options_.pursuit));
@@ -142,6 +174,8 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
 std::string Replayer::alarm() const {
   if (!pause_.empty()) return pause_;
   if (!watch_.alarm().empty()) return watch_.alarm();
+  if (!contradiction_.empty()) return contradiction_;
+  if (!silence_.empty()) return silence_;
   if (!doubts_) return {};
   std::string words = "what is seen contradicts where the robot believes to be: was it carried?";
   const std::vector<std::string> problems = method_->problems();
@@ -154,6 +188,9 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   SafetyInputs inputs{.last = last_command_, .alarm = alarm()};
   inputs.odometry_age_s = age_s(now, newest_odometry_, std::numeric_limits<double>::infinity());
   inputs.gyro_age_s = age_s(now, newest_gyro_, 0);
+  inputs.picture_age_s = age_s(now, newest_picture_, 0);
+  inputs.blind_m = newest_accepted_ ? consistency_.path_m() - accepted_path_m_ : 0.0;
+  inputs.taught_blind_m = route_.longest_without_tags_m.value_or(0);
   if (scan_) {
     inputs.scan_age_s = to_seconds(now - scan_->stamp);
     const double curvature = std::abs(wanted.speed_m_s) > 1e-3
@@ -181,7 +218,8 @@ void Replayer::drive(SensorTime now, double dt_s, ReplayStep& step) {
   step.command = last_command_ = verdict.command;
   unsure_ = verdict.unsure;
   step.reason = verdict.stopped;
-  if (verdict.stopped) step.lasting = watch_.lasting() || !pause_.empty();
+  if (verdict.stopped)
+    step.lasting = watch_.lasting() || !contradiction_.empty() || !silence_.empty() || !pause_.empty();
   const bool at_station = stations_.standing() != nullptr;
   handle(verdict.stopped ? ReplayEvent::LimiterStops
          : at_station    ? ReplayEvent::StationReached
@@ -209,8 +247,31 @@ void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
   track(estimate);
   if (state_ == ReplayState::Waiting) pass_start_gate();
   if (state_ != ReplayState::Driving) return;
-  if (at_goal()) return handle(ReplayEvent::GoalReached);
+  if (at_goal())
+    return handle(left_out_m() <= options_.safety.start_distance_m ? ReplayEvent::GoalReached
+                                                                   : ReplayEvent::EndReached);
   stations_.arrive(way_m(), options_.follower.stop_within_m);
+}
+
+/// Holds commands, wheels, gyro and tags against each other.
+void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
+  constexpr double kMoment_s = 0.3;
+  for (const NisRecord& record : step.compared) {
+    tells_accepted_ = true;
+    if (record.believed) accept(record.stamp);
+  }
+  consistency_.command(last_command_, dt_s);
+  if (step.estimate) {
+    const LocalizationEstimate& estimate = *step.estimate;
+    const bool tags =
+        tells_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
+    consistency_.observe(estimate.map_T_base, estimate.position_sigma_m(),
+                         std::sqrt(std::max(0.0, estimate.covariance(2, 2))), tags);
+  } else {
+    consistency_.observe_nothing();
+  }
+  if (state_ == ReplayState::Waiting || !contradiction_.empty()) return;
+  if (const auto found = consistency_.contradiction()) contradiction_ = to_words(*found);
 }
 
 ReplayStep Replayer::step(SensorTime now) {
@@ -223,6 +284,8 @@ ReplayStep Replayer::step(SensorTime now) {
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;
   last_step_ = now;
+  notice_silence(dt_s);
+  compare_motion(step, dt_s);
   if (step.estimate && is_live(state_)) follow_estimate(*step.estimate);
   if (step.estimate) step.progress = progress_;
   if (is_live(state_)) {
@@ -230,6 +293,9 @@ ReplayStep Replayer::step(SensorTime now) {
   } else {
     last_command_ = {};
     if (state_ == ReplayState::Refused) step.reason = refusal_;
+    if (state_ == ReplayState::Incomplete)
+      step.reason = fmt::format("at the end of the route, but {:.2f} of {:.2f} m were left out", left_out_m(),
+                                route_.length_m);
   }
   predictor_.sent(now, last_command_);
   step.state = state_;

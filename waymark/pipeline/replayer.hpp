@@ -8,6 +8,7 @@
 #include "waymark/localization/method.hpp"
 #include "waymark/pipeline/replay_phase.hpp"
 #include "waymark/replay/go_to_pose.hpp"
+#include "waymark/replay/motion_consistency.hpp"
 #include "waymark/replay/motion_predictor.hpp"
 #include "waymark/replay/path_follower.hpp"
 #include "waymark/replay/pure_pursuit.hpp"
@@ -30,6 +31,7 @@ struct ReplayOptions {
   PurePursuitOptions pursuit{};
   GoToPoseOptions goal{};
   WatchOptions watch{};
+  ConsistencyOptions consistency{};
   SafetyOptions safety{};
   SE2 base_T_lidar{};
 };
@@ -81,7 +83,11 @@ class Replayer {
   void handle(ReplayEvent event);
   [[nodiscard]] bool certain(const std::optional<LocalizationEstimate>& estimate) const;
   void follow_estimate(const LocalizationEstimate& estimate);
+  void accept(SensorTime stamp);
+  void compare_motion(const ReplayStep& step, double dt_s);
   [[nodiscard]] bool at_goal() const;
+  [[nodiscard]] double left_out_m() const;
+  void notice_silence(double dt_s);
   [[nodiscard]] double remaining_m(const RouteProgress& at) const;
   /// Arc length, going on where a closed route begins again.
   [[nodiscard]] double way_m() const { return start_way_m_ + driven_m_; }
@@ -102,13 +108,23 @@ class Replayer {
   PathFollower follower_;
   StationStops stations_;
   ReplayWatch watch_;
+  MotionConsistency consistency_;
+  std::string contradiction_{};  ///< of two sources of motion, in words; lasting
   ReplayState state_ = ReplayState::Waiting;
   std::optional<RouteProgress> progress_{};
   std::optional<SensorTime> newest_odometry_{};
   std::optional<SensorTime> newest_gyro_{};
+  std::optional<SensorTime> newest_picture_{};
+  bool tells_accepted_ = false;                  ///< the method says which observations it accepted
+  std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
+  double accepted_path_m_ = 0;                   ///< way by the wheels up to it
   std::optional<LaserScan> scan_{};
   double start_way_m_ = 0;
   double driven_m_ = 0;
+  double skipped_m_ = 0;   ///< of the route, when it continued farther ahead after resume()
+  bool heard_ = false;     ///< any sensor since the last step
+  double silent_s_ = 0;    ///< since any sensor was heard
+  std::string silence_{};  ///< that lasted, in words; lasting
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};
   std::string refusal_{};

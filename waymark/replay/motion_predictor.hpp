@@ -14,22 +14,23 @@ struct ActuatorOptions {
   double speed_lag_s = 0.12;
   double yaw_rate_lag_s = 0.10;
   double turn_gain = 1;
-  double turn_gain_min = 0.5;
+  double turn_gain_min = 0.2;
   double turn_gain_max = 1.3;
   double turn_gain_time_s = 8;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.command_delay_s, Field{"command_delay_s", "From a command to the motors.", 0, 1});
-    visit(self.speed_lag_s, Field{"speed_lag_s", "Time constant of the drive motors.", 0, 2});
-    visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of turning.", 0, 2});
+    visit(self.command_delay_s, Field{"command_delay_s", "Delay from a command to the motors.", 0, 1});
+    visit(self.speed_lag_s, Field{"speed_lag_s", "Time constant of the speed of the drive motors.", 0, 2});
+    visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of the yaw rate.", 0, 2});
     visit(self.turn_gain,
-          Field{"turn_gain", "Share of the asked yaw rate that the robot turns, at the start.", 0.1, 3});
-    visit(self.turn_gain_min, Field{"turn_gain_min", "It is never believed to be smaller.", 0.1, 3});
-    visit(self.turn_gain_max, Field{"turn_gain_max", "It is never believed to be larger.", 0.1, 3});
-    visit(self.turn_gain_time_s,
-          Field{"turn_gain_time_s", "How much turning is remembered to learn it; 0: it is not learnt.", 0,
-                1000});
+          Field{"turn_gain", "Turn response gain at the start: turned over commanded yaw rate.", 0.1, 3});
+    visit(self.turn_gain_min, Field{"turn_gain_min", "Lower bound of the learnt turn gain.", 0.1, 3});
+    visit(self.turn_gain_max, Field{"turn_gain_max", "Upper bound of the learnt turn gain.", 0.1, 3});
+    visit(self.turn_gain_time_s, Field{"turn_gain_time_s",
+                                       "Time constant with which older turns are forgotten when the turn "
+                                       "gain is learnt; 0: it is not learnt.",
+                                       0, 1000});
   }
 };
 

@@ -194,6 +194,7 @@ TEST(ReplayWatch, SaysJumpsOfClocksRobotsThatAreCarriedAndFrozenCameras) {
 
   ReplayWatch eye({});
   TagFrame frame{.detections = {TagDetection{}}};
+  frame.detections[0].corners_px.fill({100, 100});
   for (int i = 0; i < 40; ++i) {
     frame.stamp += std::chrono::milliseconds(50);
     eye.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0, 0, 0)});

@@ -17,17 +17,21 @@ struct WatchOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.clock_jump_s,
-          Field{"clock_jump_s",
-                "A clock that goes on by more from one command to the next, and from one odometry sample to "
-                "the next, has jumped.",
-                0.05, 10});
+    visit(self.clock_jump_s, Field{"clock_jump_s",
+                                   "Largest step of the clock between two commands and between two odometry "
+                                   "samples; more is a jump.",
+                                   0.05, 10});
     visit(self.carried_m,
-          Field{"carried_m", "An estimate that jumps by more against odometry: the robot was carried.", 0.01,
+          Field{"carried_m",
+                "Largest jump of the position against odometry; more means that the robot was carried.", 0.01,
                 10});
-    visit(self.carried_rad, Field{"carried_rad", "The same for its heading.", 0.01, 3.2});
+    visit(self.carried_rad,
+          Field{"carried_rad",
+                "Largest jump of the heading against odometry; more means that the robot was carried.", 0.01,
+                3.2});
     visit(self.frozen_s,
-          Field{"frozen_s", "Stop when the camera shows the same picture so long while the robot moves.",
+          Field{"frozen_s",
+                "Maximum time for which a moving robot may receive the same picture; stops when exceeded.",
                 0.05, 10});
   }
 };

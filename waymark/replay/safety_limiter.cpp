@@ -38,6 +38,13 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
   if (!(in.scan_age_s <= options.max_scan_age_s))
     return fmt::format("the lidar's scan is {:.2f} s old (limit {:.2f} s)", in.scan_age_s,
                        options.max_scan_age_s);
+  if (!(in.picture_age_s <= options.max_picture_age_s))
+    return fmt::format("the newest picture is {:.2f} s old (limit {:.2f} s): is the camera connected?",
+                       in.picture_age_s, options.max_picture_age_s);
+  if (!(in.blind_m <= in.taught_blind_m + options.max_blind_m))
+    return fmt::format(
+        "{:.2f} m were driven without an accepted tag (limit {:.2f} m: {:.2f} m more than in the taught lap)",
+        in.blind_m, in.taught_blind_m + options.max_blind_m, options.max_blind_m);
   if (!in.localized) return "the position is not known: no mapped tag was seen yet";
   if (in.contradicting_looks > options.max_contradicting_looks)
     return "what is seen contradicts where the robot believes to be: was it carried?";

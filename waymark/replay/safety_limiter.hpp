@@ -19,6 +19,8 @@ struct SafetyOptions {
   double max_yaw_acceleration_rad_s2 = 6.0;
   double max_odometry_age_s = 0.3;
   double max_scan_age_s = 0.5;
+  double max_picture_age_s = 1.0;
+  double max_blind_m = 0.5;
   double slow_position_sigma_m = 0.05;
   double stop_position_sigma_m = 0.10;
   int max_contradicting_looks = 1;
@@ -31,47 +33,68 @@ struct SafetyOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.max_speed_m_s, Field{"max_speed_m_s", "Never faster.", 0, 10});
-    visit(self.max_yaw_rate_rad_s, Field{"max_yaw_rate_rad_s", "Never turn faster.", 0, 20});
+    visit(self.max_speed_m_s, Field{"max_speed_m_s", "Maximum speed.", 0, 10});
+    visit(self.max_yaw_rate_rad_s, Field{"max_yaw_rate_rad_s", "Maximum yaw rate.", 0, 20});
     visit(self.max_curvature_1_m,
-          Field{"max_curvature_1_m", "Never steer a tighter curve, for steered wheels; 0: any.", 0, 1000});
-    visit(self.max_acceleration_m_s2, Field{"max_acceleration_m_s2", "Never speed up faster.", 0.01, 50});
+          Field{"max_curvature_1_m", "Maximum curvature of the commands, for steered wheels; 0: no limit.", 0,
+                1000});
+    visit(self.max_acceleration_m_s2, Field{"max_acceleration_m_s2", "Maximum acceleration.", 0.01, 50});
     visit(self.max_deceleration_m_s2,
-          Field{"max_deceleration_m_s2", "Never slow down faster, nor to stop.", 0.1, 50});
+          Field{"max_deceleration_m_s2", "Maximum deceleration, including stops.", 0.1, 50});
     visit(self.max_yaw_acceleration_rad_s2,
-          Field{"max_yaw_acceleration_rad_s2", "Never begin to turn faster.", 0.01, 200});
+          Field{"max_yaw_acceleration_rad_s2", "Maximum yaw acceleration.", 0.01, 200});
     visit(self.max_odometry_age_s,
-          Field{"max_odometry_age_s", "Stop when the newest odometry, or gyro, is older.", 0.01, 10});
-    visit(self.max_scan_age_s,
-          Field{"max_scan_age_s", "Stop when the newest scan of a lidar that was heard is older.", 0.05, 10});
+          Field{"max_odometry_age_s",
+                "Maximum age of the newest odometry and gyro sample; stops when exceeded.", 0.01, 10});
+    visit(
+        self.max_scan_age_s,
+        Field{"max_scan_age_s",
+              "Maximum age of the newest lidar scan once one was received; stops when exceeded.", 0.05, 10});
+    visit(self.max_picture_age_s,
+          Field{"max_picture_age_s",
+                "Maximum age of the newest picture once one was received; stops when exceeded.", 0.1, 60});
+    visit(self.max_blind_m,
+          Field{"max_blind_m",
+                "Maximum distance without an accepted tag beyond the longest such stretch of the taught lap; "
+                "stops when exceeded.",
+                0, 1000});
     visit(self.slow_position_sigma_m,
-          Field{"slow_position_sigma_m", "Slow down when the position is known no better.", 0, 10});
-    visit(self.stop_position_sigma_m,
-          Field{"stop_position_sigma_m",
-                "Stop when the position is known no better; then go on when it is known better than "
-                "slow_position_sigma_m.",
-                0, 10});
-    visit(self.max_contradicting_looks,
-          Field{"max_contradicting_looks",
-                "Stop when more frames in a row contradict the position; slow down from the first.", 0, 100});
-    visit(self.max_cross_track_m, Field{"max_cross_track_m", "Stop when farther from the route.", 0, 10});
-    visit(self.min_clearance_m,
-          Field{"min_clearance_m", "Stop when the hull comes nearer to a tag, in space.", 0, 10});
+          Field{"slow_position_sigma_m",
+                "Standard deviation of the position above which the robot slows down.", 0, 10});
+    visit(self.stop_position_sigma_m, Field{"stop_position_sigma_m",
+                                            "Standard deviation of the position above which the robot stops; "
+                                            "it continues below slow_position_sigma_m.",
+                                            0, 10});
+    visit(self.max_contradicting_looks, Field{"max_contradicting_looks",
+                                              "Maximum number of consecutive frames that contradict the "
+                                              "position; stops when exceeded, slows down from the first.",
+                                              0, 100});
+    visit(self.max_cross_track_m,
+          Field{"max_cross_track_m", "Maximum distance from the route; stops when exceeded.", 0, 10});
+    visit(
+        self.min_clearance_m,
+        Field{"min_clearance_m", "Minimum distance in space from the hull to a tag; stops below it.", 0, 10});
     visit(self.slow_obstacle_m,
-          Field{"slow_obstacle_m", "Slow down when the lidar sees something nearer before the hull.", 0, 20});
+          Field{"slow_obstacle_m",
+                "Free distance before the hull by the lidar below which the robot slows down.", 0, 20});
     visit(self.stop_obstacle_m,
-          Field{"stop_obstacle_m", "Stop when the lidar sees something nearer before the hull.", 0, 20});
-    visit(self.start_distance_m, Field{"start_distance_m", "Do not start farther from the route.", 0, 10});
+          Field{"stop_obstacle_m", "Free distance before the hull by the lidar below which the robot stops.",
+                0, 20});
+    visit(self.start_distance_m,
+          Field{"start_distance_m", "Maximum distance from the route at the start.", 0, 10});
     visit(self.start_angle_rad,
-          Field{"start_angle_rad", "Do not start pointing away from the route by more.", 0, 3.2});
+          Field{"start_angle_rad", "Maximum angle to the direction of the route at the start.", 0, 3.2});
   }
 };
 
 /// What the limiter must know; all of it comes from outside, time too.
 struct SafetyInputs {
   double odometry_age_s = 0;
-  double gyro_age_s = 0;  ///< 0 for a robot without one
-  double scan_age_s = 0;  ///< 0 for a robot without a lidar
+  double gyro_age_s = 0;      ///< 0 for a robot without one
+  double scan_age_s = 0;      ///< 0 for a robot without a lidar
+  double picture_age_s = 0;   ///< 0 before the first picture
+  double blind_m = 0;         ///< way driven since a tag was accepted
+  double taught_blind_m = 0;  ///< longest stretch without a tag in the taught lap
   bool localized = false;
   double position_sigma_m = 0;  ///< largest standard deviation in the plane
   int contradicting_looks = 0;  ///< frames in a row, up to the newest, that contradict the position

@@ -48,6 +48,15 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
             "odometry is stamped 0.50 s ahead of now: two clocks");
   EXPECT_EQ(words([](auto& in) { in.gyro_age_s = 0.4; }), "the gyro is 0.40 s old (limit 0.30 s)");
   EXPECT_EQ(words([](auto& in) { in.scan_age_s = 0.6; }), "the lidar's scan is 0.60 s old (limit 0.50 s)");
+  EXPECT_EQ(words([](auto& in) { in.picture_age_s = 1.1; }),
+            "the newest picture is 1.10 s old (limit 1.00 s): is the camera connected?");
+  EXPECT_EQ(words([](auto& in) { in.blind_m = 0.6; }),
+            "0.60 m were driven without an accepted tag (limit 0.50 m: 0.50 m more than in the taught lap)");
+  EXPECT_EQ(words([](auto& in) {
+              in.taught_blind_m = 0.8;
+              in.blind_m = 1.4;
+            }),
+            "1.40 m were driven without an accepted tag (limit 1.30 m: 0.50 m more than in the taught lap)");
   EXPECT_EQ(words([](auto& in) { in.localized = false; }),
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),

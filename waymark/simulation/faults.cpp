@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-constexpr std::array<std::pair<FaultKind, std::string_view>, 11> kNames{{
+constexpr std::array<std::pair<FaultKind, std::string_view>, 16> kNames{{
     {FaultKind::CameraBlackout, "camera_blackout"},
     {FaultKind::CameraFrozen, "camera_frozen"},
     {FaultKind::CameraLost, "camera_lost"},
@@ -25,6 +25,11 @@ constexpr std::array<std::pair<FaultKind, std::string_view>, 11> kNames{{
     {FaultKind::Kidnapped, "kidnapped"},
     {FaultKind::ClockJump, "clock_jump"},
     {FaultKind::SlipBurst, "slip_burst"},
+    {FaultKind::CameraStuck, "camera_stuck"},
+    {FaultKind::WheelsBlocked, "wheels_blocked"},
+    {FaultKind::RobotHeld, "robot_held"},
+    {FaultKind::Carried, "carried"},
+    {FaultKind::BatterySag, "battery_sag"},
 }};
 
 bool about_tags(FaultKind kind) {

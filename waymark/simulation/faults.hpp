@@ -27,6 +27,11 @@ enum class FaultKind : std::uint8_t {
   Kidnapped,      ///< the robot is lifted and put down elsewhere, at once
   ClockJump,      ///< the clock of all sensors jumps, and stays so
   SlipBurst,      ///< the wheels turn more than the robot moves
+  CameraStuck,    ///< frames come with new stamps and fresh noise, all from the last place before
+  WheelsBlocked,  ///< the wheels do not turn, whatever is commanded
+  RobotHeld,      ///< the robot does not move, its wheels turn
+  Carried,        ///< the robot is carried evenly while the fault lasts
+  BatterySag,     ///< the motors reach a share of the commanded speed
 };
 
 struct Fault {
@@ -39,9 +44,10 @@ struct Fault {
   double turn_rad = 0;                                     ///< TagMoved, about map z
   SE3 map_T_copy{};                                        ///< TagDuplicated
   SE2 base_T_put = SE2();                                  ///< Kidnapped: from where it stood
+  Eigen::Vector3d carry = Eigen::Vector3d::Zero();         ///< Carried: x, y [m/s] and yaw [rad/s] in base
   double jump_s = 0;                                       ///< ClockJump: forward when positive
-  double speed_share = 1;                                  ///< SlipBurst: of the wheels' speed …
-  double yaw_share = 1;                                    ///< … and of their turning
+  double speed_share = 1;                                  ///< SlipBurst, BatterySag: of the speed …
+  double yaw_share = 1;                                    ///< … SlipBurst: and of the turning
 };
 
 /// Names as they stand in a file: "camera_blackout", …

@@ -53,6 +53,7 @@ double RobotDynamics::next_wheel_yaw_rate(double asked_rad_s, double asked_m_s, 
 }
 
 Eigen::Vector3d RobotDynamics::twist() const {
+  if (grip_.held) return Eigen::Vector3d::Zero();
   // A standing robot does not slide.
   const double moving = std::min(1.0, std::abs(speed_m_s_) / 0.05);
   const double lateral = options_.lateral_slip_s * speed_m_s_ * yaw_rate_rad_s() + moving * slip_m_s_;
@@ -71,12 +72,13 @@ void RobotDynamics::step(const VelocityCommand& command, Duration dt) {
   const double dt_s = to_seconds(dt);
   const VelocityCommand acting = delayed(command);
   const MotionLimits& limits = model_.limits;
-  const double speed = std::clamp(acting.speed_m_s, -limits.speed_m_s, limits.speed_m_s);
+  const double speed = grip_.motor_share * std::clamp(acting.speed_m_s, -limits.speed_m_s, limits.speed_m_s);
   const double yaw_rate = std::clamp(acting.yaw_rate_rad_s, -limits.yaw_rate_rad_s, limits.yaw_rate_rad_s);
   const double before = speed_m_s_;
   speed_m_s_ = follow(speed_m_s_, speed, options_.speed_lag_s, limits.acceleration_m_s2, dt_s);
+  if (grip_.blocked) speed_m_s_ = 0;
   acceleration_m_s2_ = (speed_m_s_ - before) / dt_s;
-  wheel_yaw_rate_rad_s_ = next_wheel_yaw_rate(yaw_rate, speed, dt_s);
+  wheel_yaw_rate_rad_s_ = grip_.blocked ? 0 : next_wheel_yaw_rate(yaw_rate, speed, dt_s);
   slide(dt_s);
   map_T_base_ = map_T_base_ * SE2::exp(twist() * dt_s);
   const double difference = wheel_yaw_rate_rad_s_ * model_.track_m / 2;

@@ -51,10 +51,13 @@ struct DynamicsOptions {
   }
 };
 
-/// What of the wheels' motion reaches the floor.
+/// What of a command reaches the wheels, and what of the wheels' motion the floor.
 struct Grip {
   double speed_share = 1;
   double yaw_share = 1;
+  double motor_share = 1;  ///< of the commanded speed that the motors reach
+  bool blocked = false;    ///< the wheels stand
+  bool held = false;       ///< the body stands
 };
 
 /// A wheeled robot on a floor: first-order actuators behind a delay, yaw gain, slip. With Ackermann steering
@@ -76,7 +79,7 @@ class RobotDynamics {
   [[nodiscard]] double acceleration_m_s2() const { return acceleration_m_s2_; }
   /// Of the body, after the yaw gain.
   [[nodiscard]] double yaw_rate_rad_s() const {
-    return options_.yaw_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
+    return grip_.held ? 0.0 : options_.yaw_gain * grip_.yaw_share * wheel_yaw_rate_rad_s_;
   }
   /// Of the front wheels, to the left; 0 without steering.
   [[nodiscard]] double steering_rad() const { return steering_rad_; }

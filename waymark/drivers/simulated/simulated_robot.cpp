@@ -50,14 +50,26 @@ bool SimulatedRobot::wrong(FaultKind kind) const {
   return !options_.faults.empty() && active(options_.faults, kind, to_seconds(uptime()));
 }
 
+/// A fault about motion that is going on.
+void SimulatedRobot::suffer(const Fault& fault, Grip& grip) {
+  if (fault.kind == FaultKind::SlipBurst) {
+    grip.speed_share = fault.speed_share;
+    grip.yaw_share = fault.yaw_share;
+  }
+  if (fault.kind == FaultKind::BatterySag) grip.motor_share = fault.speed_share;
+  grip.blocked = grip.blocked || fault.kind == FaultKind::WheelsBlocked;
+  grip.held = grip.held || fault.kind == FaultKind::RobotHeld;
+  if (fault.kind == FaultKind::Carried)
+    dynamics_.place(dynamics_.map_T_base() * SE2::exp(fault.carry * to_seconds(kStep)));
+}
+
 void SimulatedRobot::let_things_go_wrong() {
   if (options_.faults.empty()) return;
   const double now_s = to_seconds(uptime());
   Grip grip;
   for (std::size_t i = 0; i < options_.faults.size(); ++i) {
     const Fault& fault = options_.faults[i];
-    if (fault.kind == FaultKind::SlipBurst && active(fault, now_s))
-      grip = {fault.speed_share, fault.yaw_share};
+    if (active(fault, now_s)) suffer(fault, grip);
     if (happened_[i] || now_s < fault.at_s) continue;
     happened_[i] = true;
     if (fault.kind == FaultKind::Kidnapped) dynamics_.place(dynamics_.map_T_base() * fault.base_T_put);
@@ -86,9 +98,10 @@ void SimulatedRobot::look() {
   ++pictures_;
   const bool frozen = wrong(FaultKind::CameraFrozen);
   const SensorTime stamp = dynamics_.now();
+  if (!wrong(FaultKind::CameraStuck)) looks_from_ = dynamics_.map_T_base();
   if (eye_ == Eye::Corners) {
     if (!frozen) {
-      const SE3 map_T_cam = lift(dynamics_.map_T_base()) * model_.base_T_cam;
+      const SE3 map_T_cam = lift(looks_from_) * model_.base_T_cam;
       last_frame_ = see_tags(*world_, camera_, map_T_cam, stamp, options_.tag_camera, random_);
     }
     last_frame_.stamp = stamp;
@@ -98,7 +111,7 @@ void SimulatedRobot::look() {
   }
   if (!frozen)
     last_shot_ = {.world = world_,
-                  .map_T_base = lift(dynamics_.map_T_base()),
+                  .map_T_base = lift(looks_from_),
                   .twist = dynamics_.twist(),
                   .seed = options_.seed + kPictureSeed * pictures_};
   last_shot_.stamp = stamp + clock_offset_;

@@ -59,6 +59,7 @@ class SimulatedRobot final : public Robot {
   void speak();
   void look();
   void let_things_go_wrong();
+  void suffer(const Fault& fault, Grip& grip);
   void say(Sample sample);
   /// Says it when the camera's latency is over.
   void say_later(Sample sample);
@@ -83,6 +84,7 @@ class SimulatedRobot final : public Robot {
   Duration clock_offset_{};
   double next_tag_change_s_ = 0;
   std::vector<bool> happened_;
+  SE2 looks_from_ = SE2();  ///< where the robot was for the camera
   TagFrame last_frame_{};
   CameraShot last_shot_{};
   CameraShot given_shot_{};

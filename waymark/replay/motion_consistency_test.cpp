@@ -1,0 +1,111 @@
+#include "waymark/replay/motion_consistency.hpp"
+
+#include <cmath>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+/// Speeds by each source, as the robot turns to the left.
+struct Motion {
+  double commanded_m_s = 0.3;
+  double wheels_m_s = 0.3;
+  double wheels_rad_s = 0.3;
+  double gyro_rad_s = 0.3;
+  Eigen::Vector3d tags{0.3, 0, 0.3};  ///< x, y [m/s] and yaw [rad/s]
+  bool sees_tags = true;
+};
+
+/// A second of motion, twenty samples.
+std::vector<MotionSample> second_of(const Motion& m, double from_s = 0, double until_s = 2) {
+  std::vector<MotionSample> window;
+  MotionSample now;
+  for (int i = 0; i <= 20; ++i) {
+    now.tags = m.sees_tags;
+    now.position_sigma_m = 0.005;
+    now.yaw_sigma_rad = 0.003;
+    window.push_back(now);
+    const bool differs = now.moving_s >= from_s && now.moving_s < until_s;
+    const Motion at = differs ? m : Motion{};
+    constexpr double kDt = 0.05;
+    now.moving_s += kDt;
+    now.commanded_m += kDt * at.commanded_m_s;
+    now.wheels_m += kDt * at.wheels_m_s;
+    now.wheels_rad += kDt * at.wheels_rad_s;
+    now.gyro_rad += kDt * at.gyro_rad_s;
+    now.path_m += kDt * std::abs(at.wheels_m_s);
+    now.turned_rad += kDt * std::abs(at.wheels_rad_s);
+    now.odom_T_base =
+        now.odom_T_base * SE2::exp(Eigen::Vector3d(kDt * at.wheels_m_s, 0, kDt * at.gyro_rad_s));
+    now.map_T_base = now.map_T_base * SE2::exp(kDt * at.tags);
+  }
+  return window;
+}
+
+constexpr MotionScales kLearnt{.gyro = true};
+constexpr ConsistencyOptions kLimits;
+
+std::optional<Contradiction> found_in(const Motion& m) {
+  return find_contradiction(second_of(m), kLearnt, kLimits);
+}
+
+TEST(MotionConsistency, SourcesThatAgreeAreNoContradiction) { EXPECT_FALSE(found_in({})); }
+
+TEST(MotionConsistency, NamesThePairAndTheCulpritOnlyWhereAThirdSourceDecides) {
+  const auto blocked = found_in({.wheels_m_s = 0});
+  ASSERT_TRUE(blocked);
+  EXPECT_EQ(blocked->one, MotionSource::Commands);
+  EXPECT_EQ(blocked->other, MotionSource::Wheels);
+  EXPECT_FALSE(blocked->culprit);
+
+  const auto stuck = found_in({.tags = {0, 0, 0}});
+  ASSERT_TRUE(stuck);
+  EXPECT_EQ(stuck->other, MotionSource::Tags);
+  EXPECT_EQ(stuck->culprit, MotionSource::Tags) << "wheels and gyro agree about the turn";
+
+  const auto straight = found_in({.wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0, 0, 0}});
+  ASSERT_TRUE(straight);
+  EXPECT_EQ(straight->one, MotionSource::Wheels);
+  EXPECT_EQ(straight->other, MotionSource::Tags);
+  EXPECT_FALSE(straight->culprit) << "nothing else tells the way";
+
+  const auto spinning = found_in({.tags = {0.05, 0, 0.3}});
+  ASSERT_TRUE(spinning);
+  EXPECT_EQ(spinning->culprit, MotionSource::Wheels) << "tags that see the turn of the gyro are alive";
+
+  const auto gyro = found_in({.gyro_rad_s = -0.2});
+  ASSERT_TRUE(gyro);
+  EXPECT_EQ(gyro->other, MotionSource::Gyro);
+  EXPECT_EQ(gyro->culprit, MotionSource::Gyro);
+}
+
+TEST(MotionConsistency, WhatDoesNotLastDoesNotCount) {
+  const Motion slips{.tags = {0.05, 0, 0.3}};
+  EXPECT_TRUE(find_contradiction(second_of(slips), kLearnt, kLimits));
+  EXPECT_FALSE(find_contradiction(second_of(slips, 0.25, 0.75), kLearnt, kLimits)) << "half a second of slip";
+  EXPECT_FALSE(find_contradiction(second_of(slips, 0.7), kLearnt, kLimits)) << "it has only begun";
+}
+
+TEST(MotionConsistency, WhatIsUncertainIsAllowedFor) {
+  EXPECT_FALSE(found_in({.commanded_m_s = 0.36})) << "a battery that sags by 15 %";
+  EXPECT_FALSE(found_in({.wheels_rad_s = 0.43})) << "a floor that turns the robot by 30 % less";
+  Motion blind{.tags = {0, 0, 0}, .sees_tags = false};
+  EXPECT_FALSE(found_in(blind)) << "without tags nothing is said about them";
+  std::vector<MotionSample> doubtful = second_of({.tags = {0.2, 0, 0.3}});
+  EXPECT_TRUE(find_contradiction(doubtful, kLearnt, kLimits));
+  for (MotionSample& sample : doubtful) sample.position_sigma_m = 0.05;
+  EXPECT_FALSE(find_contradiction(doubtful, kLearnt, kLimits));
+}
+
+TEST(MotionConsistency, TheWordsNameThePair) {
+  EXPECT_EQ(
+      to_words({.one_moved = 0.3, .other_moved = 0.02, .apart = 0.28, .over_s = 1}),
+      "wheels and tags disagree: 0.30 m against 0.02 m in 1.0 s, 0.28 m apart. Do the wheels spin, is the "
+      "robot "
+      "held or was it carried, or does the camera repeat an old picture? Look at the robot, then resume");
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,40 @@
+#include "waymark/replay/route_gaps.hpp"
+
+#include <algorithm>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+
+double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>& frames, const TagMap& map) {
+  const auto sees_tag = [&](SensorTime stamp) {
+    const auto frame = std::ranges::lower_bound(frames, stamp, {}, &TagFrame::stamp);
+    return frame != frames.end() && frame->stamp == stamp &&
+           std::ranges::any_of(frame->detections,
+                               [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+  };
+  double longest = 0;
+  double since = 0;
+  for (std::size_t i = 1; i < lap.size(); ++i) {
+    since += (lap[i].map_T_base.translation() - lap[i - 1].map_T_base.translation()).norm();
+    longest = std::max(longest, since);
+    if (sees_tag(lap[i].stamp)) since = 0;
+  }
+  return longest;
+}
+
+double longest_without_tags_m(const Route& route, const TagMap& map, const CameraModel& camera,
+                              const SE3& base_T_cam) {
+  double longest = 0;
+  double seen_at = 0;
+  for (const RoutePoint& point : route.points) {
+    longest = std::max(longest, point.arc_length_m - seen_at);
+    const SE3 map_T_floor(SO3(), {0, 0, map.floor_z_m});
+    if (!visible_tags(map, camera, map_T_floor * lift(point.map_T_base) * base_T_cam).empty())
+      seen_at = point.arc_length_m;
+  }
+  return std::max(longest, route.length_m - seen_at);
+}
+
+}  // namespace waymark
