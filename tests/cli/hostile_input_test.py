@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Input that wants to do harm: packed bombs, pipes, links, journals of a database, and addresses that must work all the same."""
+"""Input that wants to do harm: names for a shell, packed bombs, pipes, links, journals, damage of one byte, lines of a robot nested without end."""
 import gzip
 import http.client
 import json
@@ -8,11 +8,13 @@ import pathlib
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 import unittest
 import urllib.parse
 
 import harness
+from recordings import LINE
 
 MEBIBYTE = gzip.compress(bytes(1 << 20))
 
@@ -22,6 +24,27 @@ class Hostile(harness.InFolder):
         path = self.folder / "bomb.csv.gz"
         path.write_bytes(MEBIBYTE * mebibytes)
         return path
+
+    def test_a_name_reaches_no_shell(self):
+        world = self.folder / "x'$(touch pwned)'.yaml"
+        world.write_text(LINE, encoding="utf-8")
+        process = subprocess.Popen([harness.PROGRAM, "run", "--world", world.name, "--driver", "scripted", "-o", "story"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(0.5)
+        words = ""
+        while "teaching" not in words and process.poll() is None:
+            words += process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        words += process.communicate(timeout=60)[1]
+        self.assertIn("teaching", words)
+        self.assertFalse((self.folder / "pwned").exists())
+
+    def test_a_robot_that_nests_without_end_is_refused_in_words(self):
+        line = '{"type":"hello","protocol_version":1,"name":"deep"}\\n{"type":"log","text":'
+        robot = f"process:{sys.executable} -c \"print('{line}' + '['*60000, flush=True); import time; time.sleep(20)\""
+        done = self.run_here("teach", "--robot", robot, "--driver", "gamepad", "-o", "lap.mcap")
+        self.assertNotEqual(done.code, 0)
+        self.assertIn("deep in each other", done.err)
 
     def test_a_bomb_stops_at_its_ratio_and_leaves_nothing(self):
         temporary = self.folder / "temporary"
@@ -50,7 +73,7 @@ class Hostile(harness.InFolder):
 
     def test_pipes_are_refused_at_once(self):
         os.mkfifo(self.folder / "pipe")
-        for words in (["info", "pipe"], ["convert", "pipe", "out.mcap"]):
+        for words in (["info", "pipe"], ["convert", "pipe", "out.mcap"], ["detect", "pipe"]):
             start = time.monotonic()
             done = self.run_here(*words)
             self.assertNotEqual(done.code, 0, words)
@@ -106,6 +129,20 @@ class Hostile(harness.InFolder):
             self.assertEqual({one.name: one.read_bytes() for one in copy.iterdir()}, before, waiting)
             self.assertEqual(sum(topic["messages"] for topic in done.records[0]["topics"]), 7, waiting)
         writer.close()
+
+    def test_one_changed_byte_of_the_metadata_is_said(self):
+        (self.folder / "line.yaml").write_text(LINE, encoding="utf-8")
+        self.run_here("teach", "--world", "line.yaml", "-o", "lap.mcap")
+        data = bytearray((self.folder / "lap.mcap").read_bytes())
+        self.assertEqual(self.run_here("info", "lap.mcap").err, "")
+        at = data.index(b"tag_size_m") + len("tag_size_m") + 4 + 3
+        self.assertEqual(data[at:at + 1], b"6")
+        data[at] = ord("8")
+        (self.folder / "changed.mcap").write_bytes(data)
+        for words in (["info", "changed.mcap"], ["convert", "changed.mcap", "out.mcap"], ["map", "changed.mcap", "-o", "map"]):
+            done = self.run_here(*words)
+            self.assertIn("checksum", done.err + done.out, words)
+            self.assertIn("metadata at byte", done.err + done.out, words)
 
 
 class Viewer:

@@ -1,13 +1,15 @@
 #include "waymark/cli/interrupt.hpp"
 
+#include <atomic>
 #include <csignal>
 
 namespace waymark::cli {
 namespace {
 
-volatile std::sig_atomic_t interrupt_flag = 0;
+std::atomic<bool> interrupt_flag{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
-extern "C" void raise_flag(int /*signal*/) { interrupt_flag = 1; }
+extern "C" void raise_flag(int /*signal*/) { interrupt_flag = true; }
 
 }  // namespace
 
@@ -26,6 +28,8 @@ void watch_signals() {
   sigaction(SIGXFSZ, &ignore, nullptr);
 }
 
-bool interrupted() { return interrupt_flag != 0; }
+void interrupt() { interrupt_flag = true; }
+
+bool interrupted() { return interrupt_flag; }
 
 }  // namespace waymark::cli

@@ -7,6 +7,9 @@ namespace waymark::cli {
 /// file may hold, becomes an error instead of a signal.
 void watch_signals();
 
+/// The same as Ctrl-C, from any thread.
+void interrupt();
+
 /// Whether Ctrl-C was pressed since watch_signals().
 [[nodiscard]] bool interrupted();
 

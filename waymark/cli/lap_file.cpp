@@ -129,7 +129,7 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
       {"version", WAYMARK_VERSION},
       {"robot", simulated.model.name},
       {"driver", making.driver},
-      {"source", stage.process.empty() ? "sim" : "process:" + stage.process},
+      {"source", stage.process.empty() ? "sim" : "process:" + stage.process.text()},
       {"anchor", to_string(setup.anchor)},
       {"tag_size_m", fmt::format("{}", *setup.sizes.default_size_m)}};
   if (stage.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);

@@ -34,7 +34,7 @@ LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<Detect
       loop_(*robot_, *robot_, pacing_of(*robot_), finder_.get()),
       console_(console) {}
 
-Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const std::string& command, const CameraModel& camera,
+Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command, const CameraModel& camera,
                                                    Console& console) {
   auto finder = finder_for(camera);
   if (!finder) return tl::unexpected(finder.error());

@@ -14,7 +14,7 @@ namespace waymark::cli {
 class LiveRobot {
  public:
   /// Starts `command` and waits until it greets. `camera`: for the corners of the tags in its pictures.
-  static Result<std::unique_ptr<LiveRobot>> open(const std::string& command, const CameraModel& camera,
+  static Result<std::unique_ptr<LiveRobot>> open(const RobotCommand& command, const CameraModel& camera,
                                                  Console& console);
 
   /// RobotLoop::drive(); Ctrl-C ends it, and what the robot says to people is shown.

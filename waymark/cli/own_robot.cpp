@@ -2,18 +2,21 @@
 
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
 namespace waymark::cli {
 
-Status become_the_robot(Stage& stage, const std::string& words, const SimulatedTime& time) {
+Status become_the_robot(Stage& stage, std::vector<std::string> words, const SimulatedTime& time) {
   std::error_code error;
   const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
   if (error)
     return fail(ErrorCode::Unsupported, "this program does not know its own name: " + error.message());
-  stage.process = fmt::format("exec '{}' robot-sim {}{}", self, words, time.lockstep ? " --lockstep" : "");
-  if (time.lockstep && time.pace > 0) stage.process += fmt::format(" --pace {}", time.pace);
+  words.insert(words.begin(), {self, "robot-sim"});
+  if (time.lockstep) words.emplace_back("--lockstep");
+  if (time.lockstep && time.pace > 0) words.insert(words.end(), {"--pace", fmt::format("{}", time.pace)});
+  stage.process = RobotCommand(std::move(words));
   return {};
 }
 

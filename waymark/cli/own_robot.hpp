@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "waymark/cli/stage_flags.hpp"
 
@@ -13,6 +14,8 @@ struct SimulatedTime {
 };
 
 /// Makes the stage's robot a process: this program again, as `waymark robot-sim WORDS`.
-[[nodiscard]] Status become_the_robot(Stage& stage, const std::string& words, const SimulatedTime& time);
+/// No shell reads the words.
+[[nodiscard]] Status become_the_robot(Stage& stage, std::vector<std::string> words,
+                                      const SimulatedTime& time);
 
 }  // namespace waymark::cli

@@ -81,9 +81,10 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
       ->type_name("INTEGER");
 }
 
-std::string StageFlags::as_words(const std::string& robot_file) const {
-  return fmt::format("--world '{}' --robot-file '{}' --seed {}", world_,
-                     robot_file_.empty() ? robot_file : robot_file_, seed_);
+std::vector<std::string> StageFlags::as_words(const std::string& robot_file) const {
+  return {"--world",      world_,
+          "--robot-file", robot_file_.empty() ? robot_file : robot_file_,
+          "--seed",       std::to_string(seed_)};
 }
 
 Result<Stage> StageFlags::make(const std::string& robot_file) const {

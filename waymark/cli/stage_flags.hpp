@@ -6,6 +6,7 @@
 #include "waymark/base/error.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/drivers/watchdog/robot_command.hpp"
 
 namespace CLI {
 class App;
@@ -22,7 +23,7 @@ struct Stage {
   SimulatedStage simulated;
   std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
   std::string robot_yaml;
-  std::string process{};  ///< the command that is the robot; empty: it is simulated
+  RobotCommand process{};  ///< what is the robot; empty: it is simulated
 
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot};
@@ -48,7 +49,7 @@ class StageFlags {
   /// `robot_file`: where the robot is described when no flag says so.
   [[nodiscard]] Result<Stage> make(const std::string& robot_file) const;
   /// The flags of the simulated robot again, for a command line.
-  [[nodiscard]] std::string as_words(const std::string& robot_file) const;
+  [[nodiscard]] std::vector<std::string> as_words(const std::string& robot_file) const;
 
  private:
   bool processes_;

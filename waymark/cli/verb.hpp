@@ -53,6 +53,7 @@ struct Verb {
 [[nodiscard]] Verb robot_sim_verb();
 [[nodiscard]] Verb explore_verb();
 [[nodiscard]] Verb run_verb();
+[[nodiscard]] Verb stop_verb();
 [[nodiscard]] Verb world_new_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();

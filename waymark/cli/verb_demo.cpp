@@ -18,6 +18,7 @@
 #include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/report_run.hpp"
+#include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/plot/loop_figures.hpp"
@@ -190,9 +191,10 @@ std::string table(const DemoReport& report) {
 
 /// The same story by the clock, while somebody watches; it stays until it is ended.
 ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
-  const std::string words = args.stage.as_words("limo") + (args.images ? " --images" : "");
+  std::vector<std::string> words = args.stage.as_words("limo");
+  if (args.images) words.emplace_back("--images");
   Status status = clear(args.folder);
-  if (status) status = become_the_robot(stage, words, {.lockstep = true, .pace = 1});
+  if (status) status = become_the_robot(stage, std::move(words), {.lockstep = true, .pace = 1});
   if (!status) {
     console.say(status.error());
     return ExitCode::SomeFailed;
@@ -205,6 +207,7 @@ ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
   StoryJob job{.folder = args.folder, .driver = "scripted", .feed = &(*view)->feed()};
   job.replay.durable = args.durable;
   job.replay.replay.laps = args.laps;
+  const auto stop = hear_stop("demo into " + args.folder, console);
   const Result<StoryReport> report = run_story(stage, job, console);
   if (!report) {
     console.say(report.error());

@@ -15,6 +15,7 @@
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
@@ -131,6 +132,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
     return exit_code_of(view.error());
   }
   if (*view) job->feed = &(*view)->feed();
+  const auto stop = stage->process.empty() ? nullptr : hear_stop("replay of " + args.folder, console);
   const Result<ReplayReport> report =
       stage->process.empty() ? replay_route(*stage, *job, console) : replay_live(*stage, *job, console);
   if (!report) {

@@ -14,6 +14,7 @@
 #include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 
@@ -50,8 +51,9 @@ Result<Stage> stage_of(const RunArgs& args) {
   // A script does not care how fast the time passes; a person does, also one who only watches.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
                            .pace = args.live.view ? args.pace : 0};
-  const std::string words = args.stage.as_words("limo") + (args.images ? " --images" : "");
-  Status status = stage->process.empty() ? become_the_robot(*stage, words, time) : Status();
+  std::vector<std::string> words = args.stage.as_words("limo");
+  if (args.images) words.emplace_back("--images");
+  Status status = stage->process.empty() ? become_the_robot(*stage, std::move(words), time) : Status();
   if (status) status = know_tags(args, *stage);
   if (!status) return tl::unexpected(status.error());
   return stage;
@@ -95,6 +97,7 @@ ExitCode run(const RunArgs& args, Console& console) {
     if (args.driver->count() == 0) job.driver = "page";
   }
   job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
+  const auto stop = hear_stop("run into " + args.folder, console);
   const Result<StoryReport> report = run_story(*stage, job, console);
   if (!report) {
     console.say(report.error());

@@ -15,6 +15,7 @@
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 
 namespace waymark::cli {
@@ -102,6 +103,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
     return exit_code_of(view.error());
   }
   if (*view) job.feed = &(*view)->feed();
+  const auto stop = stage->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
   const Result<TeachReport> report =
       stage->process.empty() ? teach_lap(*stage, job, console) : teach_live(*stage, job, console);
   if (!report) {
