@@ -70,6 +70,11 @@ class Replay(WithLap):
         (self.folder / "elsewhere/route.yaml").write_text("\n".join(moved) + "\n")
         outcome = self.run_here("replay", "elsewhere", "--world", "circuit24")
         self.assertEqual(outcome.code, 1)
+        self.assertIn("the checksum of the points is another than the file states", outcome.err)
+        moved = [line for line in moved if not line.startswith("points_checksum")]
+        (self.folder / "elsewhere/route.yaml").write_text("\n".join(moved) + "\n")
+        outcome = self.run_here("replay", "elsewhere", "--world", "circuit24")
+        self.assertEqual(outcome.code, 1)
         self.assertIn("refused to start", outcome.out)
 
     def test_three_controllers_drive_it(self):
