@@ -131,11 +131,7 @@ std::optional<Contradiction> turns_and_tags(const std::array<Cut, 4>& cuts, cons
                       .one_moved = turned_by_odometry(all),
                       .other_moved = turned_by_tags(all),
                       .apart = std::abs(difference(all))};
-  if (!scales.gyro) return found;
-  const double wheels = scales.turn_scale * (all.to.wheels_rad - all.from.wheels_rad);
-  const double room = options.contradiction_rad / 2 + scales.turn_share * std::abs(found.one_moved);
-  if (std::abs(wheels - found.one_moved) < std::min(room, found.apart / 2))
-    found.culprit = MotionSource::Tags;
+  // The turn of odometry is no third source: most drivers make it of the same gyro.
   return found;
 }
 
@@ -174,14 +170,15 @@ const char* name_of(MotionSource source) {
 
 std::string explanation(const Contradiction& found) {
   if (found.one == MotionSource::Commands) return "The wheels are blocked, or the motors do not obey.";
-  if (found.culprit == MotionSource::Tags)
-    return "The other sources say that the tags are wrong: does the camera repeat an old picture?";
   if (found.culprit == MotionSource::Gyro) return "The tags say that the gyro is wrong.";
   if (found.culprit == MotionSource::Wheels)
     return found.other == MotionSource::Gyro
                ? "The tags say that the wheels are wrong: do they spin?"
                : "The gyro agrees with the tags: do the wheels spin, is the robot "
                  "held, or was it carried?";
+  if (found.one == MotionSource::Gyro)
+    return "Does the gyro stand still, is the robot held, does the camera repeat an old picture, or are its "
+           "pictures late?";
   return "Do the wheels spin, is the robot held or was it carried, or does the camera repeat an old picture?";
 }
 
