@@ -53,9 +53,9 @@ Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
   if (goes_on || !goes_) goes_ = uptime;
   if (Status status = listener_.on_step(now, step); !status) return tl::unexpected(status.error());
   end_.finished = step.state == ReplayState::Finished;
-  const bool refused = step.state == ReplayState::Refused;
-  end_.given_up = !end_.finished && !refused && to_seconds(uptime - *goes_) >= options_.give_up_s;
-  return DriverDecision{.command = step.command, .done = end_.finished || refused || end_.given_up};
+  const bool over = !is_live(step.state);  // finished, refused, or ended before the whole route was driven
+  end_.given_up = !over && to_seconds(uptime - *goes_) >= options_.give_up_s;
+  return DriverDecision{.command = step.command, .done = over || end_.given_up};
 }
 
 void ReplaySession::pause() {
