@@ -40,9 +40,14 @@ class Hostile(harness.InFolder):
         self.assertFalse((self.folder / "pwned").exists())
 
     def test_a_robot_that_nests_without_end_is_refused_in_words(self):
-        line = '{"type":"hello","protocol_version":1,"name":"deep"}\\n{"type":"log","text":'
-        robot = f"process:{sys.executable} -c \"print('{line}' + '['*60000, flush=True); import time; time.sleep(20)\""
-        done = self.run_here("teach", "--robot", robot, "--driver", "gamepad", "-o", "lap.mcap")
+        (self.folder / "deep.py").write_text(
+            """import time
+print('{"type": "hello", "protocol_version": 1, "name": "deep"}')
+print('{"type": "log", "text": ' + '[' * 60000, flush=True)
+time.sleep(20)
+""")
+        robot = f"process:{sys.executable} deep.py"
+        done = self.run_here("teach", "--robot", robot, "--world", "circuit24", "--driver", "scripted", "-o", "lap.mcap")
         self.assertNotEqual(done.code, 0)
         self.assertIn("deep in each other", done.err)
 
