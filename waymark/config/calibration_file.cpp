@@ -111,8 +111,7 @@ const std::vector<std::string>& calibration_names() {
                                                  "camera_latency_s",
                                                  "turn_lead_s",
                                                  "odometry_yaw_bias_rad_s",
-                                                 "sight_scale",
-                                                 "focal_scale"};
+                                                 "sight_scale"};
   return names;
 }
 
