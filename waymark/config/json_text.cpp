@@ -36,9 +36,9 @@ struct CountingLines {
 
 /// Receives the parts of a document as they are read, and builds the tree. Each handler says whether to go
 /// on.
-class TreeBuilder {
+class JsonTreeBuilder {
  public:
-  TreeBuilder(const YamlLimits& limits, const std::set<std::string>& skipped, const std::int64_t& line)
+  JsonTreeBuilder(const YamlLimits& limits, const std::set<std::string>& skipped, const std::int64_t& line)
       : limits_(limits), skipped_(skipped), line_(line) {}
 
   bool null() { return scalar(YamlNode::Kind::Null, {}); }
@@ -143,7 +143,7 @@ Result<YamlNode> parse_json(std::string_view text, const std::string& source, co
     return fail(ErrorCode::LimitExceeded, fmt::format("longer than {} bytes", limits.bytes),
                 {.source = source});
   std::int64_t line = 1;
-  TreeBuilder builder(limits, skipped, line);
+  JsonTreeBuilder builder(limits, skipped, line);
   const CountingLines begin{text.data(), &line};
   const CountingLines end{text.data() + text.size(), &line};
   if (nlohmann::json::sax_parse(begin, end, &builder)) return builder.take();
