@@ -56,6 +56,15 @@ class Tables(WithLap):
                         "--tag-size-m", 0.16, "-o", "calibration.yaml")
         self.assertTrue((self.folder / "calibration.yaml").exists(), found.err)
 
+    def test_two_drives_are_no_single_drive(self):
+        (self.folder / "again.mcap").write_bytes((self.folder / "lap.mcap").read_bytes())
+        for words in (["map", "lap.mcap", "again.mcap", "-o", "none", *HOW], ["convert", "lap.mcap", "again.mcap", "both.mcap"]):
+            done = self.run_here(*words)
+            self.assertNotEqual(done.code, 0, words)
+            self.assertIn("two drives, or one drive twice", done.err)
+            self.assertIn("--extend", done.err)
+        self.assertFalse((self.folder / "none").exists() or (self.folder / "both.mcap").exists())
+
     def test_info_names_what_comes_next(self):
         self.ok("convert", "lap.mcap", "odometry.csv", "--kind", "odometry")
         steps = " ".join(step["command"] for step in json.loads(self.ok("info", "--json", "lap.mcap").out)["next"])

@@ -15,7 +15,7 @@ KINDS = {
     "gyro_stuck": "the gyro repeats its last value",
     "clock_jump": "all stamps go on by half a second",
     "latency": "pictures come 0.3 s later and are stamped when they come",
-    "gain_step": "another floor: the robot turns by 30 % less",
+    "gain_step": "another floor: the robot turns by 30 %% less",
 }
 
 

@@ -1,6 +1,8 @@
 #include "waymark/recording/merged_log.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <string>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -114,6 +116,37 @@ bool is_ros(const MessageLog& log) {
          log.format() == LogFormat::Ros1Bag;
 }
 
+/// The topic of its odometry; nothing where it has none.
+std::optional<std::string> odometry_topic(const MessageLog& log) {
+  const auto channel = std::ranges::find_if(log.channels(), [](const LogChannel& c) {
+    return c.type.ends_with("/Odometry") && c.messages.value_or(1) > 0;
+  });
+  return channel == log.channels().end() ? std::nullopt : std::optional(channel->topic);
+}
+
+bool overlap(const LogSummary& a, const LogSummary& b) {
+  return a.start && a.end && b.start && b.end && *a.start < *b.end && *b.start < *a.end;
+}
+
+/// A robot drives once at a time: odometry of two files at one time is of two drives, or of one drive twice.
+Status check_one_drive(const std::vector<std::string>& paths,
+                       const std::vector<std::unique_ptr<MessageLog>>& parts) {
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const auto topic = odometry_topic(*parts[i]);
+    for (std::size_t j = 0; topic && j < i; ++j) {
+      if (odometry_topic(*parts[j]) != topic || !overlap(parts[i]->summary(), parts[j]->summary())) continue;
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("it holds '{}' for the same time as {}: two drives, or one drive twice", *topic,
+                      paths[j]),
+          {.source = paths[i]},
+          "Files that are read together must be of one drive. Map the first lap, then add the other with "
+          "`waymark map SECOND --extend MAP`.");
+    }
+  }
+  return {};
+}
+
 }  // namespace
 
 std::unique_ptr<MessageLog> merge_logs(std::vector<std::unique_ptr<MessageLog>> parts) {
@@ -129,6 +162,7 @@ Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& pa
     if (!log || paths.size() == 1) return log;
     parts.push_back(std::move(*log));
   }
+  if (Status status = check_one_drive(paths, parts); !status) return tl::unexpected(status.error());
   const LogFormat first = parts.front()->format();
   const bool alike = std::ranges::all_of(parts, [&](const auto& part) { return part->format() == first; });
   if (alike && is_ros(*parts.front())) return join_logs(std::move(parts), {});
