@@ -23,6 +23,7 @@ class MergedLog final : public MessageLog {
   LogFormat format() const override { return LogFormat::Merged; }
   std::string description() const override {
     std::vector<std::string> words;
+    words.reserve(parts_.size());
     for (const auto& part : parts_) words.push_back(part->description());
     return fmt::format("{}", fmt::join(words, " and "));
   }
