@@ -28,13 +28,13 @@ namespace waymark::cli {
 namespace {
 
 struct MapArgs {
-  explicit MapArgs(CLI::App& app)
-      : app(app),
-        bundle(app, "Method bundle"),
-        chain(app, "Where the search starts, and method chain"),
-        points(app, "Recordings with poses of tags and no corners"),
-        route(app, "Route"),
-        detector(app) {}
+  explicit MapArgs(CLI::App& verb)
+      : app(verb),
+        bundle(verb, "Method bundle"),
+        chain(verb, "Where the search starts, and method chain"),
+        points(verb, "Recordings with poses of tags and no corners"),
+        route(verb, "Route"),
+        detector(verb) {}
 
   const CLI::App& app;
   std::string lap;
