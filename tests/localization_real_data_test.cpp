@@ -11,6 +11,7 @@
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
+#include "waymark/localization/noise_adaptation.hpp"
 #include "waymark/localization/smoother.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/samples/camera_body.hpp"
@@ -261,6 +262,16 @@ TEST(LocalizationOfAer1513, BesideMotionCapture) {
   EXPECT_GE(near.nees, 2);
   EXPECT_LE(near.nees, 4.5);
   EXPECT_LT(near.smoothed_rmse_m, near.rmse_m);
+
+  // Nobody says what the noise is: the log tells it.
+  const NoiseFit noise = adapt_noise(log.samples, log.map, log.laser, {});
+  const AerFigures adapted = run_aer(log, noise.options, {});
+  std::printf(
+      "noise from the log: rmse %.4f m, NEES %.2f (motion x %.1f, turn x %.1f, sensor x %.2f, tags %.3f m)\n",
+      adapted.rmse_m, adapted.nees, noise.motion_ratio, noise.turn_ratio, noise.sensor_ratio,
+      noise.tag_sigma_m);
+  EXPECT_LE(adapted.rmse_m, 0.060);
+  EXPECT_LE(adapted.nees, 6);
 
   // Wrong by a metre and a half, by seven metres and half a turn, and not told at all.
   const SE2 off(start.x() + 1, start.y() + 1, start.yaw() + 0.1);

@@ -25,11 +25,11 @@ inline const World& circuit() {
 struct Lap {
   LapInput input;
   Trajectory truth{};
+  std::vector<ImuSample> imu{};
 };
 
-inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}) {
+inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const World& world = circuit()) {
   static const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
-  const World& world = circuit();
   Lap lap{.input = {.camera = robot.camera,
                     .base_T_cam = robot.model.base_T_cam,
                     .sizes = {.default_size_m = 0.16},
@@ -39,6 +39,7 @@ inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}) {
   listener.on_sample = [&](const Sample& sample) {
     if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.input.frames.push_back(*frame);
     if (const auto* odometry = std::get_if<Odometry>(&sample)) lap.input.odometry.push_back(*odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) lap.imu.push_back(*imu);
     if (const auto* truth = std::get_if<TruthPose>(&sample))
       lap.truth.push_back({truth->stamp, truth->map_T_base});
     return Status();

@@ -144,8 +144,8 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
   if (status)
     status =
         recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot) + making.options);
-  if (status) status = recorder->add_camera({}, simulated.camera, simulated.model.base_T_cam);
   if (!status) return tl::unexpected(status.error());
+  recorder->add_camera_with_first_sample(simulated.camera, simulated.model.base_T_cam);
   return recorder;
 }
 

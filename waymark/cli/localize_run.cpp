@@ -1,5 +1,6 @@
 #include "waymark/cli/localize_run.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <variant>
 
@@ -15,6 +16,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/localization/noise_adaptation.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark::cli {
@@ -131,18 +133,63 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, R
   return {};
 }
 
+/// What a first run over the recording shows of the numbers that the filter is given.
+struct FirstRun {
+  std::optional<SystematicVerdict> suspect{};
+  bool noise_inconsistent = false;
+};
+
+FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& samples) {
+  LocalizerSetup plain = setup;
+  plain.method = setup.method == "ekf" ? "ekf" : "riekf";
+  Result<Localizer> localizer = Localizer::make(plain);
+  if (!localizer) return {};
+  constexpr double kCapPerRow = 16;
+  double nis = 0;
+  double rows = 0;
+  for (const Sample& sample : samples) {
+    if (interrupted()) return {};
+    localizer->add(sample);
+    for (const NisRecord& record : localizer->method().news()) {
+      nis += std::min(record.nis, kCapPerRow * record.rows);
+      rows += record.rows;
+    }
+    localizer->method().clear_news();
+  }
+  const Tracker& tracker = localizer->filter()->tracker();
+  return {tracker.suspect(), rows > 0 && noise_is_inconsistent(nis / rows, tracker.lasting_nis())};
+}
+
+std::string words_of(const NoiseFit& fit) {
+  return fmt::format(
+      "noise estimated from the recording: of distances {:.2g} times, of headings {:.2g} times and of "
+      "observations "
+      "{:.2g} times what is assumed, tags within {:.3g} m (--no-adapt keeps what is assumed)",
+      fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
+}
+
 }  // namespace
 
 Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs) {
   const Stopwatch watch;
   if (Status status = check_output(job); !status) return tl::unexpected(status.error());
-  Result<Localizer> localizer = Localizer::make(inputs.setup);
+  LocalizerSetup setup = inputs.setup;
+  const FirstRun first = setup.method == "anchor" ? FirstRun{} : first_run(setup, inputs.samples);
+  std::optional<std::string> adapted;
+  if (job.adapt && first.noise_inconsistent && !first.suspect) {
+    const NoiseFit noise =
+        adapt_noise(inputs.samples, setup.landmarks, setup.eye, setup.filter, [] { return !interrupted(); });
+    setup.filter = noise.options;
+    if (noise.adapted) adapted = words_of(noise);
+  }
+  Result<Localizer> localizer = Localizer::make(setup);
   if (!localizer) return tl::unexpected(localizer.error());
+  if (first.suspect && localizer->filter() != nullptr) localizer->filter()->tracker().suspect(*first.suspect);
   if (job.start.size() == 3) {
     if (RiekfLocalizer* filter = localizer->filter())
       filter->start_from(SE2(job.start[0], job.start[1], to_radians(job.start[2])), 0.05, 0.05);
   }
-  Result<std::optional<SampleRecorder>> recorder = open_output(job, inputs.setup);
+  Result<std::optional<SampleRecorder>> recorder = open_output(job, setup);
   if (!recorder) return tl::unexpected(recorder.error());
   RunEar ear(std::move(*recorder), stamp_of(inputs.samples.front()), writes_tum(job));
   const bool hindsight = job.method == "smoother" && job.filter.lag_s <= 0;
@@ -157,6 +204,9 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   }
   if (!report) return report;
   report->problems = localizer->method().problems();
+  if (first.suspect)
+    report->problems.emplace_back("the stated covariance covers what is wrong by the innovations");
+  if (adapted) report->problems.push_back(*adapted);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
   report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));

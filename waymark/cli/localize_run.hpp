@@ -28,6 +28,8 @@ struct LocalizeJob {
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
   std::string method = "riekf";
+  bool adapt =
+      true;  ///< noise of motion and observations from the recording, where what is assumed does not fit
   RiekfOptions filter{};
   AnchorOptions anchor{};
 };

@@ -1,4 +1,6 @@
 
+#include <array>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -51,7 +53,8 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   if (options.prior) {
     for (const auto& [tag, mapped] : options.prior->map.tags) setup->sizes.size_by_tag_m[tag] = mapped.size_m;
   }
-  Result<MappedLap> lap = map_lap({recorded.frames, recorded.odometry}, *setup, options, progress);
+  Result<MappedLap> lap =
+      map_lap({recorded.frames, recorded.odometry, recorded.imu}, *setup, options, progress);
   if (!lap) return tl::unexpected(lap.error());
   report.method = options.method;
   report.lap = std::move(*lap);
@@ -170,6 +173,20 @@ nlohmann::ordered_json by_tag_and_reason(const BundleFigures& bundle, const std:
   return json;
 }
 
+/// Where the camera sits, less what the robot's file says of it: along x, y, z of the base and about them.
+nlohmann::ordered_json mounting_json(const BundleFigures& bundle) {
+  nlohmann::ordered_json json = {{"used", bundle.mounting_used}};
+  const std::array<const char*, 6> names = {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"};
+  for (int i = 0; i < 6; ++i) {
+    const double unit = i < 3 ? 1 : to_degrees(1);
+    const auto at = static_cast<std::size_t>(i);
+    json[names[at]] = {{"off", unit * bundle.mounting->off[i]},
+                       {"sigma", unit * bundle.mounting->sigma[i]},
+                       {"told", !bundle.mounting->untold[at]}};
+  }
+  return json;
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const MapReport& report) {
@@ -215,6 +232,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
                             {"before_deg", to_degrees(loop.before_rad)},
                             {"after_m", loop.after_m}};
   }
+  if (lap.bundle && lap.bundle->mounting) json["camera_mounting"] = mounting_json(*lap.bundle);
   if (report.prior_agreeing) {
     json["prior_tags_agreeing"] = *report.prior_agreeing;
     json["prior_rms_m"] = report.prior_rms_m;

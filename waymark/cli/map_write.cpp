@@ -8,6 +8,7 @@
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/route_files.hpp"
 #include "waymark/cli/staged_folder.hpp"
+#include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
@@ -110,6 +111,12 @@ Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapRepo
   return route;
 }
 
+/// The robot's file, with the camera where the lap has it.
+Result<std::string> robot_as_found(const std::string& robot, const MappedLap& lap) {
+  if (!lap.bundle || !lap.bundle->mounting_used) return robot;
+  return with_camera_mounting(robot, lap.bundle->mounting->base_T_cam);
+}
+
 Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile& map, const fs::path& folder,
                    MapReport& report) {
   const auto of_route = [&](const char* stem, const char* suffix) {
@@ -132,7 +139,11 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   if (status) status = keep(of_route("trajectory", ".txt"), text(to_tum(report.lap.trajectory)));
   if (status && !report.lap.trajectory_covariance.empty())
     status = keep(of_route("trajectory_covariance", ".csv"), text(covariance_csv(report.lap)));
-  if (const auto robot = robot_yaml_of(recorded); status && robot) status = keep("robot.yaml", text(*robot));
+  if (const auto robot = robot_yaml_of(recorded); status && robot) {
+    const Result<std::string> found = robot_as_found(*robot, report.lap);
+    if (!found) return tl::unexpected(found.error());
+    status = keep("robot.yaml", text(*found));
+  }
   if (status && !report.true_path.empty())
     status = keep(of_route("truth_trajectory", ".txt"), text(to_tum(report.true_path)));
   return status;

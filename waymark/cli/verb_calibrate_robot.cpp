@@ -49,6 +49,10 @@ constexpr std::array<const char*, kCalibrated> kAdvice = {
     "Record the gyro, and turn both ways on the spot, several times round.",
     "Drive at two speeds and turn quickly: at constant speed a late picture and a camera further back look "
     "alike.",
+    "Look at the same tags from near and from afar.",
+    "Look at the same tags from near and from afar.",
+    "Drive past tags on both sides.",
+    "Look at the same tags from near and from afar.",
     "Look at the same tags from near and from afar."};
 
 /// The samples between two times after the first.
@@ -63,13 +67,17 @@ std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, do
 
 Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fit) {
   Calibration calibration;
-  calibration.camera = inputs.setup.eye.camera;
-  const SE3 base_T_sensor = calibrated_sensor(inputs.setup.eye, fit.value).base_T_sensor;
+  const MountedSensor sensor = calibrated_sensor(inputs.setup.eye, fit.value);
+  calibration.camera = sensor.camera;
+  const SE3& base_T_sensor = sensor.base_T_sensor;
   CalibratedNumbers value = fit.value;
   value[static_cast<std::size_t>(Calibrated::MountingX)] = base_T_sensor.translation().x();
   value[static_cast<std::size_t>(Calibrated::MountingY)] = base_T_sensor.translation().y();
   value[static_cast<std::size_t>(Calibrated::MountingYaw)] =
       inputs.planar_sensor ? project_to_plane(base_T_sensor).yaw() : camera_mounting(base_T_sensor).yaw_rad;
+  value[static_cast<std::size_t>(Calibrated::MountingZ)] = base_T_sensor.translation().z();
+  value[static_cast<std::size_t>(Calibrated::MountingRoll)] = camera_mounting(base_T_sensor).roll_rad;
+  value[static_cast<std::size_t>(Calibrated::MountingPitch)] = camera_mounting(base_T_sensor).pitch_rad;
   for (std::size_t i = 0; i < kCalibrated; ++i) {
     const std::string name(to_string(static_cast<Calibrated>(i)));
     if (fit.sigma[i] == 0) continue;  // was not sought
@@ -84,20 +92,28 @@ Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fi
   }
   calibration.provenance = {{"method", "innovations"},
                             {"innovations_before", fmt::format("{:.3f}", fit.cost_before)},
-                            {"innovations_after", fmt::format("{:.3f}", fit.cost_after)}};
+                            {"innovations_after", fmt::format("{:.3f}", fit.cost_after)},
+                            {"held_out_before", fmt::format("{:.3f}", fit.held_out_before)},
+                            {"held_out_after", fmt::format("{:.3f}", fit.held_out_after)}};
   return calibration;
 }
 
 std::string calibration_text(const Calibration& calibration, const InnovationFit& fit) {
-  return values_text(calibration) +
-         fmt::format("innovations squared, per degree of freedom: {:.3f} before, {:.3f} after\n",
-                     fit.cost_before, fit.cost_after);
+  return values_text(calibration) + fmt::format(
+                                        "NIS per degree of freedom: {:.3f} before, {:.3f} after; of the "
+                                        "third of the drive that was held out: "
+                                        "{:.3f} before, {:.3f} after\n",
+                                        fit.cost_before, fit.cost_after, fit.held_out_before,
+                                        fit.held_out_after);
 }
 
 nlohmann::ordered_json calibration_json(const Calibration& calibration, const InnovationFit& fit) {
   nlohmann::ordered_json json = values_json(calibration);
   json["innovations_before"] = fit.cost_before;
   json["innovations_after"] = fit.cost_after;
+  json["held_out_before"] = fit.held_out_before;
+  json["held_out_after"] = fit.held_out_after;
+  json["improved"] = fit.improved;
   json["runs"] = fit.runs;
   return json;
 }
@@ -203,7 +219,7 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   InnovationFitOptions options;
   if (inputs->mounting_guessed) options.keep_sigma = 0;  // nothing was given by who knew more
   options.keep_going = [&] {
-    console.live(fmt::format("run {} of the filter over the recording, of some two hundred", ++runs));
+    console.live(fmt::format("run {} of the filter over the recording, of some twenty", ++runs));
     return !interrupted();
   };
   const Result<InnovationFit> fit = calibrate_by_innovations(
@@ -219,11 +235,15 @@ ExitCode calibrate_robot(const CalibrateRobotArgs& args, Console& console) {
   calibration.provenance.emplace_back("map", job.map);
   console.print(args.json ? json_line(calibration_json(calibration, *fit))
                           : calibration_text(calibration, *fit));
-  if (!fit->improved)
-    console.say(
-        "nothing better was found than what was given: either that is right already, or the filter assumes "
-        "too much (--tag-sigma-m and --point-sigma-m say how good the map and the sightings are)");
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
+  if (fit->changed && !fit->improved)
+    return failed(
+        {ErrorCode::NotFound,
+         "the numbers that were found do not fit the drive better, its held-out third included, than those "
+         "that were given: nothing was written",
+         {.source = job.logs.front()},
+         "Record a longer drive at two speeds with turns to both sides. --tag-sigma-m and --point-sigma-m "
+         "say how good the map and the observations are."});
   return write_if_asked(job, calibration, console);
 }
 

@@ -22,6 +22,7 @@ struct LocalizeArgs {
 
   LocalizeJob job{};
   bool json = false;
+  bool no_adapt = false;
   OptionFlags<RiekfOptions> filter;
   OptionFlags<MotionNoise> motion;
   OptionFlags<AnchorOptions> anchor;
@@ -57,6 +58,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
     console.say(naming_flag(flags.error()));
     return ExitCode::Usage;
   }
+  job.adapt = !args.no_adapt && !args.filter.given() && !args.motion.given();  // what was asked for is kept
   Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
   if (!inputs) {
     console.say(inputs.error());
@@ -76,7 +78,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
   if (report->certain == 0) console.say("never knew where it is");
-  if (report->lasting_nis.value_or(0) > 2)
+  if (report->lasting_nis.value_or(0) > 4)
     console.say(
         "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
         "about "
@@ -128,6 +130,10 @@ Run prepare_localize(CLI::App& app) {
   app.add_option("--start", job.start, "Where the robot starts, if it is known: x y [m], yaw [deg]")
       ->expected(3)
       ->type_name("NUMBER");
+  app.add_flag(
+      "--no-adapt", args->no_adapt,
+      "Keep the assumed noise. Otherwise a recording that shows another noise of motion and observations "
+      "sets it");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return localize_log(*args, console); };
 }

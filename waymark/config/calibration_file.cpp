@@ -111,7 +111,8 @@ const std::vector<std::string>& calibration_names() {
                                                  "camera_latency_s",
                                                  "turn_lead_s",
                                                  "odometry_yaw_bias_rad_s",
-                                                 "sight_scale"};
+                                                 "sight_scale",
+                                                 "focal_scale"};
   return names;
 }
 

@@ -1,5 +1,6 @@
 #include "waymark/config/map_file.hpp"
 
+#include <cmath>
 #include <set>
 
 #include <fmt/format.h>
@@ -33,17 +34,33 @@ Result<SE3> read_pose(const YamlCursor& entry) {
   return SE3(*rotation, Eigen::Vector3d((*p)[0], (*p)[1], (*p)[2]));
 }
 
+/// From the upper triangle, row by row.
+template <int N>
+Eigen::Matrix<double, N, N> symmetric(const std::vector<double>& upper) {
+  Eigen::Matrix<double, N, N> P;
+  std::size_t next = 0;
+  for (int i = 0; i < N; ++i) {
+    for (int j = i; j < N; ++j) P(i, j) = P(j, i) = upper[next++];
+  }
+  return P;
+}
+
 /// The upper triangle, row by row.
+template <int N>
+std::vector<double> upper_triangle(const Eigen::Matrix<double, N, N>& P) {
+  std::vector<double> upper;
+  for (int i = 0; i < N; ++i) {
+    for (int j = i; j < N; ++j) upper.push_back(P(i, j));
+  }
+  return upper;
+}
+
 Result<Covariance> read_covariance(const YamlCursor& entry) {
   const auto values = entry.exactly_numbers(21);
   if (!values) return tl::unexpected(values.error());
   if (Status status = internal::check_proportion(entry, *values); !status)
     return tl::unexpected(status.error());
-  Covariance covariance;
-  std::size_t next = 0;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) covariance(i, j) = covariance(j, i) = (*values)[next++];
-  }
+  const Covariance covariance = symmetric<6>(*values);
   if ((covariance.diagonal().array() < 0).any())
     return entry.fail_here(ErrorCode::InvalidArgument, "a variance is negative");
   return covariance;
@@ -134,6 +151,44 @@ Status read_tag(const YamlCursor& entry, MapFile& map) {
   return {};
 }
 
+/// The floor; older maps say only how high it lies.
+Result<FloorPlane> read_floor(const YamlCursor& root) {
+  FloorPlane plane;
+  const auto older = root.find("floor_z_m");
+  const auto floor = root.find("floor");
+  if (older && floor)
+    return older->fail_here(ErrorCode::InvalidArgument, "the floor is given twice", "Leave out floor_z_m.");
+  if (older) {
+    const Result<double> z_m = older->number();
+    if (!z_m) return tl::unexpected(z_m.error());
+    plane.z_m = *z_m;
+  }
+  if (!floor) return plane;
+  if (Status status = floor->check_keys({"z_m", "normal", "covariance"}); !status)
+    return tl::unexpected(status.error());
+  const Result<double> z_m = floor->read_at("z_m", &YamlCursor::number);
+  if (!z_m) return tl::unexpected(z_m.error());
+  plane.z_m = *z_m;
+  const auto n = floor->read_at("normal", [](const YamlCursor& c) { return c.exactly_numbers(3); });
+  if (!n) return tl::unexpected(n.error());
+  const Eigen::Vector3d normal((*n)[0], (*n)[1], (*n)[2]);
+  constexpr double kUpright = 0.5;  // cosine
+  if (!(std::abs(normal.norm() - 1) < 1e-6) || normal.z() < kUpright)
+    return floor->at("normal")->fail_here(ErrorCode::InvalidArgument,
+                                          "the normal of a floor has length 1 and points upwards");
+  plane.normal = normal.normalized();
+  const auto covariance = floor->find("covariance");
+  if (!covariance) return plane;
+  const auto values = covariance->exactly_numbers(6);
+  if (!values) return tl::unexpected(values.error());
+  if (Status status = internal::check_proportion(*covariance, *values); !status)
+    return tl::unexpected(status.error());
+  plane.covariance = symmetric<3>(*values);
+  if ((plane.covariance->diagonal().array() < 0).any())
+    return covariance->fail_here(ErrorCode::InvalidArgument, "a variance is negative");
+  return plane;
+}
+
 Status check_format(const YamlCursor& root) {
   const Result<std::string> format = root.read_at("format", &YamlCursor::text);
   if (!format)
@@ -143,15 +198,21 @@ Status check_format(const YamlCursor& root) {
     return root.at("format")->fail_here(ErrorCode::Unsupported,
                                         fmt::format("'{}' is not a format of maps known here", *format),
                                         fmt::format("Known: {}.", kFormat));
-  return root.check_keys({"format", "anchor", "floor_z_m", "provenance", "tags"});
+  return root.check_keys({"format", "anchor", "floor", "floor_z_m", "provenance", "tags"});
 }
 
 std::string covariance_line(const Covariance& covariance) {
-  std::vector<double> upper;
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) upper.push_back(covariance(i, j));
-  }
-  return "    covariance: " + yaml_list(upper) + "\n";
+  return "    covariance: " + yaml_list(upper_triangle<6>(covariance)) + "\n";
+}
+
+/// Nothing where it is z = 0 and no more is known of it.
+std::string floor_yaml(const FloorPlane& floor) {
+  if (floor.z_m == 0 && floor.normal == Eigen::Vector3d::UnitZ() && !floor.covariance) return {};
+  std::string text =
+      fmt::format("floor:\n  z_m: {}\n  normal: {}\n", yaml_number(floor.z_m),
+                  yaml_list(std::vector{floor.normal.x(), floor.normal.y(), floor.normal.z()}));
+  if (floor.covariance) text += "  covariance: " + yaml_list(upper_triangle<3>(*floor.covariance)) + "\n";
+  return text;
 }
 
 std::string tie_lines(const TagTie& tie) {
@@ -175,11 +236,9 @@ Result<MapFile> parse_map(std::string_view text, const std::string& source) {
   auto provenance = internal::read_provenance(root);
   if (!provenance) return tl::unexpected(provenance.error());
   map.provenance = std::move(*provenance);
-  if (const auto floor = root.find("floor_z_m")) {
-    const Result<double> floor_z_m = floor->number();
-    if (!floor_z_m) return tl::unexpected(floor_z_m.error());
-    map.tags.floor_z_m = *floor_z_m;
-  }
+  const Result<FloorPlane> floor = read_floor(root);
+  if (!floor) return tl::unexpected(floor.error());
+  map.tags.floor = *floor;
   const Result<YamlCursor> tags = root.at("tags");
   if (!tags) return tl::unexpected(tags.error());
   for (const YamlCursor& entry : tags->children()) {
@@ -206,7 +265,7 @@ std::string to_yaml(const MapFile& map) {
       "# A map of tags by Waymark. Frame map: z up. Tag frame: centre of the black square, x right, y down, "
       "z into the tag.\nformat: {}\nanchor: {}\n",
       kFormat, yaml_text(to_string(map.anchor)));
-  if (map.tags.floor_z_m != 0) text += fmt::format("floor_z_m: {}\n", yaml_number(map.tags.floor_z_m));
+  text += floor_yaml(map.tags.floor);
   text += internal::provenance_yaml(map.provenance);
   text += map.tags.tags.empty() ? "tags: []\n" : "tags:\n";
   for (const auto& [tag, mapped] : map.tags.tags) {
@@ -225,6 +284,11 @@ std::string to_yaml(const MapFile& map) {
 }
 
 Status write_map(const std::filesystem::path& path, const MapFile& map) {
+  const FloorPlane& floor = map.tags.floor;
+  if (!std::isfinite(floor.z_m) || !floor.normal.allFinite() ||
+      (floor.covariance && !floor.covariance->allFinite()))
+    return fail(ErrorCode::InvalidArgument, "a number of the floor is not finite: not written",
+                {.source = path.string()});
   for (const auto& [tag, mapped] : map.tags.tags) {
     const bool finite = mapped.map_T_tag.matrix().allFinite() && is_tag_size(mapped.size_m) &&
                         (!mapped.covariance || mapped.covariance->allFinite()) &&

@@ -66,11 +66,32 @@ TEST(MapFile, WhatIsWrittenReadsBack) {
 
 TEST(MapFile, SaysWhereTheFloorIsWhenItIsNotAtZero) {
   MapFile map = some_map();
-  EXPECT_EQ(to_yaml(map).find("floor_z_m"), std::string::npos);
-  map.tags.floor_z_m = -0.3;
-  EXPECT_EQ(parse_map(to_yaml(map), "m.yaml")->tags.floor_z_m, -0.3);
-  EXPECT_NE(error_of(replaced(to_yaml(map), "floor_z_m: -0.3", "floor_z_m: low")).find("(floor_z_m)"),
+  const std::string without = to_yaml(map);
+  EXPECT_EQ(without.find("floor"), std::string::npos);
+  map.tags.floor = {.z_m = -0.3, .normal = Eigen::Vector3d(0.6, 0, 0.8)};
+  map.tags.floor.covariance = Eigen::Vector3d(1e-6, 2e-6, 3e-6).asDiagonal();
+  (*map.tags.floor.covariance)(0, 2) = (*map.tags.floor.covariance)(2, 0) = 1e-7;
+  const auto back = parse_map(to_yaml(map), "m.yaml");
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->tags.floor.z_m, -0.3);
+  EXPECT_LT((back->tags.floor.normal - map.tags.floor.normal).norm(), 1e-15);
+  EXPECT_EQ(back->tags.floor.covariance, map.tags.floor.covariance);
+  EXPECT_NE(error_of(replaced(to_yaml(map), "z_m: -0.3", "z_m: low")).find("(floor.z_m)"), std::string::npos);
+  EXPECT_NE(error_of(replaced(to_yaml(map), "[0.6, 0, 0.8]", "[0.6, 0, 0.9]")).find("length 1"),
             std::string::npos);
+}
+
+TEST(MapFile, ReadsTheFloorOfOlderMaps) {
+  const std::string older = replaced(to_yaml(some_map()), "tags:", "floor_z_m: -0.3\ntags:");
+  const auto map = parse_map(older, "m.yaml");
+  ASSERT_TRUE(map) << to_string(map.error());
+  EXPECT_EQ(map->tags.floor.z_m, -0.3);
+  EXPECT_EQ(map->tags.floor.normal, Eigen::Vector3d::UnitZ());
+  EXPECT_NE(error_of(replaced(older, "floor_z_m: -0.3", "floor_z_m: low")).find("(floor_z_m)"),
+            std::string::npos);
+  EXPECT_NE(
+      error_of(replaced(older, "floor_z_m", "floor: {z_m: 0, normal: [0, 0, 1]}\nfloor_z_m")).find("twice"),
+      std::string::npos);
 }
 
 TEST(MapFile, BadInputIsAnsweredWithFileLineAndKey) {

@@ -60,6 +60,15 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
               });
 }
 
+std::string mounting_line(const SE3& base_T_cam) {
+  const CameraMounting mounting = camera_mounting(base_T_cam);
+  const auto n = yaml_number;
+  return fmt::format(
+      "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: {}}}\n",
+      n(mounting.x_m), n(mounting.y_m), n(mounting.z_m), n(to_degrees(mounting.roll_rad)),
+      n(to_degrees(mounting.pitch_rad)), n(to_degrees(mounting.yaw_rad)));
+}
+
 /// A text as an indented block.
 std::string indented(const std::string& text) {
   std::string block;
@@ -107,10 +116,32 @@ Result<RobotDescription> read_robot(const std::filesystem::path& path) {
   return parse_robot(*text, path.string());
 }
 
+Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_T_cam) {
+  const std::string source = "robot.yaml";
+  if (const auto robot = parse_robot(text, source); !robot) return tl::unexpected(robot.error());
+  std::string changed;
+  bool inside = false;  // of the value, which may go over several lines
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size() - 1);
+    const std::string_view line = text.substr(0, end + 1);
+    text.remove_prefix(end + 1);
+    const bool begins = line.starts_with("camera_mounting:");
+    inside = begins || (inside && (line.front() == ' ' || line.front() == '}'));
+    if (begins) changed += mounting_line(base_T_cam);
+    if (!inside) changed += line;
+  }
+  const auto robot = parse_robot(changed, source);
+  if (!robot) return tl::unexpected(robot.error());
+  if (!(robot->model.base_T_cam.inverse() * base_T_cam).log().isZero(1e-9))
+    return fail(ErrorCode::Unsupported, "the file is written in a way that cannot be changed here",
+                {.source = source, .key = "camera_mounting"},
+                "Write camera_mounting at the start of a line.");
+  return changed;
+}
+
 std::string to_yaml(const RobotDescription& robot) {
   const auto& [name, hull, limits, wheel_radius_m, track_m, base_T_cam] = robot.model;
   const auto n = yaml_number;
-  const CameraMounting mounting = camera_mounting(base_T_cam);
   return fmt::format("name: {}\n", yaml_text(name)) +
          fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
                      n(hull.rear_m), n(hull.width_m), n(hull.height_m)) +
@@ -120,13 +151,9 @@ std::string to_yaml(const RobotDescription& robot) {
              n(limits.speed_m_s), n(limits.yaw_rate_rad_s), n(limits.acceleration_m_s2),
              n(limits.yaw_acceleration_rad_s2)) +
          fmt::format("wheels: {{radius_m: {}, track_m: {}}}\n", n(wheel_radius_m), n(track_m)) +
-         fmt::format(
-             "camera_mounting: {{x_m: {}, y_m: {}, z_m: {}, roll_deg: {}, pitch_deg: {}, yaw_deg: "
-             "{}}}\n",
-             n(mounting.x_m), n(mounting.y_m), n(mounting.z_m), n(to_degrees(mounting.roll_rad)),
-             n(to_degrees(mounting.pitch_rad)), n(to_degrees(mounting.yaw_rad))) +
-         "camera_info:\n" + indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) +
-         "simulation:\n" + write_fields(robot.simulation, 2);
+         mounting_line(base_T_cam) + "camera_info:\n" +
+         indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) + "simulation:\n" +
+         write_fields(robot.simulation, 2);
 }
 
 }  // namespace waymark

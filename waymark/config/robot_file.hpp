@@ -25,6 +25,10 @@ struct RobotDescription {
 [[nodiscard]] Result<RobotDescription> read_robot(const std::filesystem::path& path);
 [[nodiscard]] Result<RobotDescription> parse_robot(std::string_view text, const std::string& source);
 
+/// The text of a robot's file with the camera elsewhere; all else stays as it is written, comments too. Fails
+/// on a text that is no robot's file.
+[[nodiscard]] Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_T_cam);
+
 /// The same as YAML. Reads back as the same robot; the angles of the camera within rounding.
 [[nodiscard]] std::string to_yaml(const RobotDescription& robot);
 

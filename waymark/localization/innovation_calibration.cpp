@@ -4,9 +4,6 @@
 #include <cmath>
 #include <variant>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "waymark/geometry/planar.hpp"
 #include "waymark/localization/innovation_cost.hpp"
 #include "waymark/localization/kept_numbers.hpp"
@@ -14,81 +11,72 @@
 namespace waymark {
 namespace {
 
-using internal::Cost;
-using internal::kBlocks;
+using internal::InnovationRuns;
+using internal::RunCost;
 
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1>;
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic>;
+constexpr std::size_t at(Calibrated what) { return static_cast<std::size_t>(what); }
 
-double& number(CalibratedNumbers& numbers, std::size_t at) { return numbers[at]; }
-
-constexpr CalibratedNumbers kSteps{0.01, 0.01, 0.01, 0.01, 0.02, 0.01, 0.01, 0.01};
-
-/// Gradient and Hessian by differences.
-struct Quadratic {
-  Vector g;
-  Matrix H;
-};
-
-Quadratic differentiate(Cost& cost, const CalibratedNumbers& at, double here,
-                        const std::vector<std::size_t>& what) {
-  const auto n = static_cast<Eigen::Index>(what.size());
-  Quadratic q{Vector::Zero(n), Matrix::Zero(n, n)};
-  Vector forwards(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const std::size_t a = what[static_cast<std::size_t>(i)];
-    CalibratedNumbers moved = at;
-    number(moved, a) = at[a] + kSteps[a];
-    forwards[i] = cost(moved);
-    number(moved, a) = at[a] - kSteps[a];
-    const double backwards = cost(moved);
-    q.g[i] = (forwards[i] - backwards) / (2 * kSteps[a]);
-    q.H(i, i) = (forwards[i] - 2 * here + backwards) / (kSteps[a] * kSteps[a]);
-  }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    for (Eigen::Index j = 0; j < i; ++j) {
-      const std::size_t a = what[static_cast<std::size_t>(i)];
-      const std::size_t b = what[static_cast<std::size_t>(j)];
-      CalibratedNumbers moved = at;
-      number(moved, a) += kSteps[a];
-      number(moved, b) += kSteps[b];
-      const double both = cost(moved);
-      q.H(i, j) = q.H(j, i) = (both - forwards[i] - forwards[j] + here) / (kSteps[a] * kSteps[b]);
-    }
-  }
-  return q;
-}
-
-/// How much the stretches of the drive disagree: the covariance of the gradient by the scatter of theirs.
-/// Neighbouring innovations share the errors of the tags they see, so that their number says too much (Huber,
-/// "The behavior of maximum likelihood estimates under nonstandard conditions", 1967; White, "Maximum
-/// Likelihood Estimation of Misspecified Models", Econometrica 50(1), 1982).
-Matrix scatter_of_gradient(Cost& cost, const CalibratedNumbers& at, const std::vector<std::size_t>& what) {
-  Matrix g(kBlocks, static_cast<Eigen::Index>(what.size()));
-  for (Eigen::Index i = 0; i < g.cols(); ++i) {
-    const std::size_t a = what[static_cast<std::size_t>(i)];
-    CalibratedNumbers moved = at;
-    number(moved, a) = at[a] + kSteps[a];
-    static_cast<void>(cost(moved));
-    g.col(i) = cost.blocks();
-    number(moved, a) = at[a] - kSteps[a];
-    static_cast<void>(cost(moved));
-    g.col(i) = (g.col(i) - cost.blocks()) / (2 * kSteps[a]);
-  }
-  const Matrix centred = g.rowwise() - g.colwise().mean();
-  return centred.transpose() * centred * (static_cast<double>(kBlocks) / (kBlocks - 1));
-}
+/// Which of the numbers each of kSystematic is; nothing: not sought.
+using Places = std::array<std::optional<std::size_t>, kSystematic>;
 
 /// What is asked for and can be told at all: with a gyro the wheels do not turn the robot, without one there
-/// is none.
-std::vector<std::size_t> sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
-  const bool gyro =
-      std::ranges::any_of(samples, [](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
-  const auto without = static_cast<std::size_t>(gyro ? Calibrated::YawGain : Calibrated::GyroGain);
-  std::vector<std::size_t> what;
-  for (std::size_t i = 0; i < kCalibrated; ++i)
-    if (fit.seek[i] && i != without) what.push_back(i);
-  return what;
+/// is none; only corners tell of a camera that is not in the plane, and of its focal length.
+Places sought(std::span<const Sample> samples, const InnovationFitOptions& fit) {
+  const auto any = [&](auto is) { return std::ranges::any_of(samples, is); };
+  const bool gyro = any([](const Sample& s) { return std::holds_alternative<ImuSample>(s); });
+  const bool corners = any([](const Sample& s) { return std::holds_alternative<TagFrame>(s); });
+  const bool poses = any([](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
+  Places places{at(Calibrated::MountingX),
+                at(Calibrated::MountingY),
+                std::nullopt,
+                std::nullopt,
+                std::nullopt,
+                at(Calibrated::MountingYaw),
+                std::nullopt,
+                at(Calibrated::CameraLatency),
+                at(Calibrated::OdometryScale),
+                gyro ? at(Calibrated::GyroGain) : at(Calibrated::YawGain)};
+  if (corners) {
+    places[2] = at(Calibrated::MountingZ);
+    places[3] = at(Calibrated::MountingRoll);
+    places[4] = at(Calibrated::MountingPitch);
+    places[6] = at(Calibrated::FocalScale);
+  } else if (poses) {
+    places[6] = at(Calibrated::SightScale);
+  }
+  for (auto& place : places)
+    if (place && !fit.seek[*place]) place.reset();
+  return places;
+}
+
+SystematicVector prior_of(const Places& places, const CalibratedNumbers& prior) {
+  constexpr double kNotSought = 1e-9;
+  SystematicVector sigma;
+  for (Eigen::Index i = 0; i < kSystematic; ++i) {
+    const auto& place = places[static_cast<std::size_t>(i)];
+    sigma[i] = place ? prior[*place] : kNotSought;
+  }
+  return sigma;
+}
+
+/// From the numbers of `from` to those of `to`.
+SystematicVector difference(const Places& places, const CalibratedNumbers& from,
+                            const CalibratedNumbers& to) {
+  SystematicVector change = SystematicVector::Zero();
+  for (Eigen::Index i = 0; i < kSystematic; ++i)
+    if (const auto& place = places[static_cast<std::size_t>(i)]) change[i] = to[*place] - from[*place];
+  return change;
+}
+
+/// A turn of the mounting is one about the base's origin there, and about the sensor here.
+CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, SystematicVector change,
+                        const MountedSensor& eye) {
+  const Eigen::Vector3d lever = calibrated_sensor(eye, numbers).base_T_sensor.translation();
+  change.head<3>() += change.segment<3>(3).cross(lever);
+  CalibratedNumbers to = numbers;
+  for (Eigen::Index i = 0; i < kSystematic; ++i)
+    if (const auto& place = places[static_cast<std::size_t>(i)]) to[*place] += change[i];
+  return to;
 }
 
 /// Further from the start than this is no robot, but a search gone astray.
@@ -100,44 +88,61 @@ bool credible(const CalibratedNumbers& numbers, const CalibratedNumbers& start,
   return true;
 }
 
-/// What the drive does not tell, whose cost does not curve upwards, stays as it was given.
-void leave_untold(Quadratic& q, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
-  for (Eigen::Index i = 0; i < q.H.rows(); ++i) {
-    const double least = 2 / std::pow(prior[what[static_cast<std::size_t>(i)]], 2);
-    if (q.H(i, i) > least) continue;
-    q.g[i] = 0;
-    q.H.row(i).setZero();
-    q.H.col(i).setZero();
+/// The same estimate from wherever it starts: latency is what bends the innovations most.
+CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
+                             double noise_ratio) {
+  if (!places[7]) return given;
+  CalibratedNumbers best = given;
+  double least = runs(given, noise_ratio).fitted;
+  for (const double off_s : {-0.12, -0.06, 0.06, 0.12}) {
+    CalibratedNumbers tried = given;
+    tried[at(Calibrated::CameraLatency)] += off_s;
+    const double cost = runs(tried, noise_ratio).fitted;
+    if (cost >= least) continue;
+    least = cost;
+    best = tried;
   }
+  return best;
 }
 
-/// The Hessian of a likelihood near its top is positive definite; that of a run with gates need not be.
-Matrix made_definite(Matrix H, const std::vector<std::size_t>& what, const CalibratedNumbers& prior) {
-  for (Eigen::Index i = 0; i < H.rows(); ++i) {
-    const double least = 2 / std::pow(prior[what[static_cast<std::size_t>(i)]], 2);
-    H(i, i) = std::max(H(i, i), least);
+/// Gauss-Newton steps on the innovations, with a noise that shrinks to what it is: outliers and gates bend a
+/// narrow net (Blake and Zisserman, "Visual Reconstruction", chapter 3, graduated non-convexity).
+CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
+                         const MountedSensor& eye, const InnovationFitOptions& fit, int landmarks) {
+  const SystematicVector prior = prior_of(places, fit.prior);
+  SystematicErrors errors(landmarks);
+  CalibratedNumbers numbers = best_start(runs, places, given, 10);
+  for (const double ratio : {10.0, 10.0, 3.0, 3.0}) {
+    runs(numbers, ratio, &errors);
+    const auto step = errors.fit(prior, difference(places, given, numbers));
+    if (!step || runs.stopped) return numbers;
+    const CalibratedNumbers next = moved(places, numbers, step->value, eye);
+    if (credible(next, given, fit.prior)) numbers = next;
   }
-  for (int round = 0; round < 30 && Eigen::LLT<Matrix>(H).info() != Eigen::Success; ++round) {
-    const Vector diagonal = H.diagonal();
-    H *= 0.8;
-    H.diagonal() = diagonal;
+  double here = runs(numbers, 1, &errors).fitted;
+  for (int iteration = 0; iteration < fit.iterations && !runs.stopped; ++iteration) {
+    const auto step = errors.fit(prior, difference(places, given, numbers));
+    if (!step) break;
+    bool better = false;
+    for (double share = 1; share > 0.2 && !better; share /= 2) {
+      const CalibratedNumbers tried = moved(places, numbers, share * step->value, eye);
+      SystematicErrors there_errors(landmarks);
+      const double there = runs(tried, 1, &there_errors).fitted;
+      if (there >= here || !credible(tried, given, fit.prior)) continue;
+      better = true;
+      here = there;
+      numbers = tried;
+      errors = there_errors;
+    }
+    if (!better) break;
   }
-  return H;
-}
-
-/// The covariance of the numbers. Innovations of a robot that stands and of tags that stay wrong are not
-/// independent: where their scatter says more than their number, it counts.
-Matrix trusted(const Matrix& inverse, const Matrix& scatter) {
-  const Matrix by_number = 2 * inverse;
-  const Matrix by_scatter = inverse * scatter * inverse;
-  const Vector more = (by_scatter.diagonal().array() / by_number.diagonal().array()).max(1).sqrt();
-  return more.asDiagonal() * by_number * more.asDiagonal();
+  return numbers;
 }
 
 /// What the drive does not tell from what was given stays that: others gave it who knew more.
-void move_what_is_told(const Matrix& P, const std::vector<std::size_t>& what, const CalibratedNumbers& start,
-                       double keep_sigma, InnovationFit& result) {
-  Vector change(static_cast<Eigen::Index>(what.size()));
+void move_what_is_told(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
+                       const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
+  Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
   for (std::size_t i = 0; i < what.size(); ++i)
     change[static_cast<Eigen::Index>(i)] = result.value[what[i]] - start[what[i]];
   const std::vector<bool> kept = keep_given(P, keep_sigma, change);
@@ -147,20 +152,54 @@ void move_what_is_told(const Matrix& P, const std::vector<std::size_t>& what, co
   }
 }
 
+/// What is known of each number, and which of them move.
+void settle(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
+            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, InnovationFit& result) {
+  SystematicMatrix about_sensor = SystematicMatrix::Identity();
+  about_sensor.block<3, 3>(0, 3) = -SO3::hat(lever);
+  const SystematicMatrix all = about_sensor * last.covariance * about_sensor.transpose();
+  std::vector<std::size_t> what;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < kSystematic; ++i) {
+    const auto& place = places[static_cast<std::size_t>(i)];
+    if (!place) continue;
+    what.push_back(*place);
+    rows.push_back(i);
+  }
+  const Eigen::MatrixXd P = all(rows, rows);
+  move_what_is_told(P, what, given, fit.keep_sigma, result);
+  for (std::size_t i = 0; i < what.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    result.sigma[what[i]] = std::min(std::sqrt(P(row, row)), fit.prior[what[i]]);
+    result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(Calibrated what) {
   constexpr std::array<std::string_view, kCalibrated> kNames = {
-      "mounting_x_m", "mounting_y_m", "mounting_yaw_rad", "odometry_scale",
-      "yaw_gain",     "gyro_gain",    "camera_latency_s", "sight_scale"};
+      "mounting_x_m", "mounting_y_m",      "mounting_yaw_rad",   "odometry_scale",
+      "yaw_gain",     "gyro_gain",         "camera_latency_s",   "sight_scale",
+      "mounting_z_m", "mounting_roll_rad", "mounting_pitch_rad", "focal_scale"};
   return kNames.at(static_cast<std::size_t>(what));
 }
 
 MountedSensor calibrated_sensor(const MountedSensor& eye, const CalibratedNumbers& numbers) {
   MountedSensor moved = eye;
   const SE3& T = eye.base_T_sensor;
-  moved.base_T_sensor = SE3(SO3::exp({0, 0, numbers[2]}) * T.rotation(),
-                            T.translation() + Eigen::Vector3d(numbers[0], numbers[1], 0));
+  moved.base_T_sensor = SE3(SO3::exp({numbers[9], numbers[10], numbers[2]}) * T.rotation(),
+                            T.translation() + Eigen::Vector3d(numbers[0], numbers[1], numbers[8]));
+  if (!eye.camera || numbers[11] == 1) return moved;
+  CameraModel::Projection projection = eye.camera->projection();
+  std::visit(
+      [&](auto& p) {
+        p.fx *= numbers[11];
+        p.fy *= numbers[11];
+      },
+      projection);
+  const auto camera = CameraModel::make(projection, eye.camera->width_px(), eye.camera->height_px());
+  if (camera) moved.camera = *camera;
   return moved;
 }
 
@@ -177,56 +216,44 @@ RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNum
 Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, const Landmarks& landmarks,
                                                const MountedSensor& eye, const RiekfOptions& options,
                                                const InnovationFitOptions& fit) {
+  const CalibratedNumbers given{0,
+                                0,
+                                0,
+                                options.odometry_scale,
+                                options.yaw_gain,
+                                options.gyro_gain,
+                                options.camera_latency_s,
+                                options.sight_scale,
+                                0,
+                                0,
+                                0,
+                                1};
   InnovationFit result;
-  result.value = {0,
-                  0,
-                  0,
-                  options.odometry_scale,
-                  options.yaw_gain,
-                  options.gyro_gain,
-                  options.camera_latency_s,
-                  options.sight_scale};
-  const CalibratedNumbers start = result.value;
-  const std::vector<std::size_t> what = sought(samples, fit);
-  Cost cost(samples, landmarks, eye, options, result.value, fit);
-  double here = cost(result.value);
+  result.value = given;
+  const Places places = sought(samples, fit);
+  InnovationRuns runs(samples, landmarks, eye, options, fit);
+  const RunCost before = runs(given, 1);
   constexpr std::size_t kFewest = 50;
-  if (!cost.stopped && cost.sightings < kFewest)
+  if (!runs.stopped && before.observations < kFewest)
     return fail(ErrorCode::InvalidArgument, "too few sightings of the map to calibrate by", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
-  result.cost_before = cost.per_row();
-  Matrix H;
-  for (int iteration = 0; iteration < fit.iterations && !cost.stopped; ++iteration) {
-    Quadratic q = differentiate(cost, result.value, here, what);
-    leave_untold(q, what, fit.prior);
-    H = made_definite(q.H, what, fit.prior);
-    const Vector step = -Eigen::LLT<Matrix>(H).solve(q.g);
-    bool better = false;
-    for (double share = 1; share > 0.05 && !better; share /= 2) {
-      CalibratedNumbers tried = result.value;
-      for (std::size_t i = 0; i < what.size(); ++i)
-        tried[what[i]] += share * step[static_cast<Eigen::Index>(i)];
-      if (!credible(tried, start, fit.prior)) continue;
-      const double there = cost(tried);
-      if (there >= here) continue;
-      better = result.improved = true;
-      here = there;
-      result.value = tried;
-    }
-    if (!better) break;
-  }
-  const Matrix inverse = Eigen::LLT<Matrix>(H).solve(Matrix::Identity(H.rows(), H.cols()));
-  const Matrix P = trusted(inverse, scatter_of_gradient(cost, result.value, what));
-  move_what_is_told(P, what, start, fit.keep_sigma, result);
-  static_cast<void>(cost(result.value));
-  if (cost.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
-  result.cost_after = cost.per_row();
-  result.runs = cost.runs;
-  for (std::size_t i = 0; i < what.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    result.sigma[what[i]] = std::min(std::sqrt(P(at, at)), fit.prior[what[i]]);
-    result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
-  }
+  result.value = search(runs, places, given, eye, fit, landmarks.size());
+  SystematicErrors errors(landmarks.size());
+  runs(result.value, 1, &errors);
+  const auto last = errors.fit(prior_of(places, fit.prior), difference(places, given, result.value));
+  if (last)
+    settle(places, *last, given, fit, calibrated_sensor(eye, result.value).base_T_sensor.translation(),
+           result);
+  const RunCost after = runs(result.value, 1);
+  if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
+  result.cost_before = before.per_row();
+  result.cost_after = after.per_row();
+  result.held_out_before = before.held_out_per_row();
+  result.held_out_after = after.held_out_per_row();
+  result.changed = result.value != given;
+  result.improved =
+      last && result.changed && after.held_out < before.held_out && after.fitted < before.fitted;
+  result.runs = runs.runs;
   return result;
 }
 

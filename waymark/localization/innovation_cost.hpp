@@ -2,102 +2,103 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <functional>
 #include <span>
 #include <variant>
-
-#include <Eigen/Core>
 
 #include "waymark/localization/innovation_calibration.hpp"
 
 /// The inside of calibrate_by_innovations().
 namespace waymark::internal {
 
-constexpr double kCapPerRow = 16;     ///< what is not believed counts so much and no more
-constexpr Eigen::Index kBlocks = 12;  ///< stretches of a drive
-using Blocks = Eigen::Matrix<double, kBlocks, 1>;
+constexpr double kCapPerRow = 16;  ///< an outlier counts so much and no more
+constexpr int kStretches = 12;     ///< of a drive; every third is held out
 
-/// One run: what its innovations cost.
-class Cost {
+/// What one run of the filter costs by its innovations.
+struct RunCost {
+  double fitted = 0;         ///< sum of NIS over what is fitted, outliers capped
+  double held_out = 0;       ///< the same of what is held out …
+  double held_out_rows = 0;  ///< … and its degrees of freedom
+  double rows = 0;           ///< of both
+  std::size_t observations = 0;
+
+  [[nodiscard]] double per_row() const { return rows > 0 ? (fitted + held_out) / rows : 0; }
+  [[nodiscard]] double held_out_per_row() const { return held_out_rows > 0 ? held_out / held_out_rows : 0; }
+};
+
+/// Runs of the filter over one drive with one set of numbers or another.
+class InnovationRuns {
  public:
-  Cost(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
-       const RiekfOptions& options, const CalibratedNumbers& start, const InnovationFitOptions& fit)
-      : samples_(samples),
-        landmarks_(landmarks),
-        eye_(eye),
-        options_(options),
-        start_(start),
-        prior_(fit.prior),
-        keep_going_(fit.keep_going) {
+  InnovationRuns(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
+                 const RiekfOptions& options, const InnovationFitOptions& fit)
+      : samples_(samples), landmarks_(landmarks), eye_(eye), options_(options), keep_going_(fit.keep_going) {
     // What is sought must show in the innovations, not be explained by something else.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
-    options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = options_.motion.slip_sigma_s = 0;
+    options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = 0;
+    constexpr double kSlip_s = 0.01;
+    options_.motion.slip_sigma_s = std::min(options_.motion.slip_sigma_s, kSlip_s);
     options_.motion.parts_err_apart = true;
   }
 
-  /// Twice the negative logarithm of the likelihood, without its constant.
-  double operator()(const CalibratedNumbers& numbers) {
+  /// With observations so many times as uncertain as they are: a wide net first. `errors` becomes what the
+  /// part that is not held out tells of the errors of the numbers.
+  RunCost operator()(const CalibratedNumbers& numbers, double noise_ratio,
+                     SystematicErrors* errors = nullptr) {
     stopped = stopped || (keep_going_ && !keep_going_());
-    if (stopped) return 0;
+    RunCost cost;
+    if (stopped) return cost;
     ++runs;
     RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
-                          calibrated_options(options_, numbers));
-    sum_ = 0;
-    rows_ = 0;
-    blocks_.setZero();
+                          calibrated_options(widened(noise_ratio), numbers));
     for (const Sample& sample : samples_) {
+      filter.tracker().systematic().count_in(!held_out(stamp_of(sample)));
       if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);
       if (const auto* imu = std::get_if<ImuSample>(&sample)) filter.add(*imu);
       if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
       if (const auto* tags = std::get_if<TagPoseFrame>(&sample)) filter.add(*tags);
       if (const auto* seen = std::get_if<RangeBearing>(&sample)) filter.add(*seen);
-      take(filter);
+      take(filter, cost);
     }
-    sightings = filter.news().size() + counted_;
-    double prior = 0;
-    for (std::size_t i = 0; i < kCalibrated; ++i) prior += std::pow((numbers[i] - start_[i]) / prior_[i], 2);
-    return sum_ + prior;
+    if (errors != nullptr) *errors = filter.tracker().systematic();
+    return cost;
   }
-  [[nodiscard]] double per_row() const { return rows_ > 0 ? sum_ / rows_ : 0; }
-  [[nodiscard]] double rows() const { return rows_; }
-  /// Of the last run, by stretches of the drive.
-  [[nodiscard]] const Blocks& blocks() const { return blocks_; }
 
   int runs = 0;
-  std::size_t sightings = 0;
-  bool stopped = false;  ///< by who waits for it; what the cost said since then is nothing
+  bool stopped = false;  ///< by who waits for it; what a run said since then is nothing
 
  private:
-  void take(RiekfLocalizer& filter) {
+  [[nodiscard]] RiekfOptions widened(double ratio) const {
+    RiekfOptions wide = options_;
+    wide.corner_noise_ratio *= ratio;
+    wide.point_sigma_m *= ratio;
+    wide.range_sigma_m *= ratio;
+    wide.bearing_sigma_rad *= ratio;
+    return wide;
+  }
+
+  void take(RiekfLocalizer& filter, RunCost& cost) const {
     for (const NisRecord& record : filter.news()) {
       const double nis = std::min(record.nis, kCapPerRow * record.rows);
-      sum_ += nis;
-      blocks_[block_of(record.stamp)] += nis;
-      rows_ += record.rows;
+      const bool held = held_out(record.stamp);
+      (held ? cost.held_out : cost.fitted) += nis;
+      if (held) cost.held_out_rows += record.rows;
+      cost.rows += record.rows;
+      ++cost.observations;
     }
-    counted_ += filter.news().size();
     filter.clear_news();
   }
 
-  [[nodiscard]] Eigen::Index block_of(SensorTime stamp) const {
+  [[nodiscard]] bool held_out(SensorTime stamp) const {
     const SensorTime first = stamp_of(samples_.front());
     const double share =
         to_seconds(stamp - first) / std::max(1e-9, to_seconds(stamp_of(samples_.back()) - first));
-    return std::clamp(static_cast<Eigen::Index>(share * kBlocks), Eigen::Index{0}, kBlocks - 1);
+    return static_cast<int>(share * kStretches) % 3 == 2;
   }
 
   std::span<const Sample> samples_;
   const Landmarks& landmarks_;
   MountedSensor eye_;
   RiekfOptions options_;
-  CalibratedNumbers start_;
-  CalibratedNumbers prior_;
   std::function<bool()> keep_going_;
-  double sum_ = 0;
-  double rows_ = 0;
-  Blocks blocks_ = Blocks::Zero();
-  std::size_t counted_ = 0;
 };
 
 }  // namespace waymark::internal

@@ -15,14 +15,17 @@ void Landmarks::add(const Landmark& landmark) {
 }
 
 Landmarks::Landmarks(const TagMap& map) {
-  const SE3 floor_T_map(SO3(), Eigen::Vector3d(0, 0, -map.floor_z_m));
+  const SE3 floor_T_map = map_T_floor(map.floor).inverse();
+  Eigen::Matrix<double, 6, 6> floor_R_map = Eigen::Matrix<double, 6, 6>::Zero();
+  floor_R_map.topLeftCorner<3, 3>() = floor_R_map.bottomRightCorner<3, 3>() = floor_T_map.rotation().matrix();
   for (const auto& [id, tag] : map.tags) {
     Landmark landmark{.tag = id, .map_T_tag = floor_T_map * tag.map_T_tag, .size_m = tag.size_m};
     if (tag.covariance) {
       // The map writes a motion of the whole frame; here the tag turns about its own centre.
       Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
       J.topRightCorner<3, 3>() = -SO3::hat(tag.map_T_tag.translation());
-      landmark.covariance = J * *tag.covariance * J.transpose();
+      const Eigen::Matrix<double, 6, 6> J_floor = floor_R_map * J;
+      landmark.covariance = J_floor * *tag.covariance * J_floor.transpose();
     }
     add(landmark);
   }

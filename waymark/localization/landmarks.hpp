@@ -12,8 +12,9 @@ namespace waymark {
 
 /// A place that is known and can be recognised: a tag, or a landmark with a number.
 struct Landmark {
-  TagId tag{};               ///< of a landmark that is no tag: only the number counts
-  SE3 map_T_tag{};           ///< a point: its place, and a rotation that says nothing
+  TagId tag{};      ///< of a landmark that is no tag: only the number counts
+  SE3 map_T_tag{};  ///< in the level frame on the floor (map_T_floor()); a point has a rotation that says
+                    ///< nothing
   bool oriented = true;      ///< false: only where it is, is known
   bool family_known = true;  ///< false: any family with this number is meant
   double size_m = 0;         ///< 0: not known
@@ -31,6 +32,7 @@ struct LandmarkPoint {
 class Landmarks {
  public:
   Landmarks() = default;
+  /// Levels the map: places are in the frame whose z = 0 is its floor.
   explicit Landmarks(const TagMap& map);
   /// Fails on a number given twice and on a place that is not finite.
   [[nodiscard]] static Result<Landmarks> of_points(const std::vector<LandmarkPoint>& points);

@@ -1,5 +1,8 @@
 #include "waymark/localization/lasting_errors.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include <Eigen/Cholesky>
 
 namespace waymark {
@@ -16,7 +19,11 @@ void LastingErrors::add(const Linearised& z, const Eigen::Matrix<double, 8, 8>& 
   expected.diagonal().array() += 1 / n - 1;
   const Eigen::LLT<Eigen::Matrix<double, 8, 8>> llt(expected);
   if (llt.info() == Eigen::Success) {
-    nis_ += mean.dot(llt.solve(mean));
+    const double nis = mean.dot(llt.solve(mean));
+    constexpr double kCapPerRow = 16;
+    nis_ += nis;
+    cost_ += std::min(nis, kCapPerRow * z.rows);
+    for (Eigen::Index i = 0; i < z.rows; ++i) cost_ += 2 * std::log(llt.matrixLLT()(i, i));
     freedom_ += z.rows;
     ++means_;
   }

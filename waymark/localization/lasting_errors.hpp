@@ -20,6 +20,10 @@ class LastingErrors {
   void add(const Linearised& z, const Eigen::Matrix<double, 8, 8>& S);
   /// NIS of the means so far over their degrees of freedom; nothing when they are few.
   [[nodiscard]] std::optional<double> mean() const;
+  /// Sums over those means: twice their negative log-likelihood, without its constant, and degrees of
+  /// freedom.
+  [[nodiscard]] double cost() const { return cost_; }
+  [[nodiscard]] double freedom() const { return freedom_; }
 
  private:
   struct Sums {
@@ -29,6 +33,7 @@ class LastingErrors {
   };
   std::vector<Sums> all_;
   double nis_ = 0;
+  double cost_ = 0;
   double freedom_ = 0;
   int means_ = 0;
 };

@@ -34,6 +34,7 @@ struct NisRecord {
   double nis = 0;         ///< normalised innovation squared
   int rows = 0;           ///< its degrees of freedom
   bool believed = false;  ///< and used
+  double log_det = 0;     ///< of the covariance of the whitened innovation
 };
 
 /// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.

@@ -80,6 +80,12 @@ Eigen::Matrix3d Riekf::covariance() const {
   return internal::propagate<3>(J, state_.P.topLeftCorner<3, 3>());
 }
 
+Eigen::Matrix3d Riekf::covariance_of(const SystematicMatrix& errors) const {
+  const Eigen::Matrix<double, 3, kSystematic> moved =
+      to_error().lazyProduct(state_.by_systematic.topRows<3>());
+  return moved * errors * moved.transpose();
+}
+
 void Riekf::start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow) {
   state_.map_T_base = map_T_base;
   const Eigen::Matrix3d J = to_error().inverse();
@@ -88,11 +94,13 @@ void Riekf::start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool
   state_.P.topLeftCorner<3, 3>() = internal::propagate<3>(J, covariance);
   state_.C.topRows<3>().setZero();
   state_.motion.topRows<3>().setZero();
+  state_.by_systematic.topRows<3>().setZero();
   if (keep_slow) return;
   state_.slow.setZero();
   state_.P.bottomRightCorner<5, 5>() = slow_variances(noise_).asDiagonal();
   state_.C.setZero();
   state_.motion.setZero();
+  state_.by_systematic.setZero();
   std::ranges::fill(state_.met, std::uint8_t{0});
 }
 
@@ -121,6 +129,8 @@ void Riekf::propagate(const MotionStep& step) {
   state_.P = internal::symmetrized<8>(P);
   state_.slow = state_.slow.cwiseProduct(fades);
   carry_correlations(fades, std::exp(-step.dt_s / landmark_time_s_));
+  state_.by_systematic.topRightCorner<3, 2>() += G * J_u_slow.leftCols<2>();
+  if (step.dt_s > 0) state_.velocity = u / step.dt_s;
 }
 
 /// Two errors of motion outlast a step, (19), (20): that of a message, which is one twist for all parts a
@@ -162,11 +172,12 @@ void Riekf::add_motion_noise(const MotionStep& step, const Eigen::Matrix3d& G, S
 void Riekf::carry_correlations(const SlowVector& slow_fade, double landmarks_fade) {
   const Eigen::Matrix<double, 3, 8> to_pose = transition_.topRows<3>();
   const auto carry = [&](auto C, double fades) {
-    const Eigen::Matrix<double, 3, 6> pose = to_pose.lazyProduct(C);
+    const Eigen::Matrix<double, 3, decltype(C)::ColsAtCompileTime> pose = to_pose.lazyProduct(C);
     C.template topRows<3>() = fades * pose;
     C.template bottomRows<5>().array().colwise() *= fades * slow_fade.array();
   };
   carry(state_.C.leftCols<6>(), 1);
+  carry(state_.by_systematic.leftCols<kSystematic>(), 1);
   for (std::size_t i = 0; i < state_.met.size(); ++i)
     if (state_.met[i] != 0) carry(block(static_cast<int>(i)), landmarks_fade);
 }
@@ -183,6 +194,7 @@ void Riekf::observe_standing(double yaw_rate_rad_s, double sigma_rad_s) {
       internal::symmetrized<8>(T * state_.P * T.transpose() + sigma_rad_s * sigma_rad_s * K * K.transpose());
   for (Eigen::Index i = 0; i < state_.C.cols(); ++i) state_.C.col(i) -= state_.C(kBias, i) * K;  // T C
   state_.motion = T.lazyProduct(StateByMotion(state_.motion));
+  state_.by_systematic = T.lazyProduct(StateBySystematic(state_.by_systematic));
   state_.map_T_base = corrected(correction);
   state_.slow += correction.tail<5>();
 }

@@ -17,6 +17,14 @@ using StateVector = Eigen::Matrix<double, 8, 1>;
 using StateMatrix = Eigen::Matrix<double, 8, 8>;
 using StateByMotion = Eigen::Matrix<double, 8, 4>;
 
+/// Numbers that a filter is given and takes for right: the mounting of the sensor (left tangent in base: x,
+/// y, z, roll, pitch, yaw), the logarithm of its scale (focal length, or of distances), its latency [s], and
+/// the scales of the distance and of the turn by odometry.
+inline constexpr int kSystematic = 10;
+using SystematicVector = Eigen::Matrix<double, kSystematic, 1>;
+using SystematicMatrix = Eigen::Matrix<double, kSystematic, kSystematic>;
+using StateBySystematic = Eigen::Matrix<double, 8, kSystematic>;
+
 /// In which coordinates the error lives: (1) X = Exp(xi) Xhat, or (12) x, y and yaw as numbers.
 enum class ErrorState : std::uint8_t { RightInvariant, Coordinates };
 
@@ -44,6 +52,8 @@ struct Linearised {
       Eigen::Matrix<double, 8, 6>::Zero();  ///< for the mounting of the sensor, left tangent in base
   Eigen::Matrix<double, 8, 6> H_tag =
       Eigen::Matrix<double, 8, 6>::Zero();  ///< for (place in map axes, turn about its own centre)
+  Eigen::Matrix<double, 8, 1> H_scale =
+      Eigen::Matrix<double, 8, 1>::Zero();  ///< for the logarithm of the sensor's scale
 };
 
 /// The estimate and what is doubted of it.
@@ -56,6 +66,9 @@ struct RiekfState {
   Eigen::Matrix<double, 8, Eigen::Dynamic> C{};
   /// Covariance with the error of the message of motion under way (its twist), and with the speed of sliding.
   StateByMotion motion = StateByMotion::Zero();
+  /// d(error) / d(errors of the numbers of kSystematic): how far each of them moves the estimate.
+  StateBySystematic by_systematic = StateBySystematic::Zero();
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< in base, of the last step [m/s, rad/s]
   /// Of which landmarks anything was seen: the others' part of C is zero.
   std::vector<std::uint8_t> met{};
 };
@@ -75,6 +88,9 @@ class Riekf {
   /// Starts at a pose with the covariance of xi (left tangent in map). What was learnt of the motion is kept
   /// when `keep_slow`.
   void start(const SE2& map_T_base, const Eigen::Matrix3d& covariance, bool keep_slow);
+  /// The start was found by these: errors of the numbers of kSystematic moved it already, so that they show
+  /// least in what was seen.
+  void start_moved_by_systematic(const Batch& batch, int count);
   /// (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
   /// Squared Mahalanobis distance of a sighting from what is expected of it: chi-square with `rows` degrees
@@ -98,10 +114,17 @@ class Riekf {
   void observe_standing(double yaw_rate_rad_s, double sigma_rad_s);
   /// Of xi, in the left tangent, whatever the coordinates of the error.
   [[nodiscard]] Eigen::Matrix3d covariance() const;
+  /// Logarithm of the determinant of S of the last nis().
+  [[nodiscard]] double log_det() const { return log_det_; }
   /// S of the last nis() of a place.
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
     return S_[index_of(place, place)];
   }
+  /// What errors of the numbers of kSystematic do to the residual of a sighting, with what they did to the
+  /// estimate until now.
+  [[nodiscard]] StateBySystematic sensitivity(const Linearised& z) const;
+  /// Covariance of xi, in the left tangent, that errors of those numbers of this covariance add.
+  [[nodiscard]] Eigen::Matrix3d covariance_of(const SystematicMatrix& errors) const;
   /// P if the errors that stay were known: what looks teach and time takes away.
   [[nodiscard]] StateMatrix covariance_but_for_lasting() const;
   /// d(error after) / d(error before) of the last propagate().
@@ -124,6 +147,7 @@ class Riekf {
   [[nodiscard]] Block innovation(const Linearised& a, const Reach& of_a, const Linearised& b,
                                  const Reach& of_b) const;
   [[nodiscard]] Eigen::Matrix<double, 8, 3> H_of(const Linearised& z) const;
+  [[nodiscard]] Eigen::Matrix<double, 8, 1> H_latency(const Linearised& z) const;
   [[nodiscard]] auto block(int landmark) const {
     return state_.C.middleCols<6>(6 * (Eigen::Index{landmark} + 1));
   }
@@ -148,7 +172,8 @@ class Riekf {
   std::array<Block, std::size_t{kMost} * kMost> S_;   ///< lower triangle by blocks; its factor L in place
   std::array<Block, kMost> W_;                        ///< L^-1 (P H' + C N')'
   std::array<Eigen::Matrix<double, 8, 1>, kMost> y_;  ///< L^-1 r
-  bool sound_ = false;                                ///< S could be factorized
+  double log_det_ = 0;
+  bool sound_ = false;  ///< S could be factorized
   StateMatrix transition_ = StateMatrix::Identity();
   StateByMotion moved_by_ = StateByMotion::Zero();  ///< d(error after) / d(errors of motion)
   StateByMotion motion_before_ = StateByMotion::Zero();

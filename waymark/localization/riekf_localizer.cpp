@@ -11,7 +11,7 @@ namespace {
 constexpr Duration kWindow = std::chrono::seconds(1);
 constexpr Duration kBetweenSnapshots = std::chrono::milliseconds(100);
 /// Longer than this nobody waits for odometry before a look is used.
-constexpr double kLastingTooLarge = 2;
+constexpr double kLastingTooLarge = 4;
 constexpr Duration kPatience = std::chrono::milliseconds(250);
 
 }  // namespace
@@ -207,13 +207,14 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "clock, or two drives in one recording): the robot was looked for anew after each");
   if (tracker_.refused_starts() > 0)
     all.emplace_back("the start that was given does not agree with the tags that were seen: it was given up");
-  if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge)
+  if (const auto& suspect = tracker_.suspect()) {
+    all.push_back(words_of(*suspect, tracker_.sees_corners()));
+  } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {
     all.push_back(
-        fmt::format("errors of what is seen last, and are {:.1f} times as large as assumed: the estimate is "
-                    "surer than it "
-                    "should be. Where the sensor sits, what time it sees, or where the tags are is known "
-                    "worse than it was told",
+        fmt::format("means of innovations of one tag are {:.1f} times as large as assumed: the estimate is "
+                    "overconfident. The tags are known worse than the map and --tag-sigma-m say",
                     std::sqrt(*lasting)));
+  }
   say(tracker_.broken(), "the filter broke {} times and began anew");
   return all;
 }

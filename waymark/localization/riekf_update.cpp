@@ -2,6 +2,9 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/localization/riekf.hpp"
 
@@ -38,13 +41,14 @@ bool invert_root(Eigen::Matrix<double, 8, 8>& S) {
 using Block = Eigen::Matrix<double, 8, 8>;
 
 /// r' S^-1 r; infinite when S is not positive definite.
-double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r) {
+double mahalanobis2(const Block& S, const Eigen::Matrix<double, 8, 1>& r, double& determinant) {
   Block L = S;
   Eigen::Matrix<double, 8, 1> y = r;
   double sum = 0;
   for (Eigen::Index j = 0; j < 8; ++j) {
     if (!(L(j, j) > 0)) return std::numeric_limits<double>::infinity();
     const double inverse = 1 / L(j, j);
+    determinant *= L(j, j);
     sum += y[j] * y[j] * inverse;
     for (Eigen::Index i = j + 1; i < 8; ++i) {
       const double share = L(i, j) * inverse;
@@ -94,6 +98,32 @@ Eigen::Matrix<double, 8, 3> Riekf::H_of(const Linearised& z) const {
   return z.H_pose * to_error();
 }
 
+/// An earlier look was from where the robot was then.
+Eigen::Matrix<double, 8, 1> Riekf::H_latency(const Linearised& z) const {
+  return -z.H_pose.lazyProduct(state_.map_T_base.adjoint() * state_.velocity);
+}
+
+StateBySystematic Riekf::sensitivity(const Linearised& z) const {
+  StateBySystematic J = H_of(z).lazyProduct(state_.by_systematic.topRows<3>());
+  J.leftCols<6>() += z.H_mount;
+  J.col(6) += z.H_scale;
+  J.col(7) += H_latency(z);
+  return -J;
+}
+
+void Riekf::start_moved_by_systematic(const Batch& batch, int count) {
+  state_.by_systematic.topRows<3>().setZero();
+  Eigen::Matrix3d information = state_.P.topLeftCorner<3, 3>().inverse() * 1e-3;
+  Eigen::Matrix<double, 3, kSystematic> shown = Eigen::Matrix<double, 3, kSystematic>::Zero();
+  for (int i = 0; i < count; ++i) {
+    const Linearised& z = batch[static_cast<std::size_t>(i)];
+    const Eigen::Matrix<double, 8, 3> H = H_of(z);
+    information += H.transpose().lazyProduct(H);
+    shown += H.transpose().lazyProduct(sensitivity(z));
+  }
+  state_.by_systematic.topRows<3>() = information.ldlt().solve(shown);
+}
+
 // Eigen takes its kernel for large matrices from eight by eight on, which costs more than such a product:
 // lazyProduct() multiplies on the spot.
 Riekf::Reach Riekf::reach(const Linearised& z) const {
@@ -139,7 +169,10 @@ void Riekf::expect(const Linearised& z, int place) {
 
 double Riekf::nis(const Linearised& z, int place) {
   expect(z, place);
-  return mahalanobis2(S(place, place), z.residual);
+  double determinant = 1;
+  const double nis = mahalanobis2(S(place, place), z.residual, determinant);
+  log_det_ = std::log(determinant);
+  return nis;
 }
 
 /// Cholesky by blocks of eight in place of the lower triangle, the inverse of L on the diagonal; false when S
@@ -206,18 +239,26 @@ void Riekf::correct_correlations(const Batch& batch, int count) {
   }
   Eigen::Matrix<double, 8, 3> KH = Eigen::Matrix<double, 8, 3>::Zero();
   StateByBias mounted = StateByBias::Zero();
+  StateVector scaled = StateVector::Zero();
+  StateVector delayed = StateVector::Zero();
   for (int i = 0; i < count; ++i) {
     const Block K = W_[at(i)].transpose();
     KH += K.lazyProduct(H_of(batch[at(i)]));
     mounted += K.lazyProduct(batch[at(i)].H_mount);
+    scaled += K.lazyProduct(batch[at(i)].H_scale);
+    delayed += K.lazyProduct(H_latency(batch[at(i)]));
   }
   const auto lose = [&KH](auto C) {
-    const Eigen::Matrix<double, 3, 6> top = C.template topRows<3>();
+    const Eigen::Matrix<double, 3, decltype(C)::ColsAtCompileTime> top = C.template topRows<3>();
     C -= KH.lazyProduct(top);
   };
   state_.motion -= KH.lazyProduct(Eigen::Matrix<double, 3, 4>(state_.motion.topRows<3>()));
   lose(state_.C.leftCols<6>());
   state_.C.leftCols<6>() -= mounted * mount_.asDiagonal();
+  lose(state_.by_systematic.leftCols<kSystematic>());
+  state_.by_systematic.leftCols<6>() -= mounted;
+  state_.by_systematic.col(6) -= scaled;
+  state_.by_systematic.col(7) -= delayed;
   for (std::size_t l = 0; l < state_.met.size(); ++l) {
     if (state_.met[l] != 0) lose(state_.C.middleCols<6>(6 * (static_cast<Eigen::Index>(l) + 1)));
   }

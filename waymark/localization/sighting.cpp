@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <variant>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -46,8 +47,8 @@ Expected expect(const Landmark& landmark, const SE2& map_T_base) {
   return {map_T_base.inverse() * map_p, -base_R_map * carried(map_p), base_R_map};
 }
 
-void linearise_planar(const Sighting& sighting, const Landmark& landmark, const SE2& map_T_base,
-                      Linearised& z) {
+void linearise_planar(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
+                      const SE2& map_T_base, Linearised& z) {
   const Expected e = expect(landmark, map_T_base);
   Eigen::Vector3d r = Eigen::Vector3d::Zero();
   r.head<2>() = e.base_p - sighting.planar.head<2>();
@@ -67,6 +68,8 @@ void linearise_planar(const Sighting& sighting, const Landmark& landmark, const 
     H_tag(2, 5) = 1;
   }
   z.residual.head<3>() = sighting.whitening * r;
+  const Eigen::Vector2d from_eye = sighting.planar.head<2>() - eye.base_T_sensor.translation().head<2>();
+  z.H_scale.head<2>() = -sighting.whitening.topLeftCorner<2, 2>() * from_eye;
   z.H_pose.topRows<3>() = sighting.whitening * H;
   z.H_mount.topRows<3>() = sighting.whitening * H_mount;
   z.H_tag.topRows<3>() = sighting.whitening * H_tag;
@@ -88,12 +91,23 @@ bool linearise_range_bearing(const Sighting& sighting, const Landmark& landmark,
   const Eigen::Vector2d r(range - sighting.planar.x(),
                           wrapped(std::atan2(p.y(), p.x()) - sighting.planar.y()));
   z.residual.head<2>() = W * r;
+  z.H_scale[0] = -W(0, 0) * sighting.planar.x();
   z.H_pose.topRows<2>() = W * J * e.J_p_pose;
   const Matrix23d mount = -W * J * carried(e.base_p);
   z.H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
   z.H_mount.topRightCorner<8, 1>().head<2>() = mount.col(2);
   z.H_tag.topLeftCorner<2, 2>() = W * J * e.base_R_map;
   return true;
+}
+
+/// Corners as measured, from where the optical axis meets the picture: what a longer focal length stretches.
+Eigen::Matrix<double, 8, 1> whitened_from_centre(const CornerFactor& factor, const CameraModel& camera) {
+  const Eigen::Vector2d centre =
+      std::visit([](const auto& p) { return Eigen::Vector2d(p.cx, p.cy); }, camera.projection());
+  Eigen::Matrix<double, 8, 1> stretched;
+  for (Eigen::Index i = 0; i < 4; ++i)
+    stretched.segment<2>(2 * i) = factor.corners_px[static_cast<std::size_t>(i)] - centre;
+  return factor.whitening.lazyProduct(stretched);
 }
 
 bool linearise_corners(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
@@ -104,6 +118,7 @@ bool linearise_corners(const Sighting& sighting, const Landmark& landmark, const
       {.map_T_rig = lift(map_T_base), .rig_T_cam = eye.base_T_sensor, .body_T_tag = landmark.map_T_tag}, &J);
   if (!r || !r->allFinite()) return false;
   z.residual = *r;
+  z.H_scale = *r + whitened_from_centre(sighting.corners, *eye.camera);
   z.H_pose.leftCols<2>() = J.rig.leftCols<2>();
   z.H_pose.col(2) = J.rig.col(5);
   z.H_mount = J.cam;
@@ -199,7 +214,7 @@ std::optional<Linearised> linearise(const Sighting& sighting, const Landmarks& l
       if (!linearise_range_bearing(sighting, landmark, eye, map_T_base, z)) return std::nullopt;
       break;
     default:
-      linearise_planar(sighting, landmark, map_T_base, z);
+      linearise_planar(sighting, landmark, eye, map_T_base, z);
   }
   return z;
 }

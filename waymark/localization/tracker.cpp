@@ -35,7 +35,8 @@ Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& opt
       filter_(options, error, covariances(landmarks_, options)),
       state_{.whereabouts = Whereabouts(options)},
       watch_(landmarks_),
-      lasting_(landmarks_.size()) {
+      lasting_(landmarks_.size()),
+      systematic_(landmarks_.size()) {
   for (std::size_t n = 1; n < gates_.size(); ++n)
     gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
   state_.filter = filter_.state();
@@ -128,11 +129,24 @@ void Tracker::report(const Look& look, const Sighting& sighting, const Linearise
   if (look.reported) return;
   const Landmark& landmark = landmarks_[sighting.landmark];
   if (news_.size() < kNewsKept)
-    news_.push_back({look.stamp, landmark.tag, nis, z.rows, believed && watch_.usable(sighting.landmark)});
+    news_.push_back({look.stamp, landmark.tag, nis, z.rows, believed && watch_.usable(sighting.landmark),
+                     filter_.log_det()});
   if (!believed) return report_contradiction(look, sighting);
   watch_.add({.landmark = sighting.landmark, .nis_per_row = nis / z.rows, .believed = true});
-  if (state_.mode == TrackMode::Certain && !state_.given)
-    lasting_.add(z, filter_.innovation_covariance(place));
+  if (state_.mode != TrackMode::Certain || state_.given) return;
+  lasting_.add(z, filter_.innovation_covariance(place));
+  sees_corners_ = sees_corners_ || sighting.kind == SightingKind::Corners;
+  learn_systematic(z, place);
+}
+
+void Tracker::learn_systematic(const Linearised& z, int place) {
+  constexpr int kBetweenVerdicts = 250;
+  constexpr int kBeforeFirst = 500;
+  systematic_.add(z, filter_.sensitivity(z), filter_.innovation_covariance(place));
+  if (systematic_.count() < std::max(next_verdict_, kBeforeFirst)) return;
+  next_verdict_ = systematic_.count() + kBetweenVerdicts;
+  const auto verdict = judge_systematic(systematic_);
+  if (verdict || !suspected_before_) suspect_ = verdict;
 }
 
 void Tracker::report_contradiction(const Look& look, const Sighting& sighting) {
@@ -250,7 +264,8 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
                                 coordinate_covariance(Uncertain<SE2>{guess->map_T_base, guess->covariance}),
                                 false};
   }
-  const Uncertain<SE2> map_X_base{filter_.state().map_T_base, filter_.covariance()};
+  Uncertain<SE2> map_X_base{filter_.state().map_T_base, filter_.covariance()};
+  if (suspect_ && suspected_before_) map_X_base.covariance += filter_.covariance_of(suspect_->second_moment);
   LocalizationEstimate estimate{state_.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
   estimate.certain = state_.mode == TrackMode::Certain && !state_.given &&
                      estimate.position_sigma_m() < options_.certain_sigma_m;

@@ -5,6 +5,7 @@
 
 #include "waymark/localization/lasting_errors.hpp"
 #include "waymark/localization/method.hpp"
+#include "waymark/localization/systematic_errors.hpp"
 #include "waymark/localization/tag_watch.hpp"
 #include "waymark/localization/timeline.hpp"
 #include "waymark/localization/whereabouts.hpp"
@@ -84,6 +85,18 @@ class Tracker {
   /// NIS of means over many sightings of one tag, over their degrees of freedom: 1 when errors that stay are
   /// known to stay, more when they are taken for noise that averages away. Nothing before there are enough.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
+  [[nodiscard]] const LastingErrors& lasting() const { return lasting_; }
+  /// What accepted observations tell of errors of mounting, scale and latency.
+  [[nodiscard]] SystematicErrors& systematic() { return systematic_; }
+  [[nodiscard]] const SystematicErrors& systematic() const { return systematic_; }
+  /// Mounting, scale or latency, when the innovations show one of them to be wrong.
+  [[nodiscard]] const std::optional<SystematicVerdict>& suspect() const { return suspect_; }
+  /// What an earlier run over the same drive showed: the covariance covers it, from the start.
+  void suspect(const SystematicVerdict& verdict) {
+    suspect_ = verdict;
+    suspected_before_ = true;
+  }
+  [[nodiscard]] bool sees_corners() const { return sees_corners_; }
   /// Keeps every step from now on, …
   void keep_trace() { tracing_ = true; }
   /// … or those of the last moments, with memory taken now: so long, and what samples may be late.
@@ -106,6 +119,7 @@ class Tracker {
   /// Where the landmark would be by a sighting that is not believed.
   void report_contradiction(const Look& look, const Sighting& sighting);
   void search(const Look& look);
+  void learn_systematic(const Linearised& z, int place);
   void keep_step(SensorTime stamp);
   void keep_filtered();
   void check_sound();
@@ -127,6 +141,11 @@ class Tracker {
   int broken_ = 0;
   int refused_starts_ = 0;
   LastingErrors lasting_;
+  SystematicErrors systematic_;
+  std::optional<SystematicVerdict> suspect_{};
+  bool suspected_before_ = false;
+  int next_verdict_ = 0;  ///< at so many observations
+  bool sees_corners_ = false;
 };
 
 }  // namespace waymark

@@ -14,6 +14,12 @@ void Tracker::search(const Look& look) {
   const Candidate* found = state_.whereabouts.believable(state_.mode != TrackMode::Lost);
   if (found == nullptr) return;
   filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
+  int used = 0;
+  for (std::size_t i = 0; i < count && used < Riekf::kMost; ++i) {
+    const auto z = linearise(usable_[i], landmarks_, eye_, found->map_T_base);
+    if (z) batch_[static_cast<std::size_t>(used++)] = *z;
+  }
+  filter_.start_moved_by_systematic(batch_, used);
   state_.mode = TrackMode::Certain;
   state_.given = false;
   state_.contradicted = false;

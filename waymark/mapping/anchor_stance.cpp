@@ -14,14 +14,11 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// map z = tag -y, map x = tag z.
-SO3 upright() { return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, 1, -1, 0, 0, 0, -1, 0).finished()); }
-
 }  // namespace
 
 std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                           const SE3& base_T_cam, const FloorOptions& options) {
-  constexpr double kLeans = to_radians(5);
+  constexpr double kWorthSaying = to_radians(5);
   const internal::TagShapes shapes = internal::tag_shapes(frames, base_T_cam, options);
   const auto shape = shapes.find(anchor);
   if (shape == shapes.end()) return std::nullopt;
@@ -33,10 +30,8 @@ std::optional<AnchorStance> anchor_stance(const std::vector<ObservedFrame>& fram
   if (std::abs(normal.z()) > 0.9) {
     stance.kind = AnchorStance::Kind::Lying;
     stance.tilt_rad = std::min(angle_between(normal, up), angle_between(-normal, up));
-  } else if (stance.tilt_rad > kLeans) {
+  } else if (stance.tilt_rad > kWorthSaying) {
     stance.kind = AnchorStance::Kind::Leaning;
-  } else {
-    stance.map_T_anchor = SE3(upright(), Eigen::Vector3d::Zero());
   }
   return stance;
 }

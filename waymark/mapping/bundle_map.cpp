@@ -10,6 +10,7 @@
 #include "waymark/mapping/lost_poses.hpp"
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
+#include "waymark/mapping/rough_odometry.hpp"
 #include "waymark/mapping/second_sites.hpp"
 #include "waymark/mapping/stopped.hpp"
 #include "waymark/mapping/tag_ties.hpp"
@@ -86,21 +87,24 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   return tied;
 }
 
-/// Would the lap have the camera elsewhere? Asked on a copy, unless the answer is to be used.
+/// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, or where nothing is
+/// believed, map and mounting are found together. What the lap does not tell of it stays as it was believed.
 void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                       BundleMap& result) {
   const BundleProgress told = stage(progress, "where the camera sits");
-  result.mounting_used = options.find_mounting && !lap.bundle.odometry.empty();
-  if (!result.mounting_used) {
+  const int steps = options.search.max_iterations;
+  if (!options.find_mounting || lap.bundle.odometry.empty()) {
     LapBundle copy = lap;
-    result.mounting = estimate_mounting(copy, options.search.max_iterations, told);
-    return;
+    result.mounting = estimate_mounting(copy, steps, told);
+    if (options.keep_mounting || !result.mounting || !result.mounting->stands_out) return;
   }
+  result.mounting_used = true;
   const SE3 believed = lap.bundle.poses[lap.cam].value;
-  result.mounting = estimate_mounting(lap, options.search.max_iterations, told);
-  fit_odometry_noise(lap, options.search.max_iterations, told);
+  const auto held = result.mounting ? result.mounting->untold : std::array<bool, 6>();
+  result.mounting = estimate_mounting(lap, steps, told, believed, held);
+  fit_odometry_noise(lap, steps, told);
   settle(lap, options, told, result);
-  result.mounting = estimate_mounting(lap, options.search.max_iterations, told, believed);
+  result.mounting = estimate_mounting(lap, steps, told, believed, held);
 }
 
 /// Tags of the map that is extended which the lap did not see stay.
@@ -135,6 +139,16 @@ void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovarian
     result.map.tags[id] = tag;
     result.sightings[id] = sightings[pose];
   }
+}
+
+/// The floor as a plane of the map.
+FloorPlane floor_of(const LapBundle& lap, const BundleCovariance& P) {
+  const SE3& map_T_plane = lap.bundle.poses[lap.floor].value;
+  FloorPlane floor{.normal = map_T_plane.rotation() * Eigen::Vector3d::UnitZ()};
+  floor.z_m = floor.normal.dot(map_T_plane.translation()) / floor.normal.z();
+  const Eigen::Matrix3d spread = P.poses[lap.floor].block<3, 3>(2, 2);  // z, turns about x and y
+  floor.covariance = (spread + spread.transpose()) / 2;
+  return floor;
 }
 
 /// Sums, for now.
@@ -176,6 +190,15 @@ void read_sightings(const LapInput& input, const LapBundle& lap, BundleMap& resu
   result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
 }
 
+/// Of the wheels as they were recorded.
+void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, OdometryScales& sigma) {
+  for (OdometryScales* s : {&scales, &sigma}) {
+    s->distance *= rough.distance;
+    s->yaw *= rough.yaw;
+    s->yaw_bias_rad_s /= rough.yaw;
+  }
+}
+
 std::vector<ObservedFrame> observe_all(const LapInput& input) {
   std::vector<ObservedFrame> observed;
   observed.reserve(input.frames.size());
@@ -194,8 +217,11 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
     return !stopped;
   };
   std::vector<ObservedFrame> observed = observe_all(given);
-  const std::vector<internal::SightingIndex> second = internal::sightings_of_second_sites(given, observed);
-  const LapInput input = internal::without(given, second);
+  const internal::RoughOdometry rough = internal::rough_odometry(given, observed);
+  LapInput driven = given;
+  driven.odometry = rough.odometry;
+  const std::vector<internal::SightingIndex> second = internal::sightings_of_second_sites(driven, observed);
+  const LapInput input = internal::without(driven, second);
   if (!second.empty()) observed = observe_all(input);
   const Result<ChainResult> start =
       map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
@@ -215,6 +241,9 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (stopped) return internal::stopped_on_request();
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
   look_at_mounting(lap, options, progress, result);
+  if (result.mounting_used && !result.mounting && !stopped)
+    return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
+                "--keep-mounting takes the robot's file at its word.");
   if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
 
   const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
@@ -222,6 +251,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   read_tags(input, lap, P, *start, result);
   if (tied) keep_unseen(input, lap, *tied, P, result);
   internal::tie_tags(pairs.tags, P.pairs, result.map);
+  result.map.floor = floor_of(lap, P);
   read_sightings(input, lap, result);
   for (const auto& [frame, detection] : second)
     result.rejected.push_back({given.frames[frame].stamp, given.frames[frame].detections[detection].tag,
@@ -236,6 +266,9 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   }
   result.odometry_scales = lap.bundle.odometry_scales[0].value;
   result.odometry_scales_sigma = OdometryScales::of(P.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt());
+  scale_by(rough, result.odometry_scales, result.odometry_scales_sigma);
+  if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
+  result.turns_by_gyro = rough.turns_by_gyro;
   return result;
 }
 

@@ -16,6 +16,7 @@ struct BundleMapOptions {
   SearchOptions search{};
   bool estimate_noise = true;
   bool find_mounting = false;
+  bool keep_mounting = false;
   LapModelOptions model{};
 
   template <class Self, class Visitor>
@@ -25,7 +26,12 @@ struct BundleMapOptions {
           Field{"estimate_noise",
                 "Take the corner noise from what is left over instead of the detector's word."});
     visit(self.find_mounting,
-          Field{"find_mounting", "Where the camera sits is not known but found, together with the map."});
+          Field{"find_mounting",
+                "Where the camera sits is not known but found, together with the map, whether or not the lap "
+                "contradicts the robot's file."});
+    visit(self.keep_mounting,
+          Field{"keep_mounting",
+                "The camera sits where the robot's file says, also where the lap contradicts it."});
     LapModelOptions::fields(self.model, visit);
   }
 };
@@ -57,6 +63,7 @@ struct BundleMap {
   double noise_ratio = 1;  ///< corner noise found over what the detector claims
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
+  bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
   std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
   std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
   bool mounting_used = false;                  ///< the map rests on it

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/odometry_track.hpp"
 
 namespace waymark {
@@ -67,11 +68,26 @@ OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::s
   return factor;
 }
 
-/// The floor's height and tilts are found; where its origin is on it, and its heading, mean nothing.
-PosePriorFactor floor_prior(const SE3& map_T_floor) {
-  Vector6 sigma;
-  sigma << 1e-3, 1e-3, 10, 0.5, 0.5, 1e-3;
-  return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
+constexpr double kHeld = 1e-6;    // by definition, but for rounding
+constexpr double kUnknown = 0.5;  // of a lean [rad]
+
+/// The anchor defines where the map is and which way it looks, never how it leans.
+PosePriorFactor anchor_prior(const SE3& map_T_anchor) {
+  Vector6 variance;
+  variance << kHeld, kHeld, kHeld, kUnknown, kUnknown, kHeld;
+  variance = variance.cwiseAbs2().eval();
+  const Matrix6 P = variance.asDiagonal();
+  return {map_T_anchor, whitening_of(from_coordinate_covariance(map_T_anchor, P).covariance)};
+}
+
+/// Whether the map to be is level with its floor.
+bool is_level(const LapInput& lap) { return !lap.prior || lap.prior->map.floor.covariance; }
+
+void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
+  SE3 map_T_plane({}, {0, 0, z_m});
+  if (lap.prior) map_T_plane = SE3(map_T_floor(lap.prior->map.floor).rotation(), map_T_plane.translation());
+  result.floor = result.bundle.add(map_T_plane);
+  result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
 }
 
 /// A term for a sighting of a tag that has a pose, in a frame that has one.
@@ -89,6 +105,13 @@ void add_corners(const LapInput& lap, const LapModelOptions& options, const LapB
 
 }  // namespace
 
+PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known) {
+  const double lean = lean_known ? kHeld : kUnknown;
+  Vector6 sigma;
+  sigma << 1e-3, 1e-3, 10, lean, lean, 1e-3;
+  return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
+}
+
 LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapModelOptions& options) {
   LapBundle result;
   Bundle& bundle = result.bundle;
@@ -98,9 +121,13 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   MaybePoses poses = chain_poses(lap, start.trajectory);
   const auto first = std::ranges::find_if(poses, [](const auto& pose) { return pose.has_value(); });
   const double floor_z = first == poses.end() ? 0 : (*first)->translation().z();
-  result.floor = bundle.add(SE3({}, Eigen::Vector3d(0, 0, floor_z)));
-  bundle.priors.push_back({result.floor, floor_prior(bundle.poses[result.floor].value)});
-  for (const auto& [id, tag] : start.map.tags) result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor);
+  add_floor(lap, floor_z, result);
+  for (const auto& [id, tag] : start.map.tags)
+    result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor && !is_level(lap));
+  if (const auto anchor = result.tags.find(lap.anchor); anchor != result.tags.end())
+    result.anchor = anchor->second;
+  if (result.anchor && is_level(lap))
+    bundle.priors.push_back({*result.anchor, anchor_prior(lap.map_T_anchor)});
 
   const Wheels wheels = wheels_of(lap);
   fill_by_odometry(wheels.odom_T_base, poses);

@@ -56,6 +56,7 @@ struct LapInput {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
+  std::vector<ImuSample> imu{};     ///< may be empty
   std::optional<LapPrior> prior{};  ///< then the anchor is one of its tags, where it has it
 };
 
@@ -66,6 +67,7 @@ struct LapBundle {
   PoseIndex cam = 0;    ///< base_T_cam
   PoseIndex floor = 0;  ///< map_T_floor: the plane z = 0 of floor is what the robot drives on
   std::map<TagId, PoseIndex> tags{};
+  std::optional<PoseIndex> anchor{};  ///< the tag that defines where the map is
   std::vector<std::optional<PoseIndex>>
       bases{};  ///< of each frame; nothing: neither tags nor odometry place it
   /// Of each corner term: its frame and the index of its detection there.
@@ -74,10 +76,19 @@ struct LapBundle {
     std::size_t detection = 0;
   };
   std::vector<Sighting> sightings{};
+
+  /// A tag that stays where it is, whatever most of its sightings say.
+  [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
 
-/// Unknown: every tag of the start but the anchor, every base pose, the floor, the scales of odometry. Frames
-/// without a tag are placed by odometry alone. The camera's mounting is taken as known.
+/// What is known of the floor beforehand: how it leans, exactly or hardly at all. Its height is found; where
+/// its origin is on it, and its heading, mean nothing.
+[[nodiscard]] PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known);
+
+/// Unknown: every tag of the start, every base pose, the height of the floor, the scales of odometry. The map
+/// is level with the floor; the anchor holds its place and its heading, and how it leans is found. Where the
+/// lap extends a map whose floor is not known, the anchor is held and the lean of the floor is found instead.
+/// Frames without a tag are placed by odometry alone. The camera's mounting is taken as known.
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <Eigen/Eigenvalues>
 
 #include "waymark/base/angles.hpp"
@@ -90,7 +91,7 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
 }
 
 void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
-  if (!map.mounting || !map.mounting->stands_out) return;
+  if (!map.mounting || !(map.mounting->stands_out || map.mounting_used)) return;
   const Vector6& off = map.mounting->off;
   const Vector6& sigma = map.mounting->sigma;
   words.push_back(fmt::format(
@@ -102,8 +103,19 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
       1000 * off[0], 2000 * sigma[0], 1000 * off[1], 2000 * sigma[1], to_degrees(off[3]),
       2 * to_degrees(sigma[3]), to_degrees(off[4]), 2 * to_degrees(sigma[4]), to_degrees(off[5]),
       2 * to_degrees(sigma[5]),
-      map.mounting_used ? ": taken into account"
-                        : "; --find-mounting takes it into account, `waymark calibrate robot` measures it"));
+      map.mounting_used ? ": taken into account, here and in the robot.yaml beside the map"
+                        : "; it was not taken into account, `waymark calibrate robot` measures it"));
+  if (!map.mounting_used) return;
+  constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
+                                                 "its roll",        "its pitch",           "its yaw"};
+  std::vector<const char*> untold;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    if (map.mounting->untold[i]) untold.push_back(kNames[i]);
+  }
+  words.push_back(fmt::format(
+      "of where the camera sits the lap does not tell {}: that is as the robot's file says. Bends to both "
+      "sides at two speeds tell all but the height",
+      fmt::join(untold, ", ")));
 }
 
 }  // namespace waymark::internal

@@ -93,7 +93,7 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
   for (const auto& [id, pose] : lap.tags) {
     const auto good =
         std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
-    if (lap.bundle.poses[pose].fixed || 2 * good >= std::ssize(terms[pose])) continue;
+    if (lap.is_held(pose) || 2 * good >= std::ssize(terms[pose])) continue;
     std::vector<Vote<SE3>> votes;
     for (std::size_t i : terms[pose]) {
       const auto [frame, detection] = lap.sightings[i];

@@ -192,6 +192,7 @@ bool misread_for_another(const SecondPlace& place, const BundleMap& map) {
 std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map) {
   constexpr std::size_t kEnough = 4;
   constexpr double kApart = 0.03;
+  constexpr double kShare = 0.05;  // fewer show an error of the pictures, and are left out without a word
   std::map<TagId, std::set<SensorTime>> rejected;
   for (const RejectedSighting& sighting : map.rejected) rejected[sighting.tag].insert(sighting.stamp);
   std::vector<SecondPlace> places;
@@ -207,6 +208,7 @@ std::vector<SecondPlace> second_places(const LapInput& lap, const BundleMap& map
                       .there = static_cast<int>(agreed->stamps.size())};
     place.distance_m = (place.map_T_tag.translation() - mapped->map_T_tag.translation()).norm();
     if (place.distance_m < kApart || misread_for_another(place, map)) continue;
+    if (place.there < kShare * (place.here + place.there)) continue;
     place.at_once = seen_twice_at_once(tag, lap);
     place.one_after_the_other = apart_in_time(surely_here(split, agreed->map_T_tag), agreed->stamps);
     places.push_back(place);

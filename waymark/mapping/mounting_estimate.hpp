@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "waymark/mapping/lap_bundle.hpp"
@@ -13,17 +14,20 @@ struct MountingEstimate {
   Vector6 off = Vector6::Zero();
   Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
   bool stands_out = false;          ///< farther off than chance, and far enough to matter
-  OdometryScales scales{};          ///< of the wheels, slip and latency
+  /// Which of the six are known too badly to say anything against what was believed.
+  std::array<bool, 6> untold{};
+  OdometryScales scales{};  ///< of the wheels, slip and latency
   OdometryScales scales_sigma{};
 };
 
 /// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
 /// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
 /// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `believed` unless
-/// it is where the bundle has it. Nothing without odometry: tags alone say where the camera went, never where
-/// the base is.
+/// it is where the bundle has it; what is `held` of it stays. Nothing without odometry: tags alone say where
+/// the camera went, never where the base is.
 [[nodiscard]] std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
                                                                 const BundleProgress& progress,
-                                                                const std::optional<SE3>& believed = {});
+                                                                const std::optional<SE3>& believed = {},
+                                                                const std::array<bool, 6>& held = {});
 
 }  // namespace waymark

@@ -108,6 +108,20 @@ void add_places(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
   }
 }
 
+/// The floor of the prior map is that of the new one. What defined the lap's own map does so no more.
+void hold_the_floor(const LapPrior& prior, LapBundle& lap) {
+  std::set<PoseIndex> tags;
+  for (const auto& [id, pose] : lap.tags) tags.insert(pose);
+  std::erase_if(lap.bundle.priors, [&](const PriorTerm& term) { return tags.contains(term.pose); });
+  lap.anchor.reset();
+  if (!prior.map.floor.covariance) return;
+  SE3& map_T_plane = lap.bundle.poses[lap.floor].value;
+  map_T_plane = SE3(map_T_floor(prior.map.floor).rotation(), map_T_plane.translation());
+  for (PriorTerm& term : lap.bundle.priors) {
+    if (term.pose == lap.floor) term.factor = floor_prior(map_T_plane, true);
+  }
+}
+
 /// What the prior map knows, once each of its tags has a pose.
 void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
   const Matrix6 slack = 1e-10 * Matrix6::Identity();
@@ -158,6 +172,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   find_agreeing(prior, now, lap, known, tied);
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
+  hold_the_floor(prior, lap);
   // The lap's own anchor was held where the prior map has it: from now on it is a tag like any other.
   for (const auto& [id, index] : lap.tags) {
     if (std::ranges::find(tied.agreeing, id) == tied.agreeing.end()) lap.bundle.poses[index].fixed = false;

@@ -50,7 +50,7 @@ std::vector<PoseIndex> suspects(const LapBundle& lap, double outlier_chi2) {
   }
   std::vector<PoseIndex> tags;
   for (const auto& [tag, count] : contradictions) {
-    if (count >= kOften && !lap.bundle.poses[tag].fixed) tags.push_back(tag);
+    if (count >= kOften && !lap.is_held(tag)) tags.push_back(tag);
   }
   std::ranges::stable_sort(tags, std::greater<>{}, [&](PoseIndex tag) { return contradictions[tag]; });
   tags.resize(std::min(tags.size(), kMost));

@@ -58,8 +58,17 @@ double tilt_between(const SE3& map_T_tag, const SE3& other) {
   return std::acos(std::clamp(up(map_T_tag).dot(up(other)), -1.0, 1.0));
 }
 
+/// A pose that was given, turned about its centre by the smallest rotation that lets it lean as it does:
+/// place and heading are the giver's, the floor's up is the map's z.
+SE3 leaning_as(const SE3& stance, const SE3& given) {
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d floor_up = given.rotation() * (stance.rotation().inverse() * up);
+  const SO3 level = SO3::from_quaternion(Eigen::Quaterniond::FromTwoVectors(floor_up, up));
+  return {level * given.rotation(), given.translation()};
+}
+
 /// The map is placed by how the anchor stands on the floor, in words if it is not upright; or a pose that was
-/// given is held against it.
+/// given is held against it, and leans as the anchor does.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
   constexpr double kSurely = to_radians(60);  // a pose from few sightings may be the mirrored one
   const auto stance =
@@ -68,21 +77,39 @@ Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& o
   if (setup.anchor_pose_given) {
     if (tilt_between(setup.map_T_anchor, stance->map_T_anchor) > kSurely)
       return misplaced_anchor(setup.anchor);
+    const bool of_older_map = options.prior && !options.prior->map.floor.covariance;
+    if (!of_older_map) setup.map_T_anchor = leaning_as(stance->map_T_anchor, setup.map_T_anchor);
     return std::string();
   }
   setup.map_T_anchor = stance->map_T_anchor;
   return in_words(*stance, setup.anchor);
 }
 
-/// Where the robot drove, unless that is where the map has its floor anyway. Its own errors are no step of
-/// the floor.
-double floor_z_m(const MappedLap& lap) {
-  constexpr double kNoStep_m = 0.03;
+/// The floor of the chain: where the robot drove.
+FloorPlane driven_floor(const Trajectory& trajectory) {
   std::vector<double> z_m;
-  z_m.reserve(lap.trajectory.size());
-  for (const auto& pose : lap.trajectory) z_m.push_back(pose.map_T_base.translation().z());
-  const double usual_m = median(std::move(z_m));
-  return std::abs(usual_m) > kNoStep_m ? usual_m : 0;
+  z_m.reserve(trajectory.size());
+  for (const auto& pose : trajectory) z_m.push_back(pose.map_T_base.translation().z());
+  return {.z_m = median(std::move(z_m))};
+}
+
+/// Seen from above: along the floor, also where the map that is extended leans.
+Trajectory along_the_floor(const MappedLap& lap) {
+  Trajectory trajectory = lap.trajectory;
+  const SE3 floor_T_map = map_T_floor(lap.map.floor).inverse();
+  for (StampedPose& pose : trajectory) pose.map_T_base = floor_T_map * pose.map_T_base;
+  return trajectory;
+}
+
+/// A pose that was given for the anchor and how it leans in truth, where a person would see the difference.
+std::string lean_in_words(const TeachSetup& given, const MappedTag& anchor) {
+  constexpr double kWorthSaying = to_radians(1);
+  const double lean = tilt_between(given.map_T_anchor, anchor.map_T_tag);
+  if (!given.anchor_pose_given || lean < kWorthSaying) return {};
+  return fmt::format(
+      "the anchor {} leans by {:.1f} deg from the pose that was given: the map is level with "
+      "the floor, the anchor's place and heading are as given",
+      to_string(given.anchor), to_degrees(lean));
 }
 
 /// None of its sightings was believed in the end.
@@ -127,6 +154,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                        .sizes = setup.sizes,
                        .anchor = setup.anchor,
                        .map_T_anchor = setup.map_T_anchor,
+                       .imu = taught.imu,
                        .prior = options.prior};
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
@@ -147,7 +175,10 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .odometry_scales_sigma = map->odometry_scales_sigma,
                                            .prior_agreeing = map->prior_agreeing,
                                            .moved_m = map->moved_m,
-                                           .loop = loop_closure(input, *map)}};
+                                           .loop = loop_closure(input, *map),
+                                           .mounting = map->mounting,
+                                           .mounting_used = map->mounting_used,
+                                           .turns_by_gyro = map->turns_by_gyro}};
 }
 
 }  // namespace
@@ -175,8 +206,10 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
-  lap->map.floor_z_m = floor_z_m(*lap);
-  Result<Route> route = build_route(lap->trajectory, options.route);
+  if (const std::string words = lean_in_words(given, *lap->map.find(setup.anchor)); !words.empty())
+    lap->warnings.push_back(words);
+  if (options.method == "chain") lap->map.floor = driven_floor(lap->trajectory);
+  Result<Route> route = build_route(along_the_floor(*lap), options.route);
   if (!route) return tl::unexpected(route.error());
   lap->route = std::move(*route);
   lap->frames = static_cast<int>(taught.frames.size());

@@ -39,6 +39,9 @@ struct BundleFigures {
   int prior_agreeing = 0;  ///< tags that stand where the map that is extended has them
   double moved_m = 0;      ///< how far from the chain's place the tag is that moved most
   std::optional<LoopClosure> loop{};
+  std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
+  bool mounting_used = false;                  ///< the map rests on it
+  bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
 };
 
 /// What a lap becomes.
@@ -59,6 +62,7 @@ struct MappedLap {
 struct TaughtLap {
   std::vector<TagFrame> frames{};
   std::vector<Odometry> odometry{};  ///< may be empty: then tags alone say where the robot was
+  std::vector<ImuSample> imu{};      ///< may be empty
 };
 
 /// The map phase: a taught lap in, a map of the tags, the way the base went and a route out. Fails on an

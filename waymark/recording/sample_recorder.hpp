@@ -2,7 +2,9 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/mcap_writer.hpp"
@@ -42,6 +44,8 @@ class SampleRecorder {
   /// What a reader needs before the first frame: the camera and where it sits.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
+  /// The same with the stamp of the first sample that is added, which may be anything on a robot's clock.
+  void add_camera_with_first_sample(const CameraModel& camera, const SE3& base_T_cam);
   /// A message of ours on any topic.
   template <class Message>
   Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
@@ -55,9 +59,10 @@ class SampleRecorder {
   Status flush() { return writer_.flush(); }
   /// Ends the file with its summary. A recorder that is destroyed without it leaves a file that can be
   /// recovered.
-  Status close() { return writer_.close(); }
+  Status close();
 
  private:
+  Status add_waiting_camera(SensorTime stamp);
   Status add_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
@@ -65,7 +70,8 @@ class SampleRecorder {
   mcap::Writer writer_;
   std::map<std::string, std::uint16_t> channels_;
   Duration camera_latency_{};
-  Duration delay_{};  ///< of what is being added
+  Duration delay_{};                                     ///< of what is being added
+  std::optional<std::pair<CameraModel, SE3>> camera_{};  ///< waits for the first sample
 };
 
 }  // namespace waymark

@@ -28,10 +28,10 @@ double longest_without_tags_m(const Route& route, const TagMap& map, const Camer
                               const SE3& base_T_cam) {
   double longest = 0;
   double seen_at = 0;
+  const SE3 map_T_level = map_T_floor(map.floor);
   for (const RoutePoint& point : route.points) {
     longest = std::max(longest, point.arc_length_m - seen_at);
-    const SE3 map_T_floor(SO3(), {0, 0, map.floor_z_m});
-    if (!visible_tags(map, camera, map_T_floor * lift(point.map_T_base) * base_T_cam).empty())
+    if (!visible_tags(map, camera, map_T_level * lift(point.map_T_base) * base_T_cam).empty())
       seen_at = point.arc_length_m;
   }
   return std::max(longest, route.length_m - seen_at);

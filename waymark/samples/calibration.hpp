@@ -36,7 +36,8 @@ struct Calibration {
   /// that of the wheels), "gyro_gain" (the same of the gyro), "gyro_bias_rad_s" (what it says at rest),
   /// "side_slip_s" (sideways speed per speed and yaw rate, outwards when negative),
   /// "camera_latency_s" (a picture is so much older than its stamp), "sight_scale" (true distance of a tag =
-  /// scale * as it looks), "corner_sigma_px"; "turn_lead_s", "odometry_yaw_bias_rad_s" of odometry.
+  /// scale * as it looks), "focal_scale" (by which the focal length of `camera` was multiplied; it is in it
+  /// already), "corner_sigma_px"; "turn_lead_s", "odometry_yaw_bias_rad_s" of odometry.
   std::map<std::string, CalibratedValue> values{};
   /// Where it comes from, in words, in the order of the file.
   std::vector<std::pair<std::string, std::string>> provenance{};

@@ -28,11 +28,25 @@ struct MappedTag {
   std::optional<TagTie> tie{};
 };
 
+/// The floor a robot drives on: the plane of the points p with normal . (p - (0, 0, z_m)) = 0.
+struct FloorPlane {
+  double z_m = 0;                                     ///< its height at the map's origin
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< upwards, length 1; z is not 0
+  /// Of (z_m, turn about x, turn about y) [m, rad]; nothing when not known.
+  std::optional<Eigen::Matrix3d> covariance{};
+};
+
+/// The frame whose z = 0 is the floor: turned from the map by the smallest rotation that makes the floor
+/// level, its origin on the floor, at x = y = 0 of a level map.
+[[nodiscard]] inline SE3 map_T_floor(const FloorPlane& floor) {
+  const auto map_q_floor = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), floor.normal);
+  return {SO3::from_quaternion(map_q_floor), Eigen::Vector3d(0, 0, floor.z_m)};
+}
+
 /// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.
 struct TagMap {
   std::map<TagId, MappedTag> tags{};
-  double floor_z_m =
-      0;  ///< where the floor that the robot drives on lies; the anchor's centre may be the origin
+  FloorPlane floor{};  ///< that the robot drives on; the anchor's centre may be the origin
 
   /// The tag, or nullptr when it is not in the map. O(log n).
   [[nodiscard]] const MappedTag* find(const TagId& tag) const {

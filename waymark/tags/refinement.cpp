@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 
+#include "waymark/samples/corners.hpp"
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
 #include "waymark/tags/light.hpp"
@@ -45,6 +46,13 @@ bool usable(const ImageView& image, const TagDetection& detection) {
     if (std::abs(corner.y() - 0.5 * image.height) > 1.5 * image.height) return false;
   }
   return smallest_triangle(detection.corners_px) > 1.0;
+}
+
+bool cut_by_border(const ImageView& image, const TagDetection& detection, double border_px) {
+  return std::ranges::any_of(detection.corners_px, [&](const Vector2d& corner) {
+    return !(corner.x() >= border_px && corner.x() <= image.width - border_px && corner.y() >= border_px &&
+             corner.y() <= image.height - border_px);
+  });
 }
 
 /// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
@@ -159,6 +167,8 @@ std::string_view to_string(RefinementOutcome outcome) {
       return "unusable_quad";
     case RefinementOutcome::TooSmall:
       return "too_small";
+    case RefinementOutcome::CutByBorder:
+      return "cut_by_border";
     case RefinementOutcome::TooLittleSeen:
       return "too_little_seen";
     case RefinementOutcome::LowContrast:
@@ -174,14 +184,21 @@ std::string_view to_string(RefinementOutcome outcome) {
 RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                               const RefinementOptions& options, const CameraModel* camera) {
   RefinedCorners result;
-  if (usable(image, detection)) result.outcome = fit(image, detection, options, camera, result);
+  double unrefined_sigma_px = options.unrefined_sigma_px;
+  const bool known = usable(image, detection);
+  if (known && cut_by_border(image, detection, options.border_px)) {
+    result.outcome = RefinementOutcome::CutByBorder;
+    const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
+    unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
+  } else if (known) {
+    result.outcome = fit(image, detection, options, camera, result);
+  }
   if (result.refined()) result.outcome = judge(detection, options, result);
   if (result.refined()) return result;
   RefinedCorners kept;
   kept.outcome = result.outcome;
   kept.corners_px = detection.corners_px;
-  kept.covariance_px2 =
-      options.unrefined_sigma_px * options.unrefined_sigma_px * CornerCovariance::Identity();
+  kept.covariance_px2 = unrefined_sigma_px * unrefined_sigma_px * CornerCovariance::Identity();
   return kept;
 }
 

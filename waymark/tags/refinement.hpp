@@ -24,6 +24,7 @@ struct RefinementOptions {
   double model_error_px = 0.001;
   double curvature_per_px = 4e-4;
   double unrefined_sigma_px = 0.5;
+  double border_px = 3;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -55,6 +56,13 @@ struct RefinementOptions {
     visit(self.unrefined_sigma_px,
           Field{"unrefined_sigma_px", "Standard deviation [px] of corners that could not be refined.", 0.01,
                 10});
+    visit(
+        self.border_px,
+        Field{
+            "border_px",
+            "A tag with a corner nearer to the border of the image [px] may be cut: its corners are known to "
+            "a cell of the tag only.",
+            0, 100});
   }
 };
 
@@ -64,6 +72,7 @@ enum class RefinementOutcome : std::uint8_t {
   UnusableQuad,   ///< corners not finite, not convex, not clockwise, off the image, or an id the family does
                   ///< not have
   TooSmall,       ///< cells below min_cell_px
+  CutByBorder,    ///< a corner at the border of the image or beyond: it may lie a cell farther out
   TooLittleSeen,  ///< too few pixels of some edge in the image or uncovered
   LowContrast,    ///< no step from the border to its surroundings
   PoorFit,        ///< residual above max_residual, no convergence, or less certain than without the fit
@@ -74,7 +83,8 @@ enum class RefinementOutcome : std::uint8_t {
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
 /// Corners with their uncertainty. Always usable: where the fit was not, these are the corners that were
-/// given, with the covariance of unrefined_sigma_px.
+/// given, with the covariance of unrefined_sigma_px. Of a tag that the border of the image cuts all four are
+/// known to a cell only: so much of its black border may be missing.
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2

@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "tests/support/facing_tag.hpp"
+#include "waymark/samples/corners.hpp"
 
 namespace waymark {
 namespace {
@@ -73,7 +74,29 @@ TEST(RefinementFallback, KeepsTheCornersOfTagsTooSmallOrCutOff) {
   Print cut;
   cut.center_px = {-4, 60};
   const TagDetection outside = detection_at(cut, 0, random);
-  expect_kept(refine_corners(render(cut), outside), outside, RefinementOutcome::TooLittleSeen);
+  RefinementOptions any;
+  any.border_px = 0;
+  EXPECT_EQ(refine_corners(render(cut), outside, any).outcome, RefinementOutcome::CutByBorder);
+}
+
+/// The quad of a tag that the border of the image cuts is a cell too short at most: that is what is said of
+/// it.
+TEST(RefinementFallback, ATagThatTheBorderCutsIsKnownToACell) {
+  Random random(17);
+  Print print;
+  TagDetection detection = detection_at(print, 0, random);
+  const Image image = render(print);
+  ASSERT_TRUE(refine_corners(image, detection).refined());
+  const double cell_px = mean_side_px(detection.corners_px) / 8;
+  const double shift_px = detection.corners_px[0].x() - 2;  // two pixels are left of the border
+  const ImageView right{image.row(0) + static_cast<std::ptrdiff_t>(shift_px),
+                        image.width() - static_cast<int>(shift_px), image.height(), image.width()};
+  for (auto& corner : detection.corners_px) corner.x() -= std::floor(shift_px);
+  const RefinedCorners cut = refine_corners(right, detection);
+  EXPECT_EQ(cut.outcome, RefinementOutcome::CutByBorder);
+  EXPECT_EQ(cut.corners_px, detection.corners_px);
+  EXPECT_NEAR(std::sqrt(cut.covariance_px2(0, 0)), cell_px, 0.1 * cell_px);
+  EXPECT_NEAR(std::sqrt(cut.covariance_px2(7, 7)), cell_px, 0.1 * cell_px);
 }
 
 TEST(RefinementFallback, KeepsTheCornersWhenTheEdgeIsElsewhere) {
@@ -126,7 +149,7 @@ TEST(RefinementFallback, SaysEveryOutcomeInAWord) {
   for (const auto outcome :
        {RefinementOutcome::Refined, RefinementOutcome::UnusableQuad, RefinementOutcome::TooSmall,
         RefinementOutcome::TooLittleSeen, RefinementOutcome::LowContrast, RefinementOutcome::PoorFit,
-        RefinementOutcome::MovedTooFar}) {
+        RefinementOutcome::MovedTooFar, RefinementOutcome::CutByBorder}) {
     EXPECT_NE(to_string(outcome), "unknown");
   }
 }

@@ -1,0 +1,183 @@
+// A place and a robot as they are: an anchor that hangs crooked, wheels that say nothing right of turns, a
+// camera that sits elsewhere than the robot's file says. Judged against the simulator's truth.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/circuit_lap.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/evaluation/map_errors.hpp"
+#include "waymark/localization/landmarks.hpp"
+#include "waymark/pipeline/lap_mapper.hpp"
+
+namespace waymark {
+namespace {
+
+using namespace test;
+
+TeachSetup setup_of(const Lap& lap) {
+  return {.camera = lap.input.camera,
+          .base_T_cam = lap.input.base_T_cam,
+          .sizes = lap.input.sizes,
+          .anchor = lap.input.anchor,
+          .map_T_anchor = lap.input.map_T_anchor};
+}
+
+/// The circuit with an anchor that leans back.
+World with_leaning_anchor(double lean_deg) {
+  World world = circuit();
+  MappedTag& anchor = world.tags.tags.at(world.anchor);
+  const Eigen::Vector3d right = anchor.map_T_tag.rotation() * Eigen::Vector3d::UnitX();
+  anchor.map_T_tag = SE3(SO3::exp(to_radians(lean_deg) * right) * anchor.map_T_tag.rotation(),
+                         anchor.map_T_tag.translation());
+  return world;
+}
+
+/// How well the tags of a map keep their distances from each other and from the floor.
+struct Shape {
+  double rmse_m = 0, height_m = 0, lean_deg = 0;
+};
+
+Shape shape_of(const MappedLap& lap, const World& world) {
+  const auto errors = tag_map_errors(lap.map, world.tags);
+  Shape shape;
+  const Landmarks landmarks(lap.map);
+  for (const Landmark& tag : landmarks.all()) {
+    const SE3& truth = world.tags.find(tag.tag)->map_T_tag;
+    shape.height_m =
+        std::max(shape.height_m, std::abs(tag.map_T_tag.translation().z() - truth.translation().z()));
+    const Eigen::Vector3d up = tag.map_T_tag.rotation().inverse() * Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d true_up = truth.rotation().inverse() * Eigen::Vector3d::UnitZ();
+    shape.lean_deg = std::max(shape.lean_deg, to_degrees(std::acos(std::min(1.0, up.dot(true_up)))));
+  }
+  if (errors) shape.rmse_m = errors->rmse_m;
+  return shape;
+}
+
+/// Whether the pose of the anchor is not given, or is that of a tag that hangs upright.
+TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
+  for (const double lean_deg : {0.0, 0.15, 0.3, 1.0, 3.0, 6.0, 15.0, 30.0}) {
+    const World world = with_leaning_anchor(lean_deg);
+    const Lap lap = drive(5, {}, world);
+    for (const bool given : {false, true}) {
+      TeachSetup setup = setup_of(lap);
+      setup.map_T_anchor = circuit().tags.find(world.anchor)->map_T_tag;
+      setup.anchor_pose_given = given;
+      const auto mapped = map_lap({lap.input.frames, lap.input.odometry}, setup);
+      ASSERT_TRUE(mapped) << to_string(mapped.error());
+      const Shape shape = shape_of(*mapped, world);
+      const SE3& anchor = mapped->map.find(world.anchor)->map_T_tag;
+      std::printf("lean %.2f deg, pose %s: %.1f mm rmse, heights to %.1f mm, upright to %.2f deg\n", lean_deg,
+                  given ? "given" : "found", 1000 * shape.rmse_m, 1000 * shape.height_m, shape.lean_deg);
+      EXPECT_LT(shape.height_m, 0.02);
+      EXPECT_LT(shape.lean_deg, 1.0);
+      EXPECT_LT(mapped->bundle->rejected, 0.01 * 24 * 200);
+      ASSERT_TRUE(mapped->map.floor.covariance);
+      EXPECT_LT((mapped->map.floor.normal - Eigen::Vector3d::UnitZ()).norm(), 1e-5);
+      if (!given) {
+        EXPECT_LT(anchor.translation().norm(), 1e-5) << "the map begins at the anchor's centre";
+        EXPECT_NEAR((anchor.rotation() * Eigen::Vector3d::UnitZ()).y(), 0, 1e-3);
+        continue;
+      }
+      EXPECT_LT(shape.rmse_m, 0.03);
+      EXPECT_LT((anchor.translation() - setup.map_T_anchor.translation()).norm(), 1e-5);
+      const bool said = std::ranges::any_of(mapped->warnings, [](const std::string& words) {
+        return words.find("leans by") != std::string::npos;
+      });
+      EXPECT_EQ(said, lean_deg > 2) << "by a degree it may";
+    }
+  }
+}
+
+/// The robot's turns as wheels tell them that a skid-steered robot turns with this gain only.
+std::vector<Odometry> skidding(const std::vector<Odometry>& odometry, double gain) {
+  std::vector<Odometry> told;
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Odometry sample = odometry[i];
+    if (i > 0) {
+      SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
+      twist[2] /= gain;
+      sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
+    }
+    told.push_back(sample);
+  }
+  return told;
+}
+
+TEST(MapOfAPlace, WheelsMayTellTurnsWrongly) {
+  const Lap lap = drive(6);
+  const double right = worst_of_others(map_of(lap.input), {});
+  for (const double gain : {0.2, 0.3, 0.45, 0.6, 0.85, 1.2}) {
+    for (const bool with_imu : {false, true}) {
+      LapInput input = lap.input;
+      input.odometry = skidding(lap.input.odometry, gain);
+      if (with_imu) input.imu = lap.imu;
+      const BundleMap map = map_of(input);
+      std::printf("yaw gain %.2f%s: worst tag %.1f mm (%.1f with good wheels), yaw scale %.3f +- %.3f%s\n",
+                  gain, with_imu ? ", IMU" : "", 1000 * worst_of_others(map, {}), 1000 * right,
+                  map.odometry_scales.yaw, map.odometry_scales_sigma.yaw, map.turns_by_gyro ? ", gyro" : "");
+      EXPECT_LT(worst_of_others(map, {}), std::max(0.01, 1.1 * right));
+      EXPECT_EQ(map.map.tags.size(), 24U);
+      if (!map.turns_by_gyro) EXPECT_NEAR(map.odometry_scales.yaw, gain, 0.05 * gain);
+      EXPECT_LT(static_cast<double>(map.rejected.size()), 0.02 * 24 * 150);
+    }
+  }
+}
+
+/// Wheels that skid now more, now less: then a gyro is what to turn by.
+TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
+  const Lap lap = drive(6);
+  LapInput input = lap.input;
+  std::vector<Odometry> told;
+  for (std::size_t i = 0; i < lap.input.odometry.size(); ++i) {
+    Odometry sample = lap.input.odometry[i];
+    if (i > 0) {
+      SE2::Tangent twist = (lap.input.odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
+      twist[2] /=
+          0.35 + 0.2 * std::sin(2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5);
+      sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
+    }
+    told.push_back(sample);
+  }
+  input.odometry = told;
+  const double by_wheels = worst_of_others(map_of(input), {});
+  constexpr double kBias_rad_s = 0.02;
+  input.imu = lap.imu;
+  for (ImuSample& sample : input.imu) sample.angular_velocity_rad_s.z() += kBias_rad_s;
+  const BundleMap map = map_of(input);
+  std::printf("wheels that skid by turns: worst tag %.1f mm, with a gyro %.1f mm\n", 1000 * by_wheels,
+              1000 * worst_of_others(map, {}));
+  EXPECT_TRUE(map.turns_by_gyro);
+  EXPECT_LT(worst_of_others(map, {}), 0.01);
+}
+
+TEST(MapOfAPlace, ACameraThatSitsElsewhereIsFoundAndUsed) {
+  const Lap lap = drive(16, {.speed_m_s = 0.2, .second_speed_m_s = 0.6});
+  const SE3 truth = lap.input.base_T_cam;
+  LapInput wrong = lap.input;
+  wrong.base_T_cam = SE3(SO3::from_rpy(0, to_radians(2), 0) * truth.rotation(),
+                         truth.translation() + Eigen::Vector3d(0.02, 0, 0));
+  const BundleMap map = map_of(wrong);
+  ASSERT_TRUE(map.mounting);
+  EXPECT_TRUE(map.mounting_used);
+  const Eigen::Vector3d turned = (map.mounting->base_T_cam.rotation() * truth.rotation().inverse()).log();
+  std::printf("2 deg off found to %.2f deg; worst tag %.1f mm\n", to_degrees(turned.norm()),
+              1000 * worst_of_others(map, {}));
+  EXPECT_LT(to_degrees(turned.norm()), 0.3);
+  EXPECT_LT(worst_of_others(map, {}), 0.02);
+  EXPECT_THAT(check_map(wrong, map), testing::Contains(testing::HasSubstr("taken into account")));
+  const BundleMap right = map_of(lap.input);
+  EXPECT_FALSE(right.mounting_used) << "nothing is corrected that is right";
+  BundleMapOptions options;
+  options.keep_mounting = true;
+  const auto kept = map_by_bundle(wrong, {}, options);
+  ASSERT_TRUE(kept);
+  EXPECT_FALSE(kept->mounting_used);
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/localization/riekf.hpp"
+
+namespace waymark {
+
+/// Errors of the numbers of kSystematic by which innovations are explained best.
+struct SystematicFit {
+  SystematicVector value = SystematicVector::Zero();
+  SystematicMatrix covariance = SystematicMatrix::Zero();
+};
+
+/// Regression of innovations on errors of what the filter takes for right: score and information of a
+/// likelihood of innovations (Mehra and Peschon, "An innovations approach to fault detection and diagnosis in
+/// dynamic systems", Automatica 7, 1971; Basseville and Nikiforov, "Detection of Abrupt Changes", section
+/// 7.2.4, additive changes seen through the filter's own dynamics). No allocation after construction.
+class SystematicErrors {
+ public:
+  explicit SystematicErrors(int landmarks) : all_(static_cast<std::size_t>(landmarks)) {}
+
+  /// A residual, its sensitivity (Riekf::sensitivity()), and the covariance of its innovation.
+  void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S);
+  void clear();
+  /// Whether add() counts, or passes over: a part of a drive may be held out.
+  void count_in(bool counts) { counts_ = counts; }
+  /// With a prior of these standard deviations about `-away`: so far the numbers are from it already.
+  /// Innovations of one landmark share its error: the covariance is also that of a sample of landmarks (Liang
+  /// and Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986), where
+  /// that is larger. Nothing before there are enough. O(landmarks).
+  [[nodiscard]] std::optional<SystematicFit> fit(
+      const SystematicVector& prior, const SystematicVector& away = SystematicVector::Zero()) const;
+  [[nodiscard]] int count() const { return count_; }
+
+ private:
+  struct Sums {
+    SystematicMatrix information = SystematicMatrix::Zero();
+    SystematicVector score = SystematicVector::Zero();
+    int count = 0;
+  };
+  std::vector<Sums> all_;
+  int count_ = 0;
+  bool counts_ = true;
+};
+
+/// What innovations show to be wrong.
+enum class Suspect : std::uint8_t { Mounting, Scale, Latency };
+
+struct SystematicVerdict {
+  Suspect suspect = Suspect::Mounting;
+  double chi2 = 0;  ///< of its errors being zero
+  SystematicFit fit{};
+  /// Second moment of the errors of mounting, scale and latency: what the stated covariance must cover.
+  SystematicMatrix second_moment = SystematicMatrix::Zero();
+};
+
+/// Wald tests of mounting, scale and latency, each beside the others; the one that alone explains most is the
+/// suspect. Nothing when none is significant and large enough to matter.
+[[nodiscard]] std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors);
+/// The suspect with its size, and the command that mends it.
+[[nodiscard]] std::string words_of(const SystematicVerdict& verdict, bool corners);
+
+}  // namespace waymark
