@@ -19,7 +19,7 @@ constexpr Duration kAskAgain = std::chrono::milliseconds(400);
 PageOrders::Act PageOrders::act(Duration uptime, S state) {
   Act act;
   // In this order: whoever gave these orders held control then, and if it is lost now, has gone since.
-  const std::vector<LiveOrder> orders = feed_.take_orders();
+  const std::vector<ViewerOrder> orders = feed_.take_orders();
   const Control control = feed_.control();
   if (control == Control::Lost && before_ != Control::Lost) {
     stand_ = state == S::Teaching;
@@ -29,8 +29,8 @@ PageOrders::Act PageOrders::act(Duration uptime, S state) {
   }
   before_ = control;
   if (control == Control::Held) stand_ = false;
-  for (const LiveOrder& order : orders) {
-    using Kind = LiveOrder::Kind;
+  for (const ViewerOrder& order : orders) {
+    using Kind = ViewerOrder::Kind;
     // What somebody asked for who has gone since moves nothing any more.
     if (control == Control::Lost && order.kind != Kind::Stop) continue;
     if (order.kind == Kind::Go) act.events.push_back(E::Go);

@@ -10,7 +10,7 @@ namespace {
 using E = OperatorEvent;
 using S = OperatorState;
 using Control = LiveFeed::Control;
-using Kind = LiveOrder::Kind;
+using Kind = ViewerOrder::Kind;
 
 constexpr Duration seconds(double value) { return Duration(static_cast<std::int64_t>(value * 1e9)); }
 

@@ -44,6 +44,16 @@ void ReplaySession::ask_after_silence(Duration uptime) {
 }
 
 Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
+  const SessionRequest request = requests_(uptime);
+  if (request.end) {
+    ended_by_ = request.reason;
+    return DriverDecision{.done = true};
+  }
+  if (request.pause) *request.pause ? pause() : resume();
+  return follow(uptime, now);
+}
+
+Result<DriverDecision> ReplaySession::follow(Duration uptime, SensorTime now) {
   ask_after_silence(uptime);
   const ReplayStep step = replayer_.step(now);
   end_.state = step.state;
@@ -78,6 +88,7 @@ RobotListener ReplaySession::listener() {
 ReplayEnd ReplaySession::end() const {
   ReplayEnd end = end_;
   end.stops = replayer_.stops();
+  if (!ended_by_.empty()) end.reason = ended_by_;
   return end;
 }
 

@@ -6,6 +6,7 @@
 
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/runtime/robot_loop.hpp"
+#include "waymark/runtime/session_request.hpp"
 
 namespace waymark {
 
@@ -49,8 +50,12 @@ struct ReplayEnd : LapEnd {
 class ReplaySession {
  public:
   /// The replayer outlives the session.
-  ReplaySession(Replayer& replayer, ReplayListener listener, const ReplaySessionOptions& options = {})
-      : replayer_(replayer), listener_(std::move(listener)), options_(options) {}
+  ReplaySession(Replayer& replayer, ReplayListener listener, const ReplaySessionOptions& options = {},
+                SessionRequests requests = no_requests())
+      : replayer_(replayer),
+        listener_(std::move(listener)),
+        options_(options),
+        requests_(std::move(requests)) {}
 
   Status hear(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
@@ -67,11 +72,14 @@ class ReplaySession {
 
  private:
   void ask_after_silence(Duration uptime);
+  Result<DriverDecision> follow(Duration uptime, SensorTime now);
 
   Replayer& replayer_;
   ReplayListener listener_;
   ReplaySessionOptions options_;
+  SessionRequests requests_;
   ReplayEnd end_{};
+  std::string ended_by_{};  ///< a request, in words
   bool paused_ = false;
   std::optional<Duration> goes_{};  ///< when it last drove, or was meant to stand
   /// What sensors said: the newest stamp, that of the decision before, and when that was.

@@ -1,110 +1,22 @@
 // A replay on the loop with a robot that is a few lines and a clock that is a number: every way it ends.
 #include "waymark/runtime/replay_session.hpp"
 
-#include <cmath>
-#include <deque>
-#include <memory>
-
 #include <gtest/gtest.h>
 
-#include "waymark/geometry/planar.hpp"
-#include "waymark/replay/route_builder.hpp"
+#include "tests/support/tiny_robot.hpp"
 
 namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
 
-/// Believes the odometry; knows nothing when it is lost.
-class TrustingMethod final : public LocalizationMethod {
- public:
-  explicit TrustingMethod(bool lost) : lost_(lost) {}
-  void add(const TagFrame& /*frame*/) override {}
-  void add(const Odometry& odometry) override {
-    if (lost_) return;
-    estimate_ = LocalizationEstimate{.stamp = odometry.stamp, .map_T_base = odometry.odom_T_base};
-    estimate_->covariance = Eigen::Matrix3d::Identity() * 1e-6;
-  }
-  [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return estimate_; }
-
- private:
-  bool lost_;
-  std::optional<LocalizationEstimate> estimate_{};
-};
-
-/// Goes as it is told, says where it is and that it sees two tags, and asks for a command, each 50 ms.
-class TinyRobot final : public Source, public Robot {
- public:
-  explicit TinyRobot(const SE2& start) : map_T_base_(start) {}
-
-  Result<std::optional<RobotEvent>> next(Duration /*most*/) override {
-    if (dies_after && clock > *dies_after) return fail(ErrorCode::Unreadable, "the robot's process ended");
-    if (events_.empty()) pass_time();
-    RobotEvent event = std::move(events_.front());
-    events_.pop_front();
-    return std::optional<RobotEvent>(std::move(event));
-  }
-  [[nodiscard]] bool more() const override { return true; }
-  [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(clock); }
-  Status command(const VelocityCommand& command) override {
-    command_ = command;
-    fastest_m_s = std::max(fastest_m_s, std::abs(command.speed_m_s));
-    return {};
-  }
-  [[nodiscard]] const VelocityCommand& last() const { return command_; }
-  [[nodiscard]] double x_m() const { return map_T_base_.x(); }
-
-  Duration clock = milliseconds(1);
-  double fastest_m_s = 0;
-  std::optional<Duration> dies_after{};
-  Duration silent_from = std::chrono::hours(1);
-  Duration silent_to = std::chrono::hours(1);
-
- private:
-  void pass_time() {
-    constexpr double kStep_s = 0.05;
-    clock += milliseconds(50);
-    map_T_base_ =
-        map_T_base_ * SE2::exp({kStep_s * command_.speed_m_s, 0, kStep_s * command_.yaw_rate_rad_s});
-    const SensorTime now(clock);
-    if (clock < silent_from || clock >= silent_to) {
-      events_.emplace_back(Sample(Odometry{.stamp = now,
-                                           .odom_T_base = map_T_base_,
-                                           .speed_m_s = command_.speed_m_s,
-                                           .yaw_rate_rad_s = command_.yaw_rate_rad_s}));
-      TagFrame frame{.stamp = now, .detections = std::vector<TagDetection>(2)};
-      for (int i = 0; i < 2; ++i) frame.detections[static_cast<std::size_t>(i)].tag.number = i;
-      frame.detections[0].corners_px[0].x() = to_seconds(clock);  // a camera whose pictures change
-      events_.emplace_back(Sample(frame));
-    }
-    events_.emplace_back(CommandRequest{now});
-  }
-
-  SE2 map_T_base_;
-  VelocityCommand command_{};
-  std::deque<RobotEvent> events_{};
-};
-
-/// Two metres straight ahead.
-Route straight_route() {
-  Trajectory line;
-  for (int i = 0; i <= 40; ++i)
-    line.push_back({SensorTime(milliseconds(200 * i)), lift(SE2(0.05 * i, 0, 0))});
-  return build_route(line).value();
-}
-
-Replayer some_replayer(bool lost = false) {
-  const RobotModel model{
-      .name = "tiny",
-      .hull = {.front_m = 0.1, .rear_m = 0.1, .width_m = 0.2, .height_m = 0.2},
-      .limits = {.speed_m_s = 1, .yaw_rate_rad_s = 2, .acceleration_m_s2 = 2, .yaw_acceleration_rad_s2 = 8}};
-  return {std::make_unique<TrustingMethod>(lost), straight_route(), {}, model, {}};
-}
-
 /// A session on the loop, with the robot at this place.
 struct Drive {
   explicit Drive(const SE2& start = {}, bool lost = false)
-      : robot(start), replayer(some_replayer(lost)), session(replayer, listener(), options()) {}
+      : robot(start),
+        replayer(test::tiny_replayer(lost)),
+        session(replayer, listener(), options(),
+                [this](Duration uptime) { return request ? request(uptime) : SessionRequest{}; }) {}
 
   Result<ReplayEnd> drive(double timeout_s = 60) {
     RobotLoop loop(robot, robot, lockstep_time([this] { return robot.clock; }), nullptr,
@@ -134,10 +46,11 @@ struct Drive {
   }
   static ReplaySessionOptions options() { return {.give_up_s = 2}; }
 
-  TinyRobot robot;
+  test::TinyRobot robot;
   Replayer replayer;
   ReplaySession session;
   std::function<void(Duration)> before{};
+  std::function<SessionRequest(Duration)> request{};
   std::optional<Duration> stop_at{};
   std::optional<double> fails_at_s{};
   int samples = 0;
@@ -184,7 +97,7 @@ TEST(ReplaySession, GivesUpWaitingForAPosition) {
 
 TEST(ReplaySession, GivesUpStandingForTooLongAndSaysWhy) {
   Drive run;
-  run.robot.silent_from = milliseconds(2000);
+  run.robot.silent.from = milliseconds(2000);
   const auto end = run.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->given_up);
@@ -236,18 +149,45 @@ TEST(ReplaySession, APauseIsNotGivenUpAndGoesOn) {
   EXPECT_EQ(end->stops, 1);
 }
 
+TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
+  Drive paused;
+  double paused_at_m = 0;
+  paused.request = [&](Duration uptime) {
+    SessionRequest request;
+    if (uptime == milliseconds(2001)) request.pause = true;
+    if (uptime == milliseconds(3001)) paused_at_m = paused.robot.x_m();
+    if (uptime != milliseconds(9001)) return request;  // longer than it takes to be given up
+    EXPECT_NEAR(paused.robot.x_m(), paused_at_m, 0.001) << "it stood";
+    request.pause = false;
+    return request;
+  };
+  const auto end = paused.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->finished) << end->reason;
+  EXPECT_EQ(end->stops, 1);
+
+  Drive ended;
+  ended.request = [](Duration uptime) {
+    return SessionRequest{.end = uptime > milliseconds(3000), .reason = "stopped on the page"};
+  };
+  const auto stopped = ended.drive();
+  ASSERT_TRUE(stopped);
+  EXPECT_FALSE(stopped->finished || stopped->interrupted || stopped->given_up);
+  EXPECT_EQ(stopped->reason, "stopped on the page");
+  EXPECT_GT(stopped->driven_m, 0.1);
+  EXPECT_EQ(ended.robot.last(), VelocityCommand{});
+}
+
 TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   Drive brief;
-  brief.robot.silent_from = milliseconds(2000);
-  brief.robot.silent_to = milliseconds(2800);
+  brief.robot.silent = {milliseconds(2000), milliseconds(2800)};
   const auto end = brief.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished) << end->reason;
   EXPECT_EQ(end->stops, 1);
 
   Drive lasting;
-  lasting.robot.silent_from = milliseconds(2000);
-  lasting.robot.silent_to = milliseconds(3450);
+  lasting.robot.silent = {milliseconds(2000), milliseconds(3450)};
   double stood_at_m = 0;
   lasting.before = [&](Duration uptime) {
     if (uptime == milliseconds(3501)) stood_at_m = lasting.robot.x_m();
@@ -259,8 +199,7 @@ TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   EXPECT_NEAR(lasting.robot.x_m(), stood_at_m, 1e-9) << "it did not go on";
 
   Drive helped;
-  helped.robot.silent_from = milliseconds(2000);
-  helped.robot.silent_to = milliseconds(3500);
+  helped.robot.silent = {milliseconds(2000), milliseconds(3500)};
   helped.before = [&](Duration uptime) {
     if (uptime == milliseconds(4001)) helped.session.resume();
   };

@@ -93,22 +93,22 @@ std::optional<double> number_of(const Json& object, const char* key, double most
   return std::isfinite(value) && std::abs(value) <= most ? std::optional(value) : std::nullopt;
 }
 
-Result<LiveOrder> order_named(std::string_view name) {
-  using Kind = LiveOrder::Kind;
+Result<ViewerOrder> order_named(std::string_view name) {
+  using Kind = ViewerOrder::Kind;
   for (const auto& [word, kind] : {std::pair{"go", Kind::Go}, std::pair{"stop", Kind::Stop},
                                    std::pair{"quit", Kind::Quit}, std::pair{"script", Kind::Script}}) {
-    if (name == word) return LiveOrder{.kind = kind};
+    if (name == word) return ViewerOrder{.kind = kind};
   }
   return nonsense("an order is one of go, stop, script, quit");
 }
 
-Result<LiveOrder> drive_order(std::optional<double> speed_m_s, std::optional<double> yaw_rate_rad_s) {
+Result<ViewerOrder> drive_order(std::optional<double> speed_m_s, std::optional<double> yaw_rate_rad_s) {
   if (!speed_m_s || !yaw_rate_rad_s)
     return nonsense(fmt::format("a speed is within {} m/s and {} rad/s", kMostSpeed_m_s, kMostYawRate_rad_s));
-  return LiveOrder{.kind = LiveOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
+  return ViewerOrder{.kind = ViewerOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
 }
 
-Result<ClientMessage> order_message(Result<LiveOrder> order) {
+Result<ClientMessage> order_message(Result<ViewerOrder> order) {
   if (!order) return tl::unexpected(order.error());
   return ClientMessage(ClientOrders{*order});
 }
@@ -157,7 +157,7 @@ Result<ClientPublishes> parse_client_binary(std::span<const std::uint8_t> bytes)
   return ClientPublishes{channel, bytes.subspan(kHead)};
 }
 
-Result<LiveOrder> parse_published(std::string_view topic, std::string_view json) {
+Result<ViewerOrder> parse_published(std::string_view topic, std::string_view json) {
   const Json message = parsed(json);
   if (!message.is_object()) return nonsense("this is no JSON object");
   if (topic == kOrderTopic) return order_named(word_of(message, "data").value_or(""));

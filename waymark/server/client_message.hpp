@@ -41,7 +41,7 @@ struct ClientTakes {};     ///< control
 struct ClientReleases {};  ///< control
 struct ClientAlive {};
 struct ClientOrders {
-  LiveOrder order{};
+  ViewerOrder order{};
 };
 /// A message of the protocol that asks for what we do not have.
 struct ClientAsksInVain {
@@ -66,6 +66,6 @@ struct ClientPublishes {
 /// a speed (geometry_msgs/Twist).
 inline constexpr std::string_view kOrderTopic = "/waymark/order";
 inline constexpr std::string_view kDriveTopic = "/cmd_vel";
-[[nodiscard]] Result<LiveOrder> parse_published(std::string_view topic, std::string_view json);
+[[nodiscard]] Result<ViewerOrder> parse_published(std::string_view topic, std::string_view json);
 
 }  // namespace waymark

@@ -25,7 +25,7 @@ TEST(ClientMessage, WhatFoxgloveSays) {
 TEST(ClientMessage, WhatThePageSays) {
   const auto stop = parse_client_text(R"({"op":"order","order":"stop"})");
   ASSERT_TRUE(stop);
-  EXPECT_EQ(std::get<ClientOrders>(*stop).order.kind, LiveOrder::Kind::Stop);
+  EXPECT_EQ(std::get<ClientOrders>(*stop).order.kind, ViewerOrder::Kind::Stop);
   const auto drive = parse_client_text(R"({"op":"drive","speed_m_s":0.3,"yaw_rate_rad_s":-0.5})");
   ASSERT_TRUE(drive);
   EXPECT_EQ(std::get<ClientOrders>(*drive).order.command, (VelocityCommand{0.3, -0.5}));
@@ -74,7 +74,7 @@ TEST(ClientMessage, WhatIsPublished) {
       parse_published("/cmd_vel", R"({"linear":{"x":0.2,"y":0,"z":0},"angular":{"x":0,"y":0,"z":1}})");
   ASSERT_TRUE(drive);
   EXPECT_EQ(drive->command, (VelocityCommand{0.2, 1}));
-  EXPECT_EQ(parse_published("/waymark/order", R"({"data":"go"})")->kind, LiveOrder::Kind::Go);
+  EXPECT_EQ(parse_published("/waymark/order", R"({"data":"go"})")->kind, ViewerOrder::Kind::Go);
   EXPECT_FALSE(parse_published("/other", R"({"data":"go"})"));
   EXPECT_FALSE(parse_published("/cmd_vel", R"({"linear":1,"angular":2})"));
   EXPECT_FALSE(parse_published("/cmd_vel", "\xff\xff"));

@@ -84,7 +84,8 @@ TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
   for (std::int64_t i = 0; !over; ++i) {
     feed.publish(Sample(Odometry{.stamp = SensorTime(Duration(i))}), i);
     feed.tell({.phase = i % 50 < 25 ? "teaching" : "idle"});
-    for (const LiveOrder& order : feed.take_orders()) stops += order.kind == LiveOrder::Kind::Stop ? 1 : 0;
+    for (const ViewerOrder& order : feed.take_orders())
+      stops += order.kind == ViewerOrder::Kind::Stop ? 1 : 0;
     (void)feed.control();
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }

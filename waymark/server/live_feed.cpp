@@ -105,17 +105,17 @@ void LiveFeed::give_back(CameraFrame picture) {
   if (box_spare_.size() < kMostSpare) box_spare_.push_back(std::move(picture));
 }
 
-std::vector<LiveOrder> LiveFeed::take_orders() {
+std::vector<ViewerOrder> LiveFeed::take_orders() {
   const std::unique_lock<std::mutex> hand(order_box_, std::try_to_lock);
   if (!hand) return {};
   return std::exchange(orders_, {});
 }
 
-void LiveFeed::order(const LiveOrder& order) {
+void LiveFeed::order(const ViewerOrder& order) {
   const std::scoped_lock hand(order_box_);
   // A robot that does not ask for its orders must not fill the memory; a stop is never lost.
   if (orders_.size() >= kMostOrders) {
-    if (order.kind != LiveOrder::Kind::Stop) return;
+    if (order.kind != ViewerOrder::Kind::Stop) return;
     orders_.clear();
   }
   orders_.push_back(order);

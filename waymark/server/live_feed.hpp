@@ -14,6 +14,7 @@
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/ros2_messages.hpp"
+#include "waymark/runtime/viewer_orders.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -31,13 +32,6 @@ struct LiveStatus {
   int dropped_pictures = 0;  ///< that came faster than they could be looked at
 
   friend bool operator==(const LiveStatus&, const LiveStatus&) = default;
-};
-
-/// What a viewer asks for.
-struct LiveOrder {
-  enum class Kind : std::uint8_t { Go, Stop, Quit, Script, Velocity };
-  Kind kind = Kind::Stop;
-  VelocityCommand command{};  ///< of Velocity
 };
 
 /// What the page shows beside samples: the camera and where it sits, the map, the route.
@@ -73,9 +67,9 @@ class LiveFeed {
   /// The map as shapes, for viewers that cannot read map.yaml.
   void show_shapes(ros2::MarkerArray shapes);
   /// What viewers asked for since the last call, oldest first.
-  [[nodiscard]] std::vector<LiveOrder> take_orders();
+  [[nodiscard]] std::vector<ViewerOrder> take_orders();
   /// Somebody holds control, or held it and went away without giving it back.
-  enum class Control : std::uint8_t { Nobody, Held, Lost };
+  using Control = ViewerControl;
   [[nodiscard]] Control control() const { return control_.load(); }
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(); }
 
@@ -95,7 +89,7 @@ class LiveFeed {
   [[nodiscard]] News take();
   /// A picture that is of no use any more: the next one takes its memory, and the loop need not ask for any.
   void give_back(CameraFrame picture);
-  void order(const LiveOrder& order);
+  void order(const ViewerOrder& order);
   void set_control(Control control) { control_.store(control); }
 
  private:
@@ -119,7 +113,7 @@ class LiveFeed {
   News box_news_{};
   std::vector<CameraFrame> box_spare_{};
   std::mutex order_box_;
-  std::vector<LiveOrder> orders_{};
+  std::vector<ViewerOrder> orders_{};
 };
 
 }  // namespace waymark

@@ -69,12 +69,12 @@ TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {
 
 TEST(LiveFeed, OrdersAreBoundedAndAStopIsNeverLost) {
   LiveFeed feed;
-  for (int i = 0; i < 1000; ++i) feed.order({.kind = LiveOrder::Kind::Velocity});
-  feed.order({.kind = LiveOrder::Kind::Stop});
+  for (int i = 0; i < 1000; ++i) feed.order({.kind = ViewerOrder::Kind::Velocity});
+  feed.order({.kind = ViewerOrder::Kind::Stop});
   const auto orders = feed.take_orders();
   EXPECT_LE(orders.size(), 64u);
   ASSERT_FALSE(orders.empty());
-  EXPECT_EQ(orders.back().kind, LiveOrder::Kind::Stop);
+  EXPECT_EQ(orders.back().kind, ViewerOrder::Kind::Stop);
   EXPECT_TRUE(feed.take_orders().empty());
 }
 

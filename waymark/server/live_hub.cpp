@@ -181,8 +181,8 @@ void LiveHub::release(Id id, bool lost) {
   feed_.set_control(lost ? LiveFeed::Control::Lost : LiveFeed::Control::Nobody);
 }
 
-void LiveHub::obey(Id id, Client& client, const LiveOrder& order) {
-  const bool only_stops = order.kind == LiveOrder::Kind::Stop && (holder_ || !client.may_command);
+void LiveHub::obey(Id id, Client& client, const ViewerOrder& order) {
+  const bool only_stops = order.kind == ViewerOrder::Kind::Stop && (holder_ || !client.may_command);
   if (only_stops || take(id, client)) feed_.order(order);
 }
 
@@ -254,7 +254,7 @@ void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration n
     return complain(client, fmt::format("channel {} was not advertised", published->channel));
   const std::string_view json(reinterpret_cast<const char*>(published->message.data()),
                               published->message.size());
-  const Result<LiveOrder> order = parse_published(topic->second, json);
+  const Result<ViewerOrder> order = parse_published(topic->second, json);
   if (!order) return complain(client, order.error().message);
   client.heard = now;
   obey(id, client, *order);

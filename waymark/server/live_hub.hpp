@@ -78,7 +78,7 @@ class LiveHub {
   void tell_state(Duration now);
   void tell_control(Id id, Client& client);
   void tell_texts(Client& client);
-  void obey(Id id, Client& client, const LiveOrder& order);
+  void obey(Id id, Client& client, const ViewerOrder& order);
   /// Whether it holds control now; takes it where it is free.
   bool take(Id id, Client& client);
   void release(Id id, bool lost);

@@ -221,7 +221,7 @@ TEST_F(Hub, FoxglovePublishesWithTheToken) {
   hub_.hear_binary(id, {reinterpret_cast<const std::uint8_t*>(stop.data()), stop.size()}, now_);
   const auto orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1u);
-  EXPECT_EQ(orders[0].kind, LiveOrder::Kind::Stop);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Stop);
   say(id, R"({"op":"unadvertise","channelIds":[1]})");
   EXPECT_EQ(feed_.control(), Control::Nobody);
 }
@@ -235,7 +235,7 @@ TEST_F(Hub, EveryViewerStopsTheRobotWhoeverHoldsControl) {
   (void)feed_.take_orders();
   const auto stops = [&] {
     const auto orders = feed_.take_orders();
-    return orders.size() == 1 && orders[0].kind == LiveOrder::Kind::Stop;
+    return orders.size() == 1 && orders[0].kind == ViewerOrder::Kind::Stop;
   };
   for (const auto id : {second, watcher}) {
     say(id, R"({"op":"order","order":"stop"})");

@@ -1,0 +1,45 @@
+#include "waymark/runtime/taught_lap.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <variant>
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+TeachMonitorOptions monitor_options(const CameraModel& camera, std::optional<double> exposure_ms) {
+  TeachMonitorOptions options;
+  if (exposure_ms) options.exposure_ms = *exposure_ms;
+  // Pixels a radian in the middle of the picture, whatever the model.
+  const auto ahead = camera.project(Eigen::Vector3d(0, 0, 1));
+  const auto beside = camera.project(Eigen::Vector3d(1e-3, 0, 1));
+  if (ahead && beside) options.focal_length_px = std::max(1.0, (*beside - *ahead).norm() / 1e-3);
+  return options;
+}
+
+Status TaughtLap::hear(const Sample& sample) {
+  if (std::holds_alternative<CameraFrame>(sample)) return listener_.on_sample(sample);
+  monitor_.add(sample);
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) {
+    teacher_.watch(*frame);
+    listener_.on_progress(progress(*frame));
+  }
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher_.add(*odometry);
+  return listener_.on_sample(sample);
+}
+
+TeachSummary TaughtLap::summary() const {
+  TeachSummary summary = teacher_.summary();
+  for (std::string& words : monitor_.summary()) summary.warnings.push_back(std::move(words));
+  return summary;
+}
+
+std::string TaughtLap::progress(const TagFrame& frame) const {
+  std::string words =
+      fmt::format("{:.1f} s, {} tags", to_seconds(frame.stamp.time_since_epoch()), frame.detections.size());
+  for (const std::string& warning : monitor_.live()) words += "; " + warning;
+  return words + ". Ctrl-C stops the robot.";
+}
+
+}  // namespace waymark

@@ -1,0 +1,48 @@
+#include "waymark/runtime/teach_session.hpp"
+
+#include <variant>
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+Status TeachSession::hear(const Sample& sample) {
+  driver_.hear(sample);
+  odometry_.heard = odometry_.heard || std::holds_alternative<Odometry>(sample);
+  camera_.heard = camera_.heard || std::holds_alternative<TagFrame>(sample) ||
+                  std::holds_alternative<CameraFrame>(sample);
+  return lap_.hear(sample);
+}
+
+/// Said once each time.
+void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
+  if (stream.heard) stream = {.heard = false, .said = false, .last = uptime};
+  if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
+  stream.said = true;
+  lap_.listener().on_words(
+      fmt::format("no {} for {:.0f} s: does the robot still run?", what, options_.silence_s));
+}
+
+Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
+  notice_silence(odometry_, uptime, "odometry");
+  notice_silence(camera_, uptime, "frame of the camera");
+  Result<DriverDecision> decision = driver_.drive(uptime, now);
+  if (!decision) return decision;
+  const SessionRequest request = requests_(uptime);
+  finished_ = decision->done = decision->done || request.end;
+  if (finished_ || request.stand) decision->command = {};
+  return decision;
+}
+
+RobotListener TeachSession::listener() {
+  RobotListener listener;
+  listener.on_sample = [this](const Sample& sample) { return hear(sample); };
+  listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
+  return listener;
+}
+
+LapEnd TeachSession::end(const RobotLoopEnd& loop) const {
+  return {.finished = finished_, .interrupted = loop.interrupted, .lap_s = loop.seconds};
+}
+
+}  // namespace waymark

@@ -1,0 +1,232 @@
+// A lap that is taught on the loop, with a robot that is a few lines and a clock that is a number: every way
+// it ends, and what is said meanwhile.
+#include "waymark/runtime/teach_session.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/tiny_robot.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+/// Drives ahead for a while.
+class AheadDriver final : public LapDriver {
+ public:
+  void hear(const Sample& /*sample*/) override { ++heard; }
+  Result<DriverDecision> drive(Duration uptime, SensorTime now) override {
+    times.push_back(uptime);
+    if (fails_at && uptime >= *fails_at) return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
+    return DriverDecision{.command = {0.3, 0}, .done = uptime >= done_at, .pad = GamepadState{.stamp = now}};
+  }
+
+  Duration done_at = seconds(4);
+  std::optional<Duration> fails_at{};
+  int heard = 0;
+  std::vector<Duration> times{};
+};
+
+TeachSetup tiny_setup() {
+  const PinholeRadtan projection{.fx = 400, .fy = 400, .cx = 320, .cy = 240};
+  TeachSetup setup{.camera = CameraModel::make(projection, 640, 480).value()};
+  setup.sizes.default_size_m = 0.16;
+  return setup;
+}
+
+/// A session on the loop.
+struct Drive {
+  explicit Drive(const TeachSessionOptions& options = {})
+      : session(
+            driver, TaughtLap(tiny_setup(), {}, listener()),
+            [this](Duration uptime) { return request ? request(uptime) : SessionRequest{}; }, options) {}
+
+  TeachListener listener() {
+    return {.on_sample = [this](const Sample& sample) -> Status {
+              samples.push_back(sample);
+              if (fails_after && samples.size() > *fails_after)
+                return fail(ErrorCode::Unwritable, "disk full");
+              return {};
+            },
+            .on_progress = [this](const std::string& line) { progress.push_back(line); },
+            .on_words = [this](const std::string& sentence) { words.push_back(sentence); }};
+  }
+  Result<LapEnd> drive() {
+    RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = 30});
+    RobotListener driven = session.listener();
+    driven.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
+    const auto end = loop.drive(driven);
+    if (!end) return tl::unexpected(end.error());
+    return session.end(*end);
+  }
+  template <class Kind>
+  [[nodiscard]] int count() const {
+    return static_cast<int>(
+        std::ranges::count_if(samples, [](const Sample& s) { return std::holds_alternative<Kind>(s); }));
+  }
+
+  test::TinyRobot robot{};
+  AheadDriver driver{};
+  std::function<SessionRequest(Duration)> request{};
+  std::optional<Duration> stop_at{};
+  std::optional<std::size_t> fails_after{};
+  std::vector<Sample> samples{};
+  std::vector<std::string> progress{};
+  std::vector<std::string> words{};
+  TeachSession session;
+};
+
+TEST(TeachSession, EndsWhenTheDriverIsDone) {
+  Drive lesson;
+  const auto end = lesson.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->finished);
+  EXPECT_FALSE(end->interrupted);
+  EXPECT_NEAR(end->lap_s, 4, 0.1);
+  EXPECT_NEAR(lesson.robot.x_m(), 4 * 0.3, 0.05);
+  EXPECT_EQ(lesson.robot.last(), VelocityCommand{});
+  EXPECT_GE(lesson.driver.heard, lesson.count<Odometry>() + lesson.count<TagFrame>());
+  EXPECT_EQ(lesson.count<GamepadState>(), static_cast<int>(lesson.driver.times.size()))
+      << "what is held in hand is recorded";
+  EXPECT_EQ(lesson.count<StampedCommand>(), static_cast<int>(lesson.driver.times.size()));
+  EXPECT_TRUE(lesson.words.empty());
+}
+
+TEST(TeachSession, SummarisesWhatWasSeenAndDriven) {
+  Drive lesson;
+  ASSERT_TRUE(lesson.drive());
+  const TeachSummary summary = lesson.session.lap().summary();
+  EXPECT_EQ(summary.frames, lesson.count<TagFrame>());
+  EXPECT_EQ(summary.detections, 2 * summary.frames);
+  EXPECT_EQ(summary.seen.size(), 2U);
+  EXPECT_NEAR(summary.distance_m, lesson.robot.x_m(), 0.05);
+  ASSERT_EQ(static_cast<int>(lesson.progress.size()), summary.frames);
+  EXPECT_NE(lesson.progress.back().find("2 tags"), std::string::npos) << lesson.progress.back();
+}
+
+TEST(TeachSession, WarnsOfAbruptStartsOnTheProgressLineAndInTheSummary) {
+  Drive lesson;
+  ASSERT_TRUE(lesson.drive());  // from nothing to 0.3 m/s between two samples
+  EXPECT_GT(lesson.session.lap().monitor().abrupt_moments(), 0);
+}
+
+TEST(TeachSession, EndsOnRequestWithZero) {
+  Drive lesson;
+  lesson.request = [](Duration uptime) { return SessionRequest{.end = uptime >= seconds(2)}; };
+  const auto end = lesson.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->finished);
+  EXPECT_NEAR(end->lap_s, 2, 0.1);
+  EXPECT_EQ(std::get<StampedCommand>(lesson.samples.back()).command, VelocityCommand{});
+}
+
+TEST(TeachSession, StandsForAsLongAsAsked) {
+  Drive lesson;
+  lesson.request = [](Duration uptime) {
+    return SessionRequest{.stand = uptime >= seconds(1) && uptime < seconds(3)};
+  };
+  ASSERT_TRUE(lesson.drive());
+  EXPECT_NEAR(lesson.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two of four seconds";
+}
+
+TEST(TeachSession, ASignalInterruptsIt) {
+  Drive lesson;
+  lesson.stop_at = seconds(1);
+  const auto end = lesson.drive();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->interrupted);
+  EXPECT_FALSE(end->finished);
+  EXPECT_EQ(lesson.robot.last(), VelocityCommand{});
+}
+
+TEST(TeachSession, SaysOnceWhenASensorIsSilentAndAgainTheNextTime) {
+  Drive lesson({.silence_s = 1});
+  lesson.driver.done_at = seconds(9);
+  lesson.robot.camera_silent = {seconds(1), seconds(4)};
+  lesson.robot.wheels_silent = {seconds(5), seconds(7)};
+  ASSERT_TRUE(lesson.drive());
+  ASSERT_EQ(lesson.words.size(), 2U);
+  EXPECT_EQ(lesson.words[0], "no frame of the camera for 1 s: does the robot still run?");
+  EXPECT_EQ(lesson.words[1], "no odometry for 1 s: does the robot still run?");
+
+  Drive twice({.silence_s = 1});
+  twice.robot.silent = {milliseconds(500), milliseconds(2000)};
+  twice.robot.camera_silent = {milliseconds(2500), milliseconds(3900)};
+  ASSERT_TRUE(twice.drive());
+  EXPECT_EQ(twice.words.size(), 3U) << "both, and the camera again";
+
+  Drive unasked;
+  unasked.robot.silent = {seconds(1), seconds(3)};
+  ASSERT_TRUE(unasked.drive());
+  EXPECT_TRUE(unasked.words.empty());
+}
+
+TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasHeard) {
+  Drive dead;
+  dead.robot.dies_after = seconds(2);
+  auto end = dead.drive();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "the robot's process ended");
+  EXPECT_EQ(dead.robot.last(), VelocityCommand{});
+  EXPECT_GT(dead.session.lap().summary().frames, 30);
+
+  Drive unplugged;
+  unplugged.driver.fails_at = seconds(1);
+  end = unplugged.drive();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "the gamepad was unplugged");
+  EXPECT_EQ(unplugged.robot.last(), VelocityCommand{});
+
+  Drive full;
+  full.fails_after = 50;
+  end = full.drive();
+  ASSERT_FALSE(end);
+  EXPECT_EQ(end.error().message, "disk full");
+  EXPECT_EQ(full.robot.last(), VelocityCommand{});
+}
+
+TEST(TaughtLap, PassesPicturesOnAndTakesNoTagsFromThem) {
+  int pictures = 0;
+  TaughtLap lap(tiny_setup(), {}, {.on_sample = [&](const Sample& sample) {
+                  pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
+                  return Status();
+                }});
+  ASSERT_TRUE(lap.hear(CameraFrame{.image = Image(1, 1)}));
+  EXPECT_EQ(pictures, 1);
+  EXPECT_EQ(lap.summary().frames, 0);
+}
+
+TEST(MonitorOptions, FollowTheCamera) {
+  const TeachMonitorOptions options = monitor_options(tiny_setup().camera, 5);
+  EXPECT_NEAR(options.focal_length_px, 400, 0.01);
+  EXPECT_EQ(options.exposure_ms, 5);
+  EXPECT_EQ(monitor_options(tiny_setup().camera).exposure_ms, TeachMonitorOptions{}.exposure_ms);
+}
+
+TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
+  Duration clock = seconds(100);
+  std::vector<Duration> waits;
+  auto inner = std::make_unique<AheadDriver>();
+  AheadDriver& ahead = *inner;
+  PacedDriver paced(
+      std::move(inner), [&] { return clock; },
+      [&](Duration wait) {
+        waits.push_back(wait);
+        clock += wait;
+      });
+  ASSERT_TRUE(paced.drive(seconds(1), {}));  // the first decision is the beginning of both
+  ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(50), {}));
+  clock += milliseconds(200);  // this computer was busy
+  ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(100), {}));
+  EXPECT_EQ(waits, std::vector<Duration>{milliseconds(50)}) << "a robot that is late is not waited for";
+  EXPECT_EQ(ahead.times.size(), 3U);
+  paced.hear(Odometry{});
+  EXPECT_EQ(ahead.heard, 1);
+}
+
+}  // namespace
+}  // namespace waymark

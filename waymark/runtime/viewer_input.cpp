@@ -1,0 +1,127 @@
+#include "waymark/runtime/viewer_input.hpp"
+
+#include <utility>
+
+namespace waymark {
+namespace {
+
+using E = OperatorEvent;
+using S = OperatorState;
+
+/// A page that falls silent drives no more.
+constexpr Duration kHold = std::chrono::milliseconds(500);
+/// An operator's session takes two presses within 0.3 s for one.
+constexpr Duration kAskAgain = std::chrono::milliseconds(400);
+
+}  // namespace
+
+void ViewerRequests::notice_control(ViewerControl control, Duration uptime, S state) {
+  if (control == ViewerControl::Lost && before_ != ViewerControl::Lost) {
+    stand_ = state == S::Teaching;
+    pause_ = state == S::Replaying;
+    pause_asked_ = uptime - kAskAgain;
+    commanded_at_.reset();
+  }
+  before_ = control;
+  if (control == ViewerControl::Held) stand_ = false;
+}
+
+void ViewerRequests::obey(const ViewerOrder& order, Duration uptime, S state, Request& request) {
+  using Kind = ViewerOrder::Kind;
+  if (order.kind == Kind::Go) request.events.push_back(E::Go);
+  if (order.kind == Kind::Stop) request.events.push_back(E::Stop);
+  if (order.kind == Kind::Quit) request.events.push_back(E::Quit);
+  if (order.kind == Kind::Script) {
+    request.script = true;
+    commanded_at_.reset();  // the hand that drove a moment ago lets go
+  }
+  if (order.kind != Kind::Velocity) return;
+  if (state != S::Teaching && order.command != VelocityCommand{}) request.events.push_back(E::StickMoved);
+  command_ = order.command;
+  commanded_at_ = uptime;
+}
+
+ViewerRequests::Request ViewerRequests::read(Duration uptime, S state) {
+  Request request;
+  // In this order: whoever gave these orders held control then, and if it is lost now, has gone since.
+  const std::vector<ViewerOrder> orders = link_.take_orders();
+  const ViewerControl control = link_.control();
+  notice_control(control, uptime, state);
+  for (const ViewerOrder& order : orders) {
+    // What somebody asked for who has gone since moves nothing any more.
+    if (control == ViewerControl::Lost && order.kind != ViewerOrder::Kind::Stop) continue;
+    obey(order, uptime, state, request);
+  }
+  pause_ = pause_ && state == S::Replaying;
+  if (pause_ && uptime - pause_asked_ >= kAskAgain) {
+    request.events.push_back(E::Go);
+    pause_asked_ = uptime;
+  }
+  if (state != S::Teaching) stand_ = false;
+  if (commanded_at_ && uptime - *commanded_at_ > kHold) commanded_at_.reset();
+  if (commanded_at_) request.drive = command_;
+  request.stand = stand_;
+  return request;
+}
+
+Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S state) {
+  Result<OperatorRequest> request = other_ ? other_->read(uptime, now, state) : OperatorRequest{};
+  if (!request) return request;
+  const bool acts = !request->events.empty() || request->command != VelocityCommand{};
+  if (acts && other_ && other_->is_person()) requests_.somebody_is_here();
+  ViewerRequests::Request page = requests_.read(uptime, state);
+  if (page.script && has_script() && state == S::Teaching) scripting_ = true;
+  if (state != S::Teaching || page.drive) scripting_ = false;
+  if (state != S::Teaching && std::exchange(script_used_, false))
+    script_ = make_script_();  // for the next lap
+  script_used_ = script_used_ || scripting_;
+  if (scripting_ && !page.stand) {
+    const Result<DriverDecision> decision = script_->drive(uptime, now);
+    if (!decision) return tl::unexpected(decision.error());
+    request->command = decision->command;
+    if (decision->done) page.events.push_back(E::Go);
+  }
+  if (page.drive) request->command = *page.drive;
+  if (page.stand) request->command = {};
+  request->events.insert(request->events.end(), page.events.begin(), page.events.end());
+  return request;
+}
+
+void ViewerInput::hear(const Sample& sample) {
+  truth_heard_ = truth_heard_ || std::holds_alternative<TruthPose>(sample);
+  if (other_) other_->hear(sample);
+  if (script_) script_->hear(sample);
+}
+
+std::string ViewerInput::usage() const {
+  return other_ ? other_->usage() + "; the page has the same buttons" : "the page has the buttons";
+}
+
+SessionRequest PhaseRequests::read(Duration uptime) {
+  SessionRequest request;
+  request.end = stop_pressed_();
+  if (request.end) request.reason = "stopped with the space bar";
+  if (!requests_) return request;
+  const ViewerRequests::Request asked = requests_->read(uptime, phase_);
+  request.stand = asked.stand;
+  for (const E event : asked.events) {
+    const bool go = event == E::Go;
+    request.end = request.end || event == E::Stop || event == E::Quit || (go && phase_ == S::Teaching);
+    if (!go || phase_ == S::Teaching) continue;
+    request.pause = phase_ == S::Replaying;
+    phase_ = *request.pause ? S::Paused : S::Replaying;
+  }
+  if (request.end && request.reason.empty()) request.reason = "stopped on the page";
+  return request;
+}
+
+std::vector<std::string> viewer_commands(S state, bool has_script) {
+  std::vector<std::string> commands;
+  if (state != S::Mapping && state != S::Over) commands.emplace_back("go");
+  if (state == S::Teaching || state == S::Replaying || state == S::Paused) commands.emplace_back("stop");
+  if (state == S::Teaching && has_script) commands.emplace_back("script");
+  if (state != S::Over) commands.emplace_back("quit");
+  return commands;
+}
+
+}  // namespace waymark

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "waymark/runtime/lap_driver.hpp"
+#include "waymark/runtime/operator_input.hpp"
+#include "waymark/runtime/session_request.hpp"
+#include "waymark/runtime/viewer_orders.hpp"
+
+namespace waymark {
+
+/// What viewers ask for, turned into events and commands; and what happens when the one in control goes away:
+/// while teaching the robot stands until somebody takes over, a replay pauses.
+class ViewerRequests {
+ public:
+  explicit ViewerRequests(ViewerLink link) : link_(std::move(link)) {}
+
+  struct Request {
+    std::vector<OperatorEvent> events{};
+    std::optional<VelocityCommand> drive{};  ///< a viewer drives with the keys of the page
+    bool script = false;                     ///< a viewer asked for the script
+    bool stand = false;                      ///< zero, whatever others want
+  };
+  [[nodiscard]] Request read(Duration uptime, OperatorState state);
+  /// Somebody at the robot did something: they see it.
+  void somebody_is_here() { stand_ = false; }
+
+ private:
+  void notice_control(ViewerControl control, Duration uptime, OperatorState state);
+  void obey(const ViewerOrder& order, Duration uptime, OperatorState state, Request& request);
+
+  ViewerLink link_;
+  ViewerControl before_ = ViewerControl::Nobody;
+  VelocityCommand command_{};
+  std::optional<Duration> commanded_at_{};
+  bool stand_ = false;
+  bool pause_ = false;
+  Duration pause_asked_{};
+};
+
+/// Another input, and the page beside it. Without another the page alone decides; a script drives a taught
+/// lap on request, where one knows the way.
+class ViewerInput final : public OperatorInput {
+ public:
+  /// Makes a driver that stands where the lap begins; nullptr where nobody knows the way.
+  using MakeScript = std::function<std::unique_ptr<LapDriver>()>;
+  ViewerInput(ViewerLink link, std::unique_ptr<OperatorInput> other, MakeScript make_script)
+      : requests_(std::move(link)),
+        other_(std::move(other)),
+        make_script_(std::move(make_script)),
+        script_(make_script_()) {}
+
+  Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
+  void hear(const Sample& sample) override;
+  [[nodiscard]] std::string usage() const override;
+  [[nodiscard]] OperatorButtons buttons() const override {
+    return other_ ? other_->buttons() : OperatorButtons{"'go'", "'stop'", "take control and drive"};
+  }
+  [[nodiscard]] bool page_drives() const override { return other_ == nullptr; }
+  [[nodiscard]] bool has_script() const override { return script_ != nullptr && truth_heard_ && !scripting_; }
+
+ private:
+  ViewerRequests requests_;
+  std::unique_ptr<OperatorInput> other_;
+  MakeScript make_script_;
+  std::unique_ptr<LapDriver> script_;
+  bool scripting_ = false;
+  bool script_used_ = false;
+  bool truth_heard_ = false;  ///< a script follows the truth
+};
+
+/// The viewers of a session that is one state of the operator's: a lap that is taught, a replay. Go pauses a
+/// replay and ends a lap.
+class PhaseRequests {
+ public:
+  /// `stop_pressed`: the space bar. Without a link nothing comes from viewers.
+  PhaseRequests(std::optional<ViewerLink> link, OperatorState phase, std::function<bool()> stop_pressed)
+      : phase_(phase), stop_pressed_(std::move(stop_pressed)) {
+    if (link) requests_.emplace(std::move(*link));
+  }
+
+  [[nodiscard]] SessionRequest read(Duration uptime);
+  /// A replay may be paused.
+  [[nodiscard]] OperatorState phase() const { return phase_; }
+
+ private:
+  std::optional<ViewerRequests> requests_{};
+  OperatorState phase_;
+  std::function<bool()> stop_pressed_;
+};
+
+/// The orders that mean something in this state: "go", "stop", "script", "quit".
+[[nodiscard]] std::vector<std::string> viewer_commands(OperatorState state, bool has_script);
+
+}  // namespace waymark

@@ -1,0 +1,292 @@
+#include "waymark/runtime/viewer_input.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace waymark {
+namespace {
+
+using E = OperatorEvent;
+using S = OperatorState;
+using Control = ViewerControl;
+using Kind = ViewerOrder::Kind;
+
+constexpr Duration seconds(double value) { return Duration(static_cast<std::int64_t>(value * 1e9)); }
+
+/// Viewers who are a list and a word.
+struct FakeViewers {
+  void order(const ViewerOrder& order) { orders.push_back(order); }
+  void set_control(Control now) { control = now; }
+  ViewerLink link() {
+    return {.take_orders = [this] { return std::exchange(orders, {}); },
+            .control = [this] { return control; }};
+  }
+
+  std::vector<ViewerOrder> orders{};
+  Control control = Control::Nobody;
+};
+
+class Orders : public testing::Test {
+ protected:
+  FakeViewers feed_;
+  ViewerRequests orders_{feed_.link()};
+};
+
+TEST_F(Orders, WhatIsAskedForHappensOnce) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Go});
+  EXPECT_EQ(orders_.read(seconds(1), S::Idle).events, std::vector<E>{E::Go});
+  EXPECT_TRUE(orders_.read(seconds(1.05), S::Teaching).events.empty());
+}
+
+TEST_F(Orders, ASpeedHoldsForHalfASecond) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
+  EXPECT_EQ(orders_.read(seconds(1), S::Teaching).drive, (VelocityCommand{0.3, 0}));
+  EXPECT_EQ(orders_.read(seconds(1.5), S::Teaching).drive, (VelocityCommand{0.3, 0}));
+  EXPECT_FALSE(orders_.read(seconds(1.51), S::Teaching).drive);
+}
+
+TEST_F(Orders, TheScriptTakesOverFromAKeyThatWasJustLetGo) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
+  feed_.order({.kind = Kind::Velocity});
+  EXPECT_EQ(orders_.read(seconds(1), S::Teaching).drive, VelocityCommand{});
+  feed_.order({.kind = Kind::Script});
+  const auto act = orders_.read(seconds(1.1), S::Teaching);
+  EXPECT_TRUE(act.script);
+  EXPECT_FALSE(act.drive);
+  feed_.order({.kind = Kind::Velocity, .command = {0.1, 0}});
+  EXPECT_TRUE(orders_.read(seconds(1.2), S::Teaching).drive);  // and a key from it
+}
+
+TEST_F(Orders, KeysStopAReplayAsSticksDo) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
+  EXPECT_EQ(orders_.read(seconds(1), S::Replaying).events, std::vector<E>{E::StickMoved});
+  feed_.order({.kind = Kind::Velocity});  // a key that was let go
+  EXPECT_TRUE(orders_.read(seconds(2), S::Replaying).events.empty());
+}
+
+TEST_F(Orders, WhileTeachingTheRobotStandsUntilSomebodyIsThereAgain) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Velocity, .command = {0.3, 0}});
+  EXPECT_FALSE(orders_.read(seconds(1), S::Teaching).stand);
+  feed_.set_control(Control::Lost);
+  for (double t = 1.05; t < 5; t += 0.05) {
+    const auto act = orders_.read(seconds(t), S::Teaching);
+    EXPECT_TRUE(act.stand);
+    EXPECT_FALSE(act.drive);
+    EXPECT_TRUE(act.events.empty());
+  }
+  feed_.set_control(Control::Held);
+  EXPECT_FALSE(orders_.read(seconds(5), S::Teaching).stand);
+  feed_.set_control(Control::Lost);
+  EXPECT_TRUE(orders_.read(seconds(6), S::Teaching).stand);
+  orders_.somebody_is_here();  // at the robot
+  EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).stand);
+}
+
+/// Whatever was pressed just before: the story takes two presses within 0.3 s for one.
+TEST_F(Orders, AReplayPausesWhenItsViewerGoes) {
+  for (const double since_press : {0.05, 0.25, 0.5, 3.0}) {
+    FakeViewers feed;
+    ViewerRequests orders(feed.link());
+    Operator story({}, S::Ready);
+    feed.set_control(Control::Held);
+    feed.order({.kind = Kind::Go});
+    double t = 1;
+    for (; t < 1 + since_press; t += 0.05) {
+      for (const E event : orders.read(seconds(t), story.state()).events)
+        (void)story.handle(event, seconds(t));
+    }
+    ASSERT_EQ(story.state(), S::Replaying);
+    feed.set_control(Control::Lost);
+    for (const double end = t + 1; t < end; t += 0.05) {
+      for (const E event : orders.read(seconds(t), story.state()).events)
+        (void)story.handle(event, seconds(t));
+    }
+    EXPECT_EQ(story.state(), S::Paused) << since_press;
+    feed.set_control(Control::Held);  // and goes on when somebody says so
+    feed.order({.kind = Kind::Go});
+    for (const E event : orders.read(seconds(t), story.state()).events) (void)story.handle(event, seconds(t));
+    EXPECT_EQ(story.state(), S::Replaying);
+  }
+}
+
+TEST_F(Orders, WhoIsGoneStartsNothingButMayStop) {
+  feed_.set_control(Control::Held);
+  feed_.order({.kind = Kind::Go});
+  feed_.order({.kind = Kind::Stop});
+  feed_.set_control(Control::Lost);
+  EXPECT_EQ(orders_.read(seconds(1), S::Ready).events, std::vector<E>{E::Stop});
+}
+
+TEST_F(Orders, AGivenBackControlChangesNothing) {
+  feed_.set_control(Control::Held);
+  (void)orders_.read(seconds(1), S::Replaying);
+  feed_.set_control(Control::Nobody);
+  for (double t = 1; t < 3; t += 0.05) {
+    const auto act = orders_.read(seconds(t), S::Replaying);
+    EXPECT_TRUE(act.events.empty());
+    EXPECT_FALSE(act.stand);
+  }
+}
+
+/// Drives three decisions.
+class ShortScript final : public LapDriver {
+ public:
+  Result<DriverDecision> drive(Duration /*uptime*/, SensorTime /*now*/) override {
+    return DriverDecision{.command = {0.25, 0}, .done = ++decisions_ >= 3};
+  }
+
+ private:
+  int decisions_ = 0;
+};
+
+/// A person who holds a stick, or presses.
+class FakeInput final : public OperatorInput {
+ public:
+  Result<OperatorRequest> read(Duration /*uptime*/, SensorTime /*now*/, S /*state*/) override {
+    if (broken) return fail(ErrorCode::Unreadable, "unplugged");
+    return request;
+  }
+  std::string usage() const override { return "sticks"; }
+  OperatorRequest request{};
+  bool broken = false;
+};
+
+TEST(ViewerInput, AScriptDrivesALapOnRequestAndAnotherLapAgain) {
+  FakeViewers viewers;
+  int made = 0;
+  ViewerInput input(viewers.link(), nullptr, [&] {
+    ++made;
+    return std::make_unique<ShortScript>();
+  });
+  EXPECT_FALSE(input.has_script()) << "nobody sends the truth";
+  input.hear(TruthPose{});
+  EXPECT_TRUE(input.has_script());
+  viewers.order({.kind = Kind::Script});
+  EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->command, VelocityCommand{}) << "it drives while teaching";
+  for (int lap = 0; lap < 2; ++lap) {
+    viewers.order({.kind = Kind::Script});
+    EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command.speed_m_s, 0.25);
+    EXPECT_FALSE(input.has_script()) << "it drives already";
+    EXPECT_TRUE(input.read(seconds(2), {}, S::Teaching)->events.empty());
+    EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->events, std::vector<E>{E::Go}) << "the lap is over";
+    (void)input.read(seconds(3), {}, S::Mapping);
+  }
+  EXPECT_EQ(made, 3) << "one that waits, and one more after each lap";
+}
+
+TEST(ViewerInput, KeysOfThePageTakeOverFromAScriptAndFromSticks) {
+  FakeViewers viewers;
+  auto other = std::make_unique<FakeInput>();
+  FakeInput& sticks = *other;
+  ViewerInput input(viewers.link(), std::move(other), [] { return std::make_unique<ShortScript>(); });
+  input.hear(TruthPose{});
+  sticks.request.command = {0.1, 0};
+  EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command.speed_m_s, 0.1);
+  viewers.order({.kind = Kind::Velocity, .command = {-0.2, 0}});
+  EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command.speed_m_s, -0.2);
+  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command.speed_m_s, 0.1) << "it was let go";
+  sticks.broken = true;
+  EXPECT_FALSE(input.read(seconds(3), {}, S::Teaching));
+}
+
+TEST(ViewerInput, WhoIsAtTheRobotTakesOverFromALostViewer) {
+  FakeViewers viewers;
+  auto other = std::make_unique<FakeInput>();
+  FakeInput& sticks = *other;
+  ViewerInput input(viewers.link(), std::move(other), [] { return std::unique_ptr<LapDriver>(); });
+  viewers.set_control(Control::Held);
+  (void)input.read(seconds(1), {}, S::Teaching);
+  viewers.set_control(Control::Lost);
+  sticks.request.command = {0.1, 0};
+  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, VelocityCommand{}) << "at once";
+  EXPECT_EQ(input.read(seconds(2.05), {}, S::Teaching)->command.speed_m_s, 0.1);
+}
+
+TEST(ViewerInput, NamesItsButtons) {
+  FakeViewers viewers;
+  const auto none = [] { return std::unique_ptr<LapDriver>(); };
+  const ViewerInput alone(viewers.link(), nullptr, none);
+  EXPECT_TRUE(alone.page_drives());
+  EXPECT_EQ(alone.usage(), "the page has the buttons");
+  EXPECT_EQ(alone.buttons().go, "'go'");
+  const ViewerInput beside(viewers.link(), std::make_unique<FakeInput>(), none);
+  EXPECT_FALSE(beside.page_drives());
+  EXPECT_EQ(beside.usage(), "sticks; the page has the same buttons");
+  EXPECT_EQ(beside.buttons().go, OperatorButtons{}.go);
+}
+
+TEST(ViewerCommands, AreThoseThatMeanSomething) {
+  const auto offers = [](S state, const char* command, bool script = false) {
+    const auto commands = viewer_commands(state, script);
+    return std::ranges::find(commands, command) != commands.end();
+  };
+  EXPECT_TRUE(offers(S::Idle, "go"));
+  EXPECT_FALSE(offers(S::Idle, "stop"));
+  EXPECT_FALSE(offers(S::Mapping, "go"));
+  EXPECT_TRUE(offers(S::Replaying, "stop"));
+  EXPECT_TRUE(offers(S::Paused, "stop"));
+  EXPECT_FALSE(offers(S::Teaching, "script"));  // nobody knows the way
+  EXPECT_TRUE(offers(S::Teaching, "script", true));
+  EXPECT_FALSE(offers(S::Replaying, "script", true));
+  EXPECT_FALSE(offers(S::Over, "quit"));
+}
+
+TEST(PhaseRequests, GoEndsALapAndPausesAReplay) {
+  FakeViewers viewers;
+  viewers.set_control(Control::Held);
+  PhaseRequests lap(viewers.link(), S::Teaching, [] { return false; });
+  EXPECT_FALSE(lap.read(seconds(1)).end);
+  viewers.order({.kind = Kind::Go});
+  EXPECT_TRUE(lap.read(seconds(2)).end);
+
+  PhaseRequests replay(viewers.link(), S::Replaying, [] { return false; });
+  viewers.order({.kind = Kind::Go});
+  EXPECT_EQ(replay.read(seconds(1)).pause, true);
+  EXPECT_EQ(replay.phase(), S::Paused);
+  EXPECT_FALSE(replay.read(seconds(2)).pause) << "nothing changed";
+  viewers.order({.kind = Kind::Go});
+  EXPECT_EQ(replay.read(seconds(3)).pause, false);
+  EXPECT_EQ(replay.phase(), S::Replaying);
+  for (const Kind kind : {Kind::Stop, Kind::Quit}) {
+    viewers.order({.kind = kind});
+    const SessionRequest request = replay.read(seconds(4));
+    EXPECT_TRUE(request.end);
+    EXPECT_EQ(request.reason, "stopped on the page");
+  }
+}
+
+TEST(PhaseRequests, TheSpaceBarEndsItWithAndWithoutViewers) {
+  bool pressed = false;
+  PhaseRequests alone(std::nullopt, S::Replaying, [&] { return pressed; });
+  EXPECT_FALSE(alone.read(seconds(1)).end);
+  pressed = true;
+  const SessionRequest request = alone.read(seconds(2));
+  EXPECT_TRUE(request.end);
+  EXPECT_EQ(request.reason, "stopped with the space bar");
+  FakeViewers viewers;
+  PhaseRequests watched(viewers.link(), S::Teaching, [&] { return pressed; });
+  EXPECT_TRUE(watched.read(seconds(1)).end);
+}
+
+TEST(PhaseRequests, ALostViewerLeavesTheRobotStandingOrPaused) {
+  FakeViewers viewers;
+  viewers.set_control(Control::Held);
+  PhaseRequests lap(viewers.link(), S::Teaching, [] { return false; });
+  PhaseRequests replay(viewers.link(), S::Replaying, [] { return false; });
+  EXPECT_FALSE(lap.read(seconds(1)).stand);
+  (void)replay.read(seconds(1));
+  viewers.set_control(Control::Lost);
+  EXPECT_TRUE(lap.read(seconds(2)).stand);
+  EXPECT_EQ(replay.read(seconds(2)).pause, true);
+  EXPECT_FALSE(replay.read(seconds(3)).pause);
+}
+
+}  // namespace
+}  // namespace waymark
