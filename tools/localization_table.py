@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Localises on two recordings of others and in simulation, and writes the table of docs/results.md.
+"""Localises on two recordings of others and in simulation, and writes the tables of docs/results/localization.md.
 
-usage: tools/localization_table.py PROGRAM DATA [--laps FOLDER] [--write docs/results.md]
+usage: tools/localization_table.py PROGRAM DATA [--laps FOLDER] [--write docs/results/localization.md]
 
 DATA holds lcm/ (an MBot driving three times round a taped rectangle) and aer1513/ (University of Toronto). Without --write the
 table is printed. Simulated laps take minutes (pictures are rendered); --laps keeps them, and uses those that are there.

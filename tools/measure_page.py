@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Measures the page of `waymark view` on this machine: what docs/results.md says of it.
+"""Measures the page of `waymark view` on this machine: what docs/results/page.md says of it.
 
 usage: measure_page.py PROGRAM BENCHMARKS_FOLDER [RUNS]     both of the release preset; needs what the tests of the page need (tests/viewer)
 """

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Teaches, maps and replays in simulation and writes the section "Replay" of docs/results.md.
+"""Teaches, maps and replays in simulation and writes the tables of docs/results/replay.md.
 
 usage: tools/replay_table.py PROGRAM [--data DATA] [--seeds 5] [--laps 10] [--images-seeds 1] [--images-laps 1] [--images-fast-seeds 1]
-       [--keep FOLDER] [--only circuit,pictures,recorded,faults] [--write docs/results.md]
+       [--keep FOLDER] [--only circuit,pictures,recorded,faults] [--write docs/results/replay.md]
 
 DATA holds paths/ (laps recorded with a LIMO: s, x, y, theta, kappa); without it their rows are left out. --images-seeds 0 leaves out
 the rows with rendered pictures; these take minutes a lap. With --keep every outcome is kept in FOLDER, by the program's bytes, and a run

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Maps TagSLAM's own tests (berndpfrommer/tagslam_test) with `waymark map --tagslam` and prints how we stand beside it.
 
-    tools/tagslam_table.py WAYMARK DATA [--tests 1,2,10] [--write docs/results.md]
+    tools/tagslam_table.py WAYMARK DATA [--tests 1,2,10] [--write docs/results/mapping.md]
 
 WAYMARK is the program, DATA the folder with test_1, test_2, ... Each test is mapped twice: with our own model (time and
 memory are of this run, from load to written map) and with --model tagslam on the frames TagSLAM kept, where its
