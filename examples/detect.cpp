@@ -1,0 +1,33 @@
+// Tags in a picture, and where each stands before the camera: waymark_detect PICTURE CALIBRATION TAG_SIZE_M
+#include <cstdio>
+#include <cstdlib>
+
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/config/camera_file.hpp"
+#include "waymark/pose/tag_pose.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/refining_detector.hpp"
+
+int fail(const waymark::Error& error) {
+  std::fprintf(stderr, "%s\n", waymark::to_string(error).c_str());
+  return 1;
+}
+
+int main(int argc, char** argv) {
+  if (argc != 4) return std::fprintf(stderr, "usage: waymark_detect PICTURE CALIBRATION TAG_SIZE_M\n"), 2;
+  // [quoted by README.md]
+  const auto image = waymark::read_image(argv[1]);
+  if (!image) return fail(image.error());
+  const auto calibration = waymark::read_camera(argv[2]);
+  if (!calibration) return fail(calibration.error());
+  const auto detector =
+      waymark::make_refining_detector(*waymark::make_apriltag_detector(), {}, calibration->camera);
+  for (const auto& detection : *(*detector)->detect(*image)) {
+    const auto pose = waymark::estimate_tag_pose(detection, std::atof(argv[3]), calibration->camera);
+    if (!pose) return fail(pose.error());
+    const auto position_m = pose->best.cam_T_tag.translation();
+    std::printf("tag %d: %.3f %.3f %.3f m\n", detection.tag.number, position_m.x(), position_m.y(),
+                position_m.z());
+  }
+  // [end]
+}

@@ -1,0 +1,42 @@
+#!/usr/bin/python3
+"""Puts the quoted lines of examples/ into the documents, so that what a document shows is what is built.
+
+A document marks the place with "<!-- quote: FILE -->" before a fenced block; a file marks its lines with "// [quoted by DOCUMENT]" and
+"// [end]".
+
+usage: tools/update_quotes.py [--check]     --check: change nothing, exit code 1 when a quotation is out of date
+"""
+import pathlib
+import re
+import sys
+import textwrap
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PLACE = re.compile(r"(<!-- quote: (\S+) -->\n```\w+\n).*?^```", re.M | re.S)
+
+
+def quoted(source, document):
+    text = (ROOT / source).read_text(encoding="utf-8")
+    match = re.search(rf"^ *// \[quoted by {re.escape(document)}\]\n(.*?)^ *// \[end\]", text, re.M | re.S)
+    if not match:
+        sys.exit(f"{source}: has no lines '// [quoted by {document}]' to '// [end]'")
+    return textwrap.dedent(match[1])
+
+
+def main():
+    stale = []
+    for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+        document, text = path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
+        written = PLACE.sub(lambda m: m[1] + quoted(m[2], document) + "```", text)
+        if written != text:
+            stale.append(document)
+            if "--check" not in sys.argv[1:]:
+                path.write_text(written, encoding="utf-8")
+    if stale and "--check" in sys.argv[1:]:
+        print(f"{', '.join(stale)}: a quotation is out of date; run tools/update_quotes.py")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
