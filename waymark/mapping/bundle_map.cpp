@@ -4,9 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 
 #include "waymark/mapping/corner_noise.hpp"
 #include "waymark/mapping/image_region.hpp"
+#include "waymark/mapping/lap_confirmation.hpp"
 #include "waymark/mapping/lost_poses.hpp"
 #include "waymark/mapping/odometry_noise.hpp"
 #include "waymark/mapping/prior_terms.hpp"
@@ -206,6 +208,56 @@ std::vector<ObservedFrame> observe_all(const LapInput& input) {
   return observed;
 }
 
+/// What no other sighting confirms; not of the anchor when nothing else would be left of it.
+std::vector<internal::SightingIndex> doubtful_sightings(const LapInput& input,
+                                                        const std::vector<ObservedFrame>& observed) {
+  std::vector<internal::SightingIndex> doubtful = internal::unconfirmed_sightings(input, observed);
+  const auto is_anchor = [&](const TagDetection& seen) { return seen.tag == input.anchor; };
+  std::ptrdiff_t left = 0;
+  for (const TagFrame& frame : input.frames) left += std::ranges::count_if(frame.detections, is_anchor);
+  const auto of_anchor = [&](const internal::SightingIndex& index) {
+    return is_anchor(input.frames[index.frame].detections[index.detection]);
+  };
+  if (left == std::ranges::count_if(doubtful, of_anchor)) std::erase_if(doubtful, of_anchor);
+  return doubtful;
+}
+
+/// Frames are observed anew without some of their sightings.
+void leave_out(const LapInput& input, const std::vector<internal::SightingIndex>& doubtful,
+               std::vector<ObservedFrame>& observed) {
+  const LapInput confirmed = internal::without(input, doubtful);
+  for (const internal::SightingIndex& index : doubtful)
+    observed[index.frame] = observe(confirmed.frames[index.frame], input.camera, input.sizes);
+}
+
+/// Sightings in doubt have no say until everything else stands.
+void doubt(const std::vector<internal::SightingIndex>& doubtful, LapBundle& lap) {
+  const std::set<internal::SightingIndex> all(doubtful.begin(), doubtful.end());
+  for (std::size_t i = 0; i < lap.sightings.size(); ++i) {
+    CornerTerm& term = lap.bundle.corners[i];
+    term.doubtful = all.contains({lap.sightings[i].frame, lap.sightings[i].detection});
+    term.used = term.used && !term.doubtful;
+  }
+}
+
+/// Tags that the start does not know because all their sightings are in doubt.
+std::set<TagId> tags_in_doubt_alone(const LapInput& input,
+                                    const std::vector<internal::SightingIndex>& doubtful,
+                                    const ChainResult& start) {
+  std::set<TagId> tags;
+  for (const auto& [frame, detection] : doubtful) tags.insert(input.frames[frame].detections[detection].tag);
+  std::erase_if(tags, [&](const TagId& tag) {
+    return start.map.find(tag) != nullptr ||
+           std::ranges::find(start.unconnected, tag) != start.unconnected.end();
+  });
+  return tags;
+}
+
+void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
+  result.rejected.push_back(
+      {frame.stamp, frame.detections[detection].tag, std::numeric_limits<double>::infinity()});
+}
+
 }  // namespace
 
 Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
@@ -223,6 +275,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   const std::vector<internal::SightingIndex> second = internal::sightings_of_second_sites(driven, observed);
   const LapInput input = internal::without(driven, second);
   if (!second.empty()) observed = observe_all(input);
+  const std::vector<internal::SightingIndex> doubtful = doubtful_sightings(input, observed);
+  leave_out(input, doubtful, observed);
   const Result<ChainResult> start =
       map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
   if (!start) return tl::unexpected(start.error());
@@ -231,7 +285,14 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   LapBundle lap = lap_bundle(input, *start, options.model);
   BundleMap result{
       .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
+  doubt(doubtful, lap);
+  const std::set<TagId> in_doubt = tags_in_doubt_alone(input, doubtful, *start);
+  result.unconnected.insert(result.unconnected.end(), in_doubt.begin(), in_doubt.end());
   optimise(input, lap, options, progress, result);
+  std::erase_if(result.unconnected, [&](const TagId& tag) {
+    if (in_doubt.contains(tag)) result.unconfirmed.push_back(tag);
+    return in_doubt.contains(tag);
+  });
   std::optional<internal::TiedPrior> tied;
   if (input.prior && result.summary.usable()) {
     Result<internal::TiedPrior> done = extend(input, lap, options, progress, result);
@@ -253,9 +314,12 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   internal::tie_tags(pairs.tags, P.pairs, result.map);
   result.map.floor = floor_of(lap, P);
   read_sightings(input, lap, result);
-  for (const auto& [frame, detection] : second)
-    result.rejected.push_back({given.frames[frame].stamp, given.frames[frame].detections[detection].tag,
-                               std::numeric_limits<double>::infinity()});
+  for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
+  for (const auto& [frame, detection] : doubtful) {
+    const TagId& tag = input.frames[frame].detections[detection].tag;
+    if (std::ranges::find(result.unconfirmed, tag) != result.unconfirmed.end())
+      reject(input.frames[frame], detection, result);
+  }
   for (std::size_t i = 0; i < input.frames.size(); ++i) {
     if (!lap.bases[i]) {
       ++result.frames_without_pose;

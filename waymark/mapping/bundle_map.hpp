@@ -59,6 +59,7 @@ struct BundleMap {
   std::map<TagId, int> sightings{};              ///< in use
   std::vector<RejectedSighting> rejected{};
   std::vector<TagId> unconnected{};
+  std::vector<TagId> unconfirmed{};  ///< no two of their sightings agree: most likely misread ids
   int frames_without_pose = 0;
   double noise_ratio = 1;  ///< corner noise found over what the detector claims
   OdometryScales odometry_scales{};

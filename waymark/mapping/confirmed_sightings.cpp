@@ -82,7 +82,7 @@ class Confirmer {
         continue;
       }
       if (tag_a != seen_[a].tag && seen_[in_a[i]].body == seen_[a].body) {
-        least = std::min(least, apart(a, in_a[i], b, in_b[j]));
+        least = std::min(least, apart(a, in_a[i], b, in_b[j], enough));
         --most;
         if (least < enough) return least;
       }
@@ -92,15 +92,18 @@ class Confirmer {
     return least;
   }
 
-  /// How differently two views put a tag beside another.
-  double apart(std::size_t a, std::size_t beside_a, std::size_t b, std::size_t beside_b) const {
+  /// How differently two views put a tag beside another; any value below `enough` is as good as the least.
+  double apart(std::size_t a, std::size_t beside_a, std::size_t b, std::size_t beside_b,
+               double enough) const {
     double least = std::numeric_limits<double>::infinity();
     for (const Hypothesis& tag_a : poses_[a]) {
       for (const Hypothesis& other_a : poses_[beside_a]) {
         const Hypothesis in_a = between(tag_a, other_a);
         for (const Hypothesis& tag_b : poses_[b]) {
-          for (const Hypothesis& other_b : poses_[beside_b])
+          for (const Hypothesis& other_b : poses_[beside_b]) {
             least = std::min(least, distance2(in_a, between(tag_b, other_b)));
+            if (least < enough) return least;
+          }
         }
       }
     }
@@ -109,7 +112,7 @@ class Confirmer {
 
   /// The same by the motion between the views; infinite where that is too uncertain to tell tags apart.
   double apart_by_motion(std::size_t a, std::size_t b) const {
-    constexpr std::size_t kFar = 8;
+    constexpr std::size_t kFar = 30;
     const std::size_t from = seen_[a].view;
     const std::size_t to = seen_[b].view;
     double least = std::numeric_limits<double>::infinity();

@@ -82,7 +82,7 @@ bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& optio
     lost.erase(base);
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || any;
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
   return any;
 }
 
@@ -105,7 +105,7 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
     lap.bundle.poses[pose].value = agreed->value.mean;
     any = true;
   }
-  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || any;
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
   return any;
 }
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/lap_diagnosis.hpp"
@@ -130,6 +131,18 @@ void check_scale(const LapInput& lap, const BundleMap& map, std::vector<std::str
   words.push_back(sentence + "; measure the black square, or the wheels are not what the robot's file says");
 }
 
+void check_unconfirmed(const BundleMap& map, std::vector<std::string>& words) {
+  constexpr std::size_t kMost = 5;
+  const std::size_t all = map.unconfirmed.size();
+  if (all == 0) return;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(all, kMost); ++i) names.push_back(to_string(map.unconfirmed[i]));
+  words.push_back(
+      fmt::format("{}{}: no observation of {} is confirmed by another (a misread id, most likely): left out",
+                  fmt::join(names, ", "), all > kMost ? fmt::format(" and {} more", all - kMost) : "",
+                  all == 1 ? "it" : "them"));
+}
+
 void check_tags(const LapInput& lap, const BundleMap& map, std::vector<std::string>& words) {
   std::map<TagId, double> largest_px = largest_sides_px(lap);
   for (const auto& [id, tag] : map.map.tags) {
@@ -241,6 +254,7 @@ std::vector<std::string> check_map(const LapInput& lap, const BundleMap& map) {
   words.insert(words.end(), map.prior_words.begin(), map.prior_words.end());
   check_places(lap, map, words);
   check_tags(lap, map, words);
+  check_unconfirmed(map, words);
   internal::check_sightings(lap, map, words);
   internal::check_mounting(map, words);
   internal::check_regions(map, words);

@@ -67,12 +67,12 @@ void mend_jumps_of_the_way(const LapInput& input, const BundleMapOptions& option
   const LapBundle before = lap;
   for (const PoseIndex suspect : suspects(before, options.search.outlier_chi2)) {
     LapBundle again = before;
-    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect;
+    for (CornerTerm& term : again.bundle.corners) term.used = term.tag != suspect && !term.doubtful;
     for (OdometryTerm& term : again.bundle.odometry) term.factor.whitening *= exactness;
     if (!solve(again.bundle, search, progress).usable()) continue;
     again.bundle.odometry = before.bundle.odometry;
     place_lost_tags_anew(input, options, again);
-    for (CornerTerm& term : again.bundle.corners) term.used = true;
+    for (CornerTerm& term : again.bundle.corners) term.used = !term.doubtful;
     const BundleSummary other = solve(again.bundle, search, progress);
     if (!other.usable() || other.final_cost >= summary.final_cost || other.invisible > summary.invisible)
       continue;
