@@ -3,9 +3,9 @@
 #include <limits>
 
 #include "waymark/runtime/lap_driver.hpp"
+#include "waymark/runtime/lap_monitor.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/runtime/session_request.hpp"
-#include "waymark/runtime/taught_lap.hpp"
 
 namespace waymark {
 
@@ -19,7 +19,7 @@ struct TeachSessionOptions {
 class TeachSession {
  public:
   /// The driver outlives the session.
-  TeachSession(LapDriver& driver, TaughtLap lap, SessionRequests requests = no_requests(),
+  TeachSession(LapDriver& driver, LapMonitor lap, SessionRequests requests = no_requests(),
                const TeachSessionOptions& options = {})
       : driver_(driver), lap_(std::move(lap)), requests_(std::move(requests)), options_(options) {}
 
@@ -28,7 +28,7 @@ class TeachSession {
   /// This session as what drives a robot: add to it who may stop it.
   [[nodiscard]] RobotListener listener();
 
-  [[nodiscard]] const TaughtLap& lap() const { return lap_; }
+  [[nodiscard]] const LapMonitor& lap() const { return lap_; }
   /// Whether the lap is over: the driver was done, or somebody ended it.
   [[nodiscard]] bool finished() const { return finished_; }
   /// How it ended, where the loop did.
@@ -43,7 +43,7 @@ class TeachSession {
   void notice_silence(Stream& stream, Duration uptime, const char* what);
 
   LapDriver& driver_;
-  TaughtLap lap_;
+  LapMonitor lap_;
   SessionRequests requests_;
   TeachSessionOptions options_;
   Stream odometry_{};

@@ -42,7 +42,7 @@ TeachSetup tiny_setup() {
 struct Drive {
   explicit Drive(const TeachSessionOptions& options = {})
       : session(
-            driver, TaughtLap(tiny_setup(), {}, listener()),
+            driver, LapMonitor(tiny_setup(), {}, listener()),
             [this](Duration uptime) { return request ? request(uptime) : SessionRequest{}; }, options) {}
 
   TeachListener listener() {
@@ -189,12 +189,12 @@ TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasHeard) {
   EXPECT_EQ(full.robot.last(), VelocityCommand{});
 }
 
-TEST(TaughtLap, PassesPicturesOnAndTakesNoTagsFromThem) {
+TEST(LapMonitor, PassesPicturesOnAndTakesNoTagsFromThem) {
   int pictures = 0;
-  TaughtLap lap(tiny_setup(), {}, {.on_sample = [&](const Sample& sample) {
-                  pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
-                  return Status();
-                }});
+  LapMonitor lap(tiny_setup(), {}, {.on_sample = [&](const Sample& sample) {
+                   pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
+                   return Status();
+                 }});
   ASSERT_TRUE(lap.hear(CameraFrame{.image = Image(1, 1)}));
   EXPECT_EQ(pictures, 1);
   EXPECT_EQ(lap.summary().frames, 0);

@@ -19,9 +19,9 @@ struct TeachListener {
 };
 
 /// The samples of a lap on their way past the teacher and the monitor to whoever records them.
-class TaughtLap {
+class LapMonitor {
  public:
-  TaughtLap(TeachSetup setup, const TeachMonitorOptions& monitor, TeachListener listener)
+  LapMonitor(TeachSetup setup, const TeachMonitorOptions& monitor, TeachListener listener)
       : teacher_(std::move(setup)), monitor_(monitor), listener_(std::move(listener)) {}
 
   Status hear(const Sample& sample);

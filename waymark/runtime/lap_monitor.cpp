@@ -1,4 +1,4 @@
-#include "waymark/runtime/taught_lap.hpp"
+#include "waymark/runtime/lap_monitor.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -18,7 +18,7 @@ TeachMonitorOptions monitor_options(const CameraModel& camera, std::optional<dou
   return options;
 }
 
-Status TaughtLap::hear(const Sample& sample) {
+Status LapMonitor::hear(const Sample& sample) {
   if (std::holds_alternative<CameraFrame>(sample)) return listener_.on_sample(sample);
   monitor_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
@@ -29,13 +29,13 @@ Status TaughtLap::hear(const Sample& sample) {
   return listener_.on_sample(sample);
 }
 
-TeachSummary TaughtLap::summary() const {
+TeachSummary LapMonitor::summary() const {
   TeachSummary summary = teacher_.summary();
   for (std::string& words : monitor_.summary()) summary.warnings.push_back(std::move(words));
   return summary;
 }
 
-std::string TaughtLap::progress(const TagFrame& frame) const {
+std::string LapMonitor::progress(const TagFrame& frame) const {
   std::string words =
       fmt::format("{:.1f} s, {} tags", to_seconds(frame.stamp.time_since_epoch()), frame.detections.size());
   for (const std::string& warning : monitor_.live()) words += "; " + warning;
