@@ -77,7 +77,7 @@ TEST(MapFile, SaysWhereTheFloorIsWhenItIsNotAtZero) {
   EXPECT_LT((back->tags.floor.normal - map.tags.floor.normal).norm(), 1e-15);
   EXPECT_EQ(back->tags.floor.covariance, map.tags.floor.covariance);
   EXPECT_NE(error_of(replaced(to_yaml(map), "z_m: -0.3", "z_m: low")).find("(floor.z_m)"), std::string::npos);
-  EXPECT_NE(error_of(replaced(to_yaml(map), "[0.6, 0, 0.8]", "[0.6, 0, 0.9]")).find("length 1"),
+  EXPECT_NE(error_of(replaced(to_yaml(map), "[0.6, 0.0, 0.8]", "[0.6, 0.0, 0.9]")).find("length 1"),
             std::string::npos);
 }
 
