@@ -93,11 +93,11 @@ CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const C
                              double noise_ratio) {
   if (!places[7]) return given;
   CalibratedNumbers best = given;
-  double least = runs(given, noise_ratio).fitted;
+  double least = runs(given, noise_ratio).fitted_per_row();
   for (const double off_s : {-0.12, -0.06, 0.06, 0.12}) {
     CalibratedNumbers tried = given;
     tried[at(Calibrated::CameraLatency)] += off_s;
-    const double cost = runs(tried, noise_ratio).fitted;
+    const double cost = runs(tried, noise_ratio).fitted_per_row();
     if (cost >= least) continue;
     least = cost;
     best = tried;
@@ -115,11 +115,12 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
   for (const double ratio : {10.0, 10.0, 3.0, 3.0}) {
     runs(numbers, ratio, &errors);
     const auto step = errors.fit(prior, difference(places, given, numbers));
-    if (!step || runs.stopped) return numbers;
+    if (runs.stopped) return numbers;
+    if (!step) continue;  // so uncertain that it never found the robot
     const CalibratedNumbers next = moved(places, numbers, step->value, eye);
     if (credible(next, given, fit.prior)) numbers = next;
   }
-  double here = runs(numbers, 1, &errors).fitted;
+  double here = runs(numbers, 1, &errors).fitted_per_row();
   for (int iteration = 0; iteration < fit.iterations && !runs.stopped; ++iteration) {
     const auto step = errors.fit(prior, difference(places, given, numbers));
     if (!step) break;
@@ -127,7 +128,7 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     for (double share = 1; share > 0.2 && !better; share /= 2) {
       const CalibratedNumbers tried = moved(places, numbers, share * step->value, eye);
       SystematicErrors there_errors(landmarks);
-      const double there = runs(tried, 1, &there_errors).fitted;
+      const double there = runs(tried, 1, &there_errors).fitted_per_row();
       if (there >= here || !credible(tried, given, fit.prior)) continue;
       better = true;
       here = there;
@@ -137,6 +138,31 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     if (!better) break;
   }
   return numbers;
+}
+
+/// Of what was fitted, and of what was held out.
+bool is_better(const RunCost& after, const RunCost& before) {
+  return after.held_out_per_row() < before.held_out_per_row() &&
+         after.fitted_per_row() < before.fitted_per_row();
+}
+
+/// One more step from what was found in a part of the drive, by all of it, where that is better for all of
+/// it; and what is known then.
+std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
+                                     const CalibratedNumbers& given, const MountedSensor& eye,
+                                     const InnovationFitOptions& fit, int landmarks,
+                                     CalibratedNumbers& numbers) {
+  const SystematicVector prior = prior_of(places, fit.prior);
+  SystematicErrors errors(landmarks);
+  const RunCost here = runs(numbers, 1, &errors);
+  const auto step = errors.fit(prior, difference(places, given, numbers));
+  if (!step || runs.stopped) return step;
+  const CalibratedNumbers tried = moved(places, numbers, step->value, eye);
+  SystematicErrors there_errors(landmarks);
+  const RunCost there = runs(tried, 1, &there_errors);
+  if (there.lost || !(there.per_row() < here.per_row()) || !credible(tried, given, fit.prior)) return step;
+  numbers = tried;
+  return there_errors.fit(prior, difference(places, given, tried));
 }
 
 /// What the drive does not tell from what was given stays that: others gave it who knew more.
@@ -238,12 +264,18 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
     return fail(ErrorCode::InvalidArgument, "too few sightings of the map to calibrate by", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
   result.value = search(runs, places, given, eye, fit, landmarks.size());
+  const auto lever = [&](const InnovationFit& found) -> Eigen::Vector3d {
+    return calibrated_sensor(eye, found.value).base_T_sensor.translation();
+  };
+  InnovationFit judged = result;  // as the part says that is not held out
   SystematicErrors errors(landmarks.size());
-  runs(result.value, 1, &errors);
-  const auto last = errors.fit(prior_of(places, fit.prior), difference(places, given, result.value));
-  if (last)
-    settle(places, *last, given, fit, calibrated_sensor(eye, result.value).base_T_sensor.translation(),
-           result);
+  runs(judged.value, 1, &errors);
+  const auto by_part = errors.fit(prior_of(places, fit.prior), difference(places, given, judged.value));
+  if (by_part) settle(places, *by_part, given, fit, lever(judged), judged);
+  const bool judged_better = is_better(runs(judged.value, 1), before);
+  runs.holds_out = false;
+  const auto last = fit_all(runs, places, given, eye, fit, landmarks.size(), result.value);
+  if (last) settle(places, *last, given, fit, lever(result), result);
   const RunCost after = runs(result.value, 1);
   if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_before = before.per_row();
@@ -251,8 +283,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   result.held_out_before = before.held_out_per_row();
   result.held_out_after = after.held_out_per_row();
   result.changed = result.value != given;
-  result.improved =
-      last && result.changed && after.held_out < before.held_out && after.fitted < before.fitted;
+  result.improved = last && result.changed && judged_better && is_better(after, before);
   result.runs = runs.runs;
   return result;
 }

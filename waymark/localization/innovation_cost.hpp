@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <variant>
 
@@ -15,14 +16,20 @@ constexpr int kStretches = 12;     ///< of a drive; every third is held out
 
 /// What one run of the filter costs by its innovations.
 struct RunCost {
-  double fitted = 0;         ///< sum of NIS over what is fitted, outliers capped
-  double held_out = 0;       ///< the same of what is held out …
-  double held_out_rows = 0;  ///< … and its degrees of freedom
-  double rows = 0;           ///< of both
+  double fitted = 0;       ///< sum of NIS over what is fitted, outliers capped
+  double fitted_rows = 0;  ///< its degrees of freedom
+  double held_out = 0;     ///< the same of what is held out
+  double held_out_rows = 0;
   std::size_t observations = 0;
+  bool lost = false;  ///< the robot, for longer than with other numbers: what was seen then costs nothing
 
-  [[nodiscard]] double per_row() const { return rows > 0 ? (fitted + held_out) / rows : 0; }
+  [[nodiscard]] double rows() const { return fitted_rows + held_out_rows; }
+  [[nodiscard]] double per_row() const { return rows() > 0 ? (fitted + held_out) / rows() : 0; }
   [[nodiscard]] double held_out_per_row() const { return held_out_rows > 0 ? held_out / held_out_rows : 0; }
+  /// What a search compares.
+  [[nodiscard]] double fitted_per_row() const {
+    return lost || !(fitted_rows > 0) ? std::numeric_limits<double>::infinity() : fitted / fitted_rows;
+  }
 };
 
 /// Runs of the filter over one drive with one set of numbers or another.
@@ -50,7 +57,7 @@ class InnovationRuns {
     RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
                           calibrated_options(widened(noise_ratio), numbers));
     for (const Sample& sample : samples_) {
-      filter.tracker().systematic().count_in(!held_out(stamp_of(sample)));
+      filter.tracker().systematic().count_in(!holds_out || !held_out(stamp_of(sample)));
       if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);
       if (const auto* imu = std::get_if<ImuSample>(&sample)) filter.add(*imu);
       if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
@@ -59,11 +66,15 @@ class InnovationRuns {
       take(filter, cost);
     }
     if (errors != nullptr) *errors = filter.tracker().systematic();
+    constexpr double kKept = 0.9;
+    most_rows_ = std::max(most_rows_, cost.rows());
+    cost.lost = cost.rows() < kKept * most_rows_;
     return cost;
   }
 
   int runs = 0;
-  bool stopped = false;  ///< by who waits for it; what a run said since then is nothing
+  bool holds_out = true;  ///< a third of the drive from `errors`
+  bool stopped = false;   ///< by who waits for it; what a run said since then is nothing
 
  private:
   [[nodiscard]] RiekfOptions widened(double ratio) const {
@@ -80,8 +91,7 @@ class InnovationRuns {
       const double nis = std::min(record.nis, kCapPerRow * record.rows);
       const bool held = held_out(record.stamp);
       (held ? cost.held_out : cost.fitted) += nis;
-      if (held) cost.held_out_rows += record.rows;
-      cost.rows += record.rows;
+      (held ? cost.held_out_rows : cost.fitted_rows) += record.rows;
       ++cost.observations;
     }
     filter.clear_news();
@@ -99,6 +109,7 @@ class InnovationRuns {
   MountedSensor eye_;
   RiekfOptions options_;
   std::function<bool()> keep_going_;
+  double most_rows_ = 0;  ///< of all runs
 };
 
 }  // namespace waymark::internal
