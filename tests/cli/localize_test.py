@@ -22,7 +22,7 @@ class OurRecordings(InFolder):
         for anchor in (["--anchor", "5"], ["--anchor-pose", "0", "0", "0", "-90", "0", "-90"]):
             made = self.run_here("map", "lap.mcap", "-o", "centred", *anchor)
             self.assertEqual(made.code, 0, made.err)
-            floor = re.search(r"floor_z_m: (\S+)", (self.folder / "centred/map.yaml").read_text())
+            floor = re.search(r"floor:\n  z_m: (\S+)", (self.folder / "centred/map.yaml").read_text())
             self.assertAlmostEqual(float(floor[1]), -0.3, delta=0.02)
             outcome = self.run_here("localize", "lap.mcap", "--map", "centred", "--json")
             self.assertEqual(outcome.code, 0, outcome.err)
@@ -202,8 +202,10 @@ class RealLogs(InFolder):
                                 "-o", "mbot.mcap", "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
         (report,) = outcome.records
-        self.assertEqual(len(report["problems"]), 1, report["problems"])
         self.assertIn("tag 5 and tag 6 are swapped", report["problems"][0])
+        # The robot's file guesses where the camera sits: calibration finds it 2 cm further ahead and to the right.
+        for problem in report["problems"][1:]:
+            self.assertRegex(problem, "wrong sensor mounting|covers what is wrong")
         self.assertGreater(report["duration_s"], 180)
 
 

@@ -35,7 +35,8 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
 }
 
 
-def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], seed: int) -> tuple[judge.TrajectoryErrors, str]:
+def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], seed: int) -> tuple[judge.TrajectoryErrors, list[str]]:
+    """Errors, and what is said of it."""
     generate, words = case
     subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), *generate], check=True)
     coarse = "--coarse" in generate
@@ -50,8 +51,8 @@ def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], s
     late = estimate[:, 0] > estimate[0, 0] + json.loads(done.stdout.splitlines()[0])["first_fix_s"] + 1.0
     truth = np.loadtxt(folder / "truth.csv", delimiter=",", skiprows=1)
     truth[:, 0] *= 1e-9
-    warnings = [line.partition("warning: ")[2] for line in done.stderr.splitlines() if "warning: " in line]
-    return judge.trajectory_errors(truth[:, :4], estimate[late], covariance[late]), "; ".join(warnings)
+    said = json.loads(done.stdout.splitlines()[0])["problems"]
+    return judge.trajectory_errors(truth[:, :4], estimate[late], covariance[late]), said
 
 
 def main() -> None:
@@ -68,9 +69,9 @@ def main() -> None:
         found = []
         for seed in range(1, args.seeds + 1):
             with tempfile.TemporaryDirectory() as folder:
-                errors, warnings = run(args.program, pathlib.Path(folder), case, seed)
+                errors, said = run(args.program, pathlib.Path(folder), case, seed)
             found.append(errors)
-            print(json.dumps({"case": name, "seed": seed, "rmse_m": errors.ate.rmse_m, "nees": errors.nees, "warnings": warnings}),
+            print(json.dumps({"case": name, "seed": seed, "rmse_m": errors.ate.rmse_m, "nees": errors.nees, "said": said}),
                   file=sys.stderr, flush=True)
         rmse = math.sqrt(np.mean([errors.ate.rmse_m ** 2 for errors in found]))
         lines.append(f"| {name} | {rmse:.4f} | {max(errors.ate.max_m for errors in found):.3f} | "

@@ -1,6 +1,7 @@
 #include "waymark/cli/localize_run.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <variant>
 
@@ -136,7 +137,49 @@ Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, R
 /// What a first run over the recording shows of the numbers that the filter is given.
 struct FirstRun {
   std::optional<SystematicVerdict> suspect{};
-  bool noise_inconsistent = false;
+  double latency_off_s = 0;                 ///< by the innovations
+  bool corners = false;                     ///< of tags were seen
+  bool noise_inconsistent = false;          ///< of single observations …
+  bool lasting_noise_inconsistent = false;  ///< … or of their means alone
+};
+
+/// NIS of all observations, outliers capped, but for those of the few tags that are not where the map says.
+class NisSums {
+ public:
+  explicit NisSums(const Landmarks& landmarks)
+      : landmarks_(landmarks), all_(static_cast<std::size_t>(landmarks.size())) {}
+
+  void add(const NisRecord& record) {
+    constexpr double kCapPerRow = 16;
+    const int landmark =
+        landmarks_.find(record.tag) >= 0 ? landmarks_.find(record.tag) : landmarks_.find(record.tag.number);
+    if (landmark < 0) return;
+    Sums& sums = all_[static_cast<std::size_t>(landmark)];
+    sums.nis += std::min(record.nis, kCapPerRow * record.rows);
+    sums.rows += record.rows;
+  }
+  [[nodiscard]] std::optional<double> per_row(const TagWatch& watch) const {
+    constexpr double kMost = 0.5;  // where more tags contradict it is not the tags
+    Sums total;
+    Sums usable;
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      total.nis += all_[i].nis;
+      total.rows += all_[i].rows;
+      if (!watch.usable(static_cast<int>(i))) continue;
+      usable.nis += all_[i].nis;
+      usable.rows += all_[i].rows;
+    }
+    const Sums& counted = usable.rows > kMost * total.rows ? usable : total;
+    return counted.rows > 0 ? std::optional(counted.nis / counted.rows) : std::nullopt;
+  }
+
+ private:
+  struct Sums {
+    double nis = 0;
+    double rows = 0;
+  };
+  const Landmarks& landmarks_;
+  std::vector<Sums> all_;
 };
 
 FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& samples) {
@@ -144,28 +187,84 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   plain.method = setup.method == "ekf" ? "ekf" : "riekf";
   Result<Localizer> localizer = Localizer::make(plain);
   if (!localizer) return {};
-  constexpr double kCapPerRow = 16;
-  double nis = 0;
-  double rows = 0;
+  NisSums nis(setup.landmarks);
   for (const Sample& sample : samples) {
     if (interrupted()) return {};
     localizer->add(sample);
-    for (const NisRecord& record : localizer->method().news()) {
-      nis += std::min(record.nis, kCapPerRow * record.rows);
-      rows += record.rows;
-    }
+    for (const NisRecord& record : localizer->method().news()) nis.add(record);
     localizer->method().clear_news();
   }
   const Tracker& tracker = localizer->filter()->tracker();
-  return {tracker.suspect(), rows > 0 && noise_is_inconsistent(nis / rows, tracker.lasting_nis())};
+  const auto per_row = nis.per_row(tracker.watch());
+  FirstRun found{.suspect = tracker.suspect(),
+                 .noise_inconsistent = per_row && noise_is_inconsistent(*per_row, {}),
+                 .lasting_noise_inconsistent = noise_is_inconsistent(0, tracker.lasting_nis())};
+  const auto fit = tracker.systematic().fit(SystematicVector::Constant(0.1));  // nothing is known before
+  constexpr Eigen::Index kLatency = 7;
+  if (fit) found.latency_off_s = fit->value[kLatency];
+  found.corners = tracker.sees_corners();
+  return found;
+}
+
+/// A latency that the innovations show to be another than was told is estimated: Gauss-Newton steps, each a
+/// run. Nothing when it does not settle.
+std::optional<double> find_latency(LocalizerSetup setup, const std::vector<Sample>& samples,
+                                   FirstRun& first) {
+  constexpr int kRuns = 6;
+  constexpr double kSettled_s = 0.001;
+  constexpr double kFarthest_s = 0.3;
+  const double given_s = setup.filter.camera_latency_s;
+  FirstRun last = first;
+  for (int i = 0; i < kRuns && std::abs(last.latency_off_s) > kSettled_s; ++i) {
+    setup.filter.camera_latency_s += last.latency_off_s;
+    if (std::abs(setup.filter.camera_latency_s - given_s) > kFarthest_s) return std::nullopt;
+    last = first_run(setup, samples);
+  }
+  if (last.suspect && last.suspect->suspect == Suspect::Latency) return std::nullopt;
+  first = last;
+  return setup.filter.camera_latency_s;
+}
+
+/// Of a camera: coarse ranges hardly tell it from the noise of turning.
+bool is_camera_latency(const FirstRun& first) {
+  return first.suspect && first.suspect->suspect == Suspect::Latency && first.corners;
+}
+
+std::string words_of_latency(double found_s, double given_s) {
+  return fmt::format(
+      "the camera latency is {:.3f} s by the innovations, not {:.3f} s: {:.3f} s is used. Set it with "
+      "--camera-latency-s, or run `waymark calibrate robot` and give the result with --calibration "
+      "(--no-adapt keeps what is given)",
+      found_s, given_s, found_s);
 }
 
 std::string words_of(const NoiseFit& fit) {
   return fmt::format(
       "noise estimated from the recording: of distances {:.2g} times, of headings {:.2g} times and of "
-      "observations "
-      "{:.2g} times what is assumed, tags within {:.3g} m (--no-adapt keeps what is assumed)",
+      "observations {:.2g} times what is assumed, tags within {:.3g} m (--no-adapt keeps what is assumed)",
       fit.motion_ratio, fit.turn_ratio, fit.sensor_ratio, fit.tag_sigma_m);
+}
+
+/// Noise and latency as the recording tells them; what was changed, in words. Noise first where single
+/// observations show it to be wrong: all else is judged by it. A number that is wrong makes errors that last,
+/// too.
+std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetup& setup, FirstRun& first) {
+  std::vector<std::string> words;
+  if (first.noise_inconsistent || (first.lasting_noise_inconsistent && !first.suspect)) {
+    const NoiseFit noise =
+        adapt_noise(samples, setup.landmarks, setup.eye, setup.filter, [] { return !interrupted(); });
+    if (noise.adapted) {
+      setup.filter = noise.options;
+      words.push_back(words_of(noise));
+      first = first_run(setup, samples);
+    }
+  }
+  if (!is_camera_latency(first)) return words;
+  if (const auto found_s = find_latency(setup, samples, first)) {
+    words.push_back(words_of_latency(*found_s, setup.filter.camera_latency_s));
+    setup.filter.camera_latency_s = *found_s;
+  }
+  return words;
 }
 
 }  // namespace
@@ -174,14 +273,9 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   const Stopwatch watch;
   if (Status status = check_output(job); !status) return tl::unexpected(status.error());
   LocalizerSetup setup = inputs.setup;
-  const FirstRun first = setup.method == "anchor" ? FirstRun{} : first_run(setup, inputs.samples);
-  std::optional<std::string> adapted;
-  if (job.adapt && first.noise_inconsistent && !first.suspect) {
-    const NoiseFit noise =
-        adapt_noise(inputs.samples, setup.landmarks, setup.eye, setup.filter, [] { return !interrupted(); });
-    setup.filter = noise.options;
-    if (noise.adapted) adapted = words_of(noise);
-  }
+  FirstRun first = setup.method == "anchor" ? FirstRun{} : first_run(setup, inputs.samples);
+  const std::vector<std::string> adapted =
+      job.adapt ? adapt(inputs.samples, setup, first) : std::vector<std::string>{};
   Result<Localizer> localizer = Localizer::make(setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (first.suspect && localizer->filter() != nullptr) localizer->filter()->tracker().suspect(*first.suspect);
@@ -206,7 +300,7 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   report->problems = localizer->method().problems();
   if (first.suspect)
     report->problems.emplace_back("the stated covariance covers what is wrong by the innovations");
-  if (adapted) report->problems.push_back(*adapted);
+  for (const std::string& words : adapted) report->problems.push_back(words);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
   report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));

@@ -118,6 +118,34 @@ TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
   EXPECT_TRUE(says(filter, "odometry jumped 1 times"));
 }
 
+TEST(ARobotThatIsCarried, IsSaidToHaveBeenLostAndFound) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  robot.drive(filter, 3);
+  EXPECT_FALSE(says(filter, "lost"));
+  robot.truth = SE2(0.5, 0.5, -2);  // the wheels know nothing of it
+  robot.drive(filter, 3);
+  EXPECT_LT(off_m(filter, robot), 0.1);
+  EXPECT_TRUE(says(filter, "lost and found again, 1 times")) << ::testing::PrintToString(filter.problems());
+}
+
+/// Two tags of one number, each seen as often as the other: none contradicts most of the time.
+TEST(TagWatch, NamesANumberThatHangsInTwoPlaces) {
+  const Landmarks landmarks = Landmarks::of_points(points()).value();
+  TagWatch watch(landmarks);
+  const Eigen::Vector2d second = landmarks[2].map_T_tag.translation().head<2>() + Eigen::Vector2d(1, 0.5);
+  for (int i = 0; i < 100; ++i) {
+    watch.add({.landmark = 1, .nis_per_row = 1, .believed = true});
+    watch.add({.landmark = 2, .nis_per_row = 1, .believed = true});
+    watch.add({.landmark = 2, .nis_per_row = 300, .map_p_implied = second});
+    watch.confirm();
+  }
+  ASSERT_EQ(watch.findings().size(), 1U);
+  EXPECT_NE(watch.findings().front().find("tag 3 is seen where the map says and 1.12 m from there"),
+            std::string::npos)
+      << watch.findings().front();
+}
+
 /// Single observations look right when the laser sits elsewhere; the innovations tell that it does, and no
 /// healthy run says so.
 TEST(SystematicErrors, OfALaserThatSitsElsewhereAreNamed) {

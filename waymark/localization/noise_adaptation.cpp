@@ -100,7 +100,7 @@ NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks
   Likelihood cost(beginning(samples), landmarks, eye, options, keep_going);
   Exponents best{};
   double least = cost(best);
-  constexpr double kLeast = -2;  // of what is assumed: less is never healthy for long
+  constexpr double kLeast = -1;  // of what is assumed: smaller noise hides in errors that last
   constexpr double kMost = 7;
   constexpr double kWorth = 1e-3;  // per row
   for (const double step : {2.0, 2.0, 1.0, 0.5}) {

@@ -205,6 +205,9 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "odometry jumped {} times, further than a robot can drive or after seconds of silence (set back, "
       "another "
       "clock, or two drives in one recording): the robot was looked for anew after each");
+  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts(),
+      "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
+      "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)
     all.emplace_back("the start that was given does not agree with the tags that were seen: it was given up");
   if (const auto& suspect = tracker_.suspect()) {

@@ -1,5 +1,6 @@
 #include "waymark/localization/systematic_errors.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -18,15 +19,31 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   const StateBySystematic white_A = llt.matrixL().solve(A);
   const Eigen::Matrix<double, 8, 1> white_r = llt.matrixL().solve(z.residual);
   if (!white_A.allFinite() || !white_r.allFinite()) return;
-  Sums& sums = all_[static_cast<std::size_t>(z.landmark)];
+  if (count_ == per_block_ * static_cast<int>(kBlocks)) merge_blocks();
+  Sums& sums = blocks_[static_cast<std::size_t>(count_ / per_block_)];
   sums.information += white_A.transpose().lazyProduct(white_A);
   sums.score += white_A.transpose().lazyProduct(white_r);
   ++sums.count;
   ++count_;
+  seen_[static_cast<std::size_t>(z.landmark)] = 1;
+}
+
+/// Half as many, twice as long.
+void SystematicErrors::merge_blocks() {
+  for (std::size_t i = 0; i < kBlocks / 2; ++i) {
+    const Sums& first = blocks_[2 * i];
+    const Sums& second = blocks_[2 * i + 1];
+    blocks_[i] = {first.information + second.information, first.score + second.score,
+                  first.count + second.count};
+  }
+  std::fill(blocks_.begin() + kBlocks / 2, blocks_.end(), Sums{});
+  per_block_ *= 2;
 }
 
 void SystematicErrors::clear() {
-  all_.assign(all_.size(), {});
+  std::ranges::fill(seen_, std::uint8_t{0});
+  std::ranges::fill(blocks_, Sums{});
+  per_block_ = kFirstBlock;
   count_ = 0;
 }
 
@@ -34,26 +51,29 @@ std::optional<SystematicFit> SystematicErrors::fit(const SystematicVector& prior
                                                    const SystematicVector& away) const {
   constexpr int kFewest = 100;
   constexpr int kFewestLandmarks = 3;
-  int landmarks = 0;
+  constexpr int kFewestBlocks = 4;
   SystematicMatrix information = prior.cwiseAbs2().cwiseInverse().asDiagonal();
   SystematicVector score = -information.diagonal().cwiseProduct(away);
-  for (const Sums& sums : all_) {
+  int blocks = 0;
+  for (const Sums& sums : blocks_) {
     information += sums.information;
     score += sums.score;
-    landmarks += sums.count > 0 ? 1 : 0;
+    blocks += sums.count > 0 ? 1 : 0;
   }
-  if (count_ < kFewest || landmarks < kFewestLandmarks) return std::nullopt;
+  if (count_ < kFewest || std::ranges::count(seen_, 1) < kFewestLandmarks) return std::nullopt;
   const Eigen::LLT<SystematicMatrix> llt(information);
   if (llt.info() != Eigen::Success) return std::nullopt;
   SystematicFit fit{.value = llt.solve(score)};
+  const SystematicMatrix by_number = llt.solve(SystematicMatrix::Identity());
+  fit.covariance = by_number;
+  if (blocks < kFewestBlocks) return fit;
   SystematicMatrix scatter = SystematicMatrix::Zero();
-  for (const Sums& sums : all_) {
+  for (const Sums& sums : blocks_) {
     const SystematicVector s = sums.score - sums.information * fit.value;
     scatter += s * s.transpose();
   }
-  const SystematicMatrix by_number = llt.solve(SystematicMatrix::Identity());
-  const SystematicMatrix by_landmark = landmarks / (landmarks - 1.0) * by_number * scatter * by_number;
-  const SystematicVector more = (by_landmark.diagonal().array() / by_number.diagonal().array()).max(1).sqrt();
+  const SystematicMatrix by_block = blocks / (blocks - 1.0) * by_number * scatter * by_number;
+  const SystematicVector more = (by_block.diagonal().array() / by_number.diagonal().array()).max(1).sqrt();
   fit.covariance = more.asDiagonal() * by_number * more.asDiagonal();
   return fit;
 }
@@ -65,32 +85,23 @@ struct Group {
   Suspect suspect;
   Eigen::Index first;
   Eigen::Index size;
-  double significant;  ///< chi-square
 };
 
-constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6, 50}, Group{Suspect::Scale, 6, 1, 30},
-                             Group{Suspect::Latency, 7, 1, 30}};
+constexpr std::array kGroups{Group{Suspect::Mounting, 0, 6}, Group{Suspect::Scale, 6, 1},
+                             Group{Suspect::Latency, 7, 1}};
+/// Of the numbers of a sensor [m, rad, 1, s]: smaller errors do no harm that the stated covariance would not
+/// cover.
+constexpr std::array kMatters{0.008, 0.008, 0.008, 0.01, 0.01, 0.01, 0.006, 0.01};
 
-/// Smaller errors than these do no harm that the stated covariance would not cover.
-bool matters(Suspect suspect, const SystematicVector& value) {
-  switch (suspect) {
-    case Suspect::Mounting:
-      return value.head<3>().norm() > 0.008 || value.segment<3>(3).norm() > 0.01;
-    case Suspect::Scale:
-      return std::abs(value[6]) > 0.006;
-    case Suspect::Latency:
-      return std::abs(value[7]) > 0.01;
-  }
-  return false;
-}
-
+/// The largest chi-square, of one degree of freedom, of the numbers of a group that are large enough to
+/// matter.
 double wald(const SystematicFit& fit, const Group& group) {
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;  // no allocation
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
-  const Vector value = fit.value.segment(group.first, group.size);
-  const Matrix P = fit.covariance.block(group.first, group.first, group.size, group.size);
-  const Vector solved = P.ldlt().solve(value);
-  return value.dot(solved);
+  double most = 0;
+  for (Eigen::Index i = group.first; i < group.first + group.size; ++i) {
+    if (std::abs(fit.value[i]) > kMatters[static_cast<std::size_t>(i)])
+      most = std::max(most, fit.value[i] * fit.value[i] / fit.covariance(i, i));
+  }
+  return most;
 }
 
 SystematicVector prior_of_any_robot() {
@@ -112,11 +123,12 @@ double explained_alone(const SystematicErrors& errors, const Group& group) {
 std::optional<SystematicVerdict> judge_systematic(const SystematicErrors& errors) {
   const auto fit = errors.fit(prior_of_any_robot());
   if (!fit) return std::nullopt;
+  constexpr double kSignificant = 30;
   std::optional<SystematicVerdict> verdict;
   double most = 0;
   for (const Group& group : kGroups) {
     const double chi2 = wald(*fit, group);
-    if (chi2 < group.significant || !matters(group.suspect, fit->value)) continue;
+    if (chi2 < kSignificant) continue;
     const double alone = explained_alone(errors, group);
     if (verdict && alone <= most) continue;
     most = alone;

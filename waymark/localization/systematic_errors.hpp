@@ -20,7 +20,8 @@ struct SystematicFit {
 /// 7.2.4, additive changes seen through the filter's own dynamics). No allocation after construction.
 class SystematicErrors {
  public:
-  explicit SystematicErrors(int landmarks) : all_(static_cast<std::size_t>(landmarks)) {}
+  explicit SystematicErrors(int landmarks)
+      : seen_(static_cast<std::size_t>(landmarks), 0), blocks_(kBlocks) {}
 
   /// A residual, its sensitivity (Riekf::sensitivity()), and the covariance of its innovation.
   void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S);
@@ -28,9 +29,9 @@ class SystematicErrors {
   /// Whether add() counts, or passes over: a part of a drive may be held out.
   void count_in(bool counts) { counts_ = counts; }
   /// With a prior of these standard deviations about `-away`: so far the numbers are from it already.
-  /// Innovations of one landmark share its error: the covariance is also that of a sample of landmarks (Liang
-  /// and Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73(1), 1986), where
-  /// that is larger. Nothing before there are enough. O(landmarks).
+  /// Innovations that are near in time share errors of tags and of the motion: the covariance is also that of
+  /// a sample of stretches of the drive (Liang and Zeger, "Longitudinal data analysis using generalized
+  /// linear models", Biometrika 73(1), 1986), where that is larger. Nothing before there are enough. O(1).
   [[nodiscard]] std::optional<SystematicFit> fit(
       const SystematicVector& prior, const SystematicVector& away = SystematicVector::Zero()) const;
   [[nodiscard]] int count() const { return count_; }
@@ -41,7 +42,12 @@ class SystematicErrors {
     SystematicVector score = SystematicVector::Zero();
     int count = 0;
   };
-  std::vector<Sums> all_;
+  static constexpr int kFirstBlock = 128;  ///< observations
+  void merge_blocks();
+  static constexpr std::size_t kBlocks = 32;
+  std::vector<std::uint8_t> seen_;  ///< landmarks
+  std::vector<Sums> blocks_;        ///< of the drive, each of so many observations
+  int per_block_ = kFirstBlock;
   int count_ = 0;
   bool counts_ = true;
 };

@@ -115,10 +115,28 @@ std::string TagWatch::words(int landmark) const {
       name(landmark));
 }
 
+/// Seen where the map says and, about as often, at one other place.
+std::optional<std::string> TagWatch::words_of_second(int landmark) const {
+  const One& one = at(landmark);
+  constexpr double kShare = 0.25;
+  if (one.excluded || one.wrong.count < kEnough || one.wrong.count < kShare * one.seen) return std::nullopt;
+  const Eigen::Vector2d mean = one.wrong.p / one.wrong.count;
+  const double spread_m = std::sqrt(std::max(0.0, one.wrong.p2 / one.wrong.count - mean.squaredNorm()));
+  const double apart_m = (mean - landmarks_[landmark].map_T_tag.translation().head<2>()).norm();
+  if (spread_m > 0.5 * apart_m) return std::nullopt;
+  return fmt::format(
+      "{} is seen where the map says and {:.2f} m from there, near ({:.2f}, {:.2f}): two tags with this "
+      "number, "
+      "or it was moved during the drive. What is seen at the second place is not used. Give one of them "
+      "another number",
+      name(landmark), apart_m, mean.x(), mean.y());
+}
+
 std::vector<std::string> TagWatch::findings() const {
   std::vector<std::string> all;
   std::vector<bool> said(all_.size(), false);
   for (int a = 0; a < landmarks_.size(); ++a) {
+    if (auto second = words_of_second(a)) all.push_back(std::move(*second));
     if (!at(a).excluded || said[static_cast<std::size_t>(a)]) continue;
     for (int b = a + 1; b < landmarks_.size(); ++b) {
       if (!swapped(a, b)) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,7 @@ class TagWatch {
   [[nodiscard]] const One& at(int landmark) const { return all_[static_cast<std::size_t>(landmark)]; }
   [[nodiscard]] bool swapped(int a, int b) const;
   [[nodiscard]] std::string words(int landmark) const;
+  [[nodiscard]] std::optional<std::string> words_of_second(int landmark) const;
   [[nodiscard]] std::string name(int landmark) const;
 
   Landmarks landmarks_;

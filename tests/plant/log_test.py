@@ -1,0 +1,64 @@
+#!/usr/bin/python3
+"""`waymark localize` on generated logs knows when its numbers are wrong, and is silent when they are not: judged by the second judge.
+
+    tests/plant/log_test.py build/check/waymark/cli/waymark
+
+WAYMARK_FULL=1 takes 40 healthy logs and 20 of each wrong number instead of one of each.
+"""
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import judge
+import log_table
+
+FULL = os.environ.get("WAYMARK_FULL") is not None
+PROGRAM = ""
+NAMED = 0.95
+
+
+def localised(case: str, seed: int) -> tuple[judge.TrajectoryErrors, list[str]]:
+    with tempfile.TemporaryDirectory() as folder:
+        errors, words = log_table.run(PROGRAM, pathlib.Path(folder), log_table.CASES[case], seed)
+    print(f"{case}, seed {seed}: RMSE {errors.ate.rmse_m:.4f} m, NEES {errors.nees:.1f} {words}", flush=True)
+    return errors, words
+
+
+class Numbers(unittest.TestCase):
+    def named(self, case: str, words: str, command: str, nees: float) -> None:
+        seeds = range(1, 21 if FULL else 2)
+        runs = [localised(case, seed) for seed in seeds]
+        right = [any(words in line and command in line for line in lines) for _, lines in runs]
+        self.assertGreaterEqual(sum(right), NAMED * len(seeds), f"seeds {[s for s, found in zip(seeds, right) if not found]}")
+        for errors, _ in runs:
+            self.assertLessEqual(errors.nees, nees)
+
+    def test_are_not_blamed_in_healthy_logs(self) -> None:
+        seeds = range(1, 41 if FULL else 2)
+        silent = [not localised("nominal: t corners, lasting errors, slip bursts, wandering bias and latency", seed)[1] for seed in seeds]
+        self.assertGreaterEqual(sum(silent), NAMED * len(seeds), f"seeds {[s for s, quiet in zip(seeds, silent) if not quiet]}")
+
+    def test_a_wrong_mounting_is_named_and_covered(self) -> None:
+        self.named("mounting 2 cm, 3 cm, 2 deg off", "wrong sensor mounting", "waymark calibrate robot", 8)
+
+    def test_a_latency_is_found_and_used(self) -> None:
+        self.named("latency 60 ms, untold", "camera latency is 0.0", "--camera-latency-s", 6)
+
+    @unittest.skipUnless(FULL, "long")
+    def test_a_wrong_focal_length_is_named_and_covered(self) -> None:
+        self.named("focal length + 3 %", "wrong focal length", "waymark calibrate camera", 8)
+
+    @unittest.skipUnless(FULL, "long")
+    def test_noise_that_nobody_told_is_estimated(self) -> None:
+        for seed in range(1, 6):
+            errors, _ = localised("ranges and bearings, noise untold", seed)
+            self.assertLessEqual(errors.nees, 6)
+            self.assertLessEqual(errors.ate.rmse_m, 0.06)
+
+
+if __name__ == "__main__":
+    PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()
