@@ -35,7 +35,7 @@ endfunction()
 # templates are (geometry, pose, …) it takes longer: those rooms are not in the list. Names in anonymous namespaces must then differ
 # within a room; a file that shares some with another is named with waymark_compile_alone(file...).
 set(WAYMARK_COMPILED_TOGETHER waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
-  waymark_evaluation waymark_drivers_simulated)
+  waymark_evaluation waymark_drivers_simulated waymark_live)
 # With precompiled headers Eigen's instantiations are shared, and these gain by it too (their tests stay apart).
 set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
   waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server)

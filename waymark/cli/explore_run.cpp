@@ -18,7 +18,7 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/pipeline/localizer.hpp"
+#include "waymark/runtime/explore_session.hpp"
 #include "waymark/simulation/collision.hpp"
 
 namespace waymark::cli {
@@ -91,69 +91,27 @@ class Judge {
   double heading_square_ = 0;
 };
 
-/// A robot that wanders, as it goes on.
-class Wander {
- public:
-  Wander(const Stage& stage, const ExploreJob& job, TagMap tags, Localizer localizer,
-         std::optional<SampleRecorder> recorder, Console& console)
-      : tags_(std::move(tags)),
-        localizer_(std::move(localizer)),
-        recorder_(std::move(recorder)),
-        console_(console),
-        judge_(stage.simulated.world, stage.simulated.model.hull),
-        explorer_(job.explore, stage.simulated.model,
-                  SE2(stage.simulated.robot.lidar.x_m, stage.simulated.robot.lidar.y_m,
-                      to_radians(stage.simulated.robot.lidar.yaw_deg)),
-                  Random(stage.simulated.robot.seed + kExploreSeed)) {}
+/// What hears a robot that explores: the judge, the recording, the console.
+ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder, Console& console) {
+  return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {
+            if (const auto* truth = std::get_if<TruthPose>(&sample)) judge.hear(*truth);
+            return recorder ? recorder->add(sample) : Status();
+          },
+          .on_step = [&judge, &recorder](SensorTime now, const ExploreStep&,
+                                         const std::optional<LocalizationEstimate>& estimate) -> Status {
+            if (estimate) judge.hear(*estimate);
+            if (!recorder || !estimate || !estimate->certain) return {};
+            return recorder->add_message(topics::kEstimate, now, estimate_message(*estimate));
+          },
+          .on_progress = [&console](const std::string& line) { console.live(line); }};
+}
 
-  Status hear(const Sample& sample) {
-    if (const auto* truth = std::get_if<TruthPose>(&sample)) judge_.hear(*truth);
-    if (const auto* scan = std::get_if<LaserScan>(&sample)) explorer_.add(*scan);
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-      for (const TagDetection& detection : frame->detections) {
-        if (tags_.find(detection.tag) != nullptr) ++seen_[detection.tag];
-      }
-    }
-    localizer_.add(sample);
-    return recorder_ ? recorder_->add(sample) : Status();
-  }
-
-  Result<DriverDecision> decide(SensorTime now, double seconds, double most_s) {
-    const ExploreStep step = explorer_.step(now);
-    stands_ = step.reason.value_or("");
-    const auto estimate = localizer_.estimate();
-    if (estimate) judge_.hear(*estimate);
-    console_.live(fmt::format(
-        "{:.0f} of {:.0f} s, {} of {} tags seen, {}. Ctrl-C stops the robot.", seconds, most_s, seen_.size(),
-        tags_.tags.size(), estimate && estimate->certain ? "the place is known" : "the place is not known"));
-    if (recorder_ && estimate && estimate->certain) {
-      Status status = recorder_->add_message(topics::kEstimate, now, estimate_message(*estimate));
-      if (!status) return tl::unexpected(status.error());
-    }
-    return DriverDecision{.command = step.command, .done = seconds >= most_s};
-  }
-
-  Status close() { return recorder_ ? recorder_->close() : Status(); }
-  void fill(ExploreReport& report) const {
-    judge_.fill(report);
-    report.stands = stands_;
-    report.turns = explorer_.turns();
-    report.tags = tags_.tags.size();
-    for (const auto& [tag, frames] : seen_) report.seen.push_back(to_string(tag));
-  }
-
- private:
-  /// The wandering must not be in step with the sensors' noise.
-  static constexpr std::uint64_t kExploreSeed = 2000;
-  TagMap tags_;
-  Localizer localizer_;
-  std::optional<SampleRecorder> recorder_;
-  Console& console_;
-  Judge judge_;
-  Explorer explorer_;
-  std::map<TagId, int> seen_{};
-  std::string stands_{};
-};
+Explorer explorer_of(const SimulatedStage& stage, const ExploreOptions& options) {
+  constexpr std::uint64_t kExploreSeed = 2000;  // the wandering must not be in step with the sensors' noise
+  const LidarOptions& lidar = stage.robot.lidar;
+  return {options, stage.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
+          Random(stage.robot.seed + kExploreSeed)};
+}
 
 Result<std::optional<SampleRecorder>> recorder_of(const Stage& stage, const ExploreJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
@@ -181,23 +139,29 @@ Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console&
   if (!localizer) return tl::unexpected(localizer.error());
   auto recorder = recorder_of(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
-  Wander wander(stage, job, std::move(*tags), std::move(*localizer), std::move(*recorder), console);
-  LapListener listener;
-  listener.on_sample = [&](const Sample& sample) { return wander.hear(sample); };
-  listener.should_stop = [] { return interrupted(); };
+  Judge judge(simulated.world, simulated.model.hull);
   const double most_s = 60 * job.minutes;
+  ExploreSession session(explorer_of(simulated, job.explore), std::move(*localizer), *tags, most_s,
+                         listener_of(judge, *recorder, console));
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) { return session.hear(sample); };
+  listener.should_stop = [] { return interrupted(); };
   const auto end = drive_lap(
       simulated,
-      [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) {
-        return wander.decide(now, to_seconds(uptime), most_s);
-      },
+      [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) { return session.decide(uptime, now); },
       listener, most_s + 1);
-  const Status closed = wander.close();
+  const Status closed = *recorder ? (*recorder)->close() : Status();
   console.end_progress();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
-  ExploreReport report{.interrupted = end->interrupted, .seconds = end->lap_s};
-  wander.fill(report);
+  const ExploreEnd explored = session.end();
+  ExploreReport report{.interrupted = end->interrupted,
+                       .stands = explored.stands,
+                       .seconds = end->lap_s,
+                       .turns = explored.turns,
+                       .tags = tags->tags.size()};
+  for (const auto& [tag, frames] : explored.seen) report.seen.push_back(to_string(tag));
+  judge.fill(report);
   report.wall_s = watch.seconds();
   return report;
 }

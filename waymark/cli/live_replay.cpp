@@ -3,9 +3,9 @@
 #include <string>
 #include <utility>
 
-#include "waymark/cli/fresh_file.hpp"
-#include "waymark/cli/live_robot.hpp"
 #include "waymark/cli/live_story.hpp"
+#include "waymark/live/fresh_file.hpp"
+#include "waymark/live/live_robot.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -24,7 +24,8 @@ Stage as_known(const Stage& stage, const MapFile& map) {
 
 Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const Stage& stage, const ReplayJob& job,
                                                      const ReplayFiles& files, Console& console,
-                                                     std::function<void(const ReplayStep&)> on_step) {
+                                                     std::function<void(const ReplayStep&)> on_step,
+                                                     SessionRequests requests) {
   std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(stage, files.map), files));
   auto replayer = make_replayer(files, stage.simulated.model, stage.simulated.camera, with_lidar(job, stage));
   if (!replayer) return tl::unexpected(replayer.error());
@@ -39,7 +40,8 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const Stage& stage, const R
     shown(step);
     return log->on_step(now, step);
   };
-  live->session_ = std::make_unique<ReplaySession>(*live->replayer_, std::move(listener));
+  live->session_ = std::make_unique<ReplaySession>(*live->replayer_, std::move(listener),
+                                                   ReplaySessionOptions{}, std::move(requests));
   return live;
 }
 
@@ -63,30 +65,21 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
   const Result<ReplayFiles> files = load_replay(job);
   if (!files) return tl::unexpected(files.error());
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Replaying);
-  const auto replay =
-      LiveReplay::make(stage, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)));
+  const auto replay = LiveReplay::make(
+      stage, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
   if (!replay) return tl::unexpected(replay.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, console);
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   viewers.viewers().show_map(job.folder);
   ReplaySession& session = (*replay)->session();
-  RobotListener listener;
+  RobotListener listener = session.listener();
   listener.on_sample = [&](const Sample& sample) {
     fresh.hear(sample);
     return session.hear(sample);
   };
-  std::string stopped_by;
-  listener.decide = [&](Duration uptime, SensorTime now) -> Result<DriverDecision> {
-    const PhaseViewers::Wish wish = viewers.hear(uptime);
-    if (wish.over) stopped_by = wish.stop_key ? "stopped with the space bar" : "stopped on the page";
-    if (wish.over) return DriverDecision{.done = true};
-    if (wish.pause) *wish.pause ? session.pause() : session.resume();
-    return session.decide(uptime, now);
-  };
-  const auto driven = (*robot)->drive(watched(listener, job.feed));
-  ReplayEnd end = driven ? session.end(*driven) : session.end();
-  if (!stopped_by.empty()) end.reason = stopped_by;
+  const auto driven = (*robot)->drive(watched(std::move(listener), job.feed));
+  const ReplayEnd end = driven ? session.end(*driven) : session.end();
   Result<ReplayReport> report = (*replay)->finish(end);
   if (!driven) return tl::unexpected(driven.error());
   if (!report) return report;

@@ -11,10 +11,11 @@ namespace waymark::cli {
 /// A replay of a robot that lives, with everything it stands on.
 class LiveReplay {
  public:
-  /// `on_step`: who hears each decision before it is written down.
-  static Result<std::unique_ptr<LiveReplay>> make(
-      const Stage& stage, const ReplayJob& job, const ReplayFiles& files, Console& console,
-      std::function<void(const ReplayStep&)> on_step = [](const ReplayStep&) {});
+  /// `on_step`: called with each decision before it is recorded.
+  static Result<std::unique_ptr<LiveReplay>> make(const Stage& stage, const ReplayJob& job,
+                                                  const ReplayFiles& files, Console& console,
+                                                  std::function<void(const ReplayStep&)> on_step,
+                                                  SessionRequests requests = no_requests());
 
   [[nodiscard]] ReplaySession& session() { return *session_; }
   /// Closes the recording, and says what came of it, judged where the truth is known.

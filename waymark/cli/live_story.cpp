@@ -8,6 +8,7 @@
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/live/inputs.hpp"
 #include "waymark/recording/map_markers.hpp"
 
 namespace waymark::cli {
@@ -31,8 +32,12 @@ void StoryViewers::show_map(const std::filesystem::path& folder) {
   if (map) feed_->show_shapes(map_markers(map->tags, route ? *route : Route{}));
 }
 
-void StoryViewers::tell(const Operator& story, const Pilot& pilot) {
-  if (feed_ != nullptr) tell(status_of(story, pilot));
+void StoryViewers::tell(const Operator& session, const OperatorInput& input) {
+  if (feed_ == nullptr) return;
+  tell({.phase = std::string(to_string(session.state())),
+        .reason = session.reason(),
+        .commands = viewer_commands(session.state(), input.has_script()),
+        .page_drives = input.page_drives()});
 }
 
 void StoryViewers::tell(LiveStatus status) {
@@ -61,33 +66,25 @@ std::function<void(const ReplayStep&)> StoryViewers::watch(double goal_m) {
 }
 
 PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken)
-    : viewers_(feed), stop_key_(keys_taken), phase_(phase) {
+    : viewers_(feed),
+      stop_key_(keys_taken),
+      requests_(viewer_link(feed), phase, [this] { return stop_key_.pressed(); }),
+      shown_(feed != nullptr) {
   viewers_.show_camera(stage);
-  if (feed != nullptr) orders_.emplace(*feed);
 }
 
 void PhaseViewers::tell() {
-  LiveStatus status{.phase = std::string(to_string(phase_)), .commands = {"go", "stop"}};
-  if (phase_ == OperatorState::Teaching) status.commands = {"go"};
+  LiveStatus status{.phase = std::string(to_string(requests_.phase())), .commands = {"go", "stop"}};
+  if (requests_.phase() == OperatorState::Teaching) status.commands = {"go"};
   viewers_.tell(std::move(status));
 }
 
-PhaseViewers::Wish PhaseViewers::hear(Duration uptime) {
-  Wish wish;
-  wish.over = wish.stop_key = stop_key_.pressed();
-  if (!orders_) return wish;
-  const PageOrders::Act act = orders_->act(uptime, phase_);
-  wish.stand = act.stand;
-  for (const OperatorEvent event : act.events) {
-    const bool go = event == OperatorEvent::Go;
-    wish.over = wish.over || event == OperatorEvent::Stop || event == OperatorEvent::Quit ||
-                (go && phase_ == OperatorState::Teaching);
-    if (!go || phase_ == OperatorState::Teaching) continue;
-    wish.pause = phase_ == OperatorState::Replaying;
-    phase_ = *wish.pause ? OperatorState::Paused : OperatorState::Replaying;
-  }
-  tell();
-  return wish;
+SessionRequests PhaseViewers::requests() {
+  return [this](Duration uptime) {
+    SessionRequest request = requests_.read(uptime);
+    if (shown_) tell();
+    return request;
+  };
 }
 
 }  // namespace waymark::cli

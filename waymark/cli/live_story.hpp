@@ -6,12 +6,13 @@
 
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/live_view.hpp"
-#include "waymark/cli/page_pilot.hpp"
-#include "waymark/cli/stop_key.hpp"
+#include "waymark/live/stop_key.hpp"
+#include "waymark/runtime/viewer_input.hpp"
 
 namespace waymark::cli {
 
-/// What viewers are told of a story, of a lap that is taught, or of a replay. Without a feed nothing happens.
+/// What viewers are shown of a session, of a lap that is taught, or of a replay. Without a feed nothing
+/// happens.
 class StoryViewers {
  public:
   explicit StoryViewers(LiveFeed* feed) : feed_(feed) {}
@@ -19,7 +20,7 @@ class StoryViewers {
   void show_camera(const SimulatedStage& stage);
   /// map.yaml, route.yaml and robot.yaml of the folder, those that are there; the map as shapes, too.
   void show_map(const std::filesystem::path& folder);
-  void tell(const Operator& story, const Pilot& pilot);
+  void tell(const Operator& session, const OperatorInput& input);
   void tell(LiveStatus status);
   /// Hears each decision of a replay and shows estimates, what was compared with them, and progress. Only the
   /// newest is heard.
@@ -38,23 +39,16 @@ class PhaseViewers {
  public:
   /// `keys_taken`: a driver reads the keys of the terminal itself.
   PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken = false);
-  /// What viewers and the space bar of the terminal want, and what becomes of the command: nothing where they
-  /// end the phase. Go pauses a replay and ends a lap.
-  struct Wish {
-    bool over = false;
-    bool stand = false;
-    bool stop_key = false;        ///< it is over because of the space bar
-    std::optional<bool> pause{};  ///< it changed: pause, or go on
-  };
-  Wish hear(Duration uptime);
+  /// What viewers and the space bar of the terminal want; this must live for as long as they are asked.
+  [[nodiscard]] SessionRequests requests();
   [[nodiscard]] StoryViewers& viewers() { return viewers_; }
 
  private:
   void tell();
   StoryViewers viewers_;
-  std::optional<PageOrders> orders_{};
   StopKey stop_key_;
-  OperatorState phase_;
+  PhaseRequests requests_;
+  bool shown_;
 };
 
 }  // namespace waymark::cli

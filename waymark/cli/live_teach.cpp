@@ -1,13 +1,14 @@
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
-#include "waymark/cli/fresh_file.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/lesson.hpp"
-#include "waymark/cli/live_driver.hpp"
-#include "waymark/cli/live_robot.hpp"
+#include "waymark/cli/lap_recording.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_story.hpp"
+#include "waymark/live/fresh_file.hpp"
+#include "waymark/live/inputs.hpp"
+#include "waymark/live/live_robot.hpp"
+#include "waymark/runtime/teach_session.hpp"
 
 namespace waymark::cli {
 
@@ -38,47 +39,9 @@ Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags) {
   return {};
 }
 
-namespace {
-
-/// Says, once each time, when a robot that is being taught has fallen silent.
-class SilenceWatch {
- public:
-  explicit SilenceWatch(Console& console) : console_(console) {}
-
-  void hear(const Sample& sample) {
-    odometry_.heard = odometry_.heard || std::holds_alternative<Odometry>(sample);
-    camera_.heard = camera_.heard || std::holds_alternative<TagFrame>(sample) ||
-                    std::holds_alternative<CameraFrame>(sample);
-  }
-  void look(Duration uptime) {
-    check(odometry_, uptime, "odometry");
-    check(camera_, uptime, "frame of the camera");
-  }
-
- private:
-  struct Stream {
-    bool heard = false;  ///< since the last look
-    bool said = false;
-    Duration last{};
-  };
-  void check(Stream& stream, Duration uptime, const char* what) {
-    constexpr double kSilent_s = 2;
-    if (stream.heard) stream = {.heard = false, .said = false, .last = uptime};
-    if (stream.said || to_seconds(uptime - stream.last) < kSilent_s) return;
-    stream.said = true;
-    console_.say(fmt::format("no {} for {:.0f} s: does the robot still run?", what, kSilent_s));
-  }
-
-  Console& console_;
-  Stream odometry_{};
-  Stream camera_{};
-};
-
-}  // namespace
-
 Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console& console) {
   const Stopwatch watch;
-  const auto driver = LiveDriver::make(job.driver, job.speed_m_s, stage.simulated);
+  const auto driver = make_lap_driver(job.driver, job.speed_m_s, stage.simulated);
   if (!driver) return tl::unexpected(driver.error());
   // Before the robot starts: a file that cannot be written should not cost a drive.
   Result<SampleRecorder> recorder =
@@ -90,40 +53,27 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                       stage);
   if (!recorder) return tl::unexpected(recorder.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, console);
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, words_on(console));
   if (!robot) return tl::unexpected(robot.error());
-  Lesson lesson(teach_setup(stage.simulated), monitor_options(stage.simulated), job.images, *recorder,
-                console);
-  LapEnd end;
-  SilenceWatch silence(console);
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching, job.driver == "keyboard");
-  RobotListener listener;
+  TeachSession session(**driver, lap_of(stage.simulated, lap_listener(*recorder, job.images, console)),
+                       viewers.requests(), {.silence_s = 2});
+  RobotListener listener = session.listener();
   listener.on_sample = [&](const Sample& sample) {
     fresh.hear(sample);
-    (*driver)->hear(sample);
-    silence.hear(sample);
-    return lesson.on_sample(sample);
-  };
-  listener.decide = [&](Duration uptime, SensorTime now) -> Result<DriverDecision> {
-    silence.look(uptime);
-    Result<DriverDecision> decision = (*driver)->drive(uptime, now);
-    if (!decision) return decision;
-    const PhaseViewers::Wish wish = viewers.hear(uptime);
-    end.finished = decision->done = decision->done || wish.over;
-    if (end.finished || wish.stand) decision->command = {};
-    return decision;
+    return session.hear(sample);
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) console.say(usage);
-  const auto driven = (*robot)->drive(watched(listener, job.feed));
+  const auto driven = (*robot)->drive(watched(std::move(listener), job.feed));
   const Status closed = recorder->close();  // also of a lap that ended badly: what was driven is kept
   console.end_progress();
   const bool hung_up = !driven && interrupted();  // the terminal went, and the keys with it
   if (!driven && !hung_up) return tl::unexpected(driven.error());
   fresh.keep();
   if (!closed) return tl::unexpected(closed.error());
-  end.interrupted = hung_up || driven->interrupted;
-  end.lap_s = hung_up ? 0 : driven->seconds;
-  return report_of(lesson, end, watch);
+  const LapEnd end =
+      hung_up ? LapEnd{.finished = session.finished(), .interrupted = true} : session.end(*driven);
+  return report_of(session.lap(), end, watch);
 }
 
 }  // namespace waymark::cli

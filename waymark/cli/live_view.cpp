@@ -8,6 +8,7 @@
 #include <spawn.h>
 #include <CLI/App.hpp>
 
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
@@ -108,7 +109,13 @@ std::int64_t host_now_ns() {
   return std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
+LiveWords words_on(Console& console) {
+  return {.say = [&console](const std::string& words) { console.say(words); },
+          .progress = [&console](const std::string& line) { console.live(line); }};
+}
+
 RobotListener watched(RobotListener listener, LiveFeed* feed) {
+  listener.should_stop = [] { return interrupted(); };
   if (feed == nullptr) return listener;
   RobotListener out = listener;
   out.on_sample = [feed, inner = std::move(listener.on_sample)](const Sample& sample) {

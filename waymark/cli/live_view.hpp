@@ -8,6 +8,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/stage_flags.hpp"
+#include "waymark/live/live_robot.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"
 #include "waymark/server/live_feed.hpp"
@@ -71,7 +72,10 @@ class LiveView {
 /// The system's clock, as the feed wants it.
 [[nodiscard]] std::int64_t host_now_ns();
 
-/// A listener whose samples viewers see as well; without a feed the same.
+/// A listener whose samples viewers see as well, if there is a feed, and that Ctrl-C ends.
 [[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed);
+
+/// What a drive says, on this console.
+[[nodiscard]] LiveWords words_on(Console& console);
 
 }  // namespace waymark::cli

@@ -6,11 +6,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/human_driver.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/lesson.hpp"
+#include "waymark/cli/lap_recording.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/drivers/simulated/script_driver.hpp"
+#include "waymark/live/inputs.hpp"
+#include "waymark/runtime/teach_session.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -32,21 +34,37 @@ std::string making_yaml(const SimulatedStage& stage, const TeachJob& job, const 
   return yaml;
 }
 
-/// Nothing when nobody is needed.
-Result<std::unique_ptr<HumanDriver>> human_of(const TeachJob& job) {
-  if (job.driver == "scripted") return std::unique_ptr<HumanDriver>();
-  return HumanDriver::make(job.driver, job.speed_m_s);
+/// Who drives a simulated lap: a person by the clock on the wall, or a script that sees the robot.
+struct SimulatedDriver {
+  std::unique_ptr<LapDriver> driver{};
+  ScriptDriver* script = nullptr;
+};
+
+Result<SimulatedDriver> driver_of(const SimulatedStage& stage, const TeachJob& job,
+                                  const DriverOptions& options) {
+  if (job.driver != "scripted") {
+    auto person = make_lap_driver(job.driver, job.speed_m_s, stage);
+    if (!person) return tl::unexpected(person.error());
+    return SimulatedDriver{.driver = std::move(*person)};
+  }
+  auto scripted = scripted_driver(stage, options);
+  if (!scripted) return tl::unexpected(scripted.error());
+  auto script = std::make_unique<ScriptDriver>(std::move(*scripted));
+  ScriptDriver* const sees = script.get();
+  return SimulatedDriver{.driver = std::move(script), .script = sees};
 }
 
-Result<LapEnd> drive(const SimulatedStage& stage, HumanDriver* human, const DriverOptions& driver,
-                     const LapListener& listener, Console& console) {
-  if (human == nullptr) return drive_scripted_lap(stage, driver, listener);
+Result<LapEnd> drive(const SimulatedStage& stage, const SimulatedDriver& driver, TeachSession& session,
+                     const LapListener& listener) {
+  constexpr double kTenMinutes = 600;
   constexpr double kAnHour = 3600;
-  console.say(human->usage());
   return drive_lap(
       stage,
-      [&](const SE2& /*map_T_base*/, Duration uptime, SensorTime now) { return human->drive(uptime, now); },
-      listener, kAnHour);
+      [&](const SE2& map_T_base, Duration uptime, SensorTime now) {
+        if (driver.script != nullptr) driver.script->see(map_T_base);
+        return session.decide(uptime, now);
+      },
+      listener, driver.script != nullptr ? kTenMinutes : kAnHour);
 }
 
 }  // namespace
@@ -59,16 +77,7 @@ double peak_rss_mib() {
   return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024 : 0;
 }
 
-TeachReport report_of(const Lesson& lesson, const LapEnd& end, const Stopwatch& watch) {
-  return {.summary = lesson.summary(),
-          .end = end,
-          .worst_blur_px = lesson.monitor().worst_blur_px(),
-          .blurred_frames = lesson.monitor().blurred_frames(),
-          .abrupt_moments = lesson.monitor().abrupt_moments(),
-          .wall_s = watch.seconds()};
-}
-
-std::vector<std::string> teach_drivers() { return {"scripted", "keyboard", "gamepad"}; }
+std::vector<std::string> teach_drivers() { return lap_drivers(); }
 
 Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console) {
   const Stopwatch watch;
@@ -78,8 +87,8 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
                              .lateral_wander_m = job.wander_m,
                              .wander_time_s = job.wander_time_s,
                              .overlap_m = job.overlap_m};
-  const auto human = human_of(job);
-  if (!human) return tl::unexpected(human.error());
+  const auto who = driver_of(simulated, job, driver);
+  if (!who) return tl::unexpected(who.error());
   Result<SampleRecorder> recorder = start_recording(job.output,
                                                     {.verb = "teach",
                                                      .driver = job.driver,
@@ -87,17 +96,18 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
                                                      .durable = job.durable},
                                                     stage);
   if (!recorder) return tl::unexpected(recorder.error());
-  Lesson lesson(teach_setup(simulated), monitor_options(simulated), job.images, *recorder, console);
+  TeachSession session(*who->driver, lap_of(simulated, lap_listener(*recorder, job.images, console)));
   LapListener listener;
-  listener.on_sample = [&](const Sample& sample) { return lesson.on_sample(sample); };
-  listener.on_picture = [&](const SeenPicture& seen) { return lesson.on_picture(seen); };
+  listener.on_sample = [&](const Sample& sample) { return session.hear(sample); };
+  listener.on_picture = [&](const SeenPicture& seen) { return record_rendered(seen, job.images, *recorder); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive(simulated, human->get(), driver, listener, console);
+  if (const std::string usage = who->driver->usage(); !usage.empty()) console.say(usage);
+  const auto end = drive(simulated, *who, session, listener);
   const Status closed = recorder->close();
   console.end_progress();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
-  return report_of(lesson, *end, watch);
+  return report_of(session.lap(), *end, watch);
 }
 
 nlohmann::ordered_json links_json(const TeachSummary& summary) {

@@ -1,29 +1,33 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/pilot.hpp"
+#include "waymark/live/session_files.hpp"
+#include "waymark/runtime/operator_session.hpp"
 
 namespace waymark {
 class LiveFeed;
 }
 
-/// The operator's story with a robot that lives: teach, map, replay, with one button.
+/// The operator's session with its files: teach, map, replay, with one button.
 namespace waymark::cli {
+
+/// map_recording() without a word.
+[[nodiscard]] Status map_quietly(const std::string& lap, const std::filesystem::path& folder);
 
 struct StoryJob {
   std::filesystem::path folder;  ///< of what is written: lap.mcap, map/, replay.mcap
-  std::string map{};             ///< folder of a map that is there already: the story begins with ready
+  std::string map{};             ///< folder of a map that is there already: the session begins with ready
   std::string driver = "gamepad";
   double speed_m_s = kUsualSpeed_m_s;
-  std::string images{};      ///< how pictures are recorded: raw, jpeg; empty: not at all
-  ReplayJob replay{};        ///< method, options; folder and output are the story's
+  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
+  ReplayJob replay{};    ///< method, options; folder and output are the session's
+  MapMaker make_map = map_quietly;
   LiveFeed* feed = nullptr;  ///< of viewers, if there are any
 };
 
@@ -38,11 +42,11 @@ struct StoryReport {
   double wall_s = 0;
 };
 
-/// Runs the story until the pilot ends it, or Ctrl-C. The stage must have a process.
+/// Runs the session until the operator ends it, or Ctrl-C. The stage must have a process.
 [[nodiscard]] Result<StoryReport> run_story(const Stage& stage, const StoryJob& job, Console& console);
-/// The same with somebody in charge who is there already; `driver` is then a name for the recordings.
+/// The same with an input that is there already; `driver` is then a name for the recordings.
 [[nodiscard]] Result<StoryReport> run_story(const Stage& stage, const StoryJob& job,
-                                            std::unique_ptr<Pilot> pilot, Console& console);
+                                            std::unique_ptr<OperatorInput> input, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const StoryReport& report);
 
 }  // namespace waymark::cli

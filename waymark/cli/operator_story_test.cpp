@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/drivers/gamepad/pad_input.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/simulation/path.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
@@ -53,16 +54,16 @@ float stick(double share) {
 }
 
 /// Knows the world's line and what to try when.
-class Hand final : public Pilot {
+class Hand final : public OperatorInput {
  public:
   Hand(const SimulatedStage& stage, double& moved_while_paused_m, int& pauses)
       : moved_while_paused_m_(moved_while_paused_m),
         pauses_(pauses),
         state_(std::make_shared<GamepadState>(at_rest())),
-        pad_(pilot_with_pad(std::make_unique<FakePad>(state_), kSpeed_m_s)),
+        pad_(std::make_unique<PadInput>(std::make_unique<FakePad>(state_), kSpeed_m_s)),
         driver_(sample_path(stage.world.path_m, true, 0.02), true, {.speed_m_s = kSpeed_m_s}, Random(3)) {}
 
-  Result<PilotAct> act(Duration uptime, SensorTime now, S state) override {
+  Result<OperatorRequest> read(Duration uptime, SensorTime now, S state) override {
     if (state != last_) since_ = uptime;
     last_ = state;
     in_state_s_ = to_seconds(uptime - since_);
@@ -71,7 +72,7 @@ class Hand final : public Pilot {
       teach(now);
     else
       go_on(state);
-    return pad_->act(uptime, now, state);
+    return pad_->read(uptime, now, state);
   }
   void hear(const Sample& sample) override {
     const auto* truth = std::get_if<TruthPose>(&sample);
@@ -117,7 +118,7 @@ class Hand final : public Pilot {
   double& moved_while_paused_m_;
   int& pauses_;
   std::shared_ptr<GamepadState> state_;
-  std::unique_ptr<Pilot> pad_;
+  std::unique_ptr<OperatorInput> pad_;
   ScriptedDriver driver_;
   S last_ = S::Over;
   Duration since_{};

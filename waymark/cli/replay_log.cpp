@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/estimate_message.hpp"
-#include "waymark/cli/picture_recording.hpp"
+#include "waymark/live/picture_recording.hpp"
 
 namespace waymark::cli {
 

@@ -1,59 +1,12 @@
 #include "waymark/cli/stage_flags.hpp"
 
-#include <filesystem>
-
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/config/share.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/config/world_file.hpp"
 
 namespace waymark::cli {
-namespace {
-
-constexpr std::size_t kMostBytes = std::size_t{1} << 22U;
-
-/// Where a file is and what it says.
-struct Found {
-  std::string path;
-  std::string text;
-};
-
-Result<Found> find(const char* folder, const std::string& name) {
-  const auto path = find_shared(folder, name);
-  if (!path) return tl::unexpected(path.error());
-  const auto text = read_text_file(*path, kMostBytes);
-  if (!text) return tl::unexpected(text.error());
-  return Found{path->string(), *text};
-}
-
-SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t seed) {
-  options.seed = seed;
-  return options;
-}
-
-}  // namespace
-
-Result<Stage> load_stage(const std::string& world_name, const std::string& robot_file, std::uint64_t seed) {
-  Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
-  if (!world_file) return tl::unexpected(world_file.error());
-  Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
-  if (!world) return tl::unexpected(world.error());
-  const Result<Found> robot_text = find("robots", robot_file);
-  if (!robot_text) return tl::unexpected(robot_text.error());
-  const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
-  if (!robot) return tl::unexpected(robot.error());
-  return Stage{.simulated = {.world = std::move(*world),
-                             .model = robot->model,
-                             .camera = robot->camera,
-                             .robot = with_seed(robot->simulation, seed)},
-               .world_yaml = world_file->text,
-               .robot_yaml = robot_text->text};
-}
-
 StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world,
                        bool processes)
     : processes_(processes), world_(world) {

@@ -15,12 +15,12 @@
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/operator_story.hpp"
-#include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/report_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/live/own_robot.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {

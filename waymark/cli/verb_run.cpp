@@ -12,11 +12,11 @@
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/operator_story.hpp"
-#include "waymark/cli/own_robot.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/live/own_robot.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -14,13 +14,19 @@ Result<std::unique_ptr<LapDriver>> ScriptDriver::make(const SimulatedStage& stag
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "a script needs to know the world and its line",
                 {.key = "--driver"}, "Give --world, or let a person drive: --driver keyboard or gamepad.");
-  return std::unique_ptr<LapDriver>(
-      new ScriptDriver(ScriptedDriver(path, stage.world.path_closed, DriverOptions{.speed_m_s = speed_m_s},
-                                      Random(stage.robot.seed + kScriptSeed))));
+  return std::make_unique<ScriptDriver>(ScriptedDriver(path, stage.world.path_closed,
+                                                       DriverOptions{.speed_m_s = speed_m_s},
+                                                       Random(stage.robot.seed + kScriptSeed)));
 }
 
 void ScriptDriver::hear(const Sample& sample) {
-  if (const auto* truth = std::get_if<TruthPose>(&sample)) map_T_base_ = project_to_plane(truth->map_T_base);
+  const auto* truth = std::get_if<TruthPose>(&sample);
+  if (truth != nullptr && !sees_) map_T_base_ = project_to_plane(truth->map_T_base);
+}
+
+void ScriptDriver::see(const SE2& map_T_base) {
+  sees_ = true;
+  map_T_base_ = map_T_base;
 }
 
 Result<DriverDecision> ScriptDriver::drive(Duration uptime, SensorTime now) {
@@ -31,7 +37,7 @@ Result<DriverDecision> ScriptDriver::drive(Duration uptime, SensorTime now) {
                   {.key = "--driver"}, "Let a person drive: --driver keyboard or gamepad.");
     return DriverDecision{};
   }
-  const VelocityCommand command = script_.drive(*map_T_base_, now);
+  const VelocityCommand command = script_.drive(*map_T_base_, sees_ ? SensorTime(uptime) : now);
   return DriverDecision{.command = command, .done = script_.done()};
 }
 

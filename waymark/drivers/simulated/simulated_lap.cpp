@@ -58,16 +58,21 @@ Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive, const 
       .finished = driven->done, .interrupted = driven->interrupted, .lap_s = to_seconds(driven->uptime)};
 }
 
-Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& options,
-                                  const LapListener& listener, double timeout_s) {
+Result<ScriptedDriver> scripted_driver(const SimulatedStage& stage, const DriverOptions& driver) {
   const Result<std::vector<PathPoint>> path = line_of(stage.world);
   if (!path) return tl::unexpected(path.error());
-  ScriptedDriver driver(*path, stage.world.path_closed, options, Random(stage.robot.seed + kDriverSeed));
+  return ScriptedDriver(*path, stage.world.path_closed, driver, Random(stage.robot.seed + kDriverSeed));
+}
+
+Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& options,
+                                  const LapListener& listener, double timeout_s) {
+  Result<ScriptedDriver> driver = scripted_driver(stage, options);
+  if (!driver) return tl::unexpected(driver.error());
   return drive_lap(
       stage,
       [&](const SE2& map_T_base, Duration uptime, SensorTime) -> Result<DriverDecision> {
-        const VelocityCommand command = driver.drive(map_T_base, SensorTime(uptime));
-        return DriverDecision{.command = command, .done = driver.done()};
+        const VelocityCommand command = driver->drive(map_T_base, SensorTime(uptime));
+        return DriverDecision{.command = command, .done = driver->done()};
       },
       listener, timeout_s);
 }

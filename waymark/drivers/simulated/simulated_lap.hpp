@@ -44,6 +44,10 @@ using Drive = std::function<Result<DriverDecision>(const SE2& map_T_base, Durati
 [[nodiscard]] Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
+/// The scripted driver of a stage, on the world's line. Fails on a world without one.
+[[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedStage& stage,
+                                                     const DriverOptions& driver);
+
 /// Drives the world's line once, as a person would who knows the place: the robot starts on the line and
 /// stands at the end. Gives up after `timeout_s` of simulated time. Fails on a world without a line and on
 /// what the listener fails on.

@@ -1,11 +1,11 @@
-#include "waymark/cli/stop_key.hpp"
+#include "waymark/live/stop_key.hpp"
 
 #include <string>
 #include <utility>
 
 #include <unistd.h>
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 /// Whoever is in the background and touches the terminal it was started from is stopped by it, and the robot
@@ -29,4 +29,4 @@ bool StopKey::pressed() {
   return typed && typed->find(' ') != std::string::npos;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/own_robot.hpp"
+#include "waymark/live/own_robot.hpp"
 
 #include <filesystem>
 #include <system_error>
@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace waymark::cli {
+namespace waymark {
 
 Status become_the_robot(Stage& stage, std::vector<std::string> words, const SimulatedTime& time) {
   std::error_code error;
@@ -20,4 +20,4 @@ Status become_the_robot(Stage& stage, std::vector<std::string> words, const Simu
   return {};
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -4,7 +4,7 @@
 
 #include "waymark/drivers/keyboard/terminal_keys.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// The space bar of the terminal, which stops a drive whoever drives. Where standard input is no terminal, is
 /// somebody else's, or this program is in the background, nothing is ever pressed.
@@ -21,4 +21,4 @@ class StopKey {
   std::unique_ptr<TerminalKeys> keys_{};
 };
 
-}  // namespace waymark::cli
+}  // namespace waymark

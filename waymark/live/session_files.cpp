@@ -1,12 +1,10 @@
-#include "waymark/cli/story_files.hpp"
+#include "waymark/live/session_files.hpp"
 
-#include <chrono>
-#include <cstdio>
 #include <system_error>
 
 #include <fmt/format.h>
 
-namespace waymark::cli {
+namespace waymark {
 
 namespace fs = std::filesystem;
 
@@ -41,19 +39,17 @@ Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh
 
 }  // namespace
 
-void MapInTheMaking::begin(const std::string& lap, const fs::path& folder) {
-  watch_ = Stopwatch();
+void MapInTheMaking::begin(const MapMaker& make, const std::string& lap, const fs::path& folder) {
+  began_ = std::chrono::steady_clock::now();
   folder_ = folder;
   std::error_code ignored;
   fs::remove_all(beside(folder), ignored);
-  made_ = std::async(std::launch::async, [lap, fresh = beside(folder)]() -> Status {
-    std::FILE* nowhere = std::fopen("/dev/null", "w");
-    if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
-    Console quiet("waymark run", nowhere, nowhere);
-    const Result<MapReport> mapped = map_recording({.lap = lap, .folder = fresh}, quiet);
-    (void)std::fclose(nowhere);
-    return mapped ? Status() : tl::unexpected(mapped.error());
-  });
+  made_ = std::async(std::launch::async,
+                     [make, lap, fresh = beside(folder)]() -> Status { return make(lap, fresh); });
+}
+
+double MapInTheMaking::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
 }
 
 bool MapInTheMaking::ready() const {
@@ -65,4 +61,4 @@ Result<std::string> MapInTheMaking::take() {
   return replace_folder(folder_, beside(folder_));
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -6,7 +6,7 @@
 
 #include "waymark/samples/robot_samples.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// A recording that has just been begun: unless the robot said something, or keep() was called, it is removed
 /// again, so that it does not stand in the way of the next attempt.
@@ -31,4 +31,4 @@ class FreshFile {
   bool kept_ = false;
 };
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,10 +1,10 @@
-#include "waymark/cli/picture_recording.hpp"
+#include "waymark/live/picture_recording.hpp"
 
 #include <utility>
 
 #include "waymark/codecs/image_codec.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 constexpr const char* kCompressed = "/image_raw/compressed";
@@ -24,4 +24,4 @@ Status record_picture(const CameraFrame& picture, const std::string& how, Sample
   return recorder.add_message(kCompressed, picture.stamp, message);
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/live/stage.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// How a simulated robot that is a process of its own tells the time.
 struct SimulatedTime {
@@ -18,4 +18,4 @@ struct SimulatedTime {
 [[nodiscard]] Status become_the_robot(Stage& stage, std::vector<std::string> words,
                                       const SimulatedTime& time);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,0 +1,56 @@
+#include "waymark/cli/lap_recording.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "waymark/live/picture_recording.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// Truth of pictures, where no estimator looks.
+constexpr const char* kTruthTags = "/truth/tag_detections";
+
+/// The corners that are wholly in view, as if a detector without errors had found them.
+TagFrame true_corners(const SeenPicture& seen) {
+  TagFrame frame{.stamp = seen.found.stamp};
+  for (const SceneTagTruth& tag : seen.picture.tags) {
+    if (std::ranges::count(tag.corner_visible, true) < 4) continue;
+    frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
+  }
+  return frame;
+}
+
+}  // namespace
+
+TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, Console& console) {
+  return {.on_sample =
+              [&recorder, images](const Sample& sample) {
+                const auto* picture = std::get_if<CameraFrame>(&sample);
+                return picture != nullptr ? record_picture(*picture, images, recorder) : recorder.add(sample);
+              },
+          .on_progress = [&console](const std::string& line) { console.live(line); },
+          .on_words = [&console](const std::string& words) { console.say(words); }};
+}
+
+Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
+  Status status = recorder.add_message(kTruthTags, seen.found.stamp, ros2::to_ros(true_corners(seen)));
+  if (!status || images.empty()) return status;
+  return record_picture({.stamp = seen.found.stamp, .image = seen.picture.image}, images, recorder);
+}
+
+LapMonitor lap_of(const SimulatedStage& stage, TeachListener listener) {
+  const auto exposure_ms = stage.pictures ? std::optional(stage.pictures->camera.exposure_ms) : std::nullopt;
+  return {teach_setup(stage), monitor_options(stage.camera, exposure_ms), std::move(listener)};
+}
+
+TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {
+  return {.summary = lap.summary(),
+          .end = end,
+          .worst_blur_px = lap.monitor().worst_blur_px(),
+          .blurred_frames = lap.monitor().blurred_frames(),
+          .abrupt_moments = lap.monitor().abrupt_moments(),
+          .wall_s = watch.seconds()};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+#include "waymark/runtime/lap_monitor.hpp"
+
+namespace waymark::cli {
+
+/// Records a lap as `images` says (raw, jpeg; empty: without pictures), with words on the console. All of
+/// them outlive the listener.
+[[nodiscard]] TeachListener lap_listener(SampleRecorder& recorder, const std::string& images,
+                                         Console& console);
+/// Records a rendered picture and what is true of it; its tags are a sample of the lap.
+[[nodiscard]] Status record_rendered(const SeenPicture& seen, const std::string& images,
+                                     SampleRecorder& recorder);
+
+/// A lap of the stage, for a listener.
+[[nodiscard]] LapMonitor lap_of(const SimulatedStage& stage, TeachListener listener);
+
+[[nodiscard]] TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch);
+
+}  // namespace waymark::cli

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/drivers/watchdog/robot_command.hpp"
+
+namespace waymark {
+
+/// A robot in its world, and the files that describe them.
+struct Stage {
+  SimulatedStage simulated;
+  std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
+  std::string robot_yaml;
+  RobotCommand process{};  ///< what is the robot; empty: it is simulated
+
+  [[nodiscard]] RobotDescription robot() const {
+    return {simulated.model, simulated.camera, simulated.robot};
+  }
+};
+
+/// A world and a robot, by name or path. Without the name of a world: one with nothing in it.
+[[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
+                                       std::uint64_t seed);
+
+}  // namespace waymark
