@@ -1,0 +1,69 @@
+#!/usr/bin/python3
+"""Tags that the border of the picture cuts, drawn by the renderer of the second judge: what is said of their corners must hold.
+
+    tests/plant/border_test.py build/check/waymark/cli/waymark
+"""
+import json
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import body
+import corner_camera
+import course
+import frames
+import picture_camera
+from drive import Motion
+
+SIGMAS = 3.0
+LASTING_PX = 0.5  # veil, sharpening and blur set corners of this camera off by so much anywhere in the picture
+AHEAD_M = 0.5
+
+
+def motions(roll_rad: float) -> list[Motion]:
+    """The tag ever farther out to the left or right side of a camera that is rolled."""
+    return [Motion(y_m=side * out * AHEAD_M, z_m=side * out * AHEAD_M * math.tan(roll_rad)) for side in (-1, 1) for out in np.arange(0.60, 0.78, 0.02)]
+
+
+def detections(program: str, pictures: list[pathlib.Path]) -> list[list[dict[str, object]]]:
+    """What was found in each picture."""
+    done = subprocess.run([program, "detect", "--json", *map(str, pictures)], capture_output=True, text=True, check=True)
+    found = {pathlib.Path(line["image"]).name: line["detections"] for line in map(json.loads, done.stdout.splitlines()) if "detections" in line}
+    return [found[picture.name] for picture in pictures]
+
+
+def main() -> int:
+    pictures, true_px = [], []
+    with tempfile.TemporaryDirectory() as scratch:
+        for number, roll_deg in enumerate((5, 15)):
+            camera = body.Camera(roll_rad=math.radians(roll_deg))
+            tag = course.Tag(7, camera.x_m + AHEAD_M, 0.0, camera.z_m, math.pi)
+            eye = picture_camera.PictureCamera(camera, (tag,), seed=number)
+            for motion in motions(camera.roll_rad):
+                pictures.append(pathlib.Path(scratch) / f"{len(pictures):03}.pgm")
+                pictures[-1].write_bytes(b"P5\n640 480\n255\n" + eye.picture([motion] * 9, 1.0).tobytes())
+                world_T_camera = frames.rigid(np.eye(3), (motion.x_m, motion.y_m, motion.z_m)) @ camera.base_T_camera()
+                camera_T_world = frames.inverse(world_T_camera)
+                true_px.append(camera.project(corner_camera.tag_corners(tag) @ camera_T_world[:3, :3].T + camera_T_world[:3, 3]) + 0.5)
+        found = detections(sys.argv[1], pictures)
+    cut, worst_px, worst_sigmas = 0, 0.0, 0.0
+    for corners_px, seen in zip(true_px, found):
+        for detection in seen:
+            off_px = np.abs(np.array(detection["corners_px"]) - corners_px)
+            sigmas = np.maximum(off_px - LASTING_PX, 0) / np.array(detection["corner_sigma_px"])
+            cut += int(off_px.max() > 1)
+            worst_px, worst_sigmas = max(worst_px, off_px.max()), max(worst_sigmas, sigmas.max())
+    print(f"{sum(map(len, found))} of {len(pictures)} found, {cut} with a corner more than a pixel off; the worst by {worst_px:.1f} px, "
+          f"{worst_sigmas:.1f} of its standard deviations")
+    if cut < 4:
+        print("too few are cut: this says nothing")
+    return 0 if cut >= 4 and worst_sigmas < SIGMAS else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
