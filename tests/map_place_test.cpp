@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <numbers>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -54,13 +56,20 @@ Shape shape_of(const MappedLap& lap, const World& world) {
     const Eigen::Vector3d true_up = truth.rotation().inverse() * Eigen::Vector3d::UnitZ();
     shape.lean_deg = std::max(shape.lean_deg, to_degrees(std::acos(std::min(1.0, up.dot(true_up)))));
   }
-  if (errors) shape.rmse_m = errors->rmse_m;
+  shape.rmse_m = errors.rmse_m;
   return shape;
+}
+
+bool full() { return std::getenv("WAYMARK_FULL") != nullptr; }
+
+/// The first two, or all of them in the long run.
+std::vector<double> some_of(const std::vector<double>& all) {
+  return full() ? all : std::vector<double>(all.begin(), all.begin() + 2);
 }
 
 /// Whether the pose of the anchor is not given, or is that of a tag that hangs upright.
 TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
-  for (const double lean_deg : {0.0, 0.15, 0.3, 1.0, 3.0, 6.0, 15.0, 30.0}) {
+  for (const double lean_deg : some_of({0.3, 30.0, 0.0, 0.15, 0.7, 3.0, 6.0, 15.0})) {
     const World world = with_leaning_anchor(lean_deg);
     const Lap lap = drive(5, {}, world);
     for (const bool given : {false, true}) {
@@ -88,7 +97,7 @@ TEST(MapOfAPlace, AnAnchorMayHangCrooked) {
       const bool said = std::ranges::any_of(mapped->warnings, [](const std::string& words) {
         return words.find("leans by") != std::string::npos;
       });
-      EXPECT_EQ(said, lean_deg > 2) << "by a degree it may";
+      EXPECT_EQ(said, lean_deg > 1) << "by a degree it may";
     }
   }
 }
@@ -111,8 +120,9 @@ std::vector<Odometry> skidding(const std::vector<Odometry>& odometry, double gai
 TEST(MapOfAPlace, WheelsMayTellTurnsWrongly) {
   const Lap lap = drive(6);
   const double right = worst_of_others(map_of(lap.input), {});
-  for (const double gain : {0.2, 0.3, 0.45, 0.6, 0.85, 1.2}) {
+  for (const double gain : some_of({0.2, 1.2, 0.3, 0.45, 0.6, 0.85})) {
     for (const bool with_imu : {false, true}) {
+      if (with_imu && gain > 1 && !full()) continue;
       LapInput input = lap.input;
       input.odometry = skidding(lap.input.odometry, gain);
       if (with_imu) input.imu = lap.imu;
@@ -138,7 +148,7 @@ TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
     if (i > 0) {
       SE2::Tangent twist = (lap.input.odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
       twist[2] /=
-          0.35 + 0.2 * std::sin(2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5);
+          0.45 + 0.3 * std::sin(2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5);
       sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
     }
     told.push_back(sample);

@@ -90,23 +90,23 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
 }
 
 /// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, or where nothing is
-/// believed, map and mounting are found together. What the lap does not tell of it stays as it was believed.
+/// believed, map and mounting are found together. What the lap does not tell of it stays near what was
+/// believed.
 void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                       BundleMap& result) {
   const BundleProgress told = stage(progress, "where the camera sits");
   const int steps = options.search.max_iterations;
-  if (!options.find_mounting || lap.bundle.odometry.empty()) {
-    LapBundle copy = lap;
-    result.mounting = estimate_mounting(copy, steps, told);
-    if (options.keep_mounting || !result.mounting || !result.mounting->stands_out) return;
-  }
+  LapBundle copy = lap;
+  result.mounting = estimate_mounting(copy, steps, told);
+  const bool asked = options.find_mounting;
+  if (!result.mounting || (!asked && (options.keep_mounting || !result.mounting->stands_out))) return;
   result.mounting_used = true;
-  const SE3 believed = lap.bundle.poses[lap.cam].value;
-  const auto held = result.mounting ? result.mounting->untold : std::array<bool, 6>();
-  result.mounting = estimate_mounting(lap, steps, told, believed, held);
+  MountingBelief belief{.base_T_cam = lap.bundle.poses[lap.cam].value, .off = result.mounting->off};
+  if (!asked) belief.trusted = result.mounting->untold;
+  result.mounting = estimate_mounting(lap, steps, told, belief);
   fit_odometry_noise(lap, steps, told);
   settle(lap, options, told, result);
-  result.mounting = estimate_mounting(lap, steps, told, believed, held);
+  result.mounting = estimate_mounting(lap, steps, told, belief);
 }
 
 /// Tags of the map that is extended which the lap did not see stay.

@@ -113,7 +113,7 @@ void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
     if (map.mounting->untold[i]) untold.push_back(kNames[i]);
   }
   words.push_back(fmt::format(
-      "of where the camera sits the lap does not tell {}: that is as the robot's file says. Bends to both "
+      "of where the camera sits the lap does not tell {}: there the robot's file is trusted. Bends to both "
       "sides at two speeds tell all but the height",
       fmt::join(untold, ", ")));
 }

@@ -20,14 +20,21 @@ struct MountingEstimate {
   OdometryScales scales_sigma{};
 };
 
+/// What was believed of a mounting before, and what a first estimate made of it.
+struct MountingBelief {
+  SE3 base_T_cam{};  ///< as the robot's file has it
+  Vector6 off = Vector6::Zero();
+  /// Which of the six the file is trusted with: to a centimetre and half a degree.
+  std::array<bool, 6> trusted{};
+};
+
 /// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
 /// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
-/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `believed` unless
-/// it is where the bundle has it; what is `held` of it stays. Nothing without odometry: tags alone say where
-/// the camera went, never where the base is.
-[[nodiscard]] std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
-                                                                const BundleProgress& progress,
-                                                                const std::optional<SE3>& believed = {},
-                                                                const std::array<bool, 6>& held = {});
+/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `belief`: unless
+/// the camera is believed where the bundle has it, or nothing of it is to be trusted. Nothing without
+/// odometry: tags alone say where the camera went, never where the base is.
+[[nodiscard]] std::optional<MountingEstimate> estimate_mounting(
+    LapBundle& lap, int max_iterations, const BundleProgress& progress,
+    const std::optional<MountingBelief>& belief = {});
 
 }  // namespace waymark

@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/floor_sightings.hpp"
 #include "waymark/mapping/odometry_track.hpp"
@@ -140,9 +142,9 @@ std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
   return scale;
 }
 
-double median_off(const Pairs& pairs, double scale, double shift) {
+double median_off(const Pairs& pairs, double scale) {
   std::vector<double> off;
-  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told + shift));
+  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told));
   return off.empty() ? 0 : median(std::move(off));
 }
 
@@ -155,25 +157,36 @@ struct Gyro {
   double off_rad = 0;  ///< median of what is left
 };
 
+/// Least absolute deviations by iteratively reweighted least squares: scale and bias together, because on a
+/// course that bends mostly to one side each does the other's work.
 std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
-  constexpr int kRounds = 10;
-  Gyro gyro;
+  constexpr int kRounds = 30;
+  constexpr double kSmall_rad = 1e-3;
+  constexpr double kScaleSigma = 0.1;
+  constexpr double kBiasSigma_rad_s = 0.1;
+  const Eigen::Vector2d usual(1, 0);
+  const Eigen::Matrix2d prior =
+      Eigen::Vector2d(1 / kScaleSigma, 1 / kBiasSigma_rad_s).cwiseAbs2().asDiagonal();
+  Eigen::Vector2d x = usual;
   for (int round = 0; round < kRounds; ++round) {
-    Pairs pairs;
-    std::vector<double> bias;
+    Eigen::Matrix2d A = prior;
+    Eigen::Vector2d b = prior * usual;
     for (const Window& w : windows) {
       if (!w.gyro_rad) continue;
-      pairs.emplace_back(*w.gyro_rad, w.tags[2] + gyro.bias_rad_s * w.duration_s);
+      const Eigen::Vector2d row(*w.gyro_rad, -w.duration_s);
+      const double weight = 1 / std::max(std::abs(w.tags[2] - row.dot(x)), kSmall_rad);
+      A += weight * row * row.transpose();
+      b += weight * w.tags[2] * row;
     }
-    const auto scale = scale_of(pairs, kLeastTurn_rad);
-    if (!scale || 2 * pairs.size() < windows.size()) return std::nullopt;
-    gyro.scale = *scale;
-    for (const Window& w : windows) {
-      if (w.gyro_rad) bias.push_back((gyro.scale * *w.gyro_rad - w.tags[2]) / w.duration_s);
-    }
-    gyro.bias_rad_s = median(std::move(bias));
-    gyro.off_rad = median_off(pairs, gyro.scale, 0);
+    x = A.ldlt().solve(b);
   }
+  Gyro gyro{.scale = x[0], .bias_rad_s = x[1]};
+  Pairs pairs;
+  for (const Window& w : windows) {
+    if (w.gyro_rad) pairs.emplace_back(*w.gyro_rad, w.tags[2] + gyro.bias_rad_s * w.duration_s);
+  }
+  if (2 * pairs.size() < windows.size() || !scale_of(pairs, kLeastTurn_rad)) return std::nullopt;
+  gyro.off_rad = median_off(pairs, gyro.scale);
   return gyro;
 }
 
@@ -215,7 +228,7 @@ RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFram
   rough.yaw = off(yaw);
   rough.distance = off(distance);
   const auto gyro = fit_gyro(windows);
-  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(turns, yaw.value_or(1), 0);
+  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(turns, yaw.value_or(1));
   if (!rough.turns_by_gyro && rough.yaw == 1 && rough.distance == 1) return rough;
   if (rough.turns_by_gyro) rough.yaw = yaw.value_or(1);
   const GyroTrack track(lap.imu);
