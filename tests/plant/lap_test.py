@@ -2,6 +2,8 @@
 """One lap on a plant that shares nothing with Waymark's simulator: teach, map, replay, judged by the plant's truth.
 
     tests/plant/lap_test.py build/check/waymark/cli/waymark --plant mujoco --camera pictures
+
+Options that are not listed go to robot.py, as --lean-deg, --mounting, --tags and --no-imu.
 """
 import argparse
 import dataclasses
@@ -78,8 +80,8 @@ def main() -> int:
     parser.add_argument("--tags-rmse-cm", type=float, help="fail when the tags' error is larger (aligned)")
     parser.add_argument("--rmse-cm", type=float, help="fail when the distance from the taught way is larger")
     parser.add_argument("--max-cm", type=float, help="the same for its largest")
-    args = parser.parse_args()
-    options = ["--plant", args.plant, "--camera", args.camera, "--odometry", args.odometry, "--yaw-gain", str(args.yaw_gain)]
+    args, of_robot = parser.parse_known_args()
+    options = ["--plant", args.plant, "--camera", args.camera, "--odometry", args.odometry, "--yaw-gain", str(args.yaw_gain), *of_robot]
     with tempfile.TemporaryDirectory() as scratch:
         lap = drive(Place(args.program, args.folder or pathlib.Path(scratch)), options, args.speed_m_s, args.seed, args.fast)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)

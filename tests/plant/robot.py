@@ -40,6 +40,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sag", type=float, default=0.10, help="share of speed lost as the battery empties")
     parser.add_argument("--gain-step", metavar="FACTOR@T_S", help="kinematic plant: multiply the yaw gain by FACTOR from then on")
     parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
+    parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="how many tags stand on the course, from 3 to 24")
     parser.add_argument("--lean-deg", type=float, default=0.0, help="how far the anchor leans back")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
                         help="true camera minus what the robot file says [m, deg]")
@@ -64,7 +65,7 @@ class Robot:
         self.sensors = sensors.Sensors(sensors.SensorOptions(odometry=args.odometry), args.seed)
         self.camera_model = true_camera(args)
         self.base_T_camera = self.camera_model.base_T_camera()
-        self.tags = course.tags(math.radians(args.lean_deg))
+        self.tags = course.tags(math.radians(args.lean_deg), args.tags)
         self.camera = make_camera(args, self.camera_model, self.tags)
         self.teacher = Teacher(args.teach, args.seed) if args.teach else None
         self.command = (0.0, 0.0)

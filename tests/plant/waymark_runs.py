@@ -65,7 +65,8 @@ class Place:
 
     def teach_fast(self, options: list[str], speed_m_s: float = 0.3, name: str = "lap") -> Run:
         """As fast as the plant thinks: it drives itself all the same, but its recording holds the truth, and the anchor's pose is given."""
-        (self.folder / "world.yaml").write_text(course.world_yaml())
+        count = int(options[options.index("--tags") + 1]) if "--tags" in options else course.TAGS
+        (self.folder / "world.yaml").write_text(course.world_yaml(count))
         robot = process([*options, "--teach", str(speed_m_s), "--send-truth"], self.folder / f"{name}.csv")
         return self.waymark("teach", "--robot", robot, "--robot-file", "robot.yaml", "--world", "world.yaml", "--driver", "scripted",
                             "-o", f"{name}.mcap", "--json")
