@@ -27,13 +27,13 @@ Vector6 between(const SE3& believed, const SE3& found) {
 /// Centred where the camera is about to be found, so that what is trusted stays although it turns.
 PosePriorFactor prior_of(const MountingBelief& belief) {
   constexpr double kWide = 0.1;  // [m], [rad]
-  constexpr double kHeld = 1e-4;
+  constexpr double kExactly = 1e-4;
   Vector6 sigma = Vector6::Constant(kWide);
   Vector6 off = belief.off;
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (belief.trusted[at]) sigma[i] = kWorth[at];
-    if (i == kHeight) sigma[i] = kHeld;
+    if (i == kHeight) sigma[i] = kExactly;
     if (sigma[i] < kWide) off[i] = 0;
   }
   const SE3 centre(SO3::exp(off.tail<3>()) * belief.base_T_cam.rotation(),
