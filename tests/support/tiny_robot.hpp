@@ -24,6 +24,7 @@ namespace waymark::test {
 class TrustingMethod final : public LocalizationMethod {
  public:
   explicit TrustingMethod(bool lost) : lost_(lost) {}
+  using LocalizationMethod::add;
   void add(const TagFrame& /*frame*/) override {}
   void add(const Odometry& odometry) override {
     if (lost_) return;

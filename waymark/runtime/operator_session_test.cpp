@@ -351,7 +351,9 @@ TEST_P(InEachState, QuitEndsTheSession) {
   EXPECT_TRUE(end->done);
   EXPECT_TRUE(run.finished);
   EXPECT_EQ(run.session.state(), S::Over);
-  if (GetParam() == S::Replaying) EXPECT_EQ(run.tasks.replays.back().reason, "the story was ended");
+  if (GetParam() == S::Replaying) {
+    EXPECT_EQ(run.tasks.replays.back().reason, "the story was ended");
+  }
   run.expect_all_closed();
 }
 
@@ -422,7 +424,9 @@ TEST_P(InEachState, ALostViewerMovesNothing) {
   ASSERT_TRUE(loop.drive(listener));
   ASSERT_TRUE(lost);
   // The plan's stick is at the robot, so teaching goes on with it: somebody is there.
-  if (GetParam() != S::Teaching) EXPECT_NEAR(robot.x_m(), lost_at_m, 0.1);
+  if (GetParam() != S::Teaching) {
+    EXPECT_NEAR(robot.x_m(), lost_at_m, 0.1);
+  }
   EXPECT_EQ(session.state(), GetParam() == S::Replaying ? S::Paused : GetParam());
   (void)session.finish(false);
 }
