@@ -22,6 +22,15 @@ SIZE, SPACING, COLS, ROWS = 0.03, 0.3, 6, 5
 NOISE_PX = 0.05
 
 
+def turned(quaternion, draw):
+    """By 0.2 degrees about each axis."""
+    x, y, z, w = (float(number) for number in quaternion.split(","))
+    a, b, c = (draw.gauss(0, math.radians(0.2) / 2) for _ in range(3))
+    turned_by = [a * w + b * z - c * y + x, b * w + c * x - a * z + y, c * w + a * y - b * x + z, w - a * x - b * y - c * z]
+    length = math.sqrt(sum(number * number for number in turned_by))
+    return [number / length for number in turned_by]
+
+
 def rotate(vector, axis_angle):
     """Rodrigues."""
     angle = math.sqrt(sum(a * a for a in axis_angle)) or 1e-12
@@ -187,6 +196,21 @@ class CalibrateRobot(unittest.TestCase):
         self.assertEqual(nothing.code, 1, nothing.err)
         self.assertIn("this drive tells none of the numbers: there is no calibration, and nothing was written", nothing.err)
         self.assertFalse((self.folder / "nothing.yaml").exists())
+        self.a_map_that_was_measured_by_hand_is_not_called_moved()
+
+    def a_map_that_was_measured_by_hand_is_not_called_moved(self):
+        """Every tag 2 mm and 0.2 degrees off, the anchor too, and not a word of how good it is."""
+        draw = random.Random(5)
+        text = re.sub(r"\n    (covariance|tied_to|tied_covariance): .*", "", (self.folder / "map/map.yaml").read_text())
+        text = re.sub(r"\nfloor:\n(  .*\n)+", "\n", text)
+        text = re.sub(r"position_m: \[(.*)\]", lambda m: f"position_m: {[float(x) + draw.gauss(0, 0.002) for x in m[1].split(',')]}", text)
+        text = re.sub(r"quaternion_xyzw: \[(.*)\]", lambda m: f"quaternion_xyzw: {turned(m[1], draw)}", text)
+        (self.folder / "measured.yaml").write_text(text)
+        outcome = waymark("map", "lap.mcap", "--extend", "measured.yaml", "-o", "extended", "--json", cwd=self.folder)
+        self.assertEqual(outcome.code, 0, outcome.err)
+        self.assertNotIn("was moved", outcome.err)
+        tight = waymark("map", "lap.mcap", "--extend", "measured.yaml", "--map-sigma", "0.0001", "-o", "tight", "--json", cwd=self.folder)
+        self.assertIn("was moved", tight.err)
 
     def test_bends_at_two_speeds_tell_where_the_camera_sits(self):
         """3 cm and 2 degrees off, found within 5 mm and 0.2 degrees, without a map and with one."""

@@ -67,6 +67,7 @@ Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& o
   if (!map) return tl::unexpected(map.error());
   MapJob extension;
   extension.extend = std::move(*map);
+  extension.map_sigma_m = job.map_sigma_m;
   MapLapOptions options;
   Status status = prepare_extension(extension, recorded, overrides, options);
   if (status) prior = std::move(options.prior);

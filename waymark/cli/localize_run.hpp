@@ -28,6 +28,7 @@ struct LocalizeJob {
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
   std::string method = "riekf";
+  double map_sigma_m = 0.01;  ///< of tags of a map that says of none how well it knows it; calibration by lap
   bool adapt =
       true;  ///< noise of motion and observations from the recording, where what is assumed does not fit
   RiekfOptions filter{};

@@ -4,6 +4,7 @@
 
 #include "waymark/cli/map_steps.hpp"
 #include "waymark/cli/route_files.hpp"
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/mapping/tag_ties.hpp"
 
 namespace waymark::cli {
@@ -69,10 +70,24 @@ Status read_extension(const std::string& extend, const std::string& route_name,
   return status;
 }
 
+/// A map that says of none of its tags how well it knows it was measured by somebody: each tag is known by
+/// itself.
+void take_as_measured(double sigma_m, TagMap& map) {
+  constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by eye
+  if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
+    return;
+  Vector6 variance;
+  variance << Eigen::Vector3d::Constant(sigma_m * sigma_m),
+      Eigen::Vector3d::Constant(kSigma_rad * kSigma_rad);
+  const Matrix6 P = variance.asDiagonal();
+  for (auto& [id, tag] : map.tags) tag.covariance = from_coordinate_covariance(tag.map_T_tag, P).covariance;
+}
+
 Status prepare_extension(const MapJob& job, RecordedLap& recorded, SetupOverrides& overrides,
                          MapLapOptions& options) {
   if (!job.extend) return {};
   LapPrior prior{.map = job.extend->tags, .frozen = job.freeze};
+  take_as_measured(job.map_sigma_m, prior.map);
   for (const TagId& tag : job.freeze) {
     if (prior.map.find(tag) == nullptr) return tl::unexpected(not_in_the_map(tag, "--freeze"));
   }

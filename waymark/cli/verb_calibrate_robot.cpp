@@ -269,6 +269,12 @@ Run prepare_calibrate_robot(CLI::App& app) {
       ->type_name("FILE");
   app.add_option("--tag-size-m", job.tag_size_m, "Size of tags whose map does not say it")
       ->type_name("NUMBER");
+  app.add_option("--map-sigma", job.map_sigma_m,
+                 "By lap: how well the tags are known of a map that does not say it of any, such as one "
+                 "measured by hand [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 10.0))
+      ->type_name("NUMBER");
   app.add_option("--sensor-pose", job.sensor_pose,
                  "Where a sensor sits that measures ranges: x y [m], yaw [deg]")
       ->expected(3)

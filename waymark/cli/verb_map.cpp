@@ -51,6 +51,7 @@ struct MapArgs {
   std::string route_name;
   std::vector<std::string> freeze;
   std::vector<std::string> remove;
+  double map_sigma_m = kMapSigma_m;
   std::string tagslam;
   std::string model = "waymark";
   std::string against;
@@ -68,6 +69,7 @@ Result<MapJob> job_of(const MapArgs& args) {
   job.more = args.more;
   job.robot = args.robot;
   job.frames = args.frames;
+  job.map_sigma_m = args.map_sigma_m;
   if (Status status = args.bundle.apply(job.options.bundle); !status) return tl::unexpected(status.error());
   if (Status status = args.chain.apply(job.options.chain); !status) return tl::unexpected(status.error());
   if (Status status = args.points.apply(job.points); !status) return tl::unexpected(status.error());
@@ -264,6 +266,12 @@ Run prepare_map(CLI::App& app) {
   app.add_option("--remove", args->remove, "With --extend: tags that are gone, from the map and from the lap")
       ->delimiter(',')
       ->type_name("TAGS");
+  app.add_option("--map-sigma", args->map_sigma_m,
+                 "With --extend: how well the tags are known of a map that does not say it of any, such as "
+                 "one measured by hand [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 10.0))
+      ->type_name("NUMBER");
   app.add_option("--tagslam", args->tagslam,
                  "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
                  "config.json): cameras and "

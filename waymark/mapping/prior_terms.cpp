@@ -69,9 +69,14 @@ std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
 }
 
 /// The tags whose places in the lap and in the prior map are one place, as far as the two know.
-void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap,
+void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap, const TagId& anchor,
                    const BundleCovariance& known, TiedPrior& tied) {
   constexpr double kFarthest_m = 0.5;
+  // The lap stands on the anchor as the prior map has it: what is wrong with that moves all the others, the
+  // more the farther they are.
+  const MappedTag* stands_on = prior.map.find(anchor);
+  const Matrix6 of_anchor =
+      stands_on != nullptr ? stands_on->covariance.value_or(Matrix6::Zero()) : Matrix6::Zero();
   const Matrix6 slack = 1e-6 * Matrix6::Identity();  // a millimetre, a milliradian
   for (const ComparedTag& compared : tied.comparison.tags) {
     const MappedTag* before = prior.map.find(compared.tag);
@@ -79,8 +84,8 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
     if (before == nullptr || here == nullptr) continue;
     const SE3& map_T_tag = lap.bundle.poses[lap.tags.at(compared.tag)].value;
     const Vector6 off = minus(map_T_tag, before->map_T_tag);
-    const Matrix6 S =
-        known.poses[lap.tags.at(compared.tag)] + before->covariance.value_or(Matrix6::Zero()) + slack;
+    const Matrix6 S = known.poses[lap.tags.at(compared.tag)] + before->covariance.value_or(Matrix6::Zero()) +
+                      of_anchor + slack;
     const bool swapped = compared.change == TagChange::Swapped;
     if (!swapped && compared.distance_m < kFarthest_m && off.dot(S.llt().solve(off)) < internal::kPoseGate) {
       tied.agreeing.push_back(compared.tag);
@@ -147,6 +152,11 @@ void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
 }  // namespace
 
 Matrix6 common_covariance(const TagMap& map) {
+  // A map that was made from a lap has an anchor that is known exactly, and ties; else each tag was measured
+  // by itself.
+  const bool measured =
+      std::ranges::all_of(map.tags, [](const auto& tag) { return tag.second.covariance && !tag.second.tie; });
+  if (measured) return Matrix6::Zero();
   std::optional<Matrix6> common;
   for (const auto& [id, tag] : map.tags) {
     if (!tag.covariance || tag.tie) continue;
@@ -169,7 +179,7 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
   // may be; aligning them by all tags would hide that.
   if (!stands_where_it_was(*comparison, anchor)) move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
-  find_agreeing(prior, now, lap, known, tied);
+  find_agreeing(prior, now, lap, anchor, known, tied);
   add_places(prior, lap, tied);
   add_terms(prior, lap, tied);
   hold_the_floor(prior, lap);
