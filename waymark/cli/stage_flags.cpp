@@ -7,8 +7,9 @@
 #include "waymark/base/suggest.hpp"
 
 namespace waymark::cli {
-StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world,
-                       bool processes)
+
+StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
+                       const std::string& robot_file_default)
     : processes_(processes), world_(world) {
   app.add_option("--robot", robot_,
                  processes
@@ -26,7 +27,7 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
   app.add_option("--robot-file", robot_file_,
                  "Body, camera and behaviour of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
                  "turtlebot3-waffle, or the path of a .yaml file. Unless given: " +
-                     robot_file_default)
+                     robot_file_default + "the robot that the world names, or limo")
       ->type_name("NAME");
   app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
       ->capture_default_str()
@@ -34,10 +35,10 @@ StageFlags::StageFlags(CLI::App& app, const std::string& robot_file_default, con
       ->type_name("INTEGER");
 }
 
-std::vector<std::string> StageFlags::as_words(const std::string& robot_file) const {
-  return {"--world",      world_,
-          "--robot-file", robot_file_.empty() ? robot_file : robot_file_,
-          "--seed",       std::to_string(seed_)};
+std::vector<std::string> StageFlags::as_words() const {
+  std::vector<std::string> words = {"--world", world_, "--seed", std::to_string(seed_)};
+  if (!robot_file_.empty()) words.insert(words.end(), {"--robot-file", robot_file_});
+  return words;
 }
 
 Result<Stage> StageFlags::make(const std::string& robot_file) const {

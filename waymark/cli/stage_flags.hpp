@@ -20,18 +20,18 @@ inline constexpr const char* kDurableHelp =
 /// parsed.
 class StageFlags {
  public:
-  /// `robot_file_default` is what the help says happens without --robot-file. Without a `world` the flag
+  /// `robot_file_default` is what the help says comes first without --robot-file. Without a `world` the flag
   /// --world is required.
   /// With `processes` the robot may be a program of the user's: --robot process:CMD.
-  StageFlags(CLI::App& app, const std::string& robot_file_default, const std::string& world = {},
-             bool processes = false);
+  explicit StageFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
+                      const std::string& robot_file_default = {});
   StageFlags(const StageFlags&) = delete;
   StageFlags& operator=(const StageFlags&) = delete;
 
-  /// `robot_file`: where the robot is described when no flag says so.
-  [[nodiscard]] Result<Stage> make(const std::string& robot_file) const;
+  /// `robot_file`: where the robot is described when no flag says so; empty: as load_stage() has it.
+  [[nodiscard]] Result<Stage> make(const std::string& robot_file = {}) const;
   /// The flags of the simulated robot again, for a command line.
-  [[nodiscard]] std::vector<std::string> as_words(const std::string& robot_file) const;
+  [[nodiscard]] std::vector<std::string> as_words() const;
 
  private:
   bool processes_;

@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kReplaySeed = 1000;
 
 struct DemoArgs {
-  explicit DemoArgs(CLI::App& app) : stage(app, "limo", "circuit24") { add_flags(app, live); }
+  explicit DemoArgs(CLI::App& app) : stage(app, "circuit24") { add_flags(app, live); }
 
   StageFlags stage;
   LiveFlags live{};
@@ -191,7 +191,7 @@ std::string table(const DemoReport& report) {
 
 /// The same story by the clock, while somebody watches; it stays until it is ended.
 ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
-  std::vector<std::string> words = args.stage.as_words("limo");
+  std::vector<std::string> words = args.stage.as_words();
   if (args.images) words.emplace_back("--images");
   Status status = clear(args.folder);
   if (status) status = become_the_robot(stage, std::move(words), {.lockstep = true, .pace = 1});
@@ -218,7 +218,7 @@ ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
 }
 
 ExitCode demo(const DemoArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   if (!stage) {
     console.say(stage.error());
     return ExitCode::Usage;

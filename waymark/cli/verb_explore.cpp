@@ -19,10 +19,7 @@ namespace {
 
 struct ExploreArgs {
   explicit ExploreArgs(CLI::App& app)
-      : stage(app, "limo", "academy-house"),
-        pictures(app),
-        explore(app, "Wandering"),
-        filter(app, "Localisation") {}
+      : stage(app, "academy-house"), pictures(app), explore(app, "Wandering"), filter(app, "Localisation") {}
   StageFlags stage;
   PictureFlags pictures;
   OptionFlags<ExploreOptions> explore;
@@ -55,7 +52,7 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
     console.say(naming_flag(status.error()));
     return ExitCode::Usage;
   }
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (!status) {
     console.say(status.error());

@@ -23,7 +23,7 @@ namespace {
 
 struct ReplayArgs {
   explicit ReplayArgs(CLI::App& app)
-      : stage(app, "robot.yaml of the map's folder, or limo", {}, true),
+      : stage(app, {}, true, "robot.yaml of the map's folder, "),
         pictures(app),
         filter(app, "Methods riekf and ekf"),
         motion(app, "Methods riekf and ekf: motion"),
@@ -113,7 +113,7 @@ std::string to_text(const ReplayReport& report) {
 ExitCode replay(const ReplayArgs& args, Console& console) {
   const std::filesystem::path beside = std::filesystem::path(args.folder) / "robot.yaml";
   std::error_code ignored;
-  Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "limo");
+  Result<Stage> stage = args.stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "");
   Status seen = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (seen) seen = check_images(args, *stage);
   ReplayJob calibrated = args.job;

@@ -145,7 +145,7 @@ class SpeakingRobot {
 };
 
 struct RobotSimArgs {
-  explicit RobotSimArgs(CLI::App& app) : stage(app, "limo"), pictures(app) {}
+  explicit RobotSimArgs(CLI::App& app) : stage(app), pictures(app) {}
   StageFlags stage;
   PictureFlags pictures;
   bool lockstep = false;
@@ -153,7 +153,7 @@ struct RobotSimArgs {
 };
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (!status) {
     console.say(status.error());

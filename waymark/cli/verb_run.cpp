@@ -22,7 +22,7 @@ namespace waymark::cli {
 namespace {
 
 struct RunArgs {
-  explicit RunArgs(CLI::App& app) : stage(app, "limo", {}, true) { add_flags(app, live); }
+  explicit RunArgs(CLI::App& app) : stage(app, {}, true) { add_flags(app, live); }
   StageFlags stage;
   LiveFlags live{};
   CLI::Option* driver = nullptr;
@@ -46,12 +46,12 @@ Status know_tags(const RunArgs& args, Stage& stage) {
 }
 
 Result<Stage> stage_of(const RunArgs& args) {
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   if (!stage) return stage;
   // A script does not care how fast the time passes; a person does, also one who only watches.
   const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
                            .pace = args.live.view ? args.pace : 0};
-  std::vector<std::string> words = args.stage.as_words("limo");
+  std::vector<std::string> words = args.stage.as_words();
   if (args.images) words.emplace_back("--images");
   Status status = stage->process.empty() ? become_the_robot(*stage, std::move(words), time) : Status();
   if (status) status = know_tags(args, *stage);

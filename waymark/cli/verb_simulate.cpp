@@ -24,7 +24,7 @@ namespace waymark::cli {
 namespace {
 
 struct SimulateArgs {
-  explicit SimulateArgs(CLI::App& app) : stage(app, "limo", "circuit24"), pictures(app) {}
+  explicit SimulateArgs(CLI::App& app) : stage(app, "circuit24"), pictures(app) {}
 
   StageFlags stage;
   PictureFlags pictures;
@@ -119,7 +119,7 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
 }
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (!status) {
     console.say(status.error());

@@ -22,7 +22,7 @@ namespace waymark::cli {
 namespace {
 
 struct TeachArgs {
-  explicit TeachArgs(CLI::App& app) : stage(app, "limo", {}, true), pictures(app) { add_flags(app, live); }
+  explicit TeachArgs(CLI::App& app) : stage(app, {}, true), pictures(app) { add_flags(app, live); }
 
   StageFlags stage;
   PictureFlags pictures;
@@ -88,7 +88,7 @@ Status check_job(const TeachArgs& args, const Stage& stage) {
 }
 
 ExitCode teach(const TeachArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make("limo");
+  Result<Stage> stage = args.stage.make();
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (status) status = check_live_stage(*stage, args.anchor);
   if (status) status = check_job(args, *stage);

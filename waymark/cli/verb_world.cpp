@@ -31,7 +31,7 @@ constexpr double kLargestTagMetres = 2;
 
 struct CheckArgs {
   std::string world;
-  std::string robot_file = "limo";
+  std::string robot_file;
   bool json = false;
 };
 
@@ -107,8 +107,7 @@ Run prepare_check(CLI::App& app) {
   app.add_option("--robot-file", args->robot_file,
                  "Body and camera of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
                  "turtlebot3-waffle, or the "
-                 "path of a .yaml file")
-      ->capture_default_str()
+                 "path of a .yaml file. Unless given: the robot that the world names, or limo")
       ->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return check(*args, console); };
@@ -186,7 +185,7 @@ nlohmann::ordered_json to_json(const World& world, const OrbitReport& r) {
 ExitCode go_round(const OrbitArgs& args, Console& console) {
   OrbitOptions options;
   Status status = args.options.apply(options);
-  const Result<Stage> stage = load_stage(args.world, "limo", 1);
+  const Result<Stage> stage = load_stage(args.world, {}, 1);
   if (status && !stage) status = tl::unexpected(stage.error());
   if (!status) {
     console.say(status.error());

@@ -14,8 +14,6 @@
 namespace waymark {
 namespace {
 
-constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
-
 Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
   Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "size_m"});
   if (!status) return status;
@@ -72,10 +70,10 @@ Status read_tags(const YamlCursor& root, World& world) {
 }  // namespace
 
 Result<World> parse_world(std::string_view text, const std::string& source) {
-  const Result<YamlNode> tree = parse_yaml(text, source, kWorldLimits);
+  const Result<YamlNode> tree = parse_yaml(text, source, internal::kWorldLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (Status status = root.check_keys({"name", "tag_family", "tag_size_m", "tag_margin_cells",
+  if (Status status = root.check_keys({"name", "robot", "tag_family", "tag_size_m", "tag_margin_cells",
                                        "two_sided_board_m", "anchor_id", "tags", "panels", "walls",
                                        "occluders", "keep_outs", "floor", "path_closed", "path_m"});
       !status) {
@@ -117,7 +115,7 @@ std::string to_yaml(const World& world) {
 }
 
 Result<World> read_world(const std::filesystem::path& path) {
-  const Result<std::string> text = read_text_file(path, kWorldLimits.bytes);
+  const Result<std::string> text = read_text_file(path, internal::kWorldLimits.bytes);
   if (!text) return tl::unexpected(text.error());
   return parse_world(*text, path.string());
 }

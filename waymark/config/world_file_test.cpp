@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/config/world_robot.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
@@ -43,6 +44,14 @@ TEST(WorldFile, ReadsWhatItSays) {
   ASSERT_NE(tag, nullptr);
   EXPECT_TRUE(
       (tag->map_T_tag.rotation() * Eigen::Vector3d::UnitZ()).isApprox(Eigen::Vector3d(0, -1, 0), 1e-12));
+}
+
+TEST(WorldFile, NamesTheRobotThatDrivesThere) {
+  EXPECT_EQ(robot_of_world(kSmall, "w.yaml").value(), "");
+  const std::string with_robot = replaced(kSmall, "tag_family", "robot: mbot\ntag_family");
+  EXPECT_TRUE(parse_world(with_robot, "w.yaml"));
+  EXPECT_EQ(robot_of_world(with_robot, "w.yaml").value(), "mbot");
+  EXPECT_FALSE(robot_of_world(replaced(kSmall, "tag_family", "robot: [mbot]\ntag_family"), "w.yaml"));
 }
 
 TEST(WorldFile, BadInputIsAnsweredWithFileLineAndKey) {

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <cstddef>
+
 #include "waymark/config/yaml_cursor.hpp"
 #include "waymark/simulation/world.hpp"
 
 namespace waymark::internal {
+
+inline constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes = 200'000, .depth = 16};
 
 /// A point [x, y] of a list.
 [[nodiscard]] Result<Eigen::Vector2d> read_point(const YamlCursor& point);

@@ -5,6 +5,7 @@
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/world_file.hpp"
+#include "waymark/config/world_robot.hpp"
 
 namespace waymark {
 namespace {
@@ -25,6 +26,16 @@ Result<Found> find(const char* folder, const std::string& name) {
   return Found{path->string(), *text};
 }
 
+/// The one that is named; else that of the world; else the usual one.
+Result<std::string> name_of_robot(const std::string& robot_file, const Found& world_file) {
+  constexpr const char* kUsual = "limo";
+  if (!robot_file.empty()) return robot_file;
+  if (world_file.text.empty()) return kUsual;
+  Result<std::string> of_world = robot_of_world(world_file.text, world_file.path);
+  if (of_world && of_world->empty()) return kUsual;
+  return of_world;
+}
+
 SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t seed) {
   options.seed = seed;
   return options;
@@ -37,7 +48,9 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
   if (!world_file) return tl::unexpected(world_file.error());
   Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
   if (!world) return tl::unexpected(world.error());
-  const Result<Found> robot_text = find("robots", robot_file);
+  const Result<std::string> robot_name = name_of_robot(robot_file, *world_file);
+  if (!robot_name) return tl::unexpected(robot_name.error());
+  const Result<Found> robot_text = find("robots", *robot_name);
   if (!robot_text) return tl::unexpected(robot_text.error());
   const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
   if (!robot) return tl::unexpected(robot.error());

@@ -22,7 +22,8 @@ struct Stage {
   }
 };
 
-/// A world and a robot, by name or path. Without the name of a world: one with nothing in it.
+/// A world and a robot, by name or path. Without the name of a world: one with nothing in it. Without that of
+/// a robot: the one that the world names, else limo.
 [[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
                                        std::uint64_t seed);
 
