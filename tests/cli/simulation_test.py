@@ -122,11 +122,14 @@ class Simulation(InFolder):
         self.assertIn("placed by odometry alone: tag36h11:7, tag36h11:8", outcome.err)
 
     def test_robots_and_worlds_that_come_with_it(self):
-        for world, robot in (("limo-walls", "limo-ackermann"), ("mbot-square", "mbot"), ("academy-house", "turtlebot3-waffle")):
-            outcome = self.run_here("teach", "--world", world, "--robot-file", robot, "-o", f"{robot}.mcap", "--json")
+        for world, robot in (("limo-walls", ["--robot-file", "limo-ackermann"]), ("mbot-square", []), ("academy-house", [])):
+            outcome = self.run_here("teach", "--world", world, *robot, "-o", f"{world}.mcap", "--json")
             self.assertIn(outcome.code, (0, 1), outcome.err)
             self.assertTrue(outcome.records[0]["finished"])
-        self.assertAlmostEqual(self.topics("turtlebot3-waffle.mcap")["/scan"]["rate_hz"], 5, delta=0.1)
+        self.assertAlmostEqual(self.topics("academy-house.mcap")["/scan"]["rate_hz"], 5, delta=0.1)
+        demo = self.run_here("demo", "--world", "mbot-square", "-o", "demo")
+        self.assertEqual(demo.code, 0, demo.err)
+        self.assertIn("mbot-square, mbot:", demo.out)
 
     def test_a_simulation_like_a_recording(self):
         self.run_here("teach", "--world", "circuit24", "--robot-file", "mbot", "--speed-m-s", 0.4, "-o", "mbot.mcap")
