@@ -68,7 +68,7 @@ void linearise_planar(const Sighting& sighting, const Landmark& landmark, const 
     H_tag(2, 5) = 1;
   }
   z.residual.head<3>() = sighting.whitening * r;
-  const Eigen::Vector2d from_eye = sighting.planar.head<2>() - eye.base_T_sensor.translation().head<2>();
+  const Eigen::Vector2d from_eye = e.base_p - eye.base_T_sensor.translation().head<2>();
   z.H_scale.head<2>() = -sighting.whitening.topLeftCorner<2, 2>() * from_eye;
   z.H_pose.topRows<3>() = sighting.whitening * H;
   z.H_mount.topRows<3>() = sighting.whitening * H_mount;
@@ -91,7 +91,7 @@ bool linearise_range_bearing(const Sighting& sighting, const Landmark& landmark,
   const Eigen::Vector2d r(range - sighting.planar.x(),
                           wrapped(std::atan2(p.y(), p.x()) - sighting.planar.y()));
   z.residual.head<2>() = W * r;
-  z.H_scale[0] = -W(0, 0) * sighting.planar.x();
+  z.H_scale[0] = -W(0, 0) * range;  // not as measured: its noise is that of the residual
   z.H_pose.topRows<2>() = W * J * e.J_p_pose;
   const Matrix23d mount = -W * J * carried(e.base_p);
   z.H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
