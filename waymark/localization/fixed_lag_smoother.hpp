@@ -21,6 +21,7 @@ class FixedLagSmoother final : public LocalizationMethod {
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
   [[nodiscard]] const std::vector<NisRecord>& news() const override { return filter_.news(); }
   void clear_news() override { filter_.clear_news(); }
+  [[nodiscard]] std::optional<TagFix> tag_fix() const override { return filter_.tag_fix(); }
   [[nodiscard]] std::vector<std::string> problems() const override { return filter_.problems(); }
 
   /// What it stands on.

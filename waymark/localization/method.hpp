@@ -37,6 +37,15 @@ struct NisRecord {
   double log_det = 0;     ///< of the covariance of the whitened innovation
 };
 
+/// Where the robot is by the tags of one picture alone, whatever motion and earlier pictures say.
+struct TagFix {
+  SensorTime stamp{};
+  SE2 map_T_base{};
+  /// Of (x, y, yaw) in ordinary map coordinates [m, rad].
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  int tags = 0;
+};
+
 /// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.
 class LocalizationMethod {
  public:
@@ -57,6 +66,8 @@ class LocalizationMethod {
     return kNone;
   }
   virtual void clear_news() {}
+  /// Of the newest picture; nothing when its tags do not suffice, or from a method that cannot tell.
+  [[nodiscard]] virtual std::optional<TagFix> tag_fix() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }
 
  protected:

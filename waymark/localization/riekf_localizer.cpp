@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/localization/tag_fix.hpp"
+
 namespace waymark {
 namespace {
 
@@ -118,8 +120,18 @@ void RiekfLocalizer::add(const TagFrame& frame) {
     else
       ++crowded_;
   }
+  newest_ = *look;
   cover(stamp);
   run();
+}
+
+std::optional<TagFix> RiekfLocalizer::tag_fix() const {
+  const auto known = tracker_.estimate();
+  if (!known || newest_.count == 0) return std::nullopt;
+  auto fix = fix_of({newest_.seen.data(), newest_.count}, tracker_.landmarks(), tracker_.watch(),
+                    tracker_.eye(), tracker_.options(), known->map_T_base);
+  if (fix) fix->stamp = newest_.stamp;
+  return fix;
 }
 
 void RiekfLocalizer::add(const TagPoseFrame& frame) {
@@ -209,7 +221,8 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
       "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)
-    all.emplace_back("the start that was given does not agree with the tags that were seen: it was given up");
+    all.emplace_back("the tags that were seen do not agree with the assumed start: the robot was localised from the tags "
+        "alone");
   if (const auto& suspect = tracker_.suspect()) {
     all.push_back(words_of(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {

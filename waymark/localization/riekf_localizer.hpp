@@ -23,6 +23,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return tracker_.estimate(); }
   [[nodiscard]] const std::vector<NisRecord>& news() const override { return tracker_.news(); }
   void clear_news() override { tracker_.news().clear(); }
+  [[nodiscard]] std::optional<TagFix> tag_fix() const override;
   [[nodiscard]] std::vector<std::string> problems() const override;
 
   /// For a robot whose place is known when it is switched on.
@@ -54,6 +55,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   Duration latency_;
   bool moved_ = false;  ///< there was odometry
   Look* open_ = nullptr;
+  Look newest_{};  ///< picture, as it was seen
   int too_late_ = 0;
   int rewinds_ = 0;
   int frames_ = 0;

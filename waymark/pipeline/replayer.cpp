@@ -156,8 +156,8 @@ void Replayer::notice_silence(double dt_s) {
   constexpr double kMost_s = 1.0;
   silent_s_ = std::exchange(heard_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
   if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
-    silence_ =
-        fmt::format("no sensor was heard for {:.1f} s or more: look at the robot, then resume", kMost_s);
+    silence_ = fmt::format(
+        "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMost_s);
 }
 
 VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& estimate) {
@@ -173,8 +173,8 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
 /// What stops the robot that the limiter cannot see for itself.
 std::string Replayer::alarm() const {
   if (!pause_.empty()) return pause_;
-  if (!watch_.alarm().empty()) return watch_.alarm();
   if (!contradiction_.empty()) return contradiction_;
+  if (!watch_.alarm().empty()) return watch_.alarm();
   if (!silence_.empty()) return silence_;
   if (!doubts_) return {};
   std::string words = "what is seen contradicts where the robot believes to be: was it carried?";
@@ -242,7 +242,8 @@ bool Replayer::certain(const std::optional<LocalizationEstimate>& estimate) cons
 }
 
 void Replayer::follow_estimate(const LocalizationEstimate& estimate) {
-  watch_.check(estimate.map_T_base);
+  // A feed that was stuck and goes on lets the estimate jump: what was found first says more.
+  if (contradiction_.empty()) watch_.check(estimate.map_T_base);
   predictor_.observe(estimate.stamp, estimate.map_T_base, state_ == ReplayState::Driving);
   track(estimate);
   if (state_ == ReplayState::Waiting) pass_start_gate();
@@ -265,10 +266,14 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
     const LocalizationEstimate& estimate = *step.estimate;
     const bool tags =
         tells_accepted_ && newest_accepted_ && to_seconds(estimate.stamp - *newest_accepted_) < kMoment_s;
-    consistency_.observe(estimate.map_T_base, estimate.position_sigma_m(),
-                         std::sqrt(std::max(0.0, estimate.covariance(2, 2))), tags);
+    consistency_.observe(estimate.map_T_base, estimate.covariance, tags);
   } else {
     consistency_.observe_nothing();
+  }
+  if (const auto fix = method_->tag_fix(); fix && fix->stamp != newest_fix_) {
+    newest_fix_ = fix->stamp;
+    consistency_.observe_picture(fix->stamp, fix->map_T_base, fix->covariance,
+                                 newest_accepted_ && *newest_accepted_ >= fix->stamp);
   }
   if (state_ == ReplayState::Waiting || !contradiction_.empty()) return;
   if (const auto found = consistency_.contradiction()) contradiction_ = to_words(*found);

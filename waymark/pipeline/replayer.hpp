@@ -117,6 +117,7 @@ class Replayer {
   std::optional<SensorTime> newest_picture_{};
   bool tells_accepted_ = false;                  ///< the method says which observations it accepted
   std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
+  std::optional<SensorTime> newest_fix_{};       ///< pose by the tags of one picture
   double accepted_path_m_ = 0;                   ///< way by the wheels up to it
   std::optional<LaserScan> scan_{};
   double start_way_m_ = 0;

@@ -11,6 +11,7 @@ namespace {
 /// Speeds by each source, as the robot turns to the left.
 struct Motion {
   double commanded_m_s = 0.3;
+  double commanded_rad_s = 0.3;
   double wheels_m_s = 0.3;
   double wheels_rad_s = 0.3;
   double gyro_rad_s = 0.3;
@@ -24,14 +25,14 @@ std::vector<MotionSample> second_of(const Motion& m, double from_s = 0, double u
   MotionSample now;
   for (int i = 0; i <= 20; ++i) {
     now.tags = m.sees_tags;
-    now.position_sigma_m = 0.005;
-    now.yaw_sigma_rad = 0.003;
+    now.covariance = Eigen::Vector3d(0.005 * 0.005, 0.005 * 0.005, 0.003 * 0.003).asDiagonal();
     window.push_back(now);
     const bool differs = now.moving_s >= from_s && now.moving_s < until_s;
     const Motion at = differs ? m : Motion{};
     constexpr double kDt = 0.05;
     now.moving_s += kDt;
     now.commanded_m += kDt * at.commanded_m_s;
+    now.commanded_rad += kDt * at.commanded_rad_s;
     now.wheels_m += kDt * at.wheels_m_s;
     now.wheels_rad += kDt * at.wheels_rad_s;
     now.gyro_rad += kDt * at.gyro_rad_s;
@@ -65,7 +66,8 @@ TEST(MotionConsistency, NamesThePairAndTheCulpritOnlyWhereAThirdSourceDecides) {
   EXPECT_EQ(stuck->other, MotionSource::Tags);
   EXPECT_FALSE(stuck->culprit) << "odometry may be made of the gyro: it is no third source";
 
-  const auto straight = found_in({.wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0, 0, 0}});
+  const auto straight =
+      found_in({.commanded_rad_s = 0, .wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0, 0, 0}});
   ASSERT_TRUE(straight);
   EXPECT_EQ(straight->one, MotionSource::Wheels);
   EXPECT_EQ(straight->other, MotionSource::Tags);
@@ -95,8 +97,50 @@ TEST(MotionConsistency, WhatIsUncertainIsAllowedFor) {
   EXPECT_FALSE(found_in(blind)) << "without tags nothing is said about them";
   std::vector<MotionSample> doubtful = second_of({.tags = {0.2, 0, 0.3}});
   EXPECT_TRUE(find_contradiction(doubtful, kLearnt, kLimits));
-  for (MotionSample& sample : doubtful) sample.position_sigma_m = 0.05;
+  for (MotionSample& sample : doubtful) sample.covariance.diagonal().head<2>().setConstant(0.05 * 0.05);
   EXPECT_FALSE(find_contradiction(doubtful, kLearnt, kLimits));
+}
+
+TEST(MotionConsistency, APushIsWhatSlippingWheelsCannotExplain) {
+  const auto push = [](const Motion& m) {
+    const std::vector<MotionSample> window = second_of(m);
+    return find_push(window.front(), window.back(), kLearnt, kLimits);
+  };
+  const Motion straight{.commanded_rad_s = 0, .wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0.3, 0, 0}};
+  const auto with = [&](const Eigen::Vector3d& tags) {
+    Motion m = straight;
+    m.tags = tags;
+    m.gyro_rad_s = tags.z();
+    return m;
+  };
+  EXPECT_FALSE(push(straight));
+  EXPECT_FALSE(push(with({0, 0, 0}))) << "held or slipping: another rule's";
+  EXPECT_FALSE(push(with({0.15, 0, 0}))) << "slipping";
+  for (const Eigen::Vector3d& tags :
+       {Eigen::Vector3d(0.3, 0.16, 0), Eigen::Vector3d(-0.16, 0, 0), Eigen::Vector3d(0.46, 0, 0)}) {
+    const auto found = push(with(tags));
+    ASSERT_TRUE(found) << tags.transpose();
+    EXPECT_TRUE(found->carried);
+    EXPECT_NE(to_words(*found).find("was the robot carried?"), std::string::npos);
+  }
+  const auto turned = push(with({0.3, 0, 0.35}));
+  ASSERT_TRUE(turned) << "nobody asked it to turn";
+  EXPECT_TRUE(turned->carried && turned->turning);
+  EXPECT_FALSE(push({.commanded_rad_s = 0.5, .tags = {0.3, 0, 0.3}})) << "it skids";
+}
+
+TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
+  const auto found =
+      found_in({.commanded_rad_s = 0.6, .wheels_rad_s = 0, .gyro_rad_s = 0, .tags = {0.3, 0, 0}});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->one, MotionSource::Commands);
+  EXPECT_TRUE(found->turning && !found->carried);
+  EXPECT_FALSE(found_in({.commanded_rad_s = 0.45})) << "a floor that turns it by a third less";
+}
+
+TEST(MotionConsistency, LatePicturesAreNamed) {
+  const auto words = to_words({.one = MotionSource::Gyro, .turning = true, .late_s = 0.3});
+  EXPECT_NE(words.find("turns seen by tags follow those of the gyro by 0.30 s"), std::string::npos) << words;
 }
 
 TEST(MotionConsistency, TheWordsNameThePair) {

@@ -89,8 +89,9 @@ void ReplayWatch::check(const SE2& map_T_base) {
     const SE2 jump = by_odometry.inverse() * (map_T_checked_->inverse() * map_T_base);
     if (jump.translation().norm() > options_.carried_m || std::abs(jump.yaw()) > options_.carried_rad)
       alarm_ = fmt::format(
-          "the position jumped by {:.2f} m and {:.0f} deg: was the robot carried? Look, then "
-          "start again",
+          "the position by tags jumped by {:.2f} m and {:.0f} deg against odometry: was the robot carried, "
+          "or did "
+          "the camera repeat an old picture? Look at the robot, then resume",
           jump.translation().norm(), std::abs(jump.yaw()) * 57.29577951308232);
   }
   map_T_checked_ = map_T_base;

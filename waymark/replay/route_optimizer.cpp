@@ -19,7 +19,7 @@ using internal::Line;
 constexpr int kOffsets = 11;  // of the grid, an odd number: the taught route is one of them
 
 /// What is found at the offsets of one point of the taught route.
-struct Station {
+struct SurveyedPlace {
   Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
   Eigen::Vector2d left = Eigen::Vector2d::Zero();
   std::array<double, kOffsets> clearance_m{};
@@ -35,8 +35,8 @@ double tags_seen(const SE2& map_T_base, const RouteScene& scene) {
   return static_cast<double>(visible_tags(*scene.tags, *scene.camera, map_T_cam).size());
 }
 
-Station survey(const SE2& map_T_base, const RouteScene& scene, double corridor_m) {
-  Station station{.map_p = map_T_base.translation()};
+SurveyedPlace survey(const SE2& map_T_base, const RouteScene& scene, double corridor_m) {
+  SurveyedPlace station{.map_p = map_T_base.translation()};
   station.left = map_T_base.rotation() * Eigen::Vector2d(0, 1);
   for (int k = 0; k < kOffsets; ++k) {
     const SE2 at = map_T_base * SE2(0, offset_of(k, corridor_m), 0);
@@ -47,7 +47,7 @@ Station survey(const SE2& map_T_base, const RouteScene& scene, double corridor_m
 }
 
 /// As far to either side as nothing gets worse than the taught route is.
-void find_allowed(Station& station, double least_clearance_m, double corridor_m) {
+void find_allowed(SurveyedPlace& station, double least_clearance_m, double corridor_m) {
   constexpr int kMiddle = kOffsets / 2;
   const double needed = std::min(2.0, station.tags[kMiddle]);
   const auto good = [&](int k) {
@@ -74,7 +74,7 @@ void take_stations(const Route& like, Route& route) {
   const auto arc_at = [](const Route& of, std::size_t i) {
     return i < of.points.size() ? of.points[i].arc_length_m : of.length_m;
   };
-  for (waymark::Station station : like.stations) {
+  for (Station station : like.stations) {
     std::size_t i = 0;
     while (i + 1 < like.points.size() && like.points[i + 1].arc_length_m <= station.arc_length_m) ++i;
     const double stretch = std::max(arc_at(like, i + 1) - arc_at(like, i), 1e-12);
@@ -127,7 +127,7 @@ class Search {
       stations_.push_back(survey(point.map_T_base, scene, options.corridor_m));
       least_clearance = std::min(least_clearance, stations_.back().clearance_m[kOffsets / 2]);
     }
-    for (Station& station : stations_) find_allowed(station, least_clearance, options.corridor_m);
+    for (SurveyedPlace& station : stations_) find_allowed(station, least_clearance, options.corridor_m);
     taught_s_ = duration_s(with_speed_profile(taught, profile));
   }
 
@@ -216,7 +216,7 @@ class Search {
   const Route& taught_;
   ProfileOptions profile_;
   OptimizerOptions options_;
-  std::vector<Station> stations_{};
+  std::vector<SurveyedPlace> stations_{};
   std::vector<double> offsets_;
   double taught_s_ = 1;
   double cost_ = 0;

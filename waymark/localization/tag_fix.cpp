@@ -1,0 +1,79 @@
+#include "waymark/localization/tag_fix.hpp"
+
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/geometry/lie.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+
+namespace waymark {
+namespace {
+
+/// Degrees of freedom of Student's t: how heavy the tails of a tag's residuals are.
+constexpr double kFreedom = 4;
+
+struct Normal {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d g = Eigen::Vector3d::Zero();
+  int tags = 0;
+};
+
+/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map.
+void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
+  const double m2 = options.tag_sigma_m * options.tag_sigma_m;
+  const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
+  Eigen::Matrix<double, 6, 6> P = landmark.covariance;
+  P.diagonal() += (Eigen::Matrix<double, 6, 1>() << m2, m2, m2, rad2, rad2, rad2).finished();
+  const Eigen::Matrix<double, 6, 8> PH = P.lazyProduct(z.H_tag.transpose());
+  Eigen::Matrix<double, 8, 8> S = z.H_tag.lazyProduct(PH);
+  S.diagonal().array() += 1;  // rows beyond z.rows are empty: they add nothing
+  const Eigen::LLT<Eigen::Matrix<double, 8, 8>> L(S);
+  const Eigen::Matrix<double, 8, 1> r = L.solve(z.residual);
+  const Eigen::Matrix<double, 8, 3> J = L.solve(z.H_pose);
+  const double chi2 = z.residual.dot(r);
+  const double weight = (kFreedom + z.rows) / (kFreedom + chi2);
+  sum.H += weight * z.H_pose.transpose().lazyProduct(J);
+  sum.g += weight * z.H_pose.transpose().lazyProduct(r);
+  ++sum.tags;
+}
+
+Normal normal_at(const SE2& map_T_base, std::span<const Sighting> seen, const Landmarks& landmarks,
+                 const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options) {
+  Normal sum;
+  for (const Sighting& sighting : seen) {
+    if (!watch.usable(sighting.landmark)) continue;
+    if (const auto z = linearise(sighting, landmarks, eye, map_T_base))
+      add(*z, landmarks[sighting.landmark], options, sum);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::optional<TagFix> fix_of(std::span<const Sighting> seen, const Landmarks& landmarks,
+                             const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options,
+                             const SE2& near, double most_sigma_m) {
+  constexpr int kIterations = 12;
+  constexpr double kConverged = 2e-4;  // [m, rad]
+  SE2 at = near;
+  for (int i = 0; i < kIterations; ++i) {
+    const Normal sum = normal_at(at, seen, landmarks, watch, eye, options);
+    const Eigen::LLT<Eigen::Matrix3d> L(sum.H);
+    if (sum.tags == 0 || L.info() != Eigen::Success) return std::nullopt;
+    const Eigen::Vector3d step = -L.solve(sum.g);
+    if (!step.allFinite()) return std::nullopt;
+    const SE2 next = plus(step, at);
+    const double moved = (next.translation() - at.translation()).norm() + std::abs(step.z());
+    at = next;
+    if (moved > kConverged) continue;
+    TagFix fix{.map_T_base = at, .tags = sum.tags};
+    const Eigen::Matrix3d P = L.solve(Eigen::Matrix3d::Identity());
+    fix.covariance = coordinate_covariance(Uncertain<SE2>{at, P});
+    const bool known = fix.covariance.topLeftCorner<2, 2>().trace() < most_sigma_m * most_sigma_m;
+    return known ? std::optional(fix) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+}  // namespace waymark

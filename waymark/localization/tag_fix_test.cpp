@@ -1,0 +1,107 @@
+#include "waymark/localization/tag_fix.hpp"
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+/// Four tags on a wall ahead, seen from a pose on the floor.
+struct Wall {
+  PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
+  MountedSensor eye{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
+  TagMap map{};
+  Landmarks landmarks{};
+  TagWatch watch{Landmarks{}};
+  RiekfOptions options{};
+  SE2 truth{0.3, -0.1, 0.15};
+
+  Wall() {
+    for (int i = 0; i < 4; ++i)
+      map.tags[{.number = i}] = {.map_T_tag = SE3(body_R_optical(), {2.2 + 0.3 * i, -0.7 + 0.5 * i, 0.3}),
+                                 .size_m = 0.16};
+    landmarks = Landmarks(map);
+    watch = TagWatch(landmarks);
+  }
+
+  /// Of the tags [0, count); corners with this deviation, the first tag moved by `moved_m` along y.
+  [[nodiscard]] std::vector<Sighting> seen(int count, Random& random, double sigma_px,
+                                           double moved_m = 0) const {
+    std::vector<Sighting> all;
+    for (const auto& [id, tag] : map.tags) {
+      if (id.number >= count) break;
+      const Eigen::Vector3d moved(0, id.number == 0 ? moved_m : 0, 0);
+      const SE3 map_T_tag(tag.map_T_tag.rotation(), tag.map_T_tag.translation() + moved);
+      auto corners =
+          visible_corners(*eye.camera, (lift(truth) * eye.base_T_sensor).inverse() * map_T_tag, tag.size_m);
+      if (!corners) continue;
+      for (Eigen::Vector2d& corner : *corners) {
+        const double x = random.normal();
+        const double y = random.normal();
+        corner += sigma_px * Eigen::Vector2d(x, y);
+      }
+      if (auto sighting =
+              sighting_of(TagDetection{.tag = id, .corners_px = *corners}, landmarks, eye, options))
+        all.push_back(*sighting);
+    }
+    return all;
+  }
+  [[nodiscard]] std::optional<TagFix> fix(const std::vector<Sighting>& all, const SE2& near) const {
+    return fix_of(all, landmarks, watch, eye, options, near);
+  }
+};
+
+TEST(TagFix, IsThePoseWhateverItIsSearchedFrom) {
+  const Wall wall;
+  Random random(1);
+  const auto seen = wall.seen(4, random, 0);
+  ASSERT_EQ(seen.size(), 4U);
+  for (const SE2& off : {SE2(0, 0, 0), SE2(0.3, -0.3, 0.2), SE2(-0.4, 0.2, -0.3)}) {
+    const auto fix = wall.fix(seen, wall.truth * off);
+    ASSERT_TRUE(fix);
+    EXPECT_LT((fix->map_T_base.translation() - wall.truth.translation()).norm(), 1e-3);
+    EXPECT_NEAR(fix->map_T_base.yaw(), wall.truth.yaw(), 1e-3);
+    EXPECT_EQ(fix->tags, 4);
+  }
+}
+
+TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
+  const Wall wall;
+  Random random(2);
+  const auto fix = wall.fix(wall.seen(4, random, 0.2, 0.2), wall.truth);
+  ASSERT_TRUE(fix);
+  EXPECT_LT((fix->map_T_base.translation() - wall.truth.translation()).norm(), 0.03);
+}
+
+TEST(TagFix, ItsCovarianceCoversCornersAndPlacesOfTags) {
+  Wall wall;
+  wall.options.corner_sigma_px = 0.3;
+  wall.options.tag_sigma_m = 1e-6;
+  wall.options.tag_sigma_rad = 1e-6;
+  Random random(3);
+  double nees = 0;
+  constexpr int kDraws = 300;
+  for (int i = 0; i < kDraws; ++i) {
+    const auto fix = wall.fix(wall.seen(2, random, 0.3), wall.truth);
+    ASSERT_TRUE(fix);
+    const SE2& at = fix->map_T_base;
+    const Eigen::Vector3d off(at.x() - wall.truth.x(), at.y() - wall.truth.y(), at.yaw() - wall.truth.yaw());
+    nees += off.dot(fix->covariance.inverse() * off) / kDraws;
+  }
+  EXPECT_NEAR(nees, 3, 0.8);
+  const double corners_alone = wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace();
+  wall.options.tag_sigma_m = 0.01;
+  EXPECT_GT(wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace(), corners_alone + 1e-5);
+}
+
+TEST(TagFix, NothingWithoutTags) {
+  const Wall wall;
+  EXPECT_FALSE(wall.fix({}, wall.truth));
+}
+
+}  // namespace
+}  // namespace waymark
