@@ -277,7 +277,7 @@ TEST(Replayer, DrivesRefusesAndStopsWithWords) {
   EXPECT_TRUE(silent.lasting) << silent.reason.value_or("");
   good.add(Odometry{.stamp = at(3.1)});
   EXPECT_EQ(good.step(at(3.12)).reason,
-            "no sensor was heard for 1.0 s or more: look at the robot, then resume");
+            "no sensor sample was received for 1.0 s or more: look at the robot, then resume");
   good.resume();
   good.add(Odometry{.stamp = at(3.15)});
   EXPECT_EQ(good.step(at(3.16)).state, ReplayState::Driving);

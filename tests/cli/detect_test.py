@@ -3,6 +3,7 @@
 
 usage: detect_test.py PROGRAM [unittest options]
 """
+import gzip
 import os
 import shutil
 import unittest
@@ -139,6 +140,17 @@ class BadInput(InFolder):
         table = self.run_here("detect", source, "photograph.png")
         self.assertEqual(table.code, 1)
         self.assertIn("photograph.png: 2 tags", table.out)
+
+    def test_what_is_given_in_place_of_a_size_or_a_camera(self):
+        with_sizes = self.run_here("detect", "--camera", "none.yaml", "--tag-size-m", 0.16, "photograph.png", "photograph.png")
+        self.assertIn("none.yaml", with_sizes.err, "the pictures are no sizes")
+        self.assertNotIn("is not a size", with_sizes.err)
+        (self.folder / "camera.json.gz").write_bytes(gzip.compress(b"{}"))
+        for file, words in (("camera.json.gz", "this is packed (gzip), and no text. Unpack it first"),
+                            ("photograph.png", "this is a picture (PNG), and no text")):
+            outcome = self.run_here("detect", "photograph.png", "--tag-size-m", 0.16, "--camera", file)
+            self.assertEqual(outcome.code, 2)
+            self.assertIn(words, outcome.err)
 
     def test_missing(self):
         self.check("photogarph.png", "not_found", "Did you mean 'photograph.png'?")

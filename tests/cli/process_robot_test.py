@@ -33,10 +33,20 @@ class Loop(InFolder):
         info = self.run_here("info", "replay.mcap", "--json").records[0]
         topics = {topic["topic"] for topic in info["topics"]}
         self.assertLessEqual({"/odom", "/tag_detections", "/cmd_vel", "/waymark/pose", "/truth/pose"}, topics)
+        self.the_plug_of_the_camera_is_pulled()
         self.the_space_bar_stops_a_replay()
+        self.waymark_stop_is_named()
         # The map says which tag it stands on, and how large it is.
         story = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "story", input="quit\n")
         self.assertEqual(story.code, 0, story.err)
+
+    def the_plug_of_the_camera_is_pulled(self):
+        (self.folder / "unplugged.yaml").write_text("faults: [{fault: camera_lost, at_s: 8}]")
+        unplugged = self.run_here("replay", "map", "--robot", SIM + " --seed 7 --faults unplugged.yaml", "--world", "circuit24",
+                                  "-o", "unplugged.mcap", "--json")
+        self.assertEqual(unplugged.code, 1, unplugged.err)
+        self.assertIn("is the camera connected?", unplugged.records[0]["reason"])
+        self.assertLess(unplugged.records[0]["distance_m"], 0.5 * 8 + 0.5, "it stands a second later")
 
     def the_space_bar_stops_a_replay(self):
         keyboard, terminal = pty.openpty()
@@ -55,6 +65,19 @@ class Loop(InFolder):
         self.assertLess(time.monotonic() - begin, 10)
         self.assertEqual(process.returncode, 1, err)
         self.assertIn("stopped with the space bar", out + err)
+
+    def waymark_stop_is_named(self):
+        runtime = os.environ | {"XDG_RUNTIME_DIR": str(self.folder)}
+        process = subprocess.Popen([PROGRAM, "replay", "map", "--robot", SIM + " --pace 1", "--world", "circuit24", "-o", "ended.mcap"],
+                                   cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=runtime)
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not (self.folder / "ended.mcap").exists():
+            time.sleep(0.1)
+        time.sleep(1)
+        subprocess.run([PROGRAM, "stop"], env=runtime, check=True, capture_output=True, timeout=30)
+        out, err = process.communicate(timeout=60)
+        self.assertEqual(process.returncode, 130, err)
+        self.assertIn("stopped by 'waymark stop' after", err)
 
     def test_lockstep_gives_the_same_bytes_twice(self):
         for name in ("a", "b"):

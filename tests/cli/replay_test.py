@@ -147,6 +147,10 @@ class Replay(WithLap):
             outcome = self.replay(*words)
             self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
             self.assertIn(part, outcome.err)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "open", "--closing-distance-m", "0").code, 0)
+        laps = self.run_here("replay", "open", "--world", "circuit24", "--laps", "2")
+        self.assertEqual((laps.code, laps.out), (2, ""), laps.err)
+        self.assertIn("(--laps): the route is open", laps.err)
         (self.folder / "empty").mkdir()
         for where, part in (("nowhere", "nowhere: there is no such folder. Record a lap"),
                             ("lap.mcap", "Map it first: waymark map lap.mcap -o map"),

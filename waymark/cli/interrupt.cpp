@@ -7,6 +7,7 @@ namespace waymark::cli {
 namespace {
 
 std::atomic<bool> interrupt_flag{false};
+std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
 extern "C" void raise_flag(int /*signal*/) { interrupt_flag = true; }
@@ -28,8 +29,13 @@ void watch_signals() {
   sigaction(SIGXFSZ, &ignore, nullptr);
 }
 
-void interrupt() { interrupt_flag = true; }
+void interrupt() {
+  if (!interrupt_flag) stop_requested = true;
+  interrupt_flag = true;
+}
 
 bool interrupted() { return interrupt_flag; }
+
+const char* interrupted_by() { return stop_requested ? "'waymark stop'" : "Ctrl-C"; }
 
 }  // namespace waymark::cli

@@ -7,10 +7,12 @@ namespace waymark::cli {
 /// file may hold, becomes an error instead of a signal.
 void watch_signals();
 
-/// The same as Ctrl-C, from any thread.
+/// The same as Ctrl-C, from any thread: another process asked for it with `waymark stop`.
 void interrupt();
 
-/// Whether Ctrl-C was pressed since watch_signals().
+/// Whether Ctrl-C was pressed, or a stop was requested, since watch_signals().
 [[nodiscard]] bool interrupted();
+/// Which of the two, in words: "Ctrl-C" or "'waymark stop'".
+[[nodiscard]] const char* interrupted_by();
 
 }  // namespace waymark::cli

@@ -64,6 +64,7 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
   const Stopwatch watch;
   const Result<ReplayFiles> files = load_replay(job);
   if (!files) return tl::unexpected(files.error());
+  if (Status laps = check_laps(job, files->route); !laps) return tl::unexpected(laps.error());
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Replaying);
   const auto replay = LiveReplay::make(
       stage, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());

@@ -105,6 +105,12 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   return ReplayFiles{std::move(*map), std::move(*route), std::move(*taught)};
 }
 
+Status check_laps(const ReplayJob& job, const Route& route) {
+  if (route.closed || job.replay.laps == 1) return {};
+  return fail(ErrorCode::InvalidArgument, "the route is open: it is driven once, from its start to its end",
+              {.key = "--laps"}, "Leave --laps out, or teach a lap that comes back to its start.");
+}
+
 Status take_calibration(const std::string& path, ReplayJob& job) {
   if (path.empty()) return {};
   Result<Calibration> calibration = read_calibration(path);
@@ -206,6 +212,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   const Stopwatch watch;
   const Result<ReplayFiles> loaded = load_replay(job);
   if (!loaded) return tl::unexpected(loaded.error());
+  if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
   const SimulatedStage& simulated = stage.simulated;

@@ -156,6 +156,8 @@ struct ReplayFiles {
 
 /// Reads the folder of the job; fails, in words, also on names of methods and controllers that are none.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job);
+/// Fails when several laps, or a part of one, are asked for on an open route.
+[[nodiscard]] Status check_laps(const ReplayJob& job, const Route& route);
 /// The replay phase for a robot with this camera.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files,
                                                               const RobotModel& robot,

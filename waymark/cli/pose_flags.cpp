@@ -52,6 +52,7 @@ PoseFlags::PoseFlags(CLI::App& app) {
   app.add_option("--tag-size-m", sizes_,
                  "Side of the square where black border meets white [m]; ID=SIZE for a tag of another size "
                  "(repeatable)")
+      ->allow_extra_args(false)  // or it would take the pictures that follow for sizes
       ->type_name("SIZE")
       ->group("Poses");
 }

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/operator_story.hpp"
 
@@ -11,7 +12,7 @@ std::string ending(const ReplayReport& report) {
   const std::string where =
       fmt::format("after {:.2f} m of a route of {:.2f} m", report.end.driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
-  if (end.interrupted) return "stopped by Ctrl-C " + where + ": the robot stands";
+  if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", interrupted_by(), where);
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
   if (end.state == ReplayState::Waiting)
     return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "

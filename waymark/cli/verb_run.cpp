@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
@@ -105,7 +106,8 @@ ExitCode run(const RunArgs& args, Console& console) {
   }
   console.print(args.json ? json_line(to_json(*report)) : story_words(*report));
   if (report->interrupted) {
-    console.say("stopped: the robot stands, and the files are whole up to here");
+    console.say(
+        fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
     return ExitCode::Interrupted;
   }
   const bool well = std::ranges::all_of(report->replays, succeeded);

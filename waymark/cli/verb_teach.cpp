@@ -10,6 +10,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/file_names.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -114,7 +115,8 @@ ExitCode teach(const TeachArgs& args, Console& console) {
                           : to_text(*report, args.job.output, stage->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
-    console.say("stopped: the robot stands, and the recording is whole up to here");
+    console.say(fmt::format("stopped by {}: the robot stands, and the recording is whole up to here",
+                            interrupted_by()));
     return ExitCode::Interrupted;
   }
   if (!report->end.finished) console.say("the driver did not get round in ten minutes");

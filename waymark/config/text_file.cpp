@@ -13,15 +13,33 @@ namespace waymark {
 namespace {
 
 /// How files begin that are given by mistake where a text should be.
-std::optional<std::string_view> recording_in(std::string_view beginning) {
+struct Beginning {
+  std::string_view magic;
+  std::string_view what;
+  std::string_view hint;
+};
+
+constexpr std::string_view kRecordingHint =
+    "`waymark info` says what it holds, `waymark map` makes a map of it.";
+constexpr std::string_view kPackedHint = "Unpack it first: this file is read as plain text.";
+constexpr std::string_view kPictureHint = "Give a text file here (YAML, JSON or CSV).";
+
+std::optional<Beginning> no_text(std::string_view beginning) {
   using namespace std::string_view_literals;
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kBeginnings = {
-      {{"\x89MCAP"sv, "MCAP"sv},
-       {"#ROSBAG"sv, "a ROS 1 bag"sv},
-       {"SQLite format 3"sv, "rosbag2"sv},
-       {"\xED\xA1\xDA\x01"sv, "an LCM event log"sv}}};
-  for (const auto& [magic, name] : kBeginnings)
-    if (beginning.starts_with(magic)) return name;
+  constexpr std::array<Beginning, 11> kBeginnings = {
+      {{"\x89MCAP"sv, "a recording (MCAP)", kRecordingHint},
+       {"#ROSBAG"sv, "a recording (a ROS 1 bag)", kRecordingHint},
+       {"SQLite format 3"sv, "a recording (rosbag2)", kRecordingHint},
+       {"\xED\xA1\xDA\x01"sv, "a recording (an LCM event log)", kRecordingHint},
+       {"\x1F\x8B"sv, "packed (gzip)", kPackedHint},
+       {"\x28\xB5\x2F\xFD"sv, "packed (zstd)", kPackedHint},
+       {"\xFD\x37zXZ"sv, "packed (xz)", kPackedHint},
+       {"PK\x03\x04"sv, "packed (zip)", kPackedHint},
+       {"BZh"sv, "packed (bzip2)", kPackedHint},
+       {"\xFF\xD8\xFF"sv, "a picture (JPEG)", kPictureHint},
+       {"\x89PNG"sv, "a picture (PNG)", kPictureHint}}};
+  for (const Beginning& known : kBeginnings)
+    if (beginning.starts_with(known.magic)) return known;
   return std::nullopt;
 }
 
@@ -50,10 +68,9 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::size_
     file.read(text.data() + before, static_cast<std::streamsize>(kBlock));
     text.resize(before + static_cast<std::size_t>(file.gcount()));
     if (before > 0) continue;
-    if (const auto kind = recording_in(text))
-      return fail(ErrorCode::Unreadable, fmt::format("this is a recording ({}), and no text", *kind),
-                  {.source = path.string()},
-                  "`waymark info` says what it holds, `waymark map` makes a map of it.");
+    if (const auto found = no_text(text))
+      return fail(ErrorCode::Unreadable, fmt::format("this is {}, and no text", found->what),
+                  {.source = path.string()}, std::string(found->hint));
   }
   if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed", {.source = path.string()});
   if (text.size() > max_bytes) {

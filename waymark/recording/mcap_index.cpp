@@ -145,7 +145,10 @@ std::optional<Error> damage_of_data(const ByteSource& source, std::uint64_t summ
   return Error{ErrorCode::Unreadable,
                "the checksum (CRC-32) of the recording is wrong: bytes were changed or lost, " +
                    changed_part(source, options),
-               at(source, 0), "Take another copy of the file, or compare what it says with what you know."};
+               at(source, 0),
+               "Copy the file again from its source. If that copy has the same error, check its values: tag "
+               "sizes, camera "
+               "calibration, number of pictures."};
 }
 
 Result<Header> read_header(const ByteSource& source, const ReaderOptions& options) {
