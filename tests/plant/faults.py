@@ -7,9 +7,11 @@ Contradictions of sensors: zero is commanded 1.5 s after the onset, the robot co
 start again. Blindness: without pictures 1.5 s, in the dark 0.6 m. Anything: never more than 0.3 m from the taught way."""
 import argparse
 import collections
+import concurrent.futures
 import dataclasses
 import json
 import math
+import os
 import pathlib
 import sys
 import tempfile
@@ -98,9 +100,17 @@ def main() -> int:
     parser.add_argument("--speed-m-s", type=float, default=0.3)
     parser.add_argument("--kinds", nargs="+", choices=list(fault_script.KINDS), default=list(fault_script.KINDS))
     parser.add_argument("--each", action="store_true", help="each kind in turn instead of at random")
+    parser.add_argument("--yaw-gain", type=float, help="kinematic plant: of all scripts, instead of one of 0.3, 0.6, 1.0 at random")
+    parser.add_argument("--jobs", type=int, default=1, help="scripts at a time")
+    parser.add_argument("--test", action="store_true", help="as ctest runs it: a stuck feed and an unplugged camera on the kinematic plant; with "
+                        "WAYMARK_FULL 300 scripts on MuJoCo, as many at a time as there are processors")
     parser.add_argument("--folder", type=pathlib.Path, help="keep the files here")
     parser.add_argument("--may-fail", action="store_true", help="exit 0 whatever was found")
     args = parser.parse_args()
+    if args.test and os.environ.get("WAYMARK_FULL"):
+        args.plant, args.scripts, args.jobs = "mujoco", 300, os.cpu_count() or 1
+    elif args.test:
+        args.kinds, args.each, args.scripts, args.yaw_gain, args.jobs = ["stuck_feed", "camera_unplugged"], True, 2, 0.6, 2
     with tempfile.TemporaryDirectory() as scratch:
         verdicts = run_all(args, args.folder or pathlib.Path(scratch))
     print(table(verdicts))
@@ -108,27 +118,40 @@ def main() -> int:
 
 
 def run_all(args: argparse.Namespace, folder: pathlib.Path) -> list[Verdict]:
-    places: dict[float, Place] = {}
-    verdicts = []
-    for number in range(args.scripts):
-        rng = np.random.default_rng([args.seed, number])
-        gain = float(rng.choice([0.3, 0.6, 1.0])) if args.plant == "kinematic" else 0.0
-        options = ["--plant", args.plant, "--camera", "corners", "--odometry", args.odometry] + (["--yaw-gain", str(gain)] if gain else [])
-        if gain not in places:
-            places[gain] = Place(args.program, folder / f"gain-{gain}")
-            if places[gain].teach_fast([*options, "--seed", "1"]).code or places[gain].map().code:
-                raise RuntimeError("the lap was not taught and mapped")
-        text = script(rng, [args.kinds[number % len(args.kinds)]] if args.each else args.kinds)
-        name = f"script-{number}"
-        run = places[gain].replay([*options, "--seed", str(1000 + number), "--fault", text, "--limit-s", "120"], "--speed-m-s",
-                                  str(args.speed_m_s), name=name)
-        folder_of = places[gain].folder
-        words = str(run.report.get("reason", "")) or (run.err.strip().splitlines() or [""])[-1]
-        verdict = judge_run(judge.read_truth(folder_of / "lap.csv"), judge.read_truth(folder_of / f"{name}.csv"), fault_script.parse(text),
-                            words, text)
-        verdicts.append(verdict)
-        print(json.dumps({"script": number, "yaw_gain": gain, "exit": run.code, **dataclasses.asdict(verdict)}), file=sys.stderr, flush=True)
-    return verdicts
+    scripts = [drawn(args, number) for number in range(args.scripts)]
+    places = {gain: taught(args, gain, folder) for gain in sorted({gain for gain, _ in scripts})}
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        return list(pool.map(lambda number: run_one(args, number, places[scripts[number][0]], *scripts[number]), range(args.scripts)))
+
+
+def drawn(args: argparse.Namespace, number: int) -> tuple[float, str]:
+    """Yaw gain (0: it has none to be set) and script."""
+    rng = np.random.default_rng([args.seed, number])
+    gain = float(rng.choice([0.3, 0.6, 1.0])) if args.plant == "kinematic" else 0.0
+    text = script(rng, [args.kinds[number % len(args.kinds)]] if args.each else args.kinds)
+    return (args.yaw_gain or gain) if args.plant == "kinematic" else 0.0, text
+
+
+def options_of(args: argparse.Namespace, gain: float) -> list[str]:
+    return ["--plant", args.plant, "--camera", "corners", "--odometry", args.odometry] + (["--yaw-gain", str(gain)] if gain else [])
+
+
+def taught(args: argparse.Namespace, gain: float, folder: pathlib.Path) -> Place:
+    place = Place(args.program, folder / f"gain-{gain}")
+    if place.teach_fast([*options_of(args, gain), "--seed", "1"]).code or place.map().code:
+        raise RuntimeError("the lap was not taught and mapped")
+    return place
+
+
+def run_one(args: argparse.Namespace, number: int, place: Place, gain: float, text: str) -> Verdict:
+    name = f"script-{number}"
+    run = place.replay([*options_of(args, gain), "--seed", str(1000 + number), "--fault", text, "--limit-s", "120"], "--speed-m-s",
+                       str(args.speed_m_s), name=name)
+    words = str(run.report.get("reason", "")) or (run.err.strip().splitlines() or [""])[-1]
+    verdict = judge_run(judge.read_truth(place.folder / "lap.csv"), judge.read_truth(place.folder / f"{name}.csv"), fault_script.parse(text),
+                        words, text)
+    print(json.dumps({"script": number, "yaw_gain": gain, "exit": run.code, **dataclasses.asdict(verdict)}), file=sys.stderr, flush=True)
+    return verdict
 
 
 def table(verdicts: list[Verdict]) -> str:
