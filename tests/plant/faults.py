@@ -43,8 +43,6 @@ class Verdict:
 def onset_s(truth: np.ndarray, fault: fault_script.Fault) -> float | None:
     """When the fault begins to show: sources that differ by 5 cm or 5 degrees within a second."""
     after = truth[truth[:, 0] >= fault.start_s]
-    if len(after) == 0 or np.all(np.abs(after[:5, 4]) < 1e-6):
-        return None
     if fault.kind == "carried_slowly":
         return fault.start_s + 0.05 / 0.03
     if fault.kind != "gyro_stuck":
@@ -56,6 +54,12 @@ def onset_s(truth: np.ndarray, fault: fault_script.Fault) -> float | None:
     return float(after[differs[0] + rows, 0]) if len(differs) else None
 
 
+def stood_already(truth: np.ndarray, fault: fault_script.Fault) -> bool:
+    """Nothing was commanded when the fault began: a stop without a reason."""
+    after = truth[truth[:, 0] >= fault.start_s]
+    return len(after) == 0 or bool(np.all(np.abs(after[:5, 4]) < 1e-6))
+
+
 def own_motion(truth: np.ndarray, fault: fault_script.Fault) -> np.ndarray:
     """x and y without what the hand that carries the robot did."""
     carried = np.array([fault_script.carried([fault], t) for t in truth[:, 0]])
@@ -63,10 +67,11 @@ def own_motion(truth: np.ndarray, fault: fault_script.Fault) -> np.ndarray:
 
 
 def judge_run(taught: np.ndarray, truth: np.ndarray, fault: fault_script.Fault, words: str, text: str) -> Verdict:
-    onset = onset_s(truth, fault)
+    stood = stood_already(truth, fault)
+    onset = None if stood else onset_s(truth, fault)
     free = own_motion(truth, fault)
     off_route = judge.tracking(taught, np.column_stack([truth[:, 0], free, truth[:, 3:]])).max_m
-    verdict = Verdict(text, fault.kind, off_route <= OFF_ROUTE_M, onset, None, None, off_route, words)
+    verdict = Verdict(text, fault.kind, off_route <= OFF_ROUTE_M and not stood, onset, None, None, off_route, words)
     if onset is None:
         return verdict
     ordered = np.flatnonzero((truth[:, 4:6] != 0).any(axis=1) & (truth[:, 0] > onset))

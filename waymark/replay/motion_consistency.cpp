@@ -296,7 +296,9 @@ const char* name_of(MotionSource source) {
 }
 
 std::string explanation(const Contradiction& found) {
-  if (found.carried) return "Slipping wheels do not explain it: was the robot carried?";
+  if (found.carried && found.one == MotionSource::Wheels && !found.turning)
+    return "Slipping wheels do not explain it: was the robot carried, or do the encoders stand still?";
+  if (found.carried) return "Neither commands nor slipping wheels explain it: was the robot carried?";
   if (found.one == MotionSource::Commands && found.turning)
     return "Is the robot held or blocked, or do the motors not obey?";
   if (found.one == MotionSource::Commands) return "The wheels are blocked, or the motors do not obey.";
