@@ -21,6 +21,7 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import fault_script
 import judge
+from table import replace_table
 from waymark_runs import Place
 
 CONTRADICTIONS = ("stuck_feed", "held", "blocked", "spinning", "carried_slowly", "carried", "encoder_stuck", "gyro_stuck")
@@ -110,6 +111,7 @@ def main() -> int:
     parser.add_argument("--test", action="store_true", help="as ctest runs it: a stuck feed and an unplugged camera on the kinematic plant; with "
                         "WAYMARK_FULL 300 scripts on MuJoCo, as many at a time as there are processors")
     parser.add_argument("--folder", type=pathlib.Path, help="keep the files here")
+    parser.add_argument("--write", type=pathlib.Path, help="replace the table of this plant in this file")
     parser.add_argument("--may-fail", action="store_true", help="exit 0 whatever was found")
     args = parser.parse_args()
     if args.test and os.environ.get("WAYMARK_FULL"):
@@ -118,7 +120,10 @@ def main() -> int:
         args.kinds, args.each, args.scripts, args.yaw_gain, args.jobs = ["stuck_feed", "camera_unplugged"], True, 2, 0.6, 2
     with tempfile.TemporaryDirectory() as scratch:
         verdicts = run_all(args, args.folder or pathlib.Path(scratch))
-    print(table(verdicts))
+    print(fault_table(verdicts))
+    if args.write:
+        of = "" if args.plant == "kinematic" else " MuJoCo"
+        replace_table(args.write, fault_table(verdicts).splitlines(), f"<!-- fault table{of} -->", f"<!-- end of fault table{of} -->")
     return 0 if args.may_fail or all(verdict.right for verdict in verdicts) else 1
 
 
@@ -159,7 +164,7 @@ def run_one(args: argparse.Namespace, number: int, place: Place, gain: float, te
     return verdict
 
 
-def table(verdicts: list[Verdict]) -> str:
+def fault_table(verdicts: list[Verdict]) -> str:
     groups = collections.defaultdict(list)
     for verdict in verdicts:
         groups[verdict.kind].append(verdict)
