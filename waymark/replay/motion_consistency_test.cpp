@@ -121,7 +121,7 @@ TEST(MotionConsistency, APushIsWhatSlippingWheelsCannotExplain) {
     const auto found = push(with(tags));
     ASSERT_TRUE(found) << tags.transpose();
     EXPECT_TRUE(found->carried);
-    EXPECT_NE(to_words(*found).find("was the robot carried?"), std::string::npos);
+    EXPECT_NE(to_words(*found).find("was the robot carried"), std::string::npos);
   }
   const auto turned = push(with({0.3, 0, 0.35}));
   ASSERT_TRUE(turned) << "nobody asked it to turn";
