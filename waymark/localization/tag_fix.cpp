@@ -1,6 +1,5 @@
 #include "waymark/localization/tag_fix.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -41,11 +40,9 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
 
 Normal normal_at(const SE2& map_T_base, std::span<const Sighting> seen, const Landmarks& landmarks,
                  const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options) {
-  // Where all are suspected, it may be the robot that is not where it seems: they still tell how it moves.
-  const bool trusted = std::ranges::any_of(seen, [&](const Sighting& s) { return watch.usable(s.landmark); });
   Normal sum;
   for (const Sighting& sighting : seen) {
-    if (trusted && !watch.usable(sighting.landmark)) continue;
+    if (!watch.usable(sighting.landmark)) continue;
     if (const auto z = linearise(sighting, landmarks, eye, map_T_base))
       add(*z, landmarks[sighting.landmark], options, sum);
   }

@@ -11,9 +11,9 @@ namespace waymark {
 
 /// The pose on the floor that fits the tags of one picture best, searched from `near`: robust Gauss-Newton
 /// with Student weights (Lange, Little and Taylor, "Robust Statistical Modeling Using the t Distribution",
-/// JASA 84(408), 1989). Lasting errors of the mapped tags are part of the covariance. Tags that are suspected
-/// to hang elsewhere count only where there are no others. Nothing when the search does not converge, or when
-/// the tags leave the position uncertain by more than `most_sigma_m`. No allocation.
+/// JASA 84(408), 1989). Lasting errors of the mapped tags are part of the covariance. Nothing when the search
+/// does not converge, or when the tags leave the position uncertain by more than `most_sigma_m`. No
+/// allocation.
 [[nodiscard]] std::optional<TagFix> fix_of(std::span<const Sighting> seen, const Landmarks& landmarks,
                                            const TagWatch& watch, const MountedSensor& eye,
                                            const RiekfOptions& options, const SE2& near,

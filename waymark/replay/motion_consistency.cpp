@@ -20,7 +20,7 @@ constexpr double kMotorTime_s = 0.2;
 constexpr double kLastingShare = 0.25;
 /// Deviations that count as the uncertainty of an estimate, and of a pose by the tags of one picture.
 constexpr double kSigmas = 2;
-constexpr double kPictureSigmas = 2.5;
+constexpr double kPictureSigmas = 3;
 /// Way [m^2] and turns [rad^2] that the first belief in a scale is worth.
 constexpr double kWayPrior = 0.25;
 constexpr double kTurnPrior = 0.05;
