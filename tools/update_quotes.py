@@ -2,7 +2,7 @@
 """Puts the quoted lines of examples/ into the documents, so that what a document shows is what is built.
 
 A document marks the place with "<!-- quote: FILE -->" before a fenced block; a file marks its lines with "// [quoted by DOCUMENT]" and
-"// [end]".
+"// [end]". Several parts of one file have names: "<!-- quote: FILE, PART -->", "// [quoted by DOCUMENT, PART]".
 
 usage: tools/update_quotes.py [--check]     --check: change nothing, exit code 1 when a quotation is out of date
 """
@@ -12,14 +12,14 @@ import sys
 import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PLACE = re.compile(r"(<!-- quote: (\S+) -->\n```\w+\n).*?^```", re.M | re.S)
+PLACE = re.compile(r"(<!-- quote: (\S+?)(, \w+)? -->\n```\w+\n).*?^```", re.M | re.S)
 
 
-def quoted(source, document):
+def quoted(source, document, part):
     text = (ROOT / source).read_text(encoding="utf-8")
-    match = re.search(rf"^ *// \[quoted by {re.escape(document)}\]\n(.*?)^ *// \[end\]", text, re.M | re.S)
+    match = re.search(rf"^ *// \[quoted by {re.escape(document + part)}\]\n(.*?)^ *// \[end\]", text, re.M | re.S)
     if not match:
-        sys.exit(f"{source}: has no lines '// [quoted by {document}]' to '// [end]'")
+        sys.exit(f"{source}: has no lines '// [quoted by {document}{part}]' to '// [end]'")
     return textwrap.dedent(match[1])
 
 
@@ -27,7 +27,7 @@ def main():
     stale = []
     for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]:
         document, text = path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
-        written = PLACE.sub(lambda m: m[1] + quoted(m[2], document) + "```", text)
+        written = PLACE.sub(lambda m: m[1] + quoted(m[2], document, m[3] or "") + "```", text)
         if written != text:
             stale.append(document)
             if "--check" not in sys.argv[1:]:
