@@ -6,11 +6,11 @@
 
 #include <fmt/format.h>
 
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/lap_file.hpp"
-#include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/robot_setup.hpp"
 #include "waymark/config/calibration_file.hpp"
+#include "waymark/jobs/map_steps.hpp"
+#include "waymark/jobs/robot_setup.hpp"
 #include "waymark/mapping/map_checks.hpp"
 
 namespace waymark::cli {
@@ -75,7 +75,7 @@ Status take_map(const LocalizeJob& job, RecordedLap& recorded, SetupOverrides& o
 }
 
 Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, Console& console) {
-  Result<RecordedLap> recorded = read_lap_files(job.logs, &console, nullptr, job.frames);
+  Result<RecordedLap> recorded = read_lap_files(job.logs, control_from(console), nullptr, job.frames);
   if (!recorded) return tl::unexpected(recorded.error());
   if (Status status = believe_files(job, recorded->setup, console); !status)
     return tl::unexpected(status.error());
@@ -113,7 +113,7 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, C
 bool can_calibrate_by_lap(const LocalizeJob& job) {
   if (job.map.empty()) return true;
   if (job.logs.empty() || !read_map(map_file(job))) return false;
-  const Result<RecordedLap> recorded = read_lap_files(job.logs, nullptr, nullptr, job.frames);
+  const Result<RecordedLap> recorded = read_lap_files(job.logs, silent_control(), nullptr, job.frames);
   return recorded && !recorded->frames.empty() && !recorded->odometry.empty();
 }
 

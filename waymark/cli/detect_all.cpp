@@ -7,6 +7,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/sources.hpp"
-#include "waymark/cli/tag_finder.hpp"
 #include "waymark/image/image.hpp"
+#include "waymark/jobs/picture_files.hpp"
+#include "waymark/jobs/tag_finder.hpp"
 
 namespace waymark::cli {
 

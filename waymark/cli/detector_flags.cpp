@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "waymark/cli/sources.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/jobs/picture_files.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/tag_finder.hpp"
+#include "waymark/jobs/tag_finder.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark::cli {

@@ -4,17 +4,18 @@
 #include <variant>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/robot_setup.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/robot_motion_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/lap_input.hpp"
+#include "waymark/jobs/robot_setup.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark::cli {
@@ -35,8 +36,7 @@ bool is_wanted(const Sample& sample) {
 /// Tags of pictures, where a recording holds nothing else that was seen.
 Status look_at_pictures(const std::string& path, const CameraChoice& frames, LocalizeInputs& inputs,
                         Console& console) {
-  Result<RecordedLap> lap = read_lap_files({path}, &console, nullptr, frames);
-  console.end_progress();
+  Result<RecordedLap> lap = read_lap_files({path}, control_from(console), nullptr, frames);
   if (!lap) return tl::unexpected(lap.error());
   for (TagFrame& frame : lap->frames) inputs.samples.emplace_back(std::move(frame));
   return {};

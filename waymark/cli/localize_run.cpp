@@ -12,11 +12,11 @@
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/localization/noise_adaptation.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

@@ -6,12 +6,12 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/replay_log.hpp"
-#include "waymark/cli/route_files.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
@@ -19,6 +19,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/route_files.hpp"
 #include "waymark/replay/route_gaps.hpp"
 
 namespace waymark::cli {
@@ -56,7 +57,7 @@ Trajectory path_of(const Route& route) {
 /// The true way of the lap that was taught; empty when nobody knows it.
 Result<Trajectory> taught_path(const ReplayJob& job) {
   if (!job.taught.empty()) {
-    Result<RecordedLap> lap = read_lap_file(job.taught);
+    Result<RecordedLap> lap = read_lap_file(job.taught, silent_control());
     if (!lap) return tl::unexpected(lap.error());
     if (lap->truth.empty())
       return fail(ErrorCode::NotFound, "this recording holds no truth to judge against",

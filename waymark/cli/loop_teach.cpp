@@ -1,8 +1,3 @@
-#include <algorithm>
-#include <chrono>
-
-#include <sys/resource.h>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -16,11 +11,6 @@
 
 namespace waymark::cli {
 namespace {
-
-std::int64_t now_ns() {
-  const auto since_start = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(since_start).count();
-}
 
 /// What a recording says of how it was driven and seen.
 std::string making_yaml(const SimulatedStage& stage, const TeachJob& job, const DriverOptions& driver) {
@@ -68,14 +58,6 @@ Result<LapEnd> drive(const SimulatedStage& stage, const SimulatedDriver& driver,
 }
 
 }  // namespace
-
-Stopwatch::Stopwatch() : start_ns_(now_ns()) {}
-double Stopwatch::seconds() const { return static_cast<double>(now_ns() - start_ns_) * 1e-9; }
-
-double peak_rss_mib() {
-  rusage usage{};
-  return getrusage(RUSAGE_SELF, &usage) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024 : 0;
-}
 
 std::vector<std::string> teach_drivers() { return lap_drivers(); }
 

@@ -1,8 +1,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/map_text.hpp"
 
 namespace waymark::cli {
 
@@ -57,6 +58,22 @@ std::string to_text(const MapReport& report, const std::string& folder) {
   if (!report.set_aside.empty())
     text += fmt::format("what stood there before has a number in its name now: {}\n",
                         fmt::join(report.set_aside, ", "));
+  return text;
+}
+
+std::string to_text(const MapSceneReport& report, const std::string& folder) {
+  const nlohmann::ordered_json json = to_json(report);
+  std::string text =
+      fmt::format("{}: {} tags from {} sightings in {} frames\n", folder, json["tags"].get<std::size_t>(),
+                  report.map.sightings.seen.size(), report.frames);
+  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
+                      report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
+                      report.map.cost);
+  if (report.against)
+    text += fmt::format(
+        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
+        "tagslam)\n",
+        report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
   return text;
 }
 

@@ -4,8 +4,8 @@
 
 #include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/trajectory_files.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/logged_poses.hpp"
 #include "waymark/recording/ros2_convert.hpp"

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/lap_recording.hpp"
 #include "waymark/cli/live_replay.hpp"
 #include "waymark/cli/live_story.hpp"
@@ -156,11 +157,7 @@ Status make_folder(const fs::path& folder) {
 }  // namespace
 
 Status map_quietly(const std::string& lap, const fs::path& folder) {
-  std::FILE* nowhere = std::fopen("/dev/null", "w");
-  if (nowhere == nullptr) return fail(ErrorCode::Unwritable, "/dev/null cannot be opened");
-  Console quiet("waymark run", nowhere, nowhere);
-  const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, quiet);
-  (void)std::fclose(nowhere);
+  const Result<MapReport> mapped = map_recording({.lap = lap, .folder = folder}, silent_control());
   return mapped ? Status() : tl::unexpected(mapped.error());
 }
 

@@ -1,11 +1,6 @@
 #include "waymark/cli/recording_input.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <string_view>
 
 #include <fmt/format.h>
 
@@ -16,10 +11,6 @@
 
 namespace waymark::cli {
 namespace {
-
-using namespace std::string_view_literals;
-constexpr std::array kBeginnings = {"\x89MCAP"sv, "#ROSBAG"sv,  "SQLite format 3"sv, "\xED\xA1\xDA\x01"sv,
-                                    "BZh"sv,      "\x1F\x8B"sv, "\x28\xB5\x2F\xFD"sv};
 
 /// "lap.mcap#12.345000000".
 std::string name_of(const std::string& path, SensorTime stamp) {
@@ -60,16 +51,6 @@ PictureReport report_on(const std::string& path, const CameraFrame& frame, const
 }
 
 }  // namespace
-
-bool looks_like_recording(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;
-  std::array<char, 16> head{};
-  std::ifstream file(path, std::ios::binary);
-  file.read(head.data(), head.size());
-  const std::string_view begin(head.data(), static_cast<std::size_t>(file.gcount()));
-  return std::ranges::any_of(kBeginnings, [&](std::string_view magic) { return begin.starts_with(magic); });
-}
 
 void detect_recording(std::size_t index, const std::string& path, const TagFinder& finder, Console& console,
                       const EachPicture& each, DetectSummary& summary) {

@@ -5,10 +5,11 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/recording_input.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/trajectory_files.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark::cli {
@@ -17,8 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 Status add_drive(const std::string& file, Runs& runs, Console& console) {
-  Result<RecordedLap> lap = read_lap_file(file, &console);
-  console.end_progress();
+  Result<RecordedLap> lap = read_lap_file(file, control_from(console));
   if (!lap) {
     Error error = lap.error();
     if (error.place.source.empty()) error.place.source = file;

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "waymark/cli/lap_file.hpp"
+#include "waymark/cli/console.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/jobs/lap_input.hpp"
 #include "waymark/plot/page.hpp"
 #include "waymark/samples/estimated_pose.hpp"
 #include "waymark/samples/route.hpp"

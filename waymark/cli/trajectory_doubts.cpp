@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/recording_input.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

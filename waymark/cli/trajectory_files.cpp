@@ -9,11 +9,11 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/recording_input.hpp"
-#include "waymark/cli/sources.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/evaluation/csv.hpp"
+#include "waymark/jobs/picture_files.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/recording/logged_poses.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

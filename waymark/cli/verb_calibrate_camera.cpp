@@ -13,13 +13,13 @@
 #include "waymark/cli/detect_all.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/families/family.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark::cli {

@@ -17,10 +17,10 @@
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/robot_calibration_report.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
 #include "waymark/samples/camera_body.hpp"
 

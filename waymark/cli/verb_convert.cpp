@@ -19,8 +19,8 @@
 #include "waymark/cli/log_options.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/robot_setup.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/robot_setup.hpp"
 #include "waymark/recording/export_log.hpp"
 
 namespace waymark::cli {

@@ -9,8 +9,8 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
@@ -21,6 +21,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/jobs/figure_files.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
@@ -137,7 +138,7 @@ Result<DemoReport> run_steps(const Stage& stage, const DemoArgs& args, Console& 
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
-  Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"}, console);
+  Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"}, control_from(console));
   if (!map) return failed_in("map", map.error());
   report.map = std::move(*map);
   Stage another_day = stage;
@@ -150,7 +151,7 @@ Result<DemoReport> run_steps(const Stage& stage, const DemoArgs& args, Console& 
   Result<ReplayReport> replay = replay_route(another_day, job, console);
   if (!replay) return failed_in("replay", replay.error());
   report.replay = std::move(*replay);
-  const Result<RecordedLap> recorded = read_lap_file(lap);
+  const Result<RecordedLap> recorded = read_lap_file(lap, silent_control());
   if (!recorded) return failed_in("figures", recorded.error());
   if (Status status = write_figures(folder, *recorded, report); !status)
     return failed_in("figures", status.error());

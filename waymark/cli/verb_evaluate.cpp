@@ -9,7 +9,6 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/trajectory_doubts.hpp"
 #include "waymark/cli/trajectory_files.hpp"
@@ -17,6 +16,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/dead_reckoning.hpp"
+#include "waymark/jobs/figure_files.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {

@@ -10,15 +10,16 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/experiment_grid.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/faults_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -61,7 +62,7 @@ Status make_lap(const Stage& stage, const fs::path& folder, Console& console) {
   fs::remove(lap, ignored);
   const auto taught = teach_lap(stage, {.output = lap}, console);
   if (!taught) return tl::unexpected(taught.error());
-  const auto map = map_recording({.lap = lap, .folder = folder / "map"}, console);
+  const auto map = map_recording({.lap = lap, .folder = folder / "map"}, control_from(console));
   return map ? Status() : tl::unexpected(map.error());
 }
 

@@ -11,18 +11,19 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/map_scene.hpp"
-#include "waymark/cli/map_steps.hpp"
+#include "waymark/cli/map_text.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/world_file.hpp"
+#include "waymark/jobs/map_steps.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -139,7 +140,7 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
   }
-  const Result<MapSceneReport> report = map_scene_recording(*job, console);
+  const Result<MapSceneReport> report = map_scene_recording(*job, control_from(console));
   if (!report) {
     console.say(report.error());
     return interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed;
@@ -200,7 +201,7 @@ ExitCode map(const MapArgs& args, Console& console) {
     finder = std::move(*made);
     job->finder = &*finder;
   }
-  const Result<MapReport> report = map_recording(*job, console);
+  const Result<MapReport> report = map_recording(*job, control_from(console));
   if (!report) {
     console.say(report.error());
     return interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed;

@@ -9,13 +9,14 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/lap_file.hpp"
-#include "waymark/cli/map_transforms.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/lap_input.hpp"
+#include "waymark/jobs/map_transforms.hpp"
 #include "waymark/mapping/tag_ties.hpp"
 
 namespace waymark::cli {
@@ -51,8 +52,9 @@ bool is_named_recording(const std::filesystem::path& path) {
 }
 
 Result<ReadMap> converted(const ConvertMapArgs& args, MapForm form) {
-  Result<ReadMap> read = is_ros_recording(args.input) ? read_map_transforms(args.input, args.tag_size_m)
-                                                      : read_any_map(args.input, args.tag_size_m);
+  Result<ReadMap> read = is_ros_recording(args.input)
+                             ? read_map_transforms(args.input, args.tag_size_m, silent_control())
+                             : read_any_map(args.input, args.tag_size_m);
   if (!read) return read;
   if (Status status = remove_tags(args, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)

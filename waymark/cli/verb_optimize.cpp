@@ -11,10 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/route_files.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -23,6 +20,9 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/route_files.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/route_optimizer.hpp"
 #include "waymark/replay/safety_limiter.hpp"

@@ -9,11 +9,11 @@
 #include <CLI/App.hpp>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/report_run.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -8,9 +8,9 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/report_run.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -11,10 +11,10 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/route_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
+#include "waymark/jobs/route_files.hpp"
 #include "waymark/replay/route_progress.hpp"
 
 namespace waymark::cli {

@@ -13,8 +13,8 @@
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/log_options.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark::cli {

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/figure_files.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/stage_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/figure_files.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/simulation/orbit.hpp"
 #include "waymark/simulation/world_check.hpp"

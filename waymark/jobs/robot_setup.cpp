@@ -1,4 +1,4 @@
-#include "waymark/cli/robot_setup.hpp"
+#include "waymark/jobs/robot_setup.hpp"
 
 #include <cmath>
 
@@ -8,7 +8,7 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 struct Focal {
@@ -70,4 +70,4 @@ Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<s
   return {};
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

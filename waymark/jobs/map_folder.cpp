@@ -4,19 +4,19 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/figure_files.hpp"
-#include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/route_files.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/geometry/uncertainty.hpp"
+#include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/map_steps.hpp"
+#include "waymark/jobs/route_files.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/route_gaps.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const Ma
   return {};
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -2,11 +2,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "waymark/cli/scene_recording.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/scene_recording.hpp"
 #include "waymark/recording/unpack.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 constexpr std::size_t kMaxBytes = std::size_t{1} << 27U;
@@ -89,4 +89,4 @@ Result<SceneValues> read_scene_values(const std::filesystem::path& folder, const
   return values;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -11,7 +11,7 @@
 #include "waymark/tags/detector.hpp"
 #include "waymark/tags/refinement.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// A detector and what is done with the corners it finds.
 struct TagFinder {
@@ -30,4 +30,4 @@ struct FoundTags {
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera = nullptr);
 
-}  // namespace waymark::cli
+}  // namespace waymark

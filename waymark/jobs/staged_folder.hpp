@@ -6,7 +6,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// Fails where no file can be written into the folder, or it cannot be made. Leaves nothing behind.
 [[nodiscard]] Status check_output_folder(const std::filesystem::path& folder);
@@ -51,4 +51,4 @@ class StagedFolder {
 /// "map.1.yaml" of "map.yaml".
 [[nodiscard]] std::string numbered(const std::string& name, int number);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/map_transforms.hpp"
+#include "waymark/jobs/map_transforms.hpp"
 
 #include <fstream>
 #include <set>
@@ -6,13 +6,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 /// The transforms of tags, the last of each.
@@ -31,8 +30,8 @@ struct TagTransforms {
   }
 };
 
-Result<TagTransforms> transforms_of(const std::filesystem::path& path) {
-  const auto log = open_log(path, until_interrupted());
+Result<TagTransforms> transforms_of(const std::filesystem::path& path, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
   LogSelection selection;
   for (const LogChannel& channel : (*log)->channels()) {
@@ -81,8 +80,9 @@ bool is_ros_recording(const std::filesystem::path& path) {
   return first.starts_with("\x89MCAP0") || first == "#ROSBAG";
 }
 
-Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::optional<double> tag_size_m) {
-  const Result<TagTransforms> found = transforms_of(path);
+Result<ReadMap> read_map_transforms(const std::filesystem::path& path, std::optional<double> tag_size_m,
+                                    const JobControl& control) {
+  const Result<TagTransforms> found = transforms_of(path, control);
   if (!found) return tl::unexpected(found.error());
   if (found->in_map.empty())
     return fail(ErrorCode::NotFound, "no transform from the frame map to a tag is in it",
@@ -109,4 +109,4 @@ Status write_map_transforms(const std::filesystem::path& path, const MapFile& ma
   return status ? recorder->close() : status;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,10 +1,10 @@
 #pragma once
 
-#include "waymark/cli/loop_steps.hpp"
-#include "waymark/config/map_file.hpp"
+#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/stopwatch.hpp"
 
 /// The parts of map_recording().
-namespace waymark::cli {
+namespace waymark {
 
 /// What --extend, --route-name, --freeze and --remove say, read into the job.
 [[nodiscard]] Status read_extension(const std::string& extend, const std::string& route_name,
@@ -25,10 +25,8 @@ namespace waymark::cli {
 /// What changed since the prior map, as warnings.
 void compare_with_prior(const MapJob& job, MapReport& report);
 
-[[nodiscard]] std::string to_text(const MapReport& report, const std::string& folder);
-
 /// Everything a map's folder holds, all of it or nothing. What stands there moves aside.
 [[nodiscard]] Status write_map_folder(const RecordedLap& recorded, const MapJob& job, const MapFile& map,
                                       const Stopwatch& watch, MapReport& report);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -9,7 +9,7 @@ namespace waymark {
 struct RobotDescription;
 }
 
-namespace waymark::cli {
+namespace waymark {
 
 /// Where a robot's file and a recording say different things of the camera and where it sits, in words.
 [[nodiscard]] std::vector<std::string> disagreements(const RobotDescription& robot,
@@ -20,4 +20,4 @@ namespace waymark::cli {
 [[nodiscard]] Status take_robot(const std::string& robot, RecordingSetup& setup,
                                 std::vector<std::string>& warnings);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,9 +1,9 @@
-#include "waymark/cli/figure_files.hpp"
+#include "waymark/jobs/figure_files.hpp"
 
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/plot/render.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 Status write_figure(const std::filesystem::path& path, const plot::Figure& figure,
                     const std::vector<std::string>& suffixes, std::vector<std::string>& files) {
@@ -24,4 +24,4 @@ Status write_figure(const std::filesystem::path& path, const plot::Figure& figur
   return {};
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

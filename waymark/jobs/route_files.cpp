@@ -1,4 +1,4 @@
-#include "waymark/cli/route_files.hpp"
+#include "waymark/jobs/route_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,9 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/cli/recording_input.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -116,4 +116,4 @@ Status check_route_exists(const fs::path& folder, const std::string& route) {
           : suggestion(route, names));
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
-#include "waymark/cli/map_steps.hpp"
 #include "waymark/evaluation/dead_reckoning.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/map_steps.hpp"
 #include "waymark/mapping/map_comparison.hpp"
 #include "waymark/pipeline/pose_lap_mapper.hpp"
 #include "waymark/samples/camera_body.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 /// Wheels turned by the gyro, where there is one: it knows turns better.
@@ -62,4 +62,4 @@ void compare_with_prior(const MapJob& job, MapReport& report) {
   for (const std::string& words : in_words(*comparison)) report.warnings.push_back(words);
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/route_files.hpp"
-#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/jobs/map_steps.hpp"
+#include "waymark/jobs/route_files.hpp"
 #include "waymark/mapping/tag_ties.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 Error not_in_the_map(const TagId& tag, const char* flag) {
@@ -134,4 +133,4 @@ MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap
   return map;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

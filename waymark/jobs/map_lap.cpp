@@ -1,3 +1,4 @@
+#include "waymark/jobs/map_lap.hpp"
 
 #include <array>
 
@@ -5,14 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/map_steps.hpp"
-#include "waymark/cli/robot_setup.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/map_steps.hpp"
+#include "waymark/jobs/robot_setup.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -122,16 +122,16 @@ Status use_robot(const MapJob& job, RecordedLap& recorded, MapReport& report) {
 
 }  // namespace
 
-Result<MapReport> map_recording(const MapJob& job, Console& console) {
+Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
-    console.live(fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost));
-    return !interrupted();
+    control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
+    return !control.cancelled();
   };
   const Stopwatch watch;
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   std::vector<std::string> files{job.lap};
   files.insert(files.end(), job.more.begin(), job.more.end());
-  Result<RecordedLap> recorded = read_lap_files(files, &console, job.finder, job.frames);
+  Result<RecordedLap> recorded = read_lap_files(files, control, job.finder, job.frames);
   const auto in_recording = [&](Error error) {
     if (error.place.source.empty() && error.place.key.empty()) error.place.source = job.lap;
     return tl::unexpected(std::move(error));
@@ -140,8 +140,7 @@ Result<MapReport> map_recording(const MapJob& job, Console& console) {
   MapReport report{.extends = job.extend.has_value()};
   if (Status status = use_robot(job, *recorded, report); !status) return in_recording(status.error());
   const Result<MapFile> map = map_anything(*recorded, job, progress, report);
-  console.end_progress();
-  if (interrupted())
+  if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
   if (!map) return in_recording(map.error());
@@ -249,4 +248,4 @@ nlohmann::ordered_json to_json(const MapReport& report) {
   return json;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

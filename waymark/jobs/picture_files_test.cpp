@@ -1,4 +1,4 @@
-#include "waymark/cli/sources.hpp"
+#include "waymark/jobs/picture_files.hpp"
 
 #include <sys/stat.h>
 
@@ -10,7 +10,7 @@
 
 #include "tests/support/data.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -94,4 +94,4 @@ TEST_F(Sources, TextFilesAreReadWholeOrRefused) {
 }
 
 }  // namespace
-}  // namespace waymark::cli
+}  // namespace waymark

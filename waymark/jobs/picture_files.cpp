@@ -1,4 +1,4 @@
-#include "waymark/cli/sources.hpp"
+#include "waymark/jobs/picture_files.hpp"
 
 #include <glob.h>
 
@@ -19,7 +19,7 @@
 
 #include "waymark/base/suggest.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,4 +161,4 @@ Result<std::string> read_text(const std::string& path, std::size_t max_bytes) {
   return text;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,8 +1,8 @@
-#include "waymark/cli/tag_finder.hpp"
+#include "waymark/jobs/tag_finder.hpp"
 
 #include <utility>
 
-namespace waymark::cli {
+namespace waymark {
 
 Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, const CameraModel* camera) {
   auto detections = finder.detector->detect(image);
@@ -18,4 +18,4 @@ Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, con
   return found;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -8,7 +8,7 @@
 #include "waymark/samples/route.hpp"
 
 /// The routes of a map's folder: route.yaml, the one that was taught first, and route-NAME.yaml.
-namespace waymark::cli {
+namespace waymark {
 
 /// "route.yaml", or "route-NAME.yaml".
 [[nodiscard]] std::string route_file_name(const std::string& route);
@@ -32,4 +32,4 @@ namespace waymark::cli {
 /// Fails, with the names there are, when the folder has no route of this name. Empty: route.yaml.
 [[nodiscard]] Status check_route_exists(const std::filesystem::path& folder, const std::string& route);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/staged_folder.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
@@ -187,4 +187,4 @@ Result<std::vector<std::string>> StagedFolder::put_in_place(const std::vector<st
               {.source = folder_.string()});
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -4,8 +4,9 @@
 #include <optional>
 
 #include "waymark/config/map_exchange.hpp"
+#include "waymark/jobs/job_control.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// Whether a file is a recording (MCAP, ROS 1 bag), by its first bytes.
 [[nodiscard]] bool is_ros_recording(const std::filesystem::path& path);
@@ -14,9 +15,10 @@ namespace waymark::cli {
 /// tag the last one from the frame `map`. Tags seen from other frames only (a camera's) are named in the
 /// warnings.
 [[nodiscard]] Result<ReadMap> read_map_transforms(const std::filesystem::path& path,
-                                                  std::optional<double> tag_size_m);
+                                                  std::optional<double> tag_size_m,
+                                                  const JobControl& control = {});
 
 /// An MCAP file with the map's tags on /tf_static.
 [[nodiscard]] Status write_map_transforms(const std::filesystem::path& path, const MapFile& map);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -6,7 +6,7 @@
 
 #include "waymark/base/error.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// One thing to process: the path of a picture, or why a SOURCE gave none.
 struct Input {
@@ -25,4 +25,4 @@ struct Input {
 [[nodiscard]] Result<std::string> read_text(const std::string& path,
                                             std::size_t max_bytes = std::size_t{1} << 30U);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/map_scene.hpp"
+#include "waymark/jobs/map_scene.hpp"
 
 #include <algorithm>
 
@@ -6,19 +6,18 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/route_files.hpp"
-#include "waymark/cli/scene_recording.hpp"
-#include "waymark/cli/staged_folder.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/tagslam_folder.hpp"
 #include "waymark/config/tagslam_write.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/jobs/route_files.hpp"
+#include "waymark/jobs/scene_recording.hpp"
+#include "waymark/jobs/staged_folder.hpp"
+#include "waymark/jobs/stopwatch.hpp"
 #include "waymark/mapping/scene_checks.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 std::string words_of(const std::vector<TagId>& tags) {
@@ -154,13 +153,13 @@ void warn(MapSceneReport& report) {
 
 }  // namespace
 
-Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& console) {
+Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
   const Stopwatch watch;
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   Result<TagScene> scene = read_tagslam_folder(job.tagslam);
   if (!scene) return tl::unexpected(scene.error());
   MapSceneReport report;
-  Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, report.warnings);
+  Result<SceneRecording> recording = read_scene_recording(job.recording, *scene, control, report.warnings);
   if (!recording) return tl::unexpected(recording.error());
   recording->nearest_odometry = job.options.model == SceneModel::Tagslam;
   std::optional<SceneValues> values;
@@ -171,12 +170,11 @@ Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& cons
     restrict_to(*values, *recording);
   }
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
-    console.live(fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost));
-    return !interrupted();
+    control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
+    return !control.cancelled();
   };
   Result<SceneMap> map = map_scene(*scene, *recording, job.options, progress);
-  console.end_progress();
-  if (interrupted())
+  if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
   if (!map) return tl::unexpected(map.error());
@@ -248,20 +246,4 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
   return json;
 }
 
-std::string to_text(const MapSceneReport& report, const std::string& folder) {
-  const nlohmann::ordered_json json = to_json(report);
-  std::string text =
-      fmt::format("{}: {} tags from {} sightings in {} frames\n", folder, json["tags"].get<std::size_t>(),
-                  report.map.sightings.seen.size(), report.frames);
-  text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
-                      report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
-                      report.map.cost);
-  if (report.against)
-    text += fmt::format(
-        "the other solution costs {:.2f} in TagSLAM's model: ours differs by {:+.2f} % (compare with --model "
-        "tagslam)\n",
-        report.against->cost, 100 * (report.map.cost / report.against->cost - 1));
-  return text;
-}
-
-}  // namespace waymark::cli
+}  // namespace waymark

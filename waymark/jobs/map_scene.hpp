@@ -7,11 +7,11 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "waymark/cli/console.hpp"
+#include "waymark/jobs/job_control.hpp"
 #include "waymark/mapping/scene_values.hpp"
 
 /// `waymark map --tagslam`: scenes of cameras and bodies that TagSLAM's files describe.
-namespace waymark::cli {
+namespace waymark {
 
 struct MapSceneJob {
   std::string recording{};
@@ -35,8 +35,7 @@ struct MapSceneReport {
 /// Maps and writes map.yaml (tags of bodies that stand still), poses.yaml and camera_poses.yaml (as
 /// TagSLAM's), trajectory_BODY.txt of each body that moves, and summary.json. Nothing is written when no map
 /// can be made.
-[[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, Console& console);
+[[nodiscard]] Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control);
 [[nodiscard]] nlohmann::ordered_json to_json(const MapSceneReport& report);
-[[nodiscard]] std::string to_text(const MapSceneReport& report, const std::string& folder);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/scene_recording.hpp"
+#include "waymark/jobs/scene_recording.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -6,14 +6,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/log_options.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_tagslam_messages.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 bool holds_tags(const LogChannel& channel) {
@@ -100,8 +99,8 @@ class Reader {
 }  // namespace
 
 Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, const TagScene& scene,
-                                            std::vector<std::string>& problems) {
-  const auto log = open_log(path, until_interrupted());
+                                            const JobControl& control, std::vector<std::string>& problems) {
+  const auto log = open_log(path, control.log_options());
   if (!log) return tl::unexpected(log.error());
   if ((*log)->format() == LogFormat::Csv)
     return fail(ErrorCode::InvalidArgument, "a CSV table does not say which camera saw its detections when",
@@ -143,4 +142,4 @@ Result<SceneRecording> read_scene_recording(const std::filesystem::path& path, c
   return recording;
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+
+/// How far a job is, in words ("finding tags: 12.3 s"), and by counting where that is known.
+struct JobProgress {
+  std::string words;
+  std::size_t done = 0;
+  std::size_t all = 0;  ///< 0: unknown
+};
+
+/// How a job and its caller talk while it runs. All are called on the caller's thread, while the job waits.
+struct JobControl {
+  /// Often; each replaces the one before.
+  std::function<void(const JobProgress&)> progress = [](const JobProgress&) {};
+  /// Rarely: a sentence about the input that the summary does not repeat.
+  std::function<void(const std::string&)> note = [](const std::string&) {};
+  /// True once the job is to end. It then fails and leaves what it would have written as it was before.
+  std::function<bool()> cancelled = [] { return false; };
+
+  /// The options with which a job opens a recording: cancelling ends also the unpacking of a packed one.
+  [[nodiscard]] LogOptions log_options(LogOptions options = {}) const {
+    options.unpack.stop = cancelled;
+    return options;
+  }
+};
+
+}  // namespace waymark
