@@ -7,10 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
+#include "waymark/jobs/detections_json.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const auto reports = waymark::cli::parse_reports({reinterpret_cast<const char*>(data), size}, "fuzz");
+  const auto reports = waymark::parse_reports({reinterpret_cast<const char*>(data), size}, "fuzz");
   if (!reports) {
     if (reports.error().message.empty() || reports.error().place.source != "fuzz") std::abort();
     return 0;
@@ -19,9 +20,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (auto report : *reports) {
     if (!report.error && report.width_px <= 0)
       report.width_px = report.height_px = 1;  // a picture has a size
-    text += waymark::cli::json_line(waymark::cli::to_json(report, true));
+    text += waymark::json_line(waymark::to_json(report, true));
   }
-  const auto again = waymark::cli::parse_reports(text, "again");
+  const auto again = waymark::parse_reports(text, "again");
   if (!again || again->size() != reports->size()) std::abort();
   return 0;
 }

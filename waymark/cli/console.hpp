@@ -29,6 +29,11 @@ class Console {
   /// One line of words: "waymark detect: words".
   void say(std::string_view words);
   void say(const Error& error) { say(to_string(error)); }
+  /// Says it, and gives back the code: `return console.failed(error, ExitCode::Usage);`
+  [[nodiscard]] ExitCode failed(const Error& error, ExitCode code) {
+    say(error);
+    return code;
+  }
   /// Redraws the progress line ("12/60 photo.png"), ten times a second at most; silent unless a terminal
   /// watches.
   void progress(std::size_t done, std::size_t all, std::string_view what);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark::cli {
@@ -96,32 +96,27 @@ void put_sums(Text& text, const DetectionScores& scores) {
   }
 }
 
-nlohmann::ordered_json number(std::optional<double> value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json();
+/// Between the line of sight and the tag's normal.
+double incidence_deg(const SE3& cam_T_tag) {
+  const Eigen::Vector3d normal = cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
+  return to_degrees(std::acos(std::clamp(normal.dot(cam_T_tag.translation().normalized()), -1.0, 1.0)));
 }
 
-nlohmann::ordered_json to_json(const std::optional<CornerScores>& corners) {
-  if (!corners) return {};
-  return {{"tags", corners->tags},           {"rmse_px", corners->rmse_px},
-          {"rmse_x_px", corners->rmse_x_px}, {"rmse_y_px", corners->rmse_y_px},
-          {"worst_px", corners->worst_px},   {"bias_x_px", corners->bias_x_px},
-          {"bias_y_px", corners->bias_y_px}, {"bias_outward_px", corners->bias_outward_px}};
-}
-
-nlohmann::ordered_json to_json(const std::vector<ClassScores>& classes, const char* unit) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const ClassScores& row : classes) {
-    list.push_back({{std::string("min_") + unit, row.low},
-                    {std::string("max_") + unit, row.high},
-                    {"truth", row.truth},
-                    {"found", row.found},
-                    {"recall", number(row.recall())},
-                    {"corners", to_json(row.corners)}});
-  }
-  return list;
+std::string row(const std::string& name, const TagPoseSolution& solution) {
+  const PoseDeviations sigma = standard_deviations(solution.cam_T_tag, solution.covariance);
+  const Eigen::Vector3d& t = solution.cam_T_tag.translation();
+  return fmt::format("  {:<22}{:>9.4f}{:>9.4f}{:>9.4f}{:>9.1f}{:>9.1f}{:>9.1f}{:>9.2f}{:>8.1f}{:>8.3f}\n",
+                     name, t.x(), t.y(), t.z(), 1e3 * sigma.position_m.x(), 1e3 * sigma.position_m.y(),
+                     1e3 * sigma.position_m.z(), to_degrees(sigma.rotation_rad.maxCoeff()),
+                     incidence_deg(solution.cam_T_tag), solution.rms_px);
 }
 
 }  // namespace
+
+ExitCode exit_code_of(const DetectSummary& summary) {
+  if (summary.stopped) return ExitCode::Interrupted;
+  return summary.failed > 0 ? ExitCode::SomeFailed : ExitCode::Ok;
+}
 
 std::string to_text(const PictureReport& report) {
   Text text;
@@ -153,26 +148,22 @@ std::string to_text(const DetectionScores& scores) {
   return fmt::to_string(text);
 }
 
-nlohmann::ordered_json to_json(const DetectionScores& scores) {
-  nlohmann::ordered_json value = {{"images", scores.images},
-                                  {"truth", scores.truth},
-                                  {"detections", scores.detections},
-                                  {"correct", scores.correct},
-                                  {"recall", number(scores.recall())},
-                                  {"wrong_ids", scores.wrong_ids},
-                                  {"false_positives", scores.false_positives},
-                                  {"corners", to_json(scores.corners)}};
-  value["consistency"] = nullptr;
-  if (const auto& n = scores.consistency) {
-    value["consistency"] = {
-        {"tags", n->tags}, {"mean_nes_corner", n->mean_nes_corner}, {"mean_nes_tag", n->mean_nes_tag}};
+std::string to_text(std::span<const TagDetection> detections, const PoseList& poses) {
+  if (poses.empty()) return {};
+  std::string text =
+      fmt::format("  {:<22}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>9}{:>8}{:>8}\n", "pose in the camera", "x m",
+                  "y m", "z m", "±x mm", "±y mm", "±z mm", "±rot °", "tilt °", "rms px");
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const std::string name = to_string(detections[i].tag);
+    if (!poses[i]) {
+      text += fmt::format("  {:<22}{}\n", name, to_string(poses[i].error()));
+      continue;
+    }
+    text += row(name, poses[i]->best);
+    if (poses[i]->other)
+      text += row(fmt::format("  or (ratio {:.2f})", poses[i]->ambiguity_ratio()), *poses[i]->other);
   }
-  value["unusable_covariances"] = scores.unusable_covariances;
-  value["by_size"] = to_json(scores.by_size, "px");
-  value["by_tilt"] = to_json(scores.by_tilt, "deg");
-  value["by_size_and_tilt"] = nlohmann::ordered_json::array();
-  for (const auto& row : scores.by_size_and_tilt) value["by_size_and_tilt"].push_back(to_json(row, "deg"));
-  return value;
+  return text;
 }
 
 }  // namespace waymark::cli

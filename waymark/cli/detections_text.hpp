@@ -1,11 +1,16 @@
 #pragma once
 
+#include <span>
 #include <string>
 
-#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/console.hpp"
 #include "waymark/evaluation/detections.hpp"
+#include "waymark/jobs/detect_all.hpp"
+#include "waymark/jobs/poses.hpp"
 
 namespace waymark::cli {
+
+[[nodiscard]] ExitCode exit_code_of(const DetectSummary& summary);
 
 /// What was seen in one picture, as a table for people; ends with an end of line. Requires report.detected.
 [[nodiscard]] std::string to_text(const PictureReport& report);
@@ -14,7 +19,8 @@ namespace waymark::cli {
 /// sums.
 [[nodiscard]] std::string to_text(const DetectionScores& scores);
 
-/// The scores as one object; its keys are the contract of `waymark evaluate detections --json`.
-[[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
+/// The poses of one picture's tags: position and distance with standard deviations, both solutions; ends with
+/// an end of line. Empty when there are none.
+[[nodiscard]] std::string to_text(std::span<const TagDetection> detections, const PoseList& poses);
 
 }  // namespace waymark::cli

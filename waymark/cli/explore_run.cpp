@@ -11,13 +11,14 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
-#include "waymark/cli/estimate_message.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/estimate_message.hpp"
+#include "waymark/pipeline/localizer.hpp"
 #include "waymark/runtime/explore_session.hpp"
 #include "waymark/simulation/collision.hpp"
 

@@ -4,10 +4,10 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/estimate_message.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/estimate_message.hpp"
 #include "waymark/live/inputs.hpp"
 #include "waymark/recording/map_markers.hpp"
 

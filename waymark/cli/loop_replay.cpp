@@ -8,9 +8,7 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/localize_run.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/recording_input.hpp"
 #include "waymark/cli/replay_log.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/map_file.hpp"
@@ -19,6 +17,8 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/localize_log.hpp"
+#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/replay/route_gaps.hpp"
 

@@ -7,16 +7,9 @@
 #include <CLI/App.hpp>
 
 #include "waymark/base/error.hpp"
-#include "waymark/camera/camera_model.hpp"
-#include "waymark/samples/tag_sizes.hpp"
+#include "waymark/jobs/poses.hpp"
 
 namespace waymark::cli {
-
-/// What poses need: the camera and the sizes of the tags.
-struct PoseSetup {
-  CameraModel camera;
-  TagSizes sizes{};
-};
 
 /// The flags with which a verb gives poses: --camera, --camera-name, --tag-size-m. Must stay where it is
 /// while the command line is parsed.
@@ -35,8 +28,5 @@ class PoseFlags {
   std::string camera_name_;
   std::vector<std::string> sizes_;
 };
-
-/// "0.16" for all tags, "tag36h11:7=0.08" (or "7=0.08" for tag36h11) for one; several of them.
-[[nodiscard]] Result<TagSizes> parse_tag_sizes(const std::vector<std::string>& words);
 
 }  // namespace waymark::cli

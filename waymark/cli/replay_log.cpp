@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/cli/estimate_message.hpp"
+#include "waymark/jobs/estimate_message.hpp"
 #include "waymark/live/picture_recording.hpp"
 
 namespace waymark::cli {

@@ -20,18 +20,6 @@ SelectionFlags::SelectionFlags(CLI::App& app) {
       ->type_name("SECONDS");
 }
 
-std::uint64_t begin_of(MessageLog& log) {
-  constexpr std::uint64_t kApart_ns = 1'000'000'000;
-  const std::uint64_t start = log.summary().start.value_or(0);
-  if (start != 0) return start;
-  std::uint64_t first = 0;
-  (void)log.visit({.from = 1}, [&](const LogChannel&, const LogMessage& message) -> Status {
-    first = message.log_time;
-    return fail(ErrorCode::LimitExceeded, "found");
-  });
-  return first > kApart_ns ? first : start;
-}
-
 Result<LogSelection> SelectionFlags::make(MessageLog& log) const {
   LogSelection selection;
   std::vector<std::string> known;
@@ -45,7 +33,7 @@ Result<LogSelection> SelectionFlags::make(MessageLog& log) const {
   if (!(from_s_ >= 0 && to_s_ > from_s_))
     return fail(ErrorCode::InvalidArgument, fmt::format("from {} s to {} s is no time", from_s_, to_s_),
                 {.key = "--from"}, "Give seconds from the first message, for example --from 10 --to 20.");
-  const std::uint64_t start = begin_of(log);
+  const std::uint64_t start = recording_start_ns(log);
   constexpr double kMost_s = 1e9;  // 30 years
   if (from_s_ > 0) selection.from = start + static_cast<std::uint64_t>(std::min(from_s_, kMost_s) * 1e9);
   if (to_s_ < kMost_s) selection.to = start + static_cast<std::uint64_t>(to_s_ * 1e9);

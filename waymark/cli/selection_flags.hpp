@@ -12,10 +12,6 @@ class App;
 
 namespace waymark::cli {
 
-/// When a recording begins [ns]. What is stamped 0, long before everything else (a calibration, a
-/// description), has no time.
-[[nodiscard]] std::uint64_t begin_of(MessageLog& log);
-
 /// The flags --topics, --from and --to. Must stay where it is while the command line is parsed.
 class SelectionFlags {
  public:

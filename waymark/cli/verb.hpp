@@ -54,7 +54,9 @@ struct Verb {
 [[nodiscard]] Verb explore_verb();
 [[nodiscard]] Verb run_verb();
 [[nodiscard]] Verb stop_verb();
+[[nodiscard]] Verb world_check_verb();
 [[nodiscard]] Verb world_new_verb();
+[[nodiscard]] Verb world_orbit_verb();
 [[nodiscard]] Verb tags_verb();
 [[nodiscard]] Verb tags_sheet_verb();
 [[nodiscard]] Verb tags_board_verb();

@@ -10,18 +10,18 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/report_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/live/own_robot.hpp"
 #include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/report_page.hpp"
+#include "waymark/live/own_robot.hpp"
 #include "waymark/plot/loop_figures.hpp"
 
 namespace waymark::cli {
@@ -113,9 +113,9 @@ Status write_figures(const fs::path& folder, const RecordedLap& lap, DemoReport&
 
 /// report.html: what `waymark report FOLDER` writes.
 Status write_report(const fs::path& folder, Console& console) {
-  const Result<Runs> runs = read_runs({folder.string()}, console);
+  const Result<Runs> runs = read_runs({folder.string()}, control_from(console));
   if (!runs) return tl::unexpected(runs.error());
-  const Result<plot::Page> page = report_page(*runs, console);
+  const Result<plot::Page> page = report_page(*runs, control_from(console));
   if (!page) return tl::unexpected(page.error());
   const Result<std::string> html = plot::to_html(*page);
   return html ? write_text_file(folder / "report.html", *html) : tl::unexpected(html.error());

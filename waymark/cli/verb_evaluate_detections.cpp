@@ -1,20 +1,15 @@
-#include <algorithm>
-#include <map>
 #include <memory>
-#include <set>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detect_all.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detections_text.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/evaluation/detections.hpp"
+#include "waymark/jobs/evaluate_detections.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -22,135 +17,67 @@ namespace {
 struct EvaluateArgs {
   explicit EvaluateArgs(CLI::App& app) : matching(app, "Matching"), detector(app) {}
 
-  std::string truth_path;
-  std::string detections_path;
-  std::vector<std::string> sources;
-  bool recursive = false;
+  EvaluateDetectionsJob job{};
   bool json = false;
-  ClassEdges edges;
   OptionFlags<MatchOptions> matching;
   DetectorFlags detector;
 };
 
-/// What was detected, and whether all of it could be.
-struct Reports {
-  std::vector<PictureReport> reports;
-  ExitCode code = ExitCode::Ok;
-};
-
-Reports run_detector(const EvaluateArgs& args, Console& console) {
-  const auto finder = args.detector.make();
-  if (!finder) {
-    console.say(finder.error());
-    return {{}, ExitCode::Usage};
-  }
-  Reports all;
-  const auto inputs = find_inputs(args.sources, args.recursive);
-  const DetectSummary summary =
-      detect_all(inputs, *finder, console,
-                 [&](std::size_t, PictureReport& report, const Image&) { all.reports.push_back(report); });
-  all.code = summary.exit_code();
-  return all;
-}
-
-Reports read_reports(const EvaluateArgs& args, Console& console) {
-  const std::string path = args.detections_path == "-" ? "/dev/stdin" : args.detections_path;
-  const auto text = read_text(path);
-  auto reports = text ? parse_reports(*text, args.detections_path) : tl::unexpected(text.error());
-  if (reports) return {std::move(*reports), ExitCode::Ok};
-  console.say(reports.error());
-  return {{}, ExitCode::SomeFailed};
-}
-
-/// The pictures to score, each with its truth. Says what is left out and why.
-Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, const DetectionTruth& truth,
-                                          Console& console) {
-  std::vector<ImageDetections> images;
-  std::map<std::string, std::string> seen;  // name in the truth, path
-  std::size_t without_truth = 0;
-  for (PictureReport& report : reports) {
-    if (report.error) continue;
-    const auto name = find_image(truth, report.image);
-    if (!name) ++without_truth;
-    if (name && !seen.emplace(*name, report.image).second) {
-      return fail(ErrorCode::InvalidArgument,
-                  fmt::format("'{}' and '{}' are both '{}' of the truth", seen[*name], report.image, *name),
-                  {}, "Name the folder in the truth's image column too.");
-    }
-    images.push_back({std::move(report.detections), name ? truth.at(*name) : std::vector<TrueTag>()});
-  }
-  if (seen.empty()) {
-    return fail(ErrorCode::NotFound, "none of the pictures is in the truth", {},
-                truth.empty() ? "The truth has no rows."
-                              : fmt::format("The truth names '{}', for example.", truth.begin()->first));
-  }
-  if (without_truth > 0) {
-    console.say(fmt::format("{} pictures are not in the truth: taken as holding no tag", without_truth));
-  }
-  if (seen.size() < truth.size()) {
-    console.say(fmt::format("{} pictures of the truth were not given: left out", truth.size() - seen.size()));
-  }
-  return images;
-}
-
-ExitCode score(const EvaluateArgs& args, Reports reports, const DetectionTruth& truth,
-               const MatchOptions& options, Console& console) {
-  const auto failed = std::count_if(reports.reports.begin(), reports.reports.end(),
-                                    [](const PictureReport& report) { return report.error.has_value(); });
-  if (failed > 0) console.say(fmt::format("{} pictures failed: left out", failed));
-  const auto images = join(std::move(reports.reports), truth, console);
-  if (!images) {
-    console.say(images.error());
-    return reports.code == ExitCode::Ok ? ExitCode::SomeFailed : reports.code;
-  }
-  const DetectionScores scores = score_detections(*images, options, args.edges);
-  console.print(args.json ? json_line(to_json(scores)) : to_text(scores));
-  return failed > 0 && reports.code == ExitCode::Ok ? ExitCode::SomeFailed : reports.code;
+Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
+  EvaluateDetectionsJob job = args.job;
+  Status usable = args.matching.apply(job.matching);
+  if (usable) usable = check_edges(job.edges);
+  if (!usable) return tl::unexpected(usable.error());
+  if (job.sources.empty() == job.detections.empty())
+    return fail(ErrorCode::InvalidArgument,
+                "give either pictures to detect in, or --detections with what was detected");
+  return job;
 }
 
 ExitCode evaluate(const EvaluateArgs& args, Console& console) {
-  MatchOptions options;
-  Status usable = args.matching.apply(options);
-  if (usable) usable = check_edges(args.edges);
-  if (usable && args.sources.empty() == args.detections_path.empty()) {
-    usable = fail(ErrorCode::InvalidArgument,
-                  "give either pictures to detect in, or --detections with what was detected");
+  const auto failed = [&](const Error& error, ExitCode code) {
+    console.say(error);
+    return code;
+  };
+  const auto job = job_of(args);
+  if (!job) return failed(job.error(), ExitCode::Usage);
+  TagFinder finder;
+  if (!job->sources.empty()) {
+    auto made = args.detector.make();
+    if (!made) return failed(made.error(), ExitCode::Usage);
+    finder = std::move(*made);
   }
-  if (!usable) {
-    console.say(usable.error());
-    return ExitCode::Usage;
-  }
-  const auto text = read_text(args.truth_path);
-  const auto truth = text ? parse_truth(*text, args.truth_path) : tl::unexpected(text.error());
-  if (!truth) {
-    console.say(truth.error());
-    return ExitCode::SomeFailed;
-  }
-  Reports reports = args.sources.empty() ? read_reports(args, console) : run_detector(args, console);
-  if (reports.reports.empty() && reports.code != ExitCode::Ok) return reports.code;
-  return score(args, std::move(reports), *truth, options, console);
+  const auto report = evaluate_detections(*job, finder, control_from(console));
+  if (!report) return failed(report.error(), ExitCode::SomeFailed);
+  if (report->scores)
+    console.print(args.json ? json_line(to_json(*report->scores)) : cli::to_text(*report->scores));
+  const bool some_failed = report->failed > 0 || report->error;
+  if (report->error) console.say(*report->error);
+  if (report->stopped) return ExitCode::Interrupted;
+  return some_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
 Run prepare_detections(CLI::App& app) {
   const auto args = std::make_shared<EvaluateArgs>(app);
-  app.add_option("SOURCE", args->sources, "Pictures to detect in: files, folders, or quoted patterns")
+  app.add_option("SOURCE", args->job.sources, "Pictures to detect in: files, folders, or quoted patterns")
       ->type_name("");
-  app.add_option("--truth", args->truth_path,
+  app.add_option("--truth", args->job.truth,
                  "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where known, size_px, "
                  "tilt_deg, family")
       ->required()
       ->type_name("FILE");
   app.add_option(
-         "--detections", args->detections_path,
+         "--detections", args->job.detections,
          "Score this output of `waymark detect --json` instead of running the detector; - is standard input")
       ->type_name("FILE");
-  app.add_flag("--recursive", args->recursive, "Look for pictures in the folders inside a folder too");
+  app.add_flag("--recursive", args->job.recursive, "Look for pictures in the folders inside a folder too");
   app.add_flag("--json", args->json, "One JSON object instead of tables");
-  app.add_option("--size-edges-px", args->edges.size_px, "Edges of the size classes, for example 0,16,32,64")
+  app.add_option("--size-edges-px", args->job.edges.size_px,
+                 "Edges of the size classes, for example 0,16,32,64")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("LIST");
-  app.add_option("--tilt-edges-deg", args->edges.tilt_deg,
+  app.add_option("--tilt-edges-deg", args->job.edges.tilt_deg,
                  "Edges of the tilt classes, for example 0,30,60,90")
       ->delimiter(',')
       ->allow_extra_args(false)

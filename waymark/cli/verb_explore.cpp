@@ -6,13 +6,13 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/explore_run.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {

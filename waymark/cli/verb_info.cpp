@@ -5,10 +5,11 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/info_text.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/recording_info.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -26,20 +27,9 @@ std::string words_of(const LogProblem& problem) {
 }
 
 ExitCode info(const InfoArgs& args, Console& console) {
-  std::uint64_t first = 0;
-  const auto progress = [&](std::uint64_t log_time) {
-    if (first == 0) first = log_time;
-    const std::uint64_t since = log_time > first ? log_time - first : 0;
-    console.live(fmt::format("{}: {:.0f} s", args.file, static_cast<double>(since) * 1e-9));
-    return !interrupted();
-  };
-  const Result<RecordingInfo> found = look_at(args.file, args.quick, progress);
-  console.end_progress();
-  if (!found) {
-    console.say(found.error());
-    return ExitCode::SomeFailed;
-  }
-  console.print(args.json ? json_line(to_json(*found)) : to_text(*found));
+  const Result<RecordingInfo> found = look_at(args.file, args.quick, control_from(console));
+  if (!found) return console.failed(found.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*found)) : cli::to_text(*found));
   if (!found->summary.complete)
     console.say(
         "the file has no usable summary: it was cut, damaged or is still being written. What stands in "

@@ -1,17 +1,17 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/localize_run.hpp"
+#include "waymark/cli/localize_text.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -28,53 +28,24 @@ struct LocalizeArgs {
   OptionFlags<AnchorOptions> anchor;
 };
 
-std::string to_text(const LocalizeReport& report) {
-  std::string text =
-      fmt::format("{} estimates over {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
-                  report.estimates > 0
-                      ? 100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates)
-                      : 0.0);
-  text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
-  if (report.compared > 0)
-    text += fmt::format("{} of {} sightings believed, NIS {:.2f} per degree of freedom\n", report.believed,
-                        report.compared, report.nis_mean);
-  if (report.last && report.certain > 0)
-    text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
-                        report.last->map_T_base.x(), report.last->map_T_base.y(),
-                        report.last->map_T_base.yaw() * 57.29577951308232, report.last->position_sigma_m());
-  if (report.lasting_nis)
-    text += fmt::format(
-        "means of 30 sightings of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
-        *report.lasting_nis);
-  return text;
-}
-
 ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   LocalizeJob job = args.job;
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
   if (flags) flags = args.anchor.apply(job.anchor);
-  if (!flags) {
-    console.say(naming_flag(flags.error()));
-    return ExitCode::Usage;
-  }
+  if (!flags) return console.failed(naming_flag(flags.error()), ExitCode::Usage);
   job.adapt = !args.no_adapt && !args.filter.given() && !args.motion.given();  // what was asked for is kept
-  Result<LocalizeInputs> inputs = read_localize_inputs(job, console);
-  if (!inputs) {
-    console.say(inputs.error());
-    return exit_code_of(inputs.error());
-  }
+  const JobControl control = control_from(console);
+  Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
+  if (!inputs) return console.failed(inputs.error(), exit_code_of(inputs.error()));
   // The robot's file may have said how it moves; what was asked for goes before.
-  if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked) {
-    console.say(naming_flag(asked.error()));
-    return ExitCode::Usage;
-  }
-  const Result<LocalizeReport> report = localize(job, *inputs);
-  if (!report) {
-    console.say(report.error());
-    return interrupted() ? ExitCode::Interrupted : exit_code_of(report.error());
-  }
-  console.print(args.json ? json_line(to_json(job, *report)) : to_text(*report));
+  if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked)
+    return console.failed(naming_flag(asked.error()), ExitCode::Usage);
+  const Result<LocalizeReport> report = localize(job, *inputs, control);
+  if (!report)
+    return console.failed(report.error(),
+                          interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
+  console.print(args.json ? json_line(to_json(job, *report)) : cli::to_text(*report));
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
   if (report->certain == 0) console.say("never knew where it is");

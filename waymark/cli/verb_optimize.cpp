@@ -1,44 +1,28 @@
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/route_file.hpp"
-#include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/geometry/planar.hpp"
-#include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/optimize_route.hpp"
 #include "waymark/jobs/route_files.hpp"
-#include "waymark/jobs/staged_folder.hpp"
-#include "waymark/plot/loop_figures.hpp"
-#include "waymark/replay/route_optimizer.hpp"
-#include "waymark/replay/safety_limiter.hpp"
 
 namespace waymark::cli {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::size_t kMostWeightBytes = std::size_t{1} << 16U;
 
 struct OptimizeArgs {
   explicit OptimizeArgs(CLI::App& app) : weights(app, "Weights"), profile(app, "Speed") {}
 
-  std::string folder;
-  std::string name = "best";
+  OptimizeJob job{};
   std::string weights_file;
   bool json = false;
   OptionFlags<OptimizerOptions> weights;
@@ -56,24 +40,6 @@ Result<OptimizerOptions> weights_of(const OptimizeArgs& args) {
   }
   if (Status status = args.weights.apply(options); !status) return tl::unexpected(status.error());
   return options;
-}
-
-plot::PathLayer layer(const std::string& name, const Route& route, const TagMap& tags, plot::Color color) {
-  plot::PathLayer result{name, {}, tags, color};
-  for (std::size_t i = 0; i < route.points.size() + (route.closed ? 1 : 0); ++i)
-    result.path.push_back({SensorTime{}, lift(route.points[i % route.points.size()].map_T_base)});
-  return result;
-}
-
-nlohmann::ordered_json json_of(const RouteFigures& f) {
-  return {{"lap_s", f.lap_s},
-          {"length_m", f.length_m},
-          {"max_curvature_1_m", f.max_curvature_1_m},
-          {"smoothness_1_m4", f.smoothness_1_m4},
-          {"min_clearance_m", f.min_clearance_m},
-          {"two_tags_fraction", f.two_tags_fraction},
-          {"mean_tags", f.mean_tags},
-          {"largest_offset_m", f.largest_offset_m}};
 }
 
 std::string comparison(const OptimizedRoute& found) {
@@ -94,111 +60,29 @@ std::string comparison(const OptimizedRoute& found) {
   return text;
 }
 
-struct Optimized {
-  OptimizedRoute found{};
-  std::vector<std::string> files{};
-  std::vector<std::string> set_aside{};
-};
-
-/// The route with its picture, in the place of what the folder holds of a route of this name.
-Status write_route_files(const OptimizeArgs& args, const Route& taught, const TagMap& tags,
-                         Optimized& result) {
-  Result<StagedFolder> staged = StagedFolder::open(args.folder);
-  if (!staged) return tl::unexpected(staged.error());
-  const std::string name = route_file_name(args.name);
-  Status status = write_route(staged->path() / name, with_map(result.found.route, tags));
-  result.files.push_back(name);
-  if (status)
-    status =
-        write_figure(staged->path() / file_name_for_route("route", args.name, ".svg"),
-                     plot::path_figure("Taught and optimised",
-                                       {layer("taught", taught, tags, plot::kTaughtColor),
-                                        layer("optimised", result.found.route, {}, plot::kEstimateColor)}),
-                     {".svg"}, result.files);
-  if (!status) return staged->failed(status.error());
-  auto aside = staged->put_in_place(files_of_route(args.name));
-  if (!aside) return tl::unexpected(aside.error());
-  result.set_aside = std::move(*aside);
-  for (std::string& file : result.files) file = (fs::path(args.folder) / fs::path(file).filename()).string();
-  return {};
-}
-
-/// What drives the route as it was promised: the speed is the route's, the rest is told.
-std::string drive_command(const OptimizeArgs& args, const ProfileOptions& profile) {
-  std::string command = fmt::format("waymark replay {} --route {}", args.folder, args.name);
-  const SafetyOptions usual;
-  if (profile.speed_m_s > usual.max_speed_m_s)
-    command += fmt::format(" --max-speed-m-s {}", profile.speed_m_s);
-  std::vector<double> defaults;
-  const ProfileOptions plain;
-  ProfileOptions::fields(plain, [&](double value, const auto&) { defaults.push_back(value); });
-  std::size_t i = 0;
-  ProfileOptions::fields(profile, [&](double value, const auto& field) {
-    std::string flag(field.name);
-    std::ranges::replace(flag, '_', '-');
-    if (value != defaults[i++] && flag != "speed-m-s") command += fmt::format(" --{} {}", flag, value);
-  });
-  return command;
-}
-
-Result<Optimized> optimize_folder(const OptimizeArgs& args, const OptimizerOptions& options,
-                                  const ProfileOptions& profile) {
-  const fs::path folder = args.folder;
-  const auto map = read_map(folder / "map.yaml");
-  if (!map) return tl::unexpected(map.error());
-  const auto taught = read_route(folder / "route.yaml");
-  if (!taught) return tl::unexpected(taught.error());
-  if (Status status = check_output_folder(folder); !status) return tl::unexpected(status.error());
-  std::error_code ignored;
-  const auto robot_path = fs::exists(folder / "robot.yaml", ignored) ? Result<fs::path>(folder / "robot.yaml")
-                                                                     : find_shared("robots", "limo");
-  if (!robot_path) return tl::unexpected(robot_path.error());
-  const auto robot = read_robot(*robot_path);
-  if (!robot) return tl::unexpected(robot.error());
-  auto found = optimize_route(*taught, {&map->tags, &robot->model, &robot->camera}, profile, options);
-  if (!found) return tl::unexpected(found.error());
-  Optimized result{.found = std::move(*found)};
-  if (profile.speed_m_s > 0) {  // the route says it, so that every drive of it asks for it
-    for (RoutePoint& point : result.found.route.points)
-      point.speed_m_s = std::copysign(profile.speed_m_s, point.speed_m_s);
-  }
-  const Status status = write_route_files(args, *taught, map->tags, result);
-  if (!status) return tl::unexpected(status.error());
-  return result;
-}
-
 ExitCode optimize(const OptimizeArgs& args, Console& console) {
-  ProfileOptions profile;
-  Status status = check_route_name(args.name, "--name");
-  if (status) status = args.profile.apply(profile);
+  OptimizeJob job = args.job;
+  Status status = check_route_name(job.name, "--name");
+  if (status) status = args.profile.apply(job.profile);
   const auto options = status ? weights_of(args) : tl::unexpected(status.error());
-  if (!options) {
-    console.say(options.error());
-    return ExitCode::Usage;
-  }
-  const auto result = optimize_folder(args, *options, profile);
-  if (!result) {
-    console.say(result.error());
-    return ExitCode::SomeFailed;
-  }
-  if (!result->set_aside.empty())
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  job.options = *options;
+  const auto report = optimize_route_of(job);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report->set_aside.empty())
     console.say(fmt::format("what stood there before has a number in its name now: {}",
-                            fmt::join(result->set_aside, ", ")));
-  if (args.json)
-    console.print(json_line({{"route", args.name},
-                             {"taught", json_of(result->found.taught)},
-                             {"optimized", json_of(result->found.optimized)},
-                             {"files", result->files}}));
-  else
-    console.print(comparison(result->found) + fmt::format("{}: drive it with `{}`\n", result->files.front(),
-                                                          drive_command(args, profile)));
+                            fmt::join(report->set_aside, ", ")));
+  console.print(args.json
+                    ? json_line(to_json(job, *report))
+                    : comparison(report->found) +
+                          fmt::format("{}: drive it with `{}`\n", report->files.front(), drive_command(job)));
   return ExitCode::Ok;
 }
 
 Run prepare_optimize(CLI::App& app) {
   const auto args = std::make_shared<OptimizeArgs>(app);
-  app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  app.add_option("--name", args->name, "Name of the new route; the taught one stays as it is")
+  app.add_option("MAP", args->job.folder, "Folder that `waymark map` wrote")->required()->type_name("");
+  app.add_option("--name", args->job.name, "Name of the new route; the taught one stays as it is")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--weights", args->weights_file, "What a route is worth: a .yaml file with the keys below")

@@ -9,12 +9,12 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/sample_words.hpp"
 #include "waymark/cli/selection_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/sample_words.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -74,7 +74,7 @@ Status play_samples(const PlayArgs& args, MessageLog& log, const LogSelection& s
 
 Status play_messages(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
   Pace pace(args.speed);
-  const std::uint64_t start = begin_of(log);
+  const std::uint64_t start = recording_start_ns(log);
   return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
     if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
     if (args.json) {
@@ -101,15 +101,9 @@ ExitCode play(const PlayArgs& args, Console& console) {
     return ExitCode::Usage;
   }
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, until_interrupted());
-  if (!log) {
-    console.say(log.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = args.selection.make(**log);
-  if (!selection) {
-    console.say(selection.error());
-    return ExitCode::Usage;
-  }
+  if (!selection) return console.failed(selection.error(), ExitCode::Usage);
   const Status status = args.messages ? play_messages(args, **log, *selection, console)
                                       : play_samples(args, **log, *selection, console);
   for (const LogProblem& problem : (*log)->problems()) console.say(problem.error);

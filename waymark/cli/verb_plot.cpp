@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,10 +8,11 @@
 #include <CLI/App.hpp>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/report_run.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/figure_files.hpp"
+#include "waymark/jobs/report_page.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
@@ -38,20 +38,6 @@ Status check_output(const PlotArgs& args, const std::filesystem::path& output) {
   return check_output_file(output);
 }
 
-/// The figures of a page in order; of the same name, the second is called NAME_2.
-std::vector<plot::PageFigure> figures_of(const plot::Page& page) {
-  std::vector<plot::PageFigure> figures;
-  std::map<std::string, int> taken;
-  for (const plot::PageSection& section : page.sections) {
-    for (plot::PageFigure figure : section.figures) {
-      figure.caption = section.title;
-      if (const int number = ++taken[figure.name]; number > 1) figure.name += fmt::format("_{}", number);
-      figures.push_back(std::move(figure));
-    }
-  }
-  return figures;
-}
-
 std::string list_of(const std::vector<plot::PageFigure>& figures) {
   std::string text;
   for (const plot::PageFigure& each : figures)
@@ -59,25 +45,20 @@ std::string list_of(const std::vector<plot::PageFigure>& figures) {
   return text;
 }
 
-Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, Console& console) {
-  const Result<Runs> runs = read_runs(args.runs, console);
+Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, const JobControl& control) {
+  const Result<Runs> runs = read_runs(args.runs, control);
   if (!runs) return tl::unexpected(runs.error());
-  const Result<plot::Page> page = report_page(*runs, console);
+  const Result<plot::Page> page = report_page(*runs, control);
   if (!page) return tl::unexpected(page.error());
   return figures_of(*page);
 }
 
 ExitCode plot_one(const PlotArgs& args, Console& console) {
   const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
-  if (const Status free = check_output(args, output); !free) {
-    console.say(free.error());
-    return exit_code_of(free.error());
-  }
-  const Result<std::vector<plot::PageFigure>> figures = read_figures(args, console);
-  if (!figures) {
-    console.say(figures.error());
-    return ExitCode::SomeFailed;
-  }
+  if (const Status free = check_output(args, output); !free)
+    return console.failed(free.error(), exit_code_of(free.error()));
+  const Result<std::vector<plot::PageFigure>> figures = read_figures(args, control_from(console));
+  if (!figures) return console.failed(figures.error(), ExitCode::SomeFailed);
   if (args.figure.empty()) {
     console.print(list_of(*figures));
     return ExitCode::Ok;
@@ -94,10 +75,7 @@ ExitCode plot_one(const PlotArgs& args, Console& console) {
   }
   std::vector<std::string> files;
   const Status written = write_figure(output, found->figure, {output.extension().string()}, files);
-  if (!written) {
-    console.say(written.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!written) return console.failed(written.error(), ExitCode::SomeFailed);
   console.say("wrote " + files.front());
   return ExitCode::Ok;
 }

@@ -7,8 +7,8 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 #include "waymark/recording/mcap_recover.hpp"
 
 namespace waymark::cli {
@@ -50,10 +50,7 @@ std::string to_text(const mcap::Recovery& recovery, const RecoverArgs& args, con
 ExitCode recover(const RecoverArgs& args, Console& console) {
   const std::string output = args.output.empty() ? beside(args.file) : args.output;
   const Result<mcap::Recovery> recovery = mcap::recover_file(args.file, output);
-  if (!recovery) {
-    console.say(recovery.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!recovery) return console.failed(recovery.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*recovery, args, output)) : to_text(*recovery, args, output));
   for (const Error& problem : recovery->problems) console.say(problem);
   return ExitCode::Ok;

@@ -7,7 +7,6 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
@@ -17,6 +16,7 @@
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -7,10 +6,9 @@
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
-#include "waymark/cli/report_run.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/jobs/staged_folder.hpp"
+#include "waymark/jobs/report_page.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -21,19 +19,6 @@ struct ReportArgs {
   bool force = false;
 };
 
-/// A report may be written anew; over a page of somebody else's it is not.
-Status check_output(const ReportArgs& args) {
-  std::error_code ignored;
-  if (!args.force && std::filesystem::is_regular_file(args.output, ignored)) {
-    std::string head(4096, '\0');
-    std::ifstream(args.output, std::ios::binary).read(head.data(), static_cast<std::streamsize>(head.size()));
-    if (head.find(plot::kPageMark) == std::string::npos)
-      return fail(ErrorCode::Unwritable, "there is a page already that no `waymark report` wrote",
-                  {.source = args.output}, "Give another name with -o, or --force to replace it.");
-  }
-  return check_output_file(args.output);
-}
-
 ExitCode report(const ReportArgs& args, Console& console) {
   const std::string suffix = std::filesystem::path(args.output).extension().string();
   if (suffix != ".html" && suffix != ".htm") {
@@ -42,25 +27,10 @@ ExitCode report(const ReportArgs& args, Console& console) {
                       {.source = args.output, .key = "--output"}});
     return ExitCode::Usage;
   }
-  if (const Status free = check_output(args); !free) {
-    console.say(free.error());
-    return ExitCode::SomeFailed;
-  }
-  const Result<Runs> runs = read_runs(args.runs, console);
-  if (!runs) {
-    console.say(runs.error());
-    return ExitCode::SomeFailed;
-  }
-  for (const std::string& warning : runs->warnings) console.say("warning: " + warning);
-  const Result<plot::Page> page = report_page(*runs, console);
-  const Result<std::string> html = page ? plot::to_html(*page) : tl::unexpected(page.error());
-  const Status written = html ? write_text_file(args.output, *html) : tl::unexpected(html.error());
-  if (!written) {
-    console.say(written.error());
-    return ExitCode::SomeFailed;
-  }
+  const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
+  if (!summary) return console.failed(summary.error(), ExitCode::SomeFailed);
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
-                            page->sections.size(), static_cast<double>(html->size()) / 1e6));
+                            summary->sections, static_cast<double>(summary->bytes) / 1e6));
   return ExitCode::Ok;
 }
 

@@ -7,8 +7,6 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
@@ -17,6 +15,7 @@
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/own_robot.hpp"
 
 namespace waymark::cli {

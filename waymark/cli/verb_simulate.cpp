@@ -8,15 +8,16 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/picture_flags.hpp"
-#include "waymark/cli/profile_table.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/evaluation/recording_profile.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/profile_table.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/simulation/path.hpp"
 
@@ -33,46 +34,14 @@ struct SimulateArgs {
   bool json = false;
 };
 
-double rate_of(const RecordingProfile& profile, const std::string& kind, double usual, double low) {
-  const auto stream = profile.streams.find(kind);
-  const double rate = stream == profile.streams.end() ? 0 : stream->second.rate_hz;
-  return rate > 0 ? std::clamp(rate, low, 200.0) : usual;
-}
-
-/// What the recording says about the robot, in the simulator's words.
-SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRobotOptions options) {
-  options.camera_rate_hz = rate_of(profile, "camera", options.camera_rate_hz, 0.1);
-  options.odometry_rate_hz = rate_of(profile, "odometry", options.odometry_rate_hz, 1);
-  options.imu_rate_hz = rate_of(profile, "imu", options.imu_rate_hz, 1);
-  if (options.lidar.rate_hz > 0)
-    options.lidar.rate_hz = rate_of(profile, "lidar", options.lidar.rate_hz, 0.1);
-  const auto take = [](const std::optional<double>& measured, double& value) {
-    if (measured) value = *measured;
+std::string to_text(const std::vector<ProfileRow>& rows) {
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.4g}", *value) : "-";
   };
-  take(profile.gyro_noise_rad_s, options.sensors.gyro_noise_rad_s);
-  take(profile.gyro_bias_rad_s, options.sensors.gyro_bias_rad_s);
-  take(profile.acceleration_noise_m_s2, options.sensors.acceleration_noise_m_s2);
-  take(profile.miss_probability, options.tag_camera.miss_probability);
-  if (profile.corner_sigma_px) {
-    options.tag_camera.corner_sigma_px = *profile.corner_sigma_px;
-    options.tag_camera.small_tag_sigma_px = 0;  // what was measured is the sum
-  }
-  take(profile.image_latency_s, options.camera_latency_s);
-  options.camera_latency_s = std::clamp(options.camera_latency_s, 0.0, 10.0);
-  // Speeds follow commands after the delay and the lag of the motors, of which no more than half is lag.
-  if (profile.command_delay_s) {
-    options.dynamics.speed_lag_s = std::min(options.dynamics.speed_lag_s, *profile.command_delay_s / 2);
-    options.dynamics.command_delay_s = *profile.command_delay_s - options.dynamics.speed_lag_s;
-  }
-  // From half a period behind the last sample to half a period before the next one.
-  const auto lose = [&](FaultKind kind, const std::vector<Gap>& gaps, double rate_hz) {
-    for (const Gap& gap : gaps)
-      options.faults.push_back(
-          {.kind = kind, .at_s = gap.at_s + 0.5 / rate_hz, .for_s = std::max(1e-3, gap.for_s - 1 / rate_hz)});
-  };
-  lose(FaultKind::CameraLost, profile.camera_gaps, options.camera_rate_hz);
-  lose(FaultKind::OdometryLost, profile.odometry_gaps, options.odometry_rate_hz);
-  return options;
+  std::string text = fmt::format("{:<40}{:>12}{:>12}\n", "", "recording", "simulation");
+  for (const ProfileRow& row : rows)
+    text += fmt::format("{:<40}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
+  return text;
 }
 
 /// Steers along the world's line as fast as the recording did.
@@ -114,28 +83,19 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
   RecordingProfile made = profiler.profile();
-  made.image_latency_s = image_latency_of(args.output);
+  made.image_latency_s = image_latency_of(args.output, silent_control());
   return made;
 }
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make();
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
-  if (!status) {
-    console.say(status.error());
-    return ExitCode::Usage;
-  }
-  const Result<RecordingProfile> like = profile_of(args.like);
-  if (!like) {
-    console.say(like.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  const Result<RecordingProfile> like = profile_of(args.like, silent_control());
+  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
   stage->simulated.robot = options_like(*like, stage->simulated.robot);
   const Result<RecordingProfile> made = simulate_like(*stage, *like, args, console);
-  if (!made) {
-    console.say(made.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
   console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;

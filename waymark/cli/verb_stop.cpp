@@ -13,10 +13,7 @@ constexpr Duration kPatience = std::chrono::seconds(2);
 
 ExitCode stop(Console& console) {
   const auto folder = stop_folder();
-  if (!folder) {
-    console.say(folder.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!folder) return console.failed(folder.error(), ExitCode::SomeFailed);
   const std::vector<StopAnswer> answers = stop_all(*folder, kPatience);
   for (const StopAnswer& one : answers) {
     if (one.answered)

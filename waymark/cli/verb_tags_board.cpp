@@ -7,11 +7,11 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/json_line.hpp"
 #include "waymark/plot/board.hpp"
 
 namespace waymark::cli {
@@ -96,10 +96,7 @@ void tell(const plot::BoardLayout& layout, const WrittenPages& written, Console&
 
 ExitCode draw(const BoardArgs& args, Console& console) {
   const auto planned = plan(args);
-  if (!planned) {
-    console.say(naming_flag(planned.error()));
-    return ExitCode::Usage;
-  }
+  if (!planned) return console.failed(naming_flag(planned.error()), ExitCode::Usage);
   WrittenPages written = write_pages({plot::draw_board(planned->layout)}, planned->format, args.paper.output,
                                      args.paper.dpi, console);
   if (const Status saved = write_target(*planned, written); !saved) {

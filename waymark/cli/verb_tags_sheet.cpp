@@ -6,11 +6,11 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/families/tag_numbers.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -61,10 +61,7 @@ nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vecto
 
 ExitCode draw(const SheetArgs& args, Console& console) {
   const auto planned = plan(args);
-  if (!planned) {
-    console.say(naming_flag(planned.error()));
-    return ExitCode::Usage;
-  }
+  if (!planned) return console.failed(naming_flag(planned.error()), ExitCode::Usage);
   const plot::SheetLayout& layout = planned->layout;
   const WrittenPages written =
       write_pages(plot::draw_sheet(layout), planned->format, args.paper.output, args.paper.dpi, console);

@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/cli/detections_json.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_steps.hpp"
@@ -18,6 +17,7 @@
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -1,0 +1,100 @@
+#include "waymark/cli/experiment_run.hpp"
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/loop_steps.hpp"
+#include "waymark/config/faults_file.hpp"
+
+namespace waymark::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kOtherDay = 1000;  // the replay has other noise than the teach lap
+
+struct ExperimentCell {
+  std::string world, robot, controller, faults;
+  double speed_m_s = 0;
+  [[nodiscard]] std::string words() const {
+    return fmt::format("{}, {}, {}, {} m/s{}", world, robot, controller, speed_m_s,
+                       faults == kNoFaults ? "" : ", " + faults);
+  }
+};
+
+/// A taught and mapped lap for a world, a robot and a seed.
+Status make_lap(const Stage& stage, const fs::path& folder, Console& console) {
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  const std::string lap = (folder / "lap.mcap").string();
+  fs::remove(lap, ignored);
+  const auto taught = teach_lap(stage, {.output = lap}, console);
+  if (!taught) return tl::unexpected(taught.error());
+  const auto map = map_recording({.lap = lap, .folder = folder / "map"}, control_from(console));
+  return map ? Status() : tl::unexpected(map.error());
+}
+
+Result<ExperimentRun> replay_cell(Stage stage, const ExperimentGrid& grid, const ExperimentCell& cell,
+                                  const fs::path& map, std::uint64_t seed, Console& console) {
+  stage.simulated.robot.seed = seed + kOtherDay;
+  if (cell.faults != kNoFaults) {
+    auto faults = read_faults(cell.faults, stage.simulated.world);
+    if (!faults) return tl::unexpected(faults.error());
+    stage.simulated.robot.faults = std::move(*faults);
+  }
+  ReplayJob job{.folder = map};
+  job.replay.laps = grid.laps;
+  job.controller = cell.controller;
+  job.replay.profile.speed_m_s = cell.speed_m_s;
+  job.replay.safety.max_speed_m_s = std::max(job.replay.safety.max_speed_m_s, 1.2 * cell.speed_m_s);
+  const auto report = replay_route(stage, job, console);
+  if (!report) return tl::unexpected(report.error());
+  return ExperimentRun{cell.words(), seed, succeeded(*report), ending(*report), report->judgement};
+}
+
+Result<std::vector<ExperimentRun>> run_lap(const ExperimentGrid& grid, const ExperimentCell& place,
+                                           std::uint64_t seed, const fs::path& folder, Console& console) {
+  const auto stage = stage_of(grid, place.world, place.robot, seed);
+  if (!stage) return tl::unexpected(stage.error());
+  if (Status status = make_lap(*stage, folder, console); !status) return tl::unexpected(status.error());
+  std::vector<ExperimentRun> runs;
+  for (const std::string& controller : grid.controllers) {
+    for (const double speed : grid.speeds_m_s) {
+      for (const std::string& faults : grid.faults) {
+        if (interrupted()) return runs;
+        const ExperimentCell cell{place.world, place.robot, controller, faults, speed};
+        auto run = replay_cell(*stage, grid, cell, folder / "map", seed, console);
+        if (!run) return tl::unexpected(run.error());
+        runs.push_back(std::move(*run));
+      }
+    }
+  }
+  return runs;
+}
+
+}  // namespace
+
+Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid, const fs::path& folder,
+                                            Console& console) {
+  std::vector<ExperimentRun> runs;
+  int lap = 0;
+  for (const std::string& world : grid.worlds) {
+    for (const std::string& robot : grid.robots) {
+      for (const std::uint64_t seed : grid.seeds) {
+        if (interrupted()) return runs;
+        auto some =
+            run_lap(grid, {world, robot, "", "", 0}, seed, folder / fmt::format("lap-{}", ++lap), console);
+        if (!some) return tl::unexpected(some.error());
+        runs.insert(runs.end(), some->begin(), some->end());
+      }
+    }
+  }
+  return runs;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,30 @@
+#include "waymark/cli/localize_text.hpp"
+
+#include <fmt/format.h>
+
+#include "waymark/base/angles.hpp"
+
+namespace waymark::cli {
+
+std::string to_text(const LocalizeReport& report) {
+  std::string text =
+      fmt::format("{} estimates over {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
+                  report.estimates > 0
+                      ? 100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates)
+                      : 0.0);
+  text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
+  if (report.compared > 0)
+    text += fmt::format("{} of {} sightings believed, NIS {:.2f} per degree of freedom\n", report.believed,
+                        report.compared, report.nis_mean);
+  if (report.last && report.certain > 0)
+    text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
+                        report.last->map_T_base.x(), report.last->map_T_base.y(),
+                        to_degrees(report.last->map_T_base.yaw()), report.last->position_sigma_m());
+  if (report.lasting_nis)
+    text += fmt::format(
+        "means of 30 sightings of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
+        *report.lasting_nis);
+  return text;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/jobs/localize_log.hpp"
+
+namespace waymark::cli {
+
+/// What `waymark localize` prints: estimates, sightings, where the robot was last.
+[[nodiscard]] std::string to_text(const LocalizeReport& report);
+
+}  // namespace waymark::cli

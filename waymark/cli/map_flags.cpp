@@ -1,0 +1,197 @@
+#include "waymark/cli/map_flags.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "waymark/base/angles.hpp"
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/frame_flags.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/jobs/map_steps.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// X Y Z [m] ROLL PITCH YAW [deg].
+Result<SE3> anchor_pose_of(const std::vector<double>& p) {
+  if (!std::ranges::all_of(p, [](double x) { return std::isfinite(x); }))
+    return fail(ErrorCode::InvalidArgument, "a number that is not finite", {.key = "--anchor-pose"});
+  constexpr double kFarthestMetres = 1e4;
+  if (std::ranges::any_of(p.begin(), p.begin() + 3, [](double x) { return std::abs(x) > kFarthestMetres; }))
+    return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
+                {.key = "--anchor-pose"}, "X Y Z in metres, then roll, pitch and yaw in degrees.");
+  return SE3(SO3::from_rpy(to_radians(p[3]), to_radians(p[4]), to_radians(p[5])),
+             Eigen::Vector3d(p[0], p[1], p[2]));
+}
+
+/// Flags that scenes have no use for.
+Status check_tagslam_flags(const CLI::App& app) {
+  const std::vector<std::string> known = {"LAP",  "output", "tagslam",      "model",       "against",
+                                          "json", "help",   "outlier-chi2", "robust-chi2", "max-iterations"};
+  for (const CLI::Option* option : app.get_options()) {
+    const std::string name = option->get_single_name();
+    if (option->count() > 0 && std::ranges::find(known, name) == known.end())
+      return fail(ErrorCode::InvalidArgument, "this has no effect on scenes that TagSLAM's files describe",
+                  {.key = option->get_name()}, "Leave it out, or leave out --tagslam.");
+  }
+  return {};
+}
+
+}  // namespace
+
+Status MapArgs::check() const {
+  const auto only_with_tagslam = [](const char* flag) {
+    return fail(ErrorCode::InvalidArgument, "this is about scenes that TagSLAM's files describe",
+                {.key = flag}, "Give their folder with --tagslam, or leave it out.");
+  };
+  if (lap.empty())
+    return fail(ErrorCode::InvalidArgument, "LAP is required: a recording, or the verb 'convert'");
+  if (folder.empty()) return fail(ErrorCode::InvalidArgument, "--output is required");
+  if (!tagslam.empty()) return check_tagslam_flags(app);
+  if (model != "waymark") return only_with_tagslam("--model");
+  if (!against.empty()) return only_with_tagslam("--against");
+  return {};
+}
+
+Result<MapJob> MapArgs::make_job() const {
+  MapJob made{.lap = lap, .folder = folder, .options = {.method = method}};
+  made.more = more;
+  made.robot = robot;
+  made.frames = frames;
+  if (Status status = bundle.apply(made.options.bundle); !status) return tl::unexpected(status.error());
+  if (Status status = chain.apply(made.options.chain); !status) return tl::unexpected(status.error());
+  if (Status status = points.apply(made.points); !status) return tl::unexpected(status.error());
+  if (Status status = route.apply(made.options.route); !status) return tl::unexpected(status.error());
+  const std::vector<std::string> methods = map_methods();
+  if (std::ranges::find(methods, method) == methods.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", method),
+                {.key = "--method"}, suggestion(method, methods));
+  if (!extend.empty() && (!anchor.empty() || !anchor_pose.empty()))
+    return fail(ErrorCode::InvalidArgument, "the map that is extended says where its tags stand",
+                {.key = anchor.empty() ? "--anchor-pose" : "--anchor"}, "Leave it out.");
+  if (!anchor.empty()) made.overrides.anchor = anchor;
+  if (!anchor_pose.empty()) {
+    const Result<SE3> pose = anchor_pose_of(anchor_pose);
+    if (!pose) return tl::unexpected(pose.error());
+    made.overrides.map_T_anchor = *pose;
+  }
+  if (tag_size_m && !(*tag_size_m > 0 && *tag_size_m < 100))
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a size in metres", *tag_size_m),
+                {.key = "--tag-size-m"},
+                "Measure the side of the black square, for example --tag-size-m 0.16.");
+  made.overrides.tag_size_m = tag_size_m;
+  if (world.empty()) return made;
+  const auto path = find_shared("worlds", world);
+  if (!path) return tl::unexpected(path.error());
+  Result<World> truth = read_world(*path);
+  if (!truth) return tl::unexpected(truth.error());
+  made.truth = std::move(*truth);
+  return made;
+}
+
+Status MapArgs::read_maps(MapJob& job) const {
+  if (!prior.empty()) {
+    Result<LandmarksFile> older = read_landmarks(prior, tag_size_m);
+    if (!older) return tl::unexpected(older.error());
+    job.prior = std::move(*older);
+  }
+  return read_extension(extend, route_name, freeze, remove, job);
+}
+
+Result<MapSceneJob> MapArgs::make_scene_job() const {
+  BundleMapOptions options;
+  if (Status status = bundle.apply(options); !status) return tl::unexpected(status.error());
+  const std::vector<std::string> models = {"waymark", "tagslam"};
+  if (std::ranges::find(models, model) == models.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", model), {.key = "--model"},
+                suggestion(model, models));
+  return MapSceneJob{.recording = lap,
+                     .tagslam = tagslam,
+                     .folder = folder,
+                     .against = against,
+                     .options = {.model = model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark,
+                                 .search = options.search}};
+}
+
+void MapArgs::add_to(CLI::App& verb) {
+  verb.add_option("LAP", lap, "Recording of a taught lap, or with --tagslam of tags and odometry")
+      ->type_name("");
+  verb.add_option("MORE", more,
+                  "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
+      ->type_name("");
+  verb.add_option(
+          "--robot", robot,
+          "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says")
+      ->type_name("FILE");
+  add_frame_flags(verb, frames);
+  verb.add_option("-o,--output", folder, "Folder for the map, the route and the figures")
+      ->type_name("FOLDER");
+  verb.add_option(
+          "--method", method,
+          "How tags are placed: bundle, everything seen and driven explained at once; chain, from tag "
+          "to tag, nothing "
+          "optimised")
+      ->capture_default_str()
+      ->type_name("NAME");
+  verb.add_option("--anchor", anchor,
+                  "The tag the map is placed by, for example tag36h11:0. Unless given: that of the recording")
+      ->type_name("TAG");
+  verb.add_option("--anchor-pose", anchor_pose,
+                  "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame "
+                  "(x right, y "
+                  "down, z into the tag). Unless given: that of the recording; for another anchor the map's "
+                  "origin is its centre, map z is up, map x goes into the tag")
+      ->expected(6)
+      ->type_name("X Y Z ROLL PITCH YAW");
+  verb.add_option("--tag-size-m", tag_size_m,
+                  "Side of the black square of the tags, in metres. Unless given: that of the recording")
+      ->type_name("NUMBER");
+  verb.add_option("--world", world, "The truth about the tags, where the recording does not hold it")
+      ->type_name("NAME");
+  verb.add_option(
+          "--prior", prior,
+          "An older map of the place (map.yaml, or any that `waymark localize --map` takes): which tags were "
+          "swapped, moved, resized since is said")
+      ->type_name("FILE");
+  verb.add_option(
+          "--extend", extend,
+          "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and "
+          "both are "
+          "adjusted together; what the lap did not see stays. The older one is kept")
+      ->type_name("MAP");
+  verb.add_option(
+          "--route-name", route_name,
+          "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
+          "map, which stay")
+      ->type_name("NAME");
+  verb.add_option("--freeze", freeze,
+                  "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
+      ->delimiter(',')
+      ->type_name("TAGS");
+  verb.add_option("--remove", remove, "With --extend: tags that are gone, from the map and from the lap")
+      ->delimiter(',')
+      ->type_name("TAGS");
+  verb.add_option("--tagslam", tagslam,
+                  "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
+                  "config.json): cameras and "
+                  "bodies are as they say, no floor is needed")
+      ->type_name("FOLDER");
+  verb.add_option("--model", model,
+                  "With --tagslam, what is minimised: waymark; tagslam, every sighting with TagSLAM's noise "
+                  "and cameras "
+                  "that wiggle")
+      ->capture_default_str()
+      ->type_name("NAME");
+  verb.add_option("--against", against,
+                  "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
+                  "frames and "
+                  "tags, and its cost is printed")
+      ->type_name("FOLDER");
+  verb.add_flag("--json", json, "One JSON object instead of words");
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_scene.hpp"
+
+namespace waymark::cli {
+
+/// The flags of `waymark map`. Must stay where it is while the command line is parsed.
+struct MapArgs {
+  explicit MapArgs(CLI::App& verb)
+      : app(verb),
+        bundle(verb, "Method bundle"),
+        chain(verb, "Where the search starts, and method chain"),
+        points(verb, "Recordings with poses of tags and no corners"),
+        route(verb, "Route"),
+        detector(verb) {}
+
+  const CLI::App& app;
+  std::string lap;
+  std::vector<std::string> more;
+  std::string robot;
+  CameraChoice frames;
+  std::string folder;
+  std::string method = "bundle";
+  std::string anchor;
+  std::optional<double> tag_size_m;
+  std::string world;
+  std::string prior;
+  std::string extend;
+  std::string route_name;
+  std::vector<std::string> freeze;
+  std::vector<std::string> remove;
+  std::string tagslam;
+  std::string model = "waymark";
+  std::string against;
+  bool json = false;
+  std::vector<double> anchor_pose;
+  OptionFlags<BundleMapOptions> bundle;
+  OptionFlags<ChainOptions> chain;
+  OptionFlags<LandmarkMapOptions> points;
+  OptionFlags<RouteOptions> route;
+  DetectorFlags detector;
+
+  void add_to(CLI::App& verb);
+  /// What is missing (a verb with verbs of its own cannot leave that to the parser), and flags that would be
+  /// passed over in silence.
+  [[nodiscard]] Status check() const;
+  /// Without the maps that are named.
+  [[nodiscard]] Result<MapJob> make_job() const;
+  /// The maps that are named, and what is said of their tags.
+  [[nodiscard]] Status read_maps(MapJob& job) const;
+  /// With --tagslam.
+  [[nodiscard]] Result<MapSceneJob> make_scene_job() const;
+};
+
+}  // namespace waymark::cli

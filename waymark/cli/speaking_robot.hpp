@@ -1,0 +1,21 @@
+#pragma once
+
+#include <memory>
+
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/drivers/simulated/simulated_robot.hpp"
+
+namespace waymark::cli {
+
+/// How a robot of `waymark robot-sim` keeps time.
+struct SpeakingOptions {
+  bool lockstep = false;  ///< time stands still until each step is answered
+  double pace = 0;        ///< with lockstep: at most so many seconds of the world a second; 0: any
+};
+
+/// Runs a simulated robot that speaks the protocol of robot processes on standard output and listens on
+/// standard input, until that ends. Without `eye` it sends corners of tags instead of pictures.
+[[nodiscard]] Status run_speaking_robot(const SimulatedStage& stage, const SE2& start,
+                                        std::unique_ptr<SceneEye> eye, const SpeakingOptions& options);
+
+}  // namespace waymark::cli

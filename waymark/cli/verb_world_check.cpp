@@ -1,0 +1,80 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/judge_world.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct CheckArgs {
+  std::string world;
+  std::string robot_file = "limo";
+  bool json = false;
+};
+
+std::string to_text(const WorldVerdict& verdict, const SimulatedStage& s) {
+  const WorldCheck& c = verdict.check;
+  return fmt::format(
+      "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
+      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
+      "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
+      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n",
+      s.world.name, s.world.tags.tags.size(), s.world.path_closed ? "a lap" : "a way", c.lap_m, s.model.name,
+      c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
+      100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
+      c.sharpest_right_1_m);
+}
+
+ExitCode check(const CheckArgs& args, Console& console) {
+  const Result<Stage> stage = load_stage(args.world, args.robot_file, 1);
+  if (!stage) return console.failed(stage.error(), ExitCode::Usage);
+  const SimulatedStage& s = stage->simulated;
+  const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
+  if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
+  for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
+  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model)) : to_text(*verdict, s));
+  if (!verdict->good) console.say("this world does not allow a good lap");
+  return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_check(CLI::App& app) {
+  const auto args = std::make_shared<CheckArgs>();
+  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
+  app.add_option("--robot-file", args->robot_file,
+                 "Body and camera of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
+                 "turtlebot3-waffle, or the "
+                 "path of a .yaml file")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return check(*args, console); };
+}
+
+}  // namespace
+
+Verb world_check_verb() {
+  return {
+      .name = "check",
+      .sentence = "Whether a robot can drive a good lap in a world",
+      .help =
+          R"(Drives the world's line exactly, without noise, and looks: how near the hull comes to a tag, and from how
+much of the way the camera sees two tags or more.
+
+Exit code: 0 a good lap is possible, 1 it is not, 2 wrong usage or a world that cannot be read.
+
+Examples:
+  waymark world check circuit24
+  waymark world check circuit24 --robot-file limo --json
+)",
+      .prepare = prepare_check,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,89 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/judge_world.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct OrbitArgs {
+  explicit OrbitArgs(CLI::App& app) : options(app, "Noise") {}
+
+  std::string world;
+  std::string output;
+  bool json = false;
+  OptionFlags<OrbitOptions> options;
+};
+
+std::string to_text(const World& world, const OrbitReport& r) {
+  const auto verdict = [](bool good) { return good ? "yes" : "NO"; };
+  return fmt::format(
+      "{}: {} steps on a circle of {:.2f} m about {} tags\n"
+      "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
+      "with noise     largest jump {:.3f} m of {:.3f} m that the noise explains, {:.2f} of {:.2f} deg (no "
+      "discontinuity: {})\n"
+      "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
+      world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),
+      r.jump_m, r.jump_limit_m, r.jump_deg, r.jump_limit_deg, verdict(r.continuous()), r.smallest_axis_cosine,
+      verdict(r.upright()));
+}
+
+ExitCode go_round(const OrbitArgs& args, Console& console) {
+  OrbitOptions options;
+  Status status = args.options.apply(options);
+  const Result<Stage> stage = load_stage(args.world, "limo", 1);
+  if (status && !stage) status = tl::unexpected(stage.error());
+  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  const World& world = stage->simulated.world;
+  const Result<OrbitReport> report = orbit(world, options);
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report, world)) : to_text(world, *report));
+  if (!args.output.empty()) {
+    if (status = write_orbit(args.output, world, *report); !status) {
+      console.say(naming_flag(status.error()));
+      return ExitCode::SomeFailed;
+    }
+  }
+  return report->closes() && report->continuous() && report->upright() ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_orbit(CLI::App& app) {
+  const auto args = std::make_shared<OrbitArgs>(app);
+  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
+  app.add_option("-o,--output", args->output, "Also draw it (.svg, .png or .pdf)")->type_name("FILE");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return go_round(*args, console); };
+}
+
+}  // namespace
+
+Verb world_orbit_verb() {
+  return {
+      .name = "orbit",
+      .sentence = "Validate frames and axes with a camera that goes round the tags",
+      .help =
+          R"(After Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS Robot", section 3.1. A nominal
+camera goes round all tags on a circle and looks at their middle. Without noise the camera through the
+anchor (equation 3.1), every tag through the camera, and every way round must close; with noise on camera
+and tags the composed frames may neither jump nor turn an axis over.
+
+Exit code: 0 all of it holds, 1 it does not, 2 wrong usage or a world that cannot be read.
+
+Examples:
+  waymark world orbit circuit24
+  waymark world orbit circuit24 -o orbit.svg --sigma-m 0.01 --sigma-deg 1
+)",
+      .prepare = prepare_orbit,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

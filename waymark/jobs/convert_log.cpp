@@ -1,0 +1,199 @@
+#include "waymark/jobs/convert_log.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/jobs/robot_setup.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A moment of a recording: seconds after its first message, or "@…" seconds of its own clock [ns].
+Result<std::uint64_t> moment(const std::string& text, std::uint64_t start_ns, const char* flag) {
+  const bool absolute = text.starts_with('@');
+  std::size_t used = 0;
+  double seconds = 0;
+  try {
+    seconds = std::stod(text.substr(absolute ? 1 : 0), &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  constexpr double kMost = 1e10;
+  const bool sound = used > 0 && used == text.size() - (absolute ? 1 : 0) && seconds >= 0 && seconds < kMost;
+  if (!sound)
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no moment", text), {.key = flag},
+                "Give seconds after the start (12.5), or of the recording's clock (@1713214583.5).");
+  return (absolute ? 0 : start_ns) + static_cast<std::uint64_t>(std::llround(seconds * 1e9));
+}
+
+Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
+  ExportOptions options{.kind = job.kind};
+  std::vector<std::string> known;
+  for (const LogChannel& channel : log.channels()) known.push_back(channel.topic);
+  for (const std::string& topic : job.topics) {
+    if (std::ranges::find(known, topic) == known.end())
+      return fail(ErrorCode::NotFound, fmt::format("the recording has no topic '{}'", topic),
+                  {.source = job.inputs.front()}, suggestion(topic, known));
+    options.selection.topics.insert(topic);
+  }
+  const std::uint64_t start = recording_start_ns(log);
+  if (!job.from.empty()) {
+    const auto from = moment(job.from, start, "--from");
+    if (!from) return tl::unexpected(from.error());
+    options.selection.from = *from;
+  }
+  if (!job.to.empty()) {
+    const auto to = moment(job.to, start, "--to");
+    if (!to) return tl::unexpected(to.error());
+    options.selection.to = *to;
+  }
+  const LogSelection& chosen = options.selection;
+  const auto end = log.summary().end;
+  if (chosen.to <= chosen.from || (end && chosen.from > *end))
+    return fail(
+        ErrorCode::InvalidArgument, "no time is left between --from and --to, or the recording ended before",
+        {.source = job.inputs.front(), .key = "--from"}, "`waymark info` shows when it begins and ends.");
+  return options;
+}
+
+/// The file is written beside its place and put there when it is whole.
+struct Output {
+  fs::path path;
+  fs::path beside;
+};
+
+Result<Output> output_of(const ConvertJob& job) {
+  Output out{.path = job.output, .beside = fmt::format("{}.{}.part", job.output, ::getpid())};
+  std::error_code ignored;
+  if (fs::exists(out.path, ignored))
+    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
+                "A recording is never overwritten: choose another name or remove it.");
+  return out;
+}
+
+Result<std::string> format_of(const ConvertJob& job) {
+  const std::string name = job.format.empty() ? fs::path(job.output).extension().string() : "." + job.format;
+  if (name == ".mcap" || name == ".tum" || name == ".csv") return name.substr(1);
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("no format is called '{}'", name.substr(name.empty() ? 0 : 1)),
+              {.source = job.output}, "End the name in .mcap, .tum or .csv, or give --format.");
+}
+
+std::map<std::string, std::string> provenance(const ConvertJob& job, const MessageLog& log) {
+  std::vector<std::string> names;
+  for (const std::string& input : job.inputs) names.push_back(fs::path(input).filename().string());
+  return {{"verb", "convert"},
+          {"version", WAYMARK_VERSION},
+          {"source", fmt::format("{}", fmt::join(names, ", "))},
+          {"source_format", log.description()}};
+}
+
+Result<ExportReport> write_out(const std::string& format, MessageLog& log, const Output& out,
+                               ExportOptions& options) {
+  Result<std::unique_ptr<ByteSink>> sink = create_file(out.beside);
+  if (!sink) {
+    sink.error().place.source = out.path.string();
+    return tl::unexpected(sink.error());
+  }
+  Result<ExportReport> report = format == "mcap"  ? export_mcap(log, std::move(*sink), options)
+                                : format == "tum" ? export_tum(log, std::move(*sink), options)
+                                                  : export_csv(log, std::move(*sink), options);
+  std::error_code error;
+  if (report) fs::rename(out.beside, out.path, error);
+  if (report && !error) return report;
+  std::error_code ignored;
+  fs::remove(out.beside, ignored);
+  // Nobody asked for the file beside it.
+  if (!report && report.error().place.source == out.beside.string()) {
+    report.error().place.source = out.path.string();
+    if (!report.error().hint.empty()) report.error().hint = "Free some space; nothing was written.";
+  }
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
+  return report;
+}
+
+/// Tables do not say what the camera is like.
+Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
+                 ExportOptions& options) {
+  if (job.robot.empty()) return {};
+  const bool samples =
+      log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv || log.format() == LogFormat::Merged;
+  if (format != "mcap" || !samples)
+    return fail(
+        ErrorCode::InvalidArgument,
+        "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
+        {.key = "--robot"}, "Leave it out, and give it to `waymark map` or `waymark localize`.");
+  RecordingSetup setup;
+  std::vector<std::string> ignored;
+  if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
+  options.camera = std::move(setup.camera);
+  options.base_T_cam = setup.base_T_cam;
+  return {};
+}
+
+/// What cannot be read or written is no mistake in the job.
+Error about_files(Error error) {
+  if (error.code == ErrorCode::InvalidArgument) error.code = ErrorCode::Unreadable;
+  return error;
+}
+
+}  // namespace
+
+Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control) {
+  const Result<std::string> format = format_of(job);
+  const Result<Output> out = format ? output_of(job) : tl::unexpected(format.error());
+  if (!out) return tl::unexpected(out.error());
+  const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
+  const Result<std::unique_ptr<MessageLog>> log =
+      open_logs(job.inputs, control.log_options({.mbot_tag_latency = latency}));
+  if (!log) return tl::unexpected(about_files(log.error()));
+  Result<ExportOptions> options = export_options(job, **log);
+  if (!options) return tl::unexpected(options.error());
+  options->metadata["waymark_convert"] = provenance(job, **log);
+  if (Status status = add_robot(job, *format, **log, *options); !status)
+    return tl::unexpected(status.error());
+  options->progress = [&](double done) -> Status {
+    control.progress({fmt::format("{} {:.0f} %", job.output, 100 * done)});
+    return control.cancelled() ? Status(fail(ErrorCode::Unwritable, "stopped: nothing was written"))
+                               : Status{};
+  };
+  Result<ExportReport> report = write_out(*format, **log, *out, *options);
+  if (!report) return tl::unexpected(about_files(report.error()));
+  return ConvertReport{.format = *format,
+                       .input_format = (*log)->format(),
+                       .input_description = (*log)->description(),
+                       .exported = std::move(*report)};
+}
+
+nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report) {
+  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
+  for (const LogProblem& problem : report.exported.problems) {
+    problems.push_back({{"kind", problem.kind == LogProblem::Kind::Damage ? "damage" : "trap"},
+                        {"key", problem.key},
+                        {"count", problem.count},
+                        {"words", to_string(problem.error)}});
+  }
+  nlohmann::ordered_json inputs = job.inputs;
+  return {{"input", job.inputs.size() == 1 ? inputs.front() : inputs},
+          {"input_format", to_string(report.input_format)},
+          {"output", job.output},
+          {"output_format", report.format},
+          {"messages", report.exported.messages},
+          {"topics", report.exported.by_topic},
+          {"problems", std::move(problems)}};
+}
+
+}  // namespace waymark

@@ -1,0 +1,64 @@
+#include "waymark/jobs/detect_all.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/recording_kind.hpp"
+
+namespace waymark {
+namespace {
+
+/// Reads the picture and finds its tags; what fails is in the report.
+Image process(const Input& input, const TagFinder& finder, PictureReport& report) {
+  report.image = input.path;
+  report.error = input.error;
+  if (report.error) return {};
+  auto image = read_image(input.path);
+  if (!image) {
+    report.error = image.error();
+    return {};
+  }
+  report.width_px = image->width();
+  report.height_px = image->height();
+  auto found = find_tags(*image, finder);
+  if (!found) {
+    report.error = found.error();
+    report.error->place.source = input.path;
+    return std::move(*image);
+  }
+  report.detected = true;
+  report.detections = std::move(found->detections);
+  report.refinements = std::move(found->refinements);
+  return std::move(*image);
+}
+
+}  // namespace
+
+DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const JobControl& control,
+                         const EachPicture& each) {
+  DetectSummary summary;
+  bool going = true;
+  for (std::size_t i = 0; i < inputs.size() && going; ++i) {
+    summary.stopped = control.cancelled();
+    if (summary.stopped) {
+      control.note(fmt::format("stopped after {} of {} inputs", i, inputs.size()));
+      break;
+    }
+    control.progress({inputs[i].path, i, inputs.size()});
+    if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
+      going = detect_recording(i, inputs[i].path, finder, control, each, summary);
+      continue;
+    }
+    PictureReport report;
+    const Image image = process(inputs[i], finder, report);
+    going = each(i, report, image);
+    summary.tags += report.detections.size();
+    ++(report.error ? summary.failed : summary.pictures);
+    if (report.error) control.note(to_string(*report.error));
+  }
+  return summary;
+}
+
+}  // namespace waymark

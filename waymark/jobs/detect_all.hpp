@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "waymark/image/image.hpp"
+#include "waymark/jobs/detections_json.hpp"
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/jobs/picture_files.hpp"
+#include "waymark/jobs/tag_finder.hpp"
+
+namespace waymark {
+
+/// What became of a list of inputs.
+struct DetectSummary {
+  std::size_t pictures = 0;  ///< processed without an error
+  std::size_t tags = 0;
+  std::size_t failed = 0;
+  bool stopped = false;             ///< cancelled before the end of the list
+  bool annotations_failed = false;  ///< their folder could not be made
+};
+
+/// Called with each report, in the order of the inputs; `image` is empty when the picture could not be read.
+/// May add an error to the report, which then counts as failed. Returns whether to go on.
+using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const Image& image)>;
+
+/// Reads each input, all pictures of a recording, and finds their tags. Errors are notes and the next input
+/// is taken; cancelling stops between two pictures.
+[[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
+                                       const JobControl& control, const EachPicture& each);
+
+/// The same of every picture of one recording; it is input `index`. Pictures are named FILE#SECONDS after
+/// their stamp. Returns whether to go on.
+bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
+                      const JobControl& control, const EachPicture& each, DetectSummary& summary);
+
+}  // namespace waymark

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/jobs/detect_all.hpp"
+#include "waymark/jobs/poses.hpp"
+
+/// `waymark detect`: the tags in pictures, with poses and annotated pictures where they are asked for.
+namespace waymark {
+
+struct DetectJob {
+  std::vector<std::string> sources;  ///< files, folders, patterns, recordings
+  bool recursive = false;            ///< also pictures of the folders in a folder
+  std::optional<PoseSetup> poses{};
+  std::string annotate_folder{};  ///< for pictures with their tags drawn in; empty: none
+};
+
+/// Called with each picture, in order; `poses` has one entry a detection, or is empty. Returns whether to go
+/// on.
+using EachDetected = std::function<bool(const PictureReport& report, const PoseList& poses)>;
+
+/// Pictures that fail are notes, are counted and have an error in their report; the others are processed.
+/// Fails as a whole when the annotated pictures would be written over their originals.
+[[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
+                                                    const JobControl& control, const EachDetected& each);
+
+/// The contract of `waymark detect --json` (docs/reference/cli.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
+                                             bool with_covariance);
+
+}  // namespace waymark

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "waymark/localization/method.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+
+namespace waymark {
+
+/// Topics of a recording of `waymark localize` beside that of its estimates.
+inline constexpr const char* kUncertainTopic = "/waymark/pose_uncertain";
+inline constexpr const char* kNisTopic = "/waymark/nis";
+
+/// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
+[[nodiscard]] ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& estimate);
+
+/// What was compared with the estimate, as diagnostics: one status a sighting.
+[[nodiscard]] ros2::DiagnosticArray nis_message(const NisRecord& record);
+
+}  // namespace waymark

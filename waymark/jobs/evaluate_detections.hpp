@@ -1,0 +1,40 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/evaluation/detections.hpp"
+#include "waymark/jobs/detect_all.hpp"
+
+/// `waymark evaluate detections`: detected tags against the true corners.
+namespace waymark {
+
+struct EvaluateDetectionsJob {
+  std::string truth;                   ///< CSV
+  std::vector<std::string> sources{};  ///< pictures to detect in …
+  bool recursive = false;
+  std::string detections{};  ///< … or what `waymark detect --json` wrote; -: standard input
+  ClassEdges edges{};
+  MatchOptions matching{};
+};
+
+struct EvaluateDetectionsReport {
+  std::optional<DetectionScores> scores{};  ///< nothing: see error
+  std::optional<Error> error{};
+  std::size_t failed = 0;  ///< pictures that were left out, or given up
+  bool stopped = false;    ///< cancelled: what was seen until then is scored
+};
+
+/// Fails when the truth or the detections cannot be read. What is left out is said by notes. `finder` looks
+/// for the tags when pictures are given.
+[[nodiscard]] Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
+                                                                   const TagFinder& finder,
+                                                                   const JobControl& control);
+
+/// The contract of `waymark evaluate detections --json`.
+[[nodiscard]] nlohmann::ordered_json to_json(const DetectionScores& scores);
+
+}  // namespace waymark

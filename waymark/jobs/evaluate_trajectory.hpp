@@ -1,0 +1,78 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/evaluation/path_scores.hpp"
+#include "waymark/evaluation/trajectory_scores.hpp"
+#include "waymark/jobs/trajectory_files.hpp"
+#include "waymark/samples/tag_map.hpp"
+
+/// `waymark evaluate`: a trajectory against where the robot really was.
+namespace waymark {
+
+struct EvaluateTrajectoryJob {
+  std::string estimate;   ///< what is judged: a recording with poses, or a TUM file
+  std::string reference;  ///< what is right: see read_reference()
+  std::string estimate_topic{};
+  std::string reference_topic{};
+  std::string odometry{};  ///< recording whose odometry is judged beside it; empty: none
+  std::string map{};       ///< whose tags the figure shows; empty: none
+  AlignmentKind alignment = AlignmentKind::None;
+  bool closed = false;  ///< the corners of the reference go back to the first one
+  double from_s = 0;    ///< after the start of the estimate
+  double to_s = 1e9;
+  double time_offset_s = 0;  ///< added to the stamps of the reference
+  TrajectoryScoreOptions scoring{};
+};
+
+/// What there is to say about one trajectory.
+struct TrajectoryRow {
+  std::string name{};  ///< "estimate", "odometry", "odometry with gyro"
+  EstimatedTrajectory poses{};
+  std::optional<TrajectoryScores> scores{};  ///< nothing without a reference that has times
+  std::optional<PathScores> path{};
+  std::size_t pairs = 0;               ///< poses at a time the reference knows
+  std::optional<std::size_t> jumps{};  ///< against the reference, else against odometry
+};
+
+struct TrajectoryReport {
+  std::string estimate{};   ///< file
+  std::string reference{};  ///< file
+  AlignmentKind alignment = AlignmentKind::None;
+  TrajectoryScoreOptions options{};
+  std::vector<TrajectoryRow> rows{};  ///< the estimate first
+  std::optional<double> coverage{};
+  std::optional<NisSummary> nis{};
+  std::size_t uncertain = 0;  ///< mere guesses, which are not judged
+  std::optional<double> time_to_first_fix_s{};
+};
+
+/// Everything that was read.
+struct EvaluationInputs {
+  EstimatedTrajectory estimate{};
+  Reference reference{};
+  Motion motion{};
+  TagMap tags{};
+};
+
+[[nodiscard]] Result<EvaluationInputs> read_evaluation(const EvaluateTrajectoryJob& job,
+                                                       const JobControl& control);
+[[nodiscard]] Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job,
+                                                           const EvaluationInputs& inputs,
+                                                           const JobControl& control);
+/// Figures of what was compared, into a folder; the files that were written.
+[[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
+                                                                        const TrajectoryReport& report,
+                                                                        const std::string& folder);
+/// From the first pose to the last, for a robot that came back to where it began.
+[[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
+[[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
+
+/// The contract of `waymark evaluate --json` (docs/reference/cli.md). What is not known is null.
+[[nodiscard]] nlohmann::ordered_json to_json(const TrajectoryReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,112 @@
+#include "waymark/jobs/judge_world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/jobs/figure_files.hpp"
+#include "waymark/plot/loop_figures.hpp"
+#include "waymark/plot/render.hpp"
+
+namespace waymark {
+namespace {
+
+/// Tags that people print are between these; anything else is a slip of units.
+constexpr double kSmallestTagMetres = 0.01;
+constexpr double kLargestTagMetres = 2;
+
+/// What may be meant, but hardly is.
+std::vector<std::string> doubts_about(const World& world) {
+  std::vector<std::string> doubts;
+  for (const auto& [id, tag] : world.tags.tags) {
+    const double size = tag.size_m;
+    if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
+    doubts.push_back(fmt::format("{} is {:g} m large: {}", to_string(id), size,
+                                 size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
+                                                          : "no camera reads that; sizes are in metres"));
+    break;  // once is enough
+  }
+  return doubts;
+}
+
+Trajectory as_trajectory(const std::vector<SE3>& poses) {
+  Trajectory trajectory;
+  for (const SE3& pose : poses) trajectory.push_back({SensorTime(Duration(trajectory.size())), pose});
+  if (!trajectory.empty()) trajectory.push_back(trajectory.front());  // the circle is closed
+  return trajectory;
+}
+
+/// Where the camera looks: its z axis, as a stroke every thirty degrees.
+plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot::Color color) {
+  plot::Series series{.name = "", .color = color};
+  for (std::size_t i = 0; i < map_T_cam.size(); i += std::max<std::size_t>(map_T_cam.size() / 12, 1)) {
+    for (const double z : {0.0, length_m, std::nan("")}) {
+      const Eigen::Vector3d p = map_T_cam[i] * Eigen::Vector3d(0, 0, z);
+      series.x.push_back(p.x());
+      series.y.push_back(p.y());
+    }
+  }
+  return series;
+}
+
+}  // namespace
+
+Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, const CameraModel& camera,
+                                 const TagCameraOptions& tag_camera) {
+  const Result<WorldCheck> check = check_world(world, robot, camera, tag_camera);
+  if (!check) return tl::unexpected(check.error());
+  WorldVerdict verdict{.check = *check, .doubts = doubts_about(world)};
+  verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
+                 check->two_tags_fraction >= kGoodLapTwoTags;
+  return verdict;
+}
+
+std::string nearest_tag(const WorldCheck& c) { return c.nearest_tag ? to_string(*c.nearest_tag) : "no tag"; }
+
+nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
+  const WorldCheck& c = verdict.check;
+  return {{"world", world.name},
+          {"robot", robot.name},
+          {"tags", world.tags.tags.size()},
+          {"lap_m", c.lap_m},
+          {"min_clearance_m", c.min_clearance_m},
+          {"nearest_tag", nearest_tag(c)},
+          {"two_tags_fraction", c.two_tags_fraction},
+          {"fewest_tags", c.fewest_tags},
+          {"sharpest_left_1_m", c.sharpest_left_1_m},
+          {"sharpest_right_1_m", c.sharpest_right_1_m},
+          {"warnings", verdict.doubts},
+          {"good", verdict.good}};
+}
+
+Status write_orbit(const std::string& path, const World& world, const OrbitReport& report) {
+  plot::Figure figure =
+      plot::path_figure("A camera on a circle about the tags",
+                        {{"as placed", as_trajectory(report.map_T_cam), world.tags, plot::kTruthColor},
+                         {"composed, with noise", as_trajectory(report.map_T_cam_composed),
+                          report.tags_composed, plot::kEstimateColor}});
+  figure.series.push_back(view_axes(report.map_T_cam, report.radius_m / 8, plot::kTruthColor));
+  figure.series.push_back(view_axes(report.map_T_cam_composed, report.radius_m / 8, plot::kEstimateColor));
+  const Result<plot::FileFormat> format = plot::format_of(path);
+  if (!format) return tl::unexpected(format.error());
+  std::vector<std::string> files;
+  return write_figure(path, figure, {std::filesystem::path(path).extension().string()}, files);
+}
+
+nlohmann::ordered_json to_json(const OrbitReport& r, const World& world) {
+  return {{"world", world.name},
+          {"steps", r.map_T_cam.size()},
+          {"radius_m", r.radius_m},
+          {"closure", r.closure},
+          {"jump_m", r.jump_m},
+          {"jump_limit_m", r.jump_limit_m},
+          {"jump_deg", r.jump_deg},
+          {"jump_limit_deg", r.jump_limit_deg},
+          {"smallest_axis_cosine", r.smallest_axis_cosine},
+          {"good", r.closes() && r.continuous() && r.upright()}};
+}
+
+}  // namespace waymark

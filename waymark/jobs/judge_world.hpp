@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/simulation/orbit.hpp"
+#include "waymark/simulation/world_check.hpp"
+
+/// `waymark world check` and `waymark world orbit`: whether a world is one to drive in.
+namespace waymark {
+
+/// What a good lap keeps.
+inline constexpr double kGoodLapClearance_m = 0.35;
+inline constexpr double kGoodLapTwoTags = 0.98;
+
+struct WorldVerdict {
+  WorldCheck check{};
+  std::vector<std::string> doubts{};  ///< what may be meant, but hardly is
+  bool good = false;                  ///< no doubts, and the line makes a good lap
+};
+
+/// Drives the world's line exactly, without noise.
+[[nodiscard]] Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot,
+                                               const CameraModel& camera, const TagCameraOptions& tag_camera);
+/// The tag nearest to the hull, by name.
+[[nodiscard]] std::string nearest_tag(const WorldCheck& check);
+[[nodiscard]] nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world,
+                                             const RobotModel& robot);
+
+/// Draws the circle of an orbit (.svg, .png or .pdf).
+[[nodiscard]] Status write_orbit(const std::string& path, const World& world, const OrbitReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const OrbitReport& report, const World& world);
+
+}  // namespace waymark

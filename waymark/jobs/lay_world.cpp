@@ -1,0 +1,159 @@
+#include "waymark/jobs/lay_world.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/world_file.hpp"
+#include "waymark/jobs/staged_folder.hpp"
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 24U;
+constexpr double kPointEvery = 0.15;   // m, of the line that is kept
+constexpr double kClosedWithin = 0.6;  // m, from its end to its beginning
+constexpr double kShortestLoop = 2;    // m
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',' || c == ';' || c == '\t')
+      cells.emplace_back();
+    else if (c != ' ' && c != '\r' && c != '#')
+      cells.back() += c;
+  }
+  return cells;
+}
+
+std::optional<double> number(const std::vector<std::string>& cells, std::size_t column) {
+  if (column >= cells.size()) return std::nullopt;
+  double value{};
+  const char* end = cells[column].data() + cells[column].size();
+  const auto [stop, error] = std::from_chars(cells[column].data(), end, value);
+  if (error != std::errc() || stop != end || !(std::abs(value) < 1e6)) return std::nullopt;
+  return value;
+}
+
+/// The columns x and y of a table with a heading, or the first two of one without.
+Result<std::vector<Eigen::Vector2d>> points_of_table(const std::string& path) {
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  std::vector<Eigen::Vector2d> points;
+  std::size_t x = 0;
+  std::size_t y = 1;
+  int line_number = 0;
+  for (std::size_t begin = 0; begin < text->size();) {
+    const std::size_t end = std::min(text->find('\n', begin), text->size());
+    const std::vector<std::string> cells = cells_of(text->substr(begin, end - begin));
+    begin = end + 1;
+    ++line_number;
+    const auto column_x = std::ranges::find_if(cells, [](const auto& c) { return c == "x" || c == "x_m"; });
+    const auto column_y = std::ranges::find_if(cells, [](const auto& c) { return c == "y" || c == "y_m"; });
+    if (points.empty() && column_x != cells.end() && column_y != cells.end()) {
+      x = static_cast<std::size_t>(column_x - cells.begin());
+      y = static_cast<std::size_t>(column_y - cells.begin());
+      continue;
+    }
+    if (cells.size() == 1 && cells[0].empty()) continue;
+    const auto at_x = number(cells, x);
+    const auto at_y = number(cells, y);
+    if (!at_x || !at_y)
+      return fail(ErrorCode::Unreadable, "this line holds no point", {.source = path, .line = line_number},
+                  "Write x,y in metres, or name the columns x and y in the first line.");
+    points.emplace_back(*at_x, *at_y);
+  }
+  return points;
+}
+
+/// Where the robot of a recording went: by truth where it is known, else by odometry.
+Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path, const JobControl& control) {
+  const auto log = open_log(path, control.log_options());
+  if (!log) return tl::unexpected(log.error());
+  std::vector<Eigen::Vector2d> truth;
+  std::vector<Eigen::Vector2d> odometry;
+  const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (const auto* pose = std::get_if<TruthPose>(&sample))
+      truth.push_back(pose->map_T_base.translation().head<2>());
+    if (const auto* pose = std::get_if<Odometry>(&sample))
+      odometry.push_back(pose->odom_T_base.translation());
+    return {};
+  });
+  if (!status) return tl::unexpected(status.error());
+  return truth.empty() ? odometry : truth;
+}
+
+/// A line a driver can follow: points some way apart, and whether it is a loop (its overlap cut off).
+World line_of(const std::string& name, const std::vector<Eigen::Vector2d>& points) {
+  World world{.name = name, .path_closed = false};
+  double driven = 0;
+  for (const Eigen::Vector2d& point : points) {
+    if (!world.path_m.empty()) {
+      const double step = (point - world.path_m.back()).norm();
+      if (step < kPointEvery) continue;
+      driven += step;
+    }
+    const bool again = driven > kShortestLoop && (point - world.path_m.front()).norm() < kClosedWithin;
+    if (again) {
+      world.path_closed = true;
+      break;
+    }
+    world.path_m.push_back(point);
+  }
+  return world;
+}
+
+Result<World> drawn_line(const std::string& path, const JobControl& control) {
+  const std::string name = std::filesystem::path(path).stem().string();
+  const bool table = path.ends_with(".csv") || path.ends_with(".txt");
+  const auto points = table ? points_of_table(path) : points_of_recording(path, control);
+  if (!points) return tl::unexpected(points.error());
+  constexpr double kLargest_m = 500;
+  const bool too_large = std::ranges::any_of(*points, [&](const Eigen::Vector2d& point) {
+    return !((point - points->front()).cwiseAbs().maxCoeff() < kLargest_m);
+  });
+  if (too_large)
+    return fail(ErrorCode::LimitExceeded, "the line goes farther than 500 m from its start", {.source = path},
+                "Coordinates are in metres: are these millimetres?");
+  World world = line_of(name, *points);
+  if (world.path_m.size() < 3)
+    return fail(ErrorCode::InvalidArgument, "no line of three points or more that are 0.15 m apart",
+                {.source = path});
+  return world;
+}
+
+}  // namespace
+
+Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {
+  if (Status status = check_output_file(job.output); !status) return tl::unexpected(status.error());
+  Result<World> line = drawn_line(job.path, control);
+  if (!line) return tl::unexpected(line.error());
+  const RobotModel& model = job.robot.model;
+  Result<World> world = lay_tags(std::move(*line), model, job.robot.camera, job.layout);
+  if (!world) return tl::unexpected(world.error());
+  const TagCameraOptions tag_camera{.max_range_m = job.layout.max_range_m};
+  const auto check = check_world(*world, model, job.robot.camera, tag_camera);
+  if (!check) return tl::unexpected(check.error());
+  if (Status status = write_text_file(job.output, to_yaml(*world)); !status)
+    return tl::unexpected(status.error());
+  return LayWorldReport{.world = std::move(*world), .check = *check};
+}
+
+nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file) {
+  return {{"file", file},
+          {"tags", report.world.tags.tags.size()},
+          {"closed", report.world.path_closed},
+          {"lap_m", report.check.lap_m},
+          {"two_tags_fraction", report.check.two_tags_fraction},
+          {"one_tag_fraction", report.check.one_tag_fraction},
+          {"min_clearance_m", report.check.min_clearance_m}};
+}
+
+}  // namespace waymark

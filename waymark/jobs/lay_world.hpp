@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/config/robot_file.hpp"
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/simulation/tag_layout.hpp"
+#include "waymark/simulation/world_check.hpp"
+
+/// `waymark world new`: a world with tags laid along a line that was drawn or driven.
+namespace waymark {
+
+struct LayWorldJob {
+  std::string path;        ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
+  std::string output;      ///< world to write
+  RobotDescription robot;  ///< that is to see the tags
+  TagLayoutOptions layout{};
+};
+
+struct LayWorldReport {
+  World world{};
+  WorldCheck check{};
+};
+
+/// A line that comes back to its beginning is a lap, of which what overlaps is left out.
+[[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
+[[nodiscard]] nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file);
+
+}  // namespace waymark

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/recording/camera_choice.hpp"
+#include "waymark/recording/sample_reader.hpp"
+#include "waymark/samples/calibration.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+/// `waymark localize`: what it reads, and what it writes.
+namespace waymark {
+
+/// Where things come from, as the command line says.
+struct LocalizeJob {
+  std::vector<std::string> logs;
+  std::string map;
+  std::string robot{};        ///< file or name; empty: what the recording or the map's folder says
+  std::string calibration{};  ///< calibration.yaml; empty: none
+  std::string output{};       ///< recording or TUM file to write; empty: none
+  std::optional<double> tag_size_m{};
+  CameraChoice frames{};              ///< of a recording that holds several cameras
+  std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
+  std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
+  std::string method = "riekf";
+  double map_sigma_m = 0.01;  ///< of tags of a map that says of none how well it knows it; calibration by lap
+  bool adapt =
+      true;  ///< noise of motion and observations from the recording, where what is assumed does not fit
+  RiekfOptions filter{};
+  AnchorOptions anchor{};
+};
+
+/// Everything that was read.
+struct LocalizeInputs {
+  LocalizerSetup setup{};
+  std::vector<Sample> samples{};  ///< in order of their stamps
+  std::vector<std::string> warnings{};
+  RecordingSetup recorded{};  ///< what the recording itself says of the camera
+  std::size_t sightings = 0;
+  bool mounting_guessed = false;  ///< nobody says where the sensor sits
+  bool planar_sensor = false;     ///< --sensor-pose: x ahead, y left; else the axes are a camera's
+};
+
+[[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
+
+/// The numbers of a calibration that the filters are told.
+void take_calibrated(const Calibration& calibration, RiekfOptions& filter);
+
+struct LocalizeReport {
+  std::size_t estimates = 0;
+  std::size_t certain = 0;
+  std::optional<double> first_fix_s{};  ///< after the first sample
+  std::size_t compared = 0;             ///< sightings of mapped tags that were compared with an estimate
+  std::size_t believed = 0;
+  double nis_mean = 0;  ///< of those believed, over their degrees of freedom; 1 when all is as assumed
+  std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
+  double duration_s = 0;
+  double wall_s = 0;
+  std::optional<LocalizationEstimate> last{};
+  std::vector<std::string> problems{};
+};
+
+/// Runs the samples through the method and writes the output: the samples of motion and truth as they were,
+/// certain estimates on /waymark/pose, guesses on /waymark/pose_uncertain, each compared sighting on
+/// /waymark/nis.
+[[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
+                                              const JobControl& control);
+[[nodiscard]] nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/replay/route_optimizer.hpp"
+
+/// `waymark optimize`: a faster or smoother route beside a taught one.
+namespace waymark {
+
+struct OptimizeJob {
+  std::string folder;         ///< that `waymark map` wrote
+  std::string name = "best";  ///< of the new route
+  OptimizerOptions options{};
+  ProfileOptions profile{};
+};
+
+struct OptimizeReport {
+  OptimizedRoute found{};
+  std::vector<std::string> files{};      ///< that were written
+  std::vector<std::string> set_aside{};  ///< what stood there before, and has a number in its name now
+};
+
+/// Writes the route with its picture in the place of what the folder holds of a route of this name: both, or
+/// nothing.
+[[nodiscard]] Result<OptimizeReport> optimize_route_of(const OptimizeJob& job);
+/// The command that drives the route as it was promised: the speed is the route's, the rest is told.
+[[nodiscard]] std::string drive_command(const OptimizeJob& job);
+[[nodiscard]] nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report);
+
+}  // namespace waymark
