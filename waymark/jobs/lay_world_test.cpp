@@ -1,0 +1,102 @@
+#include "waymark/jobs/lay_world.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/recorded_lap.hpp"
+#include "waymark/jobs/experiment_summary.hpp"
+#include "waymark/jobs/judge_world.hpp"
+#include "waymark/jobs/profile_table.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
+
+class LayWorld : public ::testing::Test {
+ protected:
+  Result<LayWorldReport> laid(const std::string& table) {
+    EXPECT_TRUE(write_text_file(folder_ / "line.csv", table));
+    return lay_world({.path = (folder_ / "line.csv").string(), .output = output_.string(), .robot = limo()},
+                     {});
+  }
+  fs::path folder_ = testing::fresh_folder("jobs_world");
+  fs::path output_ = folder_ / "world.yaml";
+};
+
+TEST_F(LayWorld, ALineOfATableBecomesAWorldThatCanBeRead) {
+  std::string table = "t,y_m,x_m\n";
+  for (int i = 0; i < 30; ++i) table += fmt::format("{},0,{}\n", i, 0.2 * i);
+  const auto report = laid(table);
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_FALSE(report->world.path_closed);
+  EXPECT_NEAR(report->check.lap_m, 5.8, 0.2);
+  EXPECT_EQ(read_world(output_).value().tags.tags.size(), report->world.tags.tags.size());
+  EXPECT_EQ(to_json(*report, "world.yaml")["tags"], report->world.tags.tags.size());
+}
+
+TEST_F(LayWorld, WhatIsNoLineIsSaidWithItsPlace) {
+  const auto words = laid("x,y\n0,0\nhere,there\n");
+  ASSERT_FALSE(words);
+  EXPECT_EQ(words.error().place.line, 3);
+  EXPECT_FALSE(laid("0,0\n0.2,0\n")) << "two points";
+  const auto millimetres = laid("0,0\n2000,0\n4000,0\n");
+  ASSERT_FALSE(millimetres);
+  EXPECT_THAT(millimetres.error().hint, HasSubstr("millimetres"));
+  EXPECT_FALSE(fs::exists(output_)) << "nothing is written then";
+}
+
+TEST_F(LayWorld, ADriveThatComesBackIsALap) {
+  const std::string lap = test::record_lap(folder_ / "lap.mcap", 4);
+  const auto report = lay_world({.path = lap, .output = output_.string(), .robot = limo()}, {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_TRUE(report->world.path_closed);
+  const auto profile = profile_of(lap, {});
+  ASSERT_TRUE(profile) << to_string(profile.error());
+  SimulatedRobotOptions usual;
+  const SimulatedRobotOptions like = options_like(*profile, usual);
+  EXPECT_NEAR(like.camera_rate_hz, usual.camera_rate_hz, 0.1 * usual.camera_rate_hz);
+  EXPECT_NEAR(like.odometry_rate_hz, usual.odometry_rate_hz, 0.1 * usual.odometry_rate_hz);
+  EXPECT_FALSE(profile_table(*profile, *profile).empty());
+}
+
+TEST(JudgeWorld, ASlipOfUnitsIsADoubt) {
+  World world = test::circuit();
+  const RobotDescription robot = limo();
+  const auto good = judge_world(world, robot.model, robot.camera, {});
+  ASSERT_TRUE(good) << to_string(good.error());
+  EXPECT_TRUE(good->good);
+  EXPECT_EQ(to_json(*good, world, robot.model)["good"], true);
+  world.tags.tags.begin()->second.size_m = 160;
+  const auto slip = judge_world(world, robot.model, robot.camera, {});
+  ASSERT_TRUE(slip);
+  EXPECT_FALSE(slip->good);
+  ASSERT_EQ(slip->doubts.size(), 1U);
+  EXPECT_THAT(slip->doubts.front(), HasSubstr("millimetres"));
+}
+
+TEST(ExperimentSummary, SumsOverSeedsInTheOrderOfTheRuns) {
+  const auto run = [](const char* cell, std::uint64_t seed, bool finished, double rmse_m) {
+    ExperimentRun made{.cell = cell, .seed = seed, .finished = finished, .ending = "stopped"};
+    if (rmse_m > 0)
+      made.judged = ReplayJudgement{.cross_track_rmse_m = rmse_m, .cross_track_max_m = 2 * rmse_m};
+    return made;
+  };
+  const auto cells = summaries_of(
+      {run("b", 1, true, 0.01), run("a", 1, false, 0), run("b", 2, true, 0.04), run("b", 3, false, 0.02)});
+  ASSERT_EQ(cells.size(), 2U);
+  EXPECT_EQ(cells[0]["what"], "b");
+  EXPECT_EQ(cells[0]["runs"], 3);
+  EXPECT_EQ(cells[0]["completed"], 2);
+  EXPECT_EQ(cells[0]["cross_track_rmse_median_m"], 0.02);
+  EXPECT_EQ(cells[0]["cross_track_max_worst_m"], 0.08);
+  EXPECT_EQ(cells[0]["endings"][0], "seed 3: stopped");
+  EXPECT_TRUE(cells[1]["cross_track_rmse_median_m"].is_null()) << "nothing to judge is no zero";
+}
+
+}  // namespace
+}  // namespace waymark
