@@ -16,6 +16,10 @@ namespace waymark::cli {
 inline constexpr const char* kDurableHelp =
     "Sync the recording each second: a power cut loses no more than that, at the price of a busy disk";
 
+/// What a world may be called on the command line.
+inline constexpr const char* kWorldNames =
+    "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
+
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.
 class StageFlags {

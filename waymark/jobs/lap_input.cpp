@@ -130,6 +130,7 @@ Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& con
 Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const JobControl& control,
                                    const TagFinder* finder, const CameraChoice& choice) {
   const auto log = open_logs(paths, control.log_options());
+  if (!log) return tl::unexpected(log.error());
   std::optional<TagFinder> usual;  // made when it is needed
   const FrameFinder find = [&](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
     if (control.cancelled())
