@@ -38,10 +38,7 @@ struct FloorPlane {
 
 /// The frame whose z = 0 is the floor: turned from the map by the smallest rotation that makes the floor
 /// level, its origin on the floor, at x = y = 0 of a level map.
-[[nodiscard]] inline SE3 map_T_floor(const FloorPlane& floor) {
-  const auto map_q_floor = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), floor.normal);
-  return {SO3::from_quaternion(map_q_floor), Eigen::Vector3d(0, 0, floor.z_m)};
-}
+[[nodiscard]] SE3 map_T_floor(const FloorPlane& floor);
 
 /// Where the tags are. Ordered by id, so that everything made from a map comes out in the same order.
 struct TagMap {
