@@ -19,8 +19,8 @@ struct DetectConfig {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.detector, Field{"detector", "How tags are looked for."});
-    visit(self.refinement, Field{"refinement", "How their corners are made more accurate."});
+    visit(self.detector, Field{"detector", "Method that detects tags in a picture."});
+    visit(self.refinement, Field{"refinement", "Method that refines the corners of detected tags."});
   }
 };
 

@@ -25,14 +25,16 @@ struct ExperimentGrid {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.worlds, Field{"worlds", "Names or paths."});
-    visit(self.robots, Field{"robots", "Names or paths."});
-    visit(self.controllers, Field{"controllers", "follower, pursuit, pose."});
-    visit(self.faults, Field{"faults", "Paths of scripts; none: nothing goes wrong."});
-    visit(self.speeds_m_s, Field{"speeds_m_s", "Of the replay."});
-    visit(self.seeds, Field{"seeds", "Of the teach lap; the replay's is 1000 more."});
-    visit(self.laps, Field{"laps", "Of a closed route.", 0.01, 1000});
-    visit(self.images, Field{"images", "The camera takes pictures."});
+    visit(self.worlds, Field{"worlds", "Names of built-in worlds or paths of world files."});
+    visit(self.robots, Field{"robots", "Names of built-in robots or paths of robot files."});
+    visit(self.controllers, Field{"controllers", "Controllers to compare: follower, pursuit, pose."});
+    visit(self.faults, Field{"faults", "Paths of fault scripts; none: no fault is injected."});
+    visit(self.speeds_m_s, Field{"speeds_m_s", "Reference speeds of the replay."});
+    visit(self.seeds, Field{"seeds", "Random seeds of the taught lap; the replay uses the seed plus 1000."});
+    visit(self.laps, Field{"laps", "Number of laps of a closed route.", 0.01, 1000});
+    visit(self.images,
+          Field{"images",
+                "Render pictures and detect tags in them; without it, corners with noise take their place."});
   }
 };
 

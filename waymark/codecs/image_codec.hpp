@@ -35,7 +35,8 @@ struct DecodeOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.max_pixels, Field{"max_pixels", "Refuse pictures with more pixels than this.", 1, 2147483647});
+    visit(self.max_pixels,
+          Field{"max_pixels", "Largest accepted number of pixels of a picture.", 1, 2147483647});
   }
 };
 

@@ -20,11 +20,12 @@ struct MatchOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.match_distance_px,
           Field{"match_distance_px",
-                "A detection this near a true tag (RMS over the corners) is on it, however small the tag.", 0,
+                "Largest distance (RMS over the corners) at which a detection is matched to a true tag.", 0,
                 1e6});
-    visit(self.match_distance_sides,
-          Field{"match_distance_sides", "The same limit in sides of the tag; the larger of the two holds.", 0,
-                1});
+    visit(self.match_distance_sides, Field{"match_distance_sides",
+                                           "Largest distance at which a detection is matched to a true tag, "
+                                           "in sides of the tag; the larger of the two limits applies.",
+                                           0, 1});
   }
 };
 

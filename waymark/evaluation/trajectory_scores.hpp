@@ -21,12 +21,24 @@ struct TrajectoryScoreOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.rpe_delta_s,
-          Field{"rpe_delta_s", "Relative errors are of motions that take so long …", 1e-3, 1e6});
-    visit(self.rpe_delta_m, Field{"rpe_delta_m", "… or, when above zero, are so long on the way.", 0, 1e6});
-    visit(self.max_gap_s, Field{"max_gap_s", "Between poses further apart nothing is known.", 1e-3, 1e6});
+          Field{"rpe_delta_s", "Duration of the motions whose relative pose error (RPE) is computed.", 1e-3,
+                1e6});
+    visit(
+        self.rpe_delta_m,
+        Field{
+            "rpe_delta_m",
+            "Length of the motions whose relative pose error is computed; 0: motions are chosen by duration.",
+            0, 1e6});
+    visit(self.max_gap_s,
+          Field{"max_gap_s", "Longest gap between two poses of the truth that is interpolated.", 1e-3, 1e6});
     visit(self.jump_m,
-          Field{"jump_m", "From one estimate to the next, further off the true motion is a jump; …", 0});
-    visit(self.jump_deg, Field{"jump_deg", "… and so is a turn further off it.", 0, 180});
+          Field{"jump_m",
+                "Position step between consecutive estimates, beyond the true motion, that counts as a jump.",
+                0});
+    visit(self.jump_deg,
+          Field{"jump_deg",
+                "Rotation between consecutive estimates, beyond the true motion, that counts as a jump.", 0,
+                180});
   }
 };
 

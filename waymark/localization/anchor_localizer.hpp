@@ -32,38 +32,47 @@ struct AnchorOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.max_tag_distance_m, Field{"max_tag_distance_m", "Farther tags are not used.", 0.1});
-    visit(self.near_distance_m,
-          Field{"near_distance_m", "A fix from a nearer tag is believed whatever it says.", 0});
-    visit(self.max_jump_m,
-          Field{"max_jump_m", "A fix from a far tag may not move the estimate by more …", 0});
-    visit(self.max_jump_rad, Field{"max_jump_rad", "… nor turn it by more.", 0});
-    visit(self.jumps_until_believed,
-          Field{"jumps_until_believed",
-                "So many frames in a row that contradict the estimate mean that it is wrong, not they.", 1,
-                1000});
-    visit(self.frames_to_start,
-          Field{"frames_to_start", "Frames that must agree before the robot knows where it is.", 1, 100});
+    visit(self.max_tag_distance_m,
+          Field{"max_tag_distance_m", "Maximum distance of a tag that is used.", 0.1});
     visit(
-        self.max_ambiguity,
-        Field{"max_ambiguity",
-              "A single tag whose two poses fit almost equally (ratio of their errors) is no start.", 0, 1});
+        self.near_distance_m,
+        Field{"near_distance_m", "Distance of a tag below which its fix is accepted whatever the jump.", 0});
+    visit(self.max_jump_m,
+          Field{"max_jump_m", "Largest change of position that the fix of a far tag may cause.", 0});
+    visit(self.max_jump_rad,
+          Field{"max_jump_rad", "Largest change of heading that the fix of a far tag may cause.", 0});
+    visit(
+        self.jumps_until_believed,
+        Field{
+            "jumps_until_believed",
+            "Number of consecutive frames that contradict the estimate after which the estimate is replaced.",
+            1, 1000});
+    visit(
+        self.frames_to_start,
+        Field{"frames_to_start", "Number of frames that must agree before the pose is initialised.", 1, 100});
+    visit(self.max_ambiguity, Field{"max_ambiguity",
+                                    "Largest ambiguity (ratio of the errors of its two poses) of a single "
+                                    "tag that may initialise the pose.",
+                                    0, 1});
     visit(self.unsure_sigma_m,
           Field{"unsure_sigma_m",
-                "While the position is known no better, all tags of a frame are used together.", 0, 10});
+                "Standard deviation of the position above which all tags of a frame are used together.", 0,
+                10});
     visit(self.map_sigma_m,
-          Field{"map_sigma_m", "How far a tag of the map may be from where it belongs among its neighbours.",
-                0, 10});
-    visit(self.map_sigma_rad, Field{"map_sigma_rad", "… and how far it may be turned.", 0, 3});
+          Field{"map_sigma_m",
+                "Standard deviation of the position of a mapped tag relative to its neighbours.", 0, 10});
+    visit(self.map_sigma_rad,
+          Field{"map_sigma_rad",
+                "Standard deviation of the orientation of a mapped tag relative to its neighbours.", 0, 3});
     visit(self.tilt_sigma_rad,
-          Field{"tilt_sigma_rad", "How much the robot leans on its floor, standard deviation.", 1e-6, 3});
+          Field{"tilt_sigma_rad", "Standard deviation of the tilt of the robot on its floor.", 1e-6, 3});
     visit(self.drift_share,
-          Field{"drift_share", "Standard deviation that odometry adds, as a share of the way.", 0, 1});
+          Field{"drift_share", "Standard deviation that odometry adds, as a share of the distance.", 0, 1});
     visit(self.drift_rad_per_m,
-          Field{"drift_rad_per_m", "Heading error that odometry adds per metre.", 0, 10});
+          Field{"drift_rad_per_m", "Standard deviation of the heading that odometry adds per metre.", 0, 10});
     visit(self.plain, Field{"plain",
-                            "No more than the article's algorithm: the nearest tag's better pose as it is, "
-                            "whatever the floor, the other tags and certainty say."});
+                            "Use the published algorithm alone: the better pose of the nearest tag, without "
+                            "floor constraint, other tags or uncertainty."});
   }
 };
 

@@ -33,48 +33,53 @@ struct MotionNoise {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.along_m_sqrt_m,
-          Field{"along_m_sqrt_m", "Noise of the distance driven, m per square root of a metre.", 0, 10});
+          Field{"along_m_sqrt_m", "Noise of the driven distance, m per square root of a metre.", 0, 10});
     visit(self.across_m_sqrt_m,
-          Field{"across_m_sqrt_m", "Sideways noise, m per square root of a metre.", 0, 10});
+          Field{"across_m_sqrt_m", "Lateral noise of the motion, m per square root of a metre.", 0, 10});
     visit(self.yaw_rad_sqrt_m,
-          Field{"yaw_rad_sqrt_m", "Heading noise, rad per square root of a metre.", 0, 10});
+          Field{"yaw_rad_sqrt_m", "Heading noise of driving, rad per square root of a metre.", 0, 10});
     visit(self.yaw_rad_sqrt_rad,
           Field{"yaw_rad_sqrt_rad", "Heading noise of turning, rad per square root of a radian.", 0, 10});
     visit(self.yaw_rad_sqrt_s,
           Field{"yaw_rad_sqrt_s", "Heading noise while moving, rad per square root of a second.", 0, 10});
     visit(self.drift_m_sqrt_s,
-          Field{"drift_m_sqrt_s", "Noise of x and y whatever the robot does, m per square root of a second.",
-                0, 10});
+          Field{"drift_m_sqrt_s", "Noise of x and y at rest and in motion, m per square root of a second.", 0,
+                10});
     visit(
         self.slide_m_s,
-        Field{"slide_m_s", "Sideways speed that comes and goes while the robot moves, m/s; 0: none.", 0, 1});
-    visit(self.slide_time_s, Field{"slide_time_s", "How long it lasts, s.", 1e-3, 10});
-    visit(self.distance_scale_sigma,
-          Field{"distance_scale_sigma", "How wrong the scale of the distance may be; 0: it is right.", 0, 1});
-    visit(self.yaw_scale_sigma,
-          Field{"yaw_scale_sigma", "How wrong the scale of turning may be; 0: it is right.", 0, 1});
-    visit(
-        self.yaw_bias_sigma_rad_s,
-        Field{"yaw_bias_sigma_rad_s", "How large the bias of the yaw rate may be; 0: there is none.", 0, 1});
-    visit(self.slip_sigma_s,
-          Field{"slip_sigma_s", "How large sideways speed per speed and yaw rate may be; 0: there is none.",
-                0, 1});
-    visit(self.crab_sigma_rad,
-          Field{"crab_sigma_rad",
-                "How far odometry may go askew to the robot's heading; 0: straight ahead. For odometry whose "
-                "heading error turns no distance.",
-                0, 1});
-    visit(
-        self.crab_share,
-        Field{"crab_share",
-              "What share of the heading noise leaves the direction of the way as it was; 1: odometry whose "
-              "heading error turns no distance, as of a simulator.",
+        Field{"slide_m_s",
+              "Standard deviation of a time-correlated lateral velocity while the robot moves, m/s; 0: none.",
               0, 1});
-    visit(self.slow_time_s, Field{"slow_time_s", "These five wander by their sigma in this time.", 1, 1e9});
-    visit(self.slip_share,
-          Field{"slip_share",
-                "What gyro and wheels disagree in turning is added to the noise of the motion by this share.",
-                0, 10});
+    visit(self.slide_time_s, Field{"slide_time_s", "Correlation time of the lateral velocity, s.", 1e-3, 10});
+    visit(self.distance_scale_sigma,
+          Field{"distance_scale_sigma", "Standard deviation of the odometry scale; 0: it is exact.", 0, 1});
+    visit(self.yaw_scale_sigma,
+          Field{"yaw_scale_sigma", "Standard deviation of the yaw scale; 0: it is exact.", 0, 1});
+    visit(self.yaw_bias_sigma_rad_s,
+          Field{"yaw_bias_sigma_rad_s", "Standard deviation of the bias of the yaw rate; 0: there is none.",
+                0, 1});
+    visit(self.slip_sigma_s, Field{"slip_sigma_s",
+                                   "Standard deviation of the lateral slip (lateral velocity per speed and "
+                                   "yaw rate); 0: there is none.",
+                                   0, 1});
+    visit(
+        self.crab_sigma_rad,
+        Field{"crab_sigma_rad",
+              "Standard deviation of the angle between the odometry's direction of motion and the robot's "
+              "heading; 0: there is none. For odometry whose heading error does not rotate its translation.",
+              0, 1});
+    visit(self.crab_share,
+          Field{"crab_share",
+                "Share of the heading noise that does not rotate the translation; 1: odometry of some "
+                "simulators, whose heading error leaves the translation unrotated.",
+                0, 1});
+    visit(
+        self.slow_time_s,
+        Field{"slow_time_s", "Time constant of the bias states (scales, biases, slip, crab angle).", 1, 1e9});
+    visit(self.slip_share, Field{"slip_share",
+                                 "Share of the disagreement between gyro and wheels in turning that is added "
+                                 "to the noise of the motion.",
+                                 0, 10});
   }
 };
 
@@ -108,52 +113,79 @@ struct RiekfOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.motion, Field{"motion", "How far measured motion is from the true one."});
+    visit(self.motion, Field{"motion", "Noise of the measured motion."});
     visit(self.corner_sigma_px,
-          Field{"corner_sigma_px", "Noise of corners whose covariance is not known, px.", 1e-3, 100});
+          Field{"corner_sigma_px", "Standard deviation of corners without a covariance of their own, px.",
+                1e-3, 100});
     visit(self.corner_noise_ratio,
-          Field{"corner_noise_ratio", "Corners are so many times less certain than they say.", 0.1, 100});
-    visit(
-        self.tag_sigma_m,
-        Field{"tag_sigma_m",
-              "How far each tag seems to be from its place in the map, beyond what the map says itself. Such "
-              "errors stay: seeing the tag again does not average them away.",
-              0, 10});
-    visit(self.tag_sigma_rad, Field{"tag_sigma_rad", "The same for its direction.", 0, 3});
-    visit(self.tag_time_s, Field{"tag_time_s", "How long such an error lasts.", 1e-3, 1e9});
+          Field{"corner_noise_ratio", "Scale on the standard deviation of corners.", 0.1, 100});
+    visit(self.tag_sigma_m, Field{"tag_sigma_m",
+                                  "Standard deviation of a lasting position error of each tag, beyond the "
+                                  "covariance in the map; repeated observations do not average it away.",
+                                  0, 10});
+    visit(self.tag_sigma_rad, Field{"tag_sigma_rad",
+                                    "Standard deviation of a lasting orientation error of each tag, beyond "
+                                    "the covariance in the map.",
+                                    0, 3});
+    visit(self.tag_time_s, Field{"tag_time_s", "Correlation time of the lasting errors of tags.", 1e-3, 1e9});
     visit(self.mounting_sigma_m,
-          Field{"mounting_sigma_m", "How well it is known where the camera sits.", 0, 1});
-    visit(self.mounting_sigma_rad, Field{"mounting_sigma_rad", "How well it is known where it looks.", 0, 1});
-    visit(self.farthest_m, Field{"farthest_m", "Farther tags and landmarks are not used; 0: all are.", 0});
-    visit(self.gate,
-          Field{"gate", "A sighting less likely than 1 minus this is not believed.", 0.5, 1 - 1e-9});
-    visit(self.uncertain_after_s,
-          Field{"uncertain_after_s", "So long may everything seen contradict before it is said.", 0, 60});
+          Field{"mounting_sigma_m", "Standard deviation of the position of the camera on the robot.", 0, 1});
+    visit(self.mounting_sigma_rad,
+          Field{"mounting_sigma_rad", "Standard deviation of the orientation of the camera on the robot.", 0,
+                1});
+    visit(self.farthest_m,
+          Field{"farthest_m", "Maximum distance of tags and landmarks that are used; 0: no limit.", 0});
+    visit(
+        self.gate,
+        Field{"gate",
+              "Probability of the chi-square gate: an observation less likely than 1 minus this is rejected.",
+              0.5, 1 - 1e-9});
+    visit(
+        self.uncertain_after_s,
+        Field{"uncertain_after_s",
+              "Time for which all observations may be rejected before the estimate is declared inconsistent.",
+              0, 60});
     visit(self.certain_sigma_m,
-          Field{"certain_sigma_m", "An estimate less certain than this is called uncertain.", 1e-3, 100});
-    visit(self.camera_latency_s,
-          Field{"camera_latency_s", "Tags were seen so long before their stamps.", -1, 1});
+          Field{"certain_sigma_m",
+                "Standard deviation of the position above which the estimate is reported as uncertain.", 1e-3,
+                100});
+    visit(
+        self.camera_latency_s,
+        Field{"camera_latency_s", "Camera latency: time from the exposure to the stamp of a frame.", -1, 1});
     visit(self.point_sigma_m,
-          Field{"point_sigma_m", "Noise of tags whose corners are not in the log: their place on the floor.",
-                1e-4, 10});
-    visit(self.point_sigma_share, Field{"point_sigma_share", "The same as a share of their distance.", 0, 1});
-    visit(self.range_sigma_m, Field{"range_sigma_m", "Noise of measured distances.", 1e-4, 10});
-    visit(self.bearing_sigma_rad, Field{"bearing_sigma_rad", "Noise of measured directions.", 1e-5, 3});
-    visit(self.rotation,
-          Field{"rotation",
-                "What says how the robot turned: odometry, gyro, or auto: the gyro where there is one."});
+          Field{"point_sigma_m",
+                "Standard deviation of the floor position of tags without corners in the log.", 1e-4, 10});
+    visit(
+        self.point_sigma_share,
+        Field{
+            "point_sigma_share",
+            "Standard deviation of the floor position of tags without corners, as a share of their distance.",
+            0, 1});
+    visit(self.range_sigma_m, Field{"range_sigma_m", "Standard deviation of measured ranges.", 1e-4, 10});
+    visit(self.bearing_sigma_rad,
+          Field{"bearing_sigma_rad", "Standard deviation of measured bearings.", 1e-5, 3});
+    visit(
+        self.rotation,
+        Field{"rotation", "Source of the rotation: odometry, gyro, or auto (the gyro where there is one)."});
     visit(self.odometry_scale,
-          Field{"odometry_scale", "True distance over that of the wheels (calibration).", 0.1, 10});
-    visit(self.yaw_gain, Field{"yaw_gain", "True turn over that of the wheels (calibration).", 0.1, 10});
-    visit(self.gyro_gain, Field{"gyro_gain", "True turn over that of the gyro (calibration).", 0.1, 10});
+          Field{"odometry_scale", "Odometry scale from calibration: true distance over measured distance.",
+                0.1, 10});
+    visit(
+        self.yaw_gain,
+        Field{"yaw_gain", "Yaw scale of the odometry from calibration: true rotation over measured rotation.",
+              0.1, 10});
+    visit(self.gyro_gain,
+          Field{"gyro_gain", "Scale of the gyro from calibration: true rotation over measured rotation.", 0.1,
+                10});
     visit(self.gyro_bias_rad_s,
-          Field{"gyro_bias_rad_s", "What the gyro says at rest (calibration).", -10, 10});
-    visit(self.sight_scale,
-          Field{"sight_scale",
-                "True distance over that of tags whose corners are not in the log (calibration).", 0.1, 10});
+          Field{"gyro_bias_rad_s", "Bias of the gyro at rest from calibration.", -10, 10});
+    visit(self.sight_scale, Field{"sight_scale",
+                                  "Scale of the distance of tags without corners from calibration: true "
+                                  "distance over measured distance.",
+                                  0.1, 10});
     visit(self.lag_s,
           Field{"lag_s",
-                "Method smoother: so long it waits before it says where the robot was; 0: until the end.", 0,
+                "Delay of the fixed-lag smoother (method smoother); 0: the whole recording is smoothed.", 0,
                 10});
   }
 };

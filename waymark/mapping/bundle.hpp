@@ -123,15 +123,14 @@ struct BundleOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.max_iterations,
-          Field{"max_iterations", "Steps of the search after which to give up.", 1, 10000});
+          Field{"max_iterations", "Maximum number of Levenberg-Marquardt steps.", 1, 10000});
     visit(self.relative_gain,
-          Field{"relative_gain", "Stop when a step lowers the cost by less than this share.", 0, 1});
-    visit(
-        self.robust_chi2,
-        Field{
-            "robust_chi2",
-            "From this squared normalised error of a tag (8 numbers) on its say shrinks (Cauchy); 0: never.",
-            0, 1e9});
+          Field{"relative_gain", "Relative decrease of the cost below which the optimisation has converged.",
+                0, 1});
+    visit(self.robust_chi2, Field{"robust_chi2",
+                                  "Squared normalised error of a tag (8 numbers) above which the Cauchy loss "
+                                  "reduces its weight; 0: least squares.",
+                                  0, 1e9});
   }
 };
 

@@ -24,14 +24,13 @@ struct BundleMapOptions {
     SearchOptions::fields(self.search, visit);
     visit(self.estimate_noise,
           Field{"estimate_noise",
-                "Take the corner noise from what is left over instead of the detector's word."});
-    visit(self.find_mounting,
-          Field{"find_mounting",
-                "Where the camera sits is not known but found, together with the map, whether or not the lap "
-                "contradicts the robot's file."});
-    visit(self.keep_mounting,
-          Field{"keep_mounting",
-                "The camera sits where the robot's file says, also where the lap contradicts it."});
+                "Estimate the corner noise from the residuals instead of taking the detector's covariance."});
+    visit(self.find_mounting, Field{"find_mounting",
+                                    "Estimate the mounting of the camera together with the map, whether or "
+                                    "not the lap contradicts the robot's file."});
+    visit(
+        self.keep_mounting,
+        Field{"keep_mounting", "Keep the mounting of the robot's file, also where the lap contradicts it."});
     LapModelOptions::fields(self.model, visit);
   }
 };

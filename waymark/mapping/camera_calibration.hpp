@@ -26,15 +26,17 @@ struct CameraCalibrationOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.corner_sigma_px,
-          Field{"corner_sigma_px", "Of a corner whose detection does not say how sure it is.", 1e-4, 100});
-    visit(self.gate_sigma,
-          Field{"gate_sigma", "A tag whose corners are on average this much worse than usual is left out.", 2,
-                1e3});
-    visit(self.better_by,
-          Field{"better_by", "A lens with more numbers must foretell left-out pictures better by this share.",
-                0, 1});
-    visit(self.folds,
-          Field{"folds", "The pictures are left out in so many groups, one after the other.", 2, 100});
+          Field{"corner_sigma_px", "Standard deviation of a corner whose detection has no covariance.", 1e-4,
+                100});
+    visit(
+        self.gate_sigma,
+        Field{"gate_sigma",
+              "A tag whose mean corner residual exceeds this many standard deviations is left out.", 2, 1e3});
+    visit(self.better_by, Field{"better_by",
+                                "Relative decrease of the cross-validation error that a lens model with more "
+                                "parameters must reach.",
+                                0, 1});
+    visit(self.folds, Field{"folds", "Number of folds of the cross-validation over pictures.", 2, 100});
   }
 };
 

@@ -37,23 +37,30 @@ struct LandmarkMapOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.sight_sigma_m, Field{"sight_sigma_m", "Error of a seen point, however near.", 1e-6, 10});
-    visit(self.sight_sigma_per_m, Field{"sight_sigma_per_m", "What each metre of distance adds.", 0, 10});
+    visit(self.sight_sigma_m,
+          Field{"sight_sigma_m", "Standard deviation of an observed point, at any distance.", 1e-6, 10});
+    visit(self.sight_sigma_per_m,
+          Field{"sight_sigma_per_m",
+                "Standard deviation of an observed point that each metre of distance adds.", 0, 10});
     visit(self.way_sigma_m_per_sqrt_m,
-          Field{"way_sigma_m_per_sqrt_m", "What each metre adds to the error of a way.", 1e-6, 10});
+          Field{"way_sigma_m_per_sqrt_m",
+                "Standard deviation of the driven distance, m per square root of a metre.", 1e-6, 10});
     visit(self.turn_sigma_rad_per_sqrt_rad,
-          Field{"turn_sigma_rad_per_sqrt_rad", "What each radian adds to the error of a turn.", 1e-6, 10});
+          Field{"turn_sigma_rad_per_sqrt_rad",
+                "Standard deviation of a rotation, rad per square root of a radian.", 1e-6, 10});
     visit(self.distance_scale_sigma,
-          Field{"distance_scale_sigma", "How wrong the wheels' distances may be, as a share.", 1e-9, 10});
-    visit(self.yaw_scale_sigma,
-          Field{"yaw_scale_sigma", "How wrong the turns may be, as a share.", 1e-9, 10});
+          Field{"distance_scale_sigma", "Standard deviation of the odometry scale.", 1e-9, 10});
+    visit(self.yaw_scale_sigma, Field{"yaw_scale_sigma", "Standard deviation of the yaw scale.", 1e-9, 10});
     visit(self.mounting_sigma_m,
-          Field{"mounting_sigma_m", "How far the sensor may be from where it is believed.", 1e-9, 10});
-    visit(self.mounting_sigma_rad, Field{"mounting_sigma_rad", "How much it may be turned.", 1e-9, 3});
-    visit(self.key_m,
-          Field{"key_m", "A frame counts once the robot has gone so far since the last.", 1e-4, 10});
-    visit(self.key_rad, Field{"key_rad", "… or has turned so much.", 1e-4, 3});
-    visit(self.least_sightings, Field{"least_sightings", "What is seen less often is left out.", 1, 10000});
+          Field{"mounting_sigma_m", "Standard deviation of the position of the sensor on the robot.", 1e-9,
+                10});
+    visit(self.mounting_sigma_rad,
+          Field{"mounting_sigma_rad", "Standard deviation of the orientation of the sensor on the robot.",
+                1e-9, 3});
+    visit(self.key_m, Field{"key_m", "Driven distance after which a new key frame is taken.", 1e-4, 10});
+    visit(self.key_rad, Field{"key_rad", "Rotation after which a new key frame is taken.", 1e-4, 3});
+    visit(self.least_sightings,
+          Field{"least_sightings", "Minimum number of observations of a landmark.", 1, 10000});
   }
 };
 

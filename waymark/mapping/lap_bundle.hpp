@@ -28,16 +28,27 @@ struct LapModelOptions {
         Field{"corner_sigma_px",
               "Standard deviation of a corner coordinate when the detector gives no covariance.", 1e-6, 1e3});
     visit(self.odometry_sigma_m,
-          Field{"odometry_sigma_m", "Error of the distance between two frames, however short.", 1e-9, 10});
-    visit(self.odometry_sigma_m_per_sqrt_m,
-          Field{"odometry_sigma_m_per_sqrt_m", "What each metre adds to it (root of the sum of squares).", 0,
+          Field{"odometry_sigma_m",
+                "Standard deviation of the odometry's distance between two frames, at any distance.", 1e-9,
                 10});
+    visit(
+        self.odometry_sigma_m_per_sqrt_m,
+        Field{
+            "odometry_sigma_m_per_sqrt_m",
+            "Standard deviation of the odometry's distance that driving adds, m per square root of a metre.",
+            0, 10});
     visit(self.odometry_sigma_rad,
-          Field{"odometry_sigma_rad", "Error of the turn between two frames, however small.", 1e-9, 10});
-    visit(self.odometry_sigma_rad_per_sqrt_m,
-          Field{"odometry_sigma_rad_per_sqrt_m", "What each metre adds to it.", 0, 10});
-    visit(self.odometry_sigma_rad_per_sqrt_rad,
-          Field{"odometry_sigma_rad_per_sqrt_rad", "What each radian of turn adds to it.", 0, 10});
+          Field{"odometry_sigma_rad",
+                "Standard deviation of the odometry's rotation between two frames, at any rotation.", 1e-9,
+                10});
+    visit(self.odometry_sigma_rad_per_sqrt_m, Field{"odometry_sigma_rad_per_sqrt_m",
+                                                    "Standard deviation of the odometry's rotation that "
+                                                    "driving adds, rad per square root of a metre.",
+                                                    0, 10});
+    visit(self.odometry_sigma_rad_per_sqrt_rad, Field{"odometry_sigma_rad_per_sqrt_rad",
+                                                      "Standard deviation of the odometry's rotation that "
+                                                      "turning adds, rad per square root of a radian.",
+                                                      0, 10});
   }
 };
 

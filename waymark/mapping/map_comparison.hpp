@@ -16,9 +16,9 @@ struct MapComparisonOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.same_m,
-          Field{"same_m", "Tags nearer than this to where the other map has them stand in the same place.",
-                1e-6, 10});
-    visit(self.same_rad, Field{"same_rad", "How much they may be turned.", 1e-6, 3});
+          Field{"same_m", "Largest difference in position at which a tag counts as unmoved.", 1e-6, 10});
+    visit(self.same_rad,
+          Field{"same_rad", "Largest difference in orientation at which a tag counts as unmoved.", 1e-6, 3});
   }
 };
 

@@ -27,9 +27,9 @@ struct SceneMapOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     SearchOptions::fields(self.search, visit);
-    visit(
-        self.min_sightings,
-        Field{"min_sightings", "A tag on no list must be seen in so many pictures to be believed.", 1, 1000});
+    visit(self.min_sightings,
+          Field{"min_sightings",
+                "Minimum number of pictures in which a tag that is on no list must be observed.", 1, 1000});
   }
 };
 

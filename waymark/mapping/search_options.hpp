@@ -13,15 +13,14 @@ struct SearchOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.outlier_chi2, Field{"outlier_chi2",
-                                   "A sighting whose squared error over its variance (8 numbers) exceeds "
-                                   "this is left out (0.999 quantile).",
+                                   "Squared normalised error of a tag observation (8 numbers) above which it "
+                                   "is rejected; the default is the 0.999 quantile.",
                                    8, 1e9});
-    visit(
-        self.robust_chi2,
-        Field{"robust_chi2",
-              "From this squared error on a sighting's say shrinks while outliers are looked for.", 1, 1e9});
-    visit(self.max_iterations,
-          Field{"max_iterations", "Steps of each search after which to give up.", 1, 10000});
+    visit(self.robust_chi2, Field{"robust_chi2",
+                                  "Squared normalised error above which the robust loss reduces the weight "
+                                  "of an observation while outliers are searched.",
+                                  1, 1e9});
+    visit(self.max_iterations, Field{"max_iterations", "Maximum number of steps of each search.", 1, 10000});
   }
 };
 

@@ -24,19 +24,18 @@ struct ChainOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.max_distance_m, Field{"max_distance_m", "Farther tags are left out.", 0.1});
+    visit(self.max_distance_m, Field{"max_distance_m", "Maximum distance of a tag that is used.", 0.1});
     visit(self.spread_closing_error,
           Field{"spread_closing_error",
-                "Where two ways round a lap meet, share their difference among all tags instead of leaving "
-                "it as a step."});
+                "Distribute the closing error of a lap over all tags instead of leaving it as one step."});
     visit(self.map_sigma_m, Field{"map_sigma_m",
-                                  "How far a tag of the chain may be from where it belongs among its "
-                                  "neighbours; says how much the tags of "
-                                  "one frame may contradict each other.",
+                                  "Standard deviation of the position of a tag of the chain relative to its "
+                                  "neighbours; limits how far tags of one frame may contradict each other.",
                                   1e-6, 10});
-    visit(
-        self.map_sigma_rad,
-        Field{"map_sigma_rad", "How far it may be turned; tags seen face to face are known worst.", 1e-6, 3});
+    visit(self.map_sigma_rad, Field{"map_sigma_rad",
+                                    "Standard deviation of the orientation of a tag of the chain; tags seen "
+                                    "frontally are known least.",
+                                    1e-6, 3});
     FloorOptions::fields(self.floor, visit);
   }
 };

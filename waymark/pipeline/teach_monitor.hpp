@@ -19,12 +19,12 @@ struct TeachMonitorOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.exposure_ms, Field{"exposure_ms", "How long the camera's shutter is open.", 0, 1000});
-    visit(self.focal_length_px, Field{"focal_length_px", "Of the camera.", 1, 1e6});
-    visit(self.blur_px, Field{"blur_px", "From how much motion blur on to warn.", 0, 1000});
+    visit(self.exposure_ms, Field{"exposure_ms", "Exposure time of the camera.", 0, 1000});
+    visit(self.focal_length_px, Field{"focal_length_px", "Focal length of the camera, px.", 1, 1e6});
+    visit(self.blur_px, Field{"blur_px", "Motion blur above which a warning is given, px.", 0, 1000});
     visit(self.acceleration_m_s2,
-          Field{"acceleration_m_s2", "From how abrupt a start or stop on to warn.", 0, 100});
-    visit(self.window_s, Field{"window_s", "Over how long an acceleration is measured.", 0.01, 10});
+          Field{"acceleration_m_s2", "Acceleration above which a warning is given.", 0, 100});
+    visit(self.window_s, Field{"window_s", "Time over which an acceleration is measured.", 0.01, 10});
   }
 };
 

@@ -35,9 +35,10 @@ struct SheetOptions {
     visit(self.tag_size_m,
           Field{"tag_size_m", "Side of the square where the black border meets the white one, in metres.",
                 0.001, 5});
-    visit(self.margin_m,
-          Field{"margin_m", "Edge of the paper that the printer cannot ink, in metres.", 0, 0.1});
-    visit(self.per_page, Field{"per_page", "Tags on a page; 0: as many as fit.", 0, 10000});
+    visit(
+        self.margin_m,
+        Field{"margin_m", "Width of the paper's edge that the printer cannot print on, in metres.", 0, 0.1});
+    visit(self.per_page, Field{"per_page", "Number of tags on a page; 0: as many as fit.", 0, 10000});
   }
 };
 

@@ -18,10 +18,10 @@ struct FloorOptions {
   static void fields(Self& self, Visitor&& visit) {
     visit(self.tilt_sigma_rad,
           Field{"tilt_sigma_rad",
-                "How much the robot (and its camera) leans from its mounting, standard deviation.", 1e-6, 3});
+                "Standard deviation of the tilt of the robot, and so of its camera, from its mounting.", 1e-6,
+                3});
     visit(self.height_sigma_m,
-          Field{"height_sigma_m",
-                "How much the height of tags over the floor may differ, standard deviation.", 1e-6, 1e3});
+          Field{"height_sigma_m", "Standard deviation of the height of tags above the floor.", 1e-6, 1e3});
   }
 };
 

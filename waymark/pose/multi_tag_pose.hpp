@@ -30,24 +30,23 @@ struct MultiTagOptions {
                                       "covariance; raise it for blurred "
                                       "images or a rough calibration.",
                                       1e-6, 1e3});
-    visit(self.tag_gate_chi2,
-          Field{"tag_gate_chi2",
-                "A tag whose squared residuals over their variance (8 numbers) exceed this is left "
-                "out; raise it when the map is rougher than its covariance says.",
-                1, 1e9});
+    visit(self.tag_gate_chi2, Field{"tag_gate_chi2",
+                                    "Squared normalised residual of a tag (8 numbers) above which it is left "
+                                    "out; raise it when the map is less accurate than its covariance states.",
+                                    1, 1e9});
     visit(self.corner_gate_chi2,
-          Field{"corner_gate_chi2", "The same for one corner (2 numbers) of a tag.", 1, 1e9});
-    visit(self.ambiguity_chi2,
-          Field{"ambiguity_chi2",
-                "Another pose of as many tags counts as possible when its chi2 is larger by less than this.",
-                0, 1e9});
-    visit(self.duplicate_px,
-          Field{"duplicate_px",
-                "Two detections of one id whose corners differ by less than this are taken as one; "
-                "farther apart they contradict each other and both are left out.",
-                0, 1e3});
+          Field{"corner_gate_chi2",
+                "Squared normalised residual of a corner (2 numbers) above which it is left out.", 1, 1e9});
+    visit(self.ambiguity_chi2, Field{"ambiguity_chi2",
+                                     "Largest difference in chi2 at which another pose that explains as many "
+                                     "tags is reported as possible.",
+                                     0, 1e9});
+    visit(self.duplicate_px, Field{"duplicate_px",
+                                   "Distance of the corners of two detections of one id below which they are "
+                                   "one detection; above it both are left out as contradictory.",
+                                   0, 1e3});
     visit(self.max_iterations,
-          Field{"max_iterations", "Steps of one search after which to give up; 5 are usual.", 1, 1000});
+          Field{"max_iterations", "Maximum number of steps of one search; 5 are usual.", 1, 1000});
   }
 };
 

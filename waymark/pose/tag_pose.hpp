@@ -30,7 +30,7 @@ struct TagPoseOptions {
                                       "images or a rough calibration.",
                                       1e-6, 1e3});
     visit(self.max_iterations,
-          Field{"max_iterations", "Steps of refinement after which to give up; 5 are usual.", 1, 1000});
+          Field{"max_iterations", "Maximum number of refinement steps; 5 are usual.", 1, 1000});
   }
 };
 

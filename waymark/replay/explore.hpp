@@ -24,16 +24,22 @@ struct ExploreOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "Speed where nothing is in the way.", 0.01, 2});
-    visit(self.yaw_rate_rad_s, Field{"yaw_rate_rad_s", "How fast it turns on the spot.", 0.05, 5});
-    visit(self.ahead_m, Field{"ahead_m", "Turn when something is so near ahead of the hull.", 0.05, 5});
-    visit(self.beside_m, Field{"beside_m", "Room that is wanted on either side of the hull.", 0, 2});
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed where no obstacle is near.", 0.01, 2});
+    visit(self.yaw_rate_rad_s, Field{"yaw_rate_rad_s", "Yaw rate of turns on the spot.", 0.05, 5});
+    visit(
+        self.ahead_m,
+        Field{"ahead_m", "Distance of an obstacle ahead of the hull below which the robot turns.", 0.05, 5});
+    visit(self.beside_m, Field{"beside_m", "Free space required on either side of the hull.", 0, 2});
     visit(self.heading_noise_rad_s,
-          Field{"heading_noise_rad_s", "Standard deviation of the wandering yaw rate on the way.", 0, 2});
-    visit(self.heading_noise_s, Field{"heading_noise_s", "How long it wanders the same way.", 0.05, 60});
-    visit(self.least_turn_deg, Field{"least_turn_deg", "Turns are drawn from this …", 0, 360});
-    visit(self.most_turn_deg, Field{"most_turn_deg", "… to this, and go on until the way is free.", 0, 360});
-    visit(self.max_scan_age_s, Field{"max_scan_age_s", "Stop when the newest scan is older.", 0.05, 10});
+          Field{"heading_noise_rad_s", "Standard deviation of the random yaw rate while driving.", 0, 2});
+    visit(self.heading_noise_s,
+          Field{"heading_noise_s", "Correlation time of the random yaw rate.", 0.05, 60});
+    visit(self.least_turn_deg, Field{"least_turn_deg", "Smallest random turn.", 0, 360});
+    visit(self.most_turn_deg,
+          Field{"most_turn_deg", "Largest random turn; turning continues until the way ahead is free.", 0,
+                360});
+    visit(self.max_scan_age_s,
+          Field{"max_scan_age_s", "Maximum age of the newest lidar scan; stops when exceeded.", 0.05, 10});
   }
 };
 

@@ -14,11 +14,14 @@ struct GoToPoseOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.waypoint_m, Field{"waypoint_m", "Distance of the goals along the route.", 0.05, 5});
-    visit(self.speed_gain_1_s, Field{"speed_gain_1_s", "Speed per distance to the goal.", 0.01, 10});
-    visit(self.heading_gain_1_s, Field{"heading_gain_1_s", "Yaw rate per angle to the goal.", 0.01, 20});
+    visit(self.waypoint_m, Field{"waypoint_m", "Spacing of the goals along the route.", 0.05, 5});
+    visit(self.speed_gain_1_s,
+          Field{"speed_gain_1_s", "Proportional gain from the distance to the goal to the speed.", 0.01, 10});
+    visit(
+        self.heading_gain_1_s,
+        Field{"heading_gain_1_s", "Proportional gain from the angle to the goal to the yaw rate.", 0.01, 20});
     visit(self.turn_first_rad,
-          Field{"turn_first_rad", "Stand and turn while the goal is farther to the side.", 0.01, 3});
+          Field{"turn_first_rad", "Angle to the goal above which the robot turns on the spot.", 0.01, 3});
   }
 };
 

@@ -19,13 +19,20 @@ struct FollowerOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.reach_m,
-          Field{"reach_m", "Distance in which an error decays; shorter is stiffer and noisier.", 0.05, 5});
+          Field{"reach_m",
+                "Distance in which a cross-track error decays; shorter is stiffer and amplifies noise.", 0.05,
+                5});
     visit(self.damping, Field{"damping", "Damping ratio; 1: critically damped.", 0.3, 5});
-    visit(self.integral_m,
-          Field{"integral_m", "Distance in which a lasting offset is learnt away; 0: never.", 0, 100});
-    visit(self.integral_most_m, Field{"integral_most_m", "Maximum offset that is learnt.", 0, 1});
+    visit(
+        self.integral_m,
+        Field{
+            "integral_m",
+            "Integral distance: a constant cross-track offset is compensated within it; 0: no integral term.",
+            0, 100});
+    visit(self.integral_most_m,
+          Field{"integral_most_m", "Maximum offset that the integral term compensates.", 0, 1});
     visit(self.approach_rad,
-          Field{"approach_rad", "Maximum angle at which the robot heads for the route.", 0.1, 1.5});
+          Field{"approach_rad", "Maximum angle between the approach direction and the route.", 0.1, 1.5});
     visit(self.stop_within_m,
           Field{"stop_within_m", "Goal tolerance: distance to the end of the route.", 0.001, 0.5});
     visit(self.brake_m_s2, Field{"brake_m_s2", "Deceleration towards the end of the route.", 0.05, 10});

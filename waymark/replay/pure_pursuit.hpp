@@ -14,11 +14,11 @@ struct PurePursuitOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.look_ahead_m,
-          Field{"look_ahead_m", "Distance to the point steered at: shorter follows closer and swings more.",
-                0.05, 5});
+          Field{"look_ahead_m", "Look-ahead distance; shorter follows closer and oscillates more.", 0.05, 5});
     visit(self.slow_down_m,
-          Field{"slow_down_m", "Begin to slow down this far before the end of an open route.", 0, 5});
-    visit(self.min_speed_m_s, Field{"min_speed_m_s", "Slowest speed while slowing down.", 0, 1});
+          Field{"slow_down_m",
+                "Distance before the end of an open route at which the robot begins to slow down.", 0, 5});
+    visit(self.min_speed_m_s, Field{"min_speed_m_s", "Minimum speed while slowing down.", 0, 1});
   }
 };
 

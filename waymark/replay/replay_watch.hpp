@@ -18,17 +18,17 @@ struct WatchOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.clock_jump_s, Field{"clock_jump_s",
-                                   "Largest step of the clock between two commands and between two odometry "
-                                   "samples; more is a jump.",
+                                   "Largest step of the clock between two commands or two odometry samples; "
+                                   "a larger one is reported as a clock jump.",
                                    0.05, 10});
     visit(self.carried_m,
           Field{"carried_m",
-                "Largest jump of the position against odometry; more means that the robot was carried.", 0.01,
-                10});
+                "Largest jump of the position against odometry; a larger one is reported as a carried robot.",
+                0.01, 10});
     visit(self.carried_rad,
           Field{"carried_rad",
-                "Largest jump of the heading against odometry; more means that the robot was carried.", 0.01,
-                3.2});
+                "Largest jump of the heading against odometry; a larger one is reported as a carried robot.",
+                0.01, 3.2});
     visit(self.frozen_s,
           Field{"frozen_s",
                 "Maximum time for which a moving robot may receive the same picture; stops when exceeded.",

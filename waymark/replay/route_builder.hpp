@@ -17,17 +17,19 @@ struct RouteOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.step_m, Field{"step_m", "Distance of route points.", 0.005, 1});
+    visit(self.step_m, Field{"step_m", "Spacing of the route points.", 0.005, 1});
     visit(self.smoothing_m,
-          Field{"smoothing_m", "Wiggles shorter than this are smoothed away; larger cuts corners.", 0, 5});
-    visit(
-        self.max_curvature_1_m,
-        Field{"max_curvature_1_m", "The route never bends more (1 / radius); 0: as it was driven.", 0, 1000});
+          Field{"smoothing_m",
+                "Length of the smoothing window; longer removes more driving noise and cuts corners.", 0, 5});
+    visit(self.max_curvature_1_m,
+          Field{"max_curvature_1_m", "Maximum curvature of the route (1 / radius); 0: as driven.", 0, 1000});
     visit(self.speed_m_s, Field{"speed_m_s", "Reference speed of the whole route.", 0.01, 5});
     visit(self.closing_distance_m,
-          Field{"closing_distance_m", "A lap that comes back this near to its start is closed.", 0, 10});
+          Field{"closing_distance_m",
+                "Distance between start and end of a lap below which the route is closed.", 0, 10});
     visit(self.closing_angle_rad,
-          Field{"closing_angle_rad", "… if it then points the same way, within this.", 0, 3.2});
+          Field{"closing_angle_rad",
+                "Angle between the headings at start and end below which the route is closed.", 0, 3.2});
   }
 };
 

@@ -25,21 +25,22 @@ struct OptimizerOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.corridor_m,
-          Field{"corridor_m", "The route stays this near to the one that was taught.", 0.005, 5});
-    visit(self.time_weight, Field{"time_weight", "What a lap time of twice the taught one costs.", 0, 1e6});
+          Field{"corridor_m", "Maximum distance of the route from the taught one.", 0.005, 5});
+    visit(self.time_weight, Field{"time_weight", "Cost of a lap time of twice the taught one.", 0, 1e6});
     visit(self.smoothness_weight,
-          Field{"smoothness_weight", "What a change of curvature costs: mean square of its rate, m^4.", 0,
-                1e6});
+          Field{"smoothness_weight", "Cost of the mean squared rate of the curvature, m^4.", 0, 1e6});
     visit(self.clearance_weight,
-          Field{"clearance_weight", "What costs a tag that touches the hull, over the whole way.", 0, 1e6});
+          Field{"clearance_weight", "Cost of a tag that touches the hull along the whole route.", 0, 1e6});
     visit(self.visibility_weight,
-          Field{"visibility_weight", "What a missing tag in view costs, over the whole way.", 0, 1e6});
+          Field{"visibility_weight", "Cost of one missing tag in view along the whole route.", 0, 1e6});
     visit(self.wanted_clearance_m,
-          Field{"wanted_clearance_m", "Farther from the tags nothing is gained, in space.", 0.01, 10});
-    visit(self.wanted_tags, Field{"wanted_tags", "More tags in view gain nothing.", 0, 20});
-    visit(self.max_curvature_1_m, Field{"max_curvature_1_m", "No tighter curve than this.", 0.01, 1000});
-    visit(self.narrowest_m, Field{"narrowest_m", "Half width of the narrowest bump that is tried.", 0.1, 10});
-    visit(self.rounds, Field{"rounds", "How often all bumps are tried, at most.", 1, 1000});
+          Field{"wanted_clearance_m", "Distance from tags beyond which clearance has no cost.", 0.01, 10});
+    visit(self.wanted_tags,
+          Field{"wanted_tags", "Number of tags in view beyond which visibility has no cost.", 0, 20});
+    visit(self.max_curvature_1_m, Field{"max_curvature_1_m", "Maximum curvature of the route.", 0.01, 1000});
+    visit(self.narrowest_m,
+          Field{"narrowest_m", "Half width of the narrowest deformation that is tried.", 0.1, 10});
+    visit(self.rounds, Field{"rounds", "Maximum number of passes over all deformations.", 1, 1000});
   }
 };
 

@@ -15,16 +15,18 @@ struct ProfileOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "Drive as fast as this; 0: as fast as the route says.", 0, 10});
+    visit(self.speed_m_s,
+          Field{"speed_m_s", "Maximum speed along the route; 0: the speed that the route states.", 0, 10});
     visit(self.lateral_acceleration_m_s2,
-          Field{"lateral_acceleration_m_s2", "Slow down in curves so that it is no more.", 0.01, 20});
+          Field{"lateral_acceleration_m_s2",
+                "Maximum lateral acceleration, which limits the speed in curves.", 0.01, 20});
     visit(self.acceleration_m_s2,
-          Field{"acceleration_m_s2", "Speed up no faster along the route.", 0.01, 20});
+          Field{"acceleration_m_s2", "Maximum acceleration along the route.", 0.01, 20});
     visit(self.deceleration_m_s2,
-          Field{"deceleration_m_s2", "Slow down no faster along the route.", 0.01, 20});
+          Field{"deceleration_m_s2", "Maximum deceleration along the route.", 0.01, 20});
     visit(self.turning_rad_s,
-          Field{"turning_rad_s", "Slow down in curves so that the robot turns no faster.", 0.05, 20});
-    visit(self.crawl_m_s, Field{"crawl_m_s", "Speed of the last centimetre before a standstill.", 0.01, 1});
+          Field{"turning_rad_s", "Maximum yaw rate, which limits the speed in curves.", 0.05, 20});
+    visit(self.crawl_m_s, Field{"crawl_m_s", "Speed over the last centimetre before a standstill.", 0.01, 1});
   }
 };
 

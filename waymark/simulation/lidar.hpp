@@ -26,19 +26,20 @@ struct LidarOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.rate_hz, Field{"rate_hz", "Turns a second; 0: there is no lidar.", 0, 100});
-    visit(self.rays, Field{"rays", "Rays of a turn.", 1, 100000});
+    visit(self.rate_hz, Field{"rate_hz", "Scans per second; 0: there is no lidar.", 0, 100});
+    visit(self.rays, Field{"rays", "Number of rays of a scan.", 1, 100000});
     visit(self.first_ray_deg,
           Field{"first_ray_deg", "Direction of the first ray; the others follow counter-clockwise.", -360,
                 360});
-    visit(self.range_min_m, Field{"range_min_m", "Nothing nearer is measured.", 0, 1000});
-    visit(self.range_max_m, Field{"range_max_m", "Nothing farther is measured.", 0, 1000});
+    visit(self.range_min_m, Field{"range_min_m", "Minimum measured range.", 0, 1000});
+    visit(self.range_max_m, Field{"range_max_m", "Maximum measured range.", 0, 1000});
     visit(self.noise_m, Field{"noise_m", "Standard deviation of a range.", 0, 10});
-    visit(self.dropout, Field{"dropout", "Chance that a ray does not come back.", 0, 1});
-    visit(self.x_m, Field{"x_m", "Where it sits on the robot, forward.", -10, 10});
-    visit(self.y_m, Field{"y_m", "Where it sits, to the left.", -10, 10});
-    visit(self.z_m, Field{"z_m", "Where it sits, above the floor.", 0, 10});
-    visit(self.yaw_deg, Field{"yaw_deg", "Which way its zero looks, counter-clockwise.", -360, 360});
+    visit(self.dropout, Field{"dropout", "Probability that a ray returns no range.", 0, 1});
+    visit(self.x_m, Field{"x_m", "Position of the lidar on the robot, forward.", -10, 10});
+    visit(self.y_m, Field{"y_m", "Position of the lidar on the robot, to the left.", -10, 10});
+    visit(self.z_m, Field{"z_m", "Height of the lidar above the floor.", 0, 10});
+    visit(self.yaw_deg,
+          Field{"yaw_deg", "Direction of the lidar's zero on the robot, counter-clockwise.", -360, 360});
   }
 };
 

@@ -28,33 +28,37 @@ struct MotionSensorOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.left_wheel_scale,
-          Field{"left_wheel_scale", "Ticks of the left wheels over what they should be.", 0.5, 2});
+          Field{"left_wheel_scale", "Scale error of the left wheel encoders: counted over true ticks.", 0.5,
+                2});
     visit(self.right_wheel_scale,
-          Field{"right_wheel_scale", "Ticks of the right wheels over what they should be.", 0.5, 2});
+          Field{"right_wheel_scale", "Scale error of the right wheel encoders: counted over true ticks.", 0.5,
+                2});
     visit(self.ticks_per_turn, Field{"ticks_per_turn", "Resolution of the wheel encoders.", 1});
-    visit(self.gyro_noise_rad_s, Field{"gyro_noise_rad_s", "Standard deviation of each yaw rate.", 0, 10});
-    visit(self.gyro_bias_rad_s,
-          Field{"gyro_bias_rad_s", "Error of the yaw rate when the robot is switched on.", -1, 1});
-    visit(self.gyro_bias_walk,
-          Field{"gyro_bias_walk", "How that error wanders, rad/s per square root of a second.", 0, 1});
-    visit(self.acceleration_noise_m_s2,
-          Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration.", 0, 100});
+    visit(self.gyro_noise_rad_s,
+          Field{"gyro_noise_rad_s", "Standard deviation of each yaw rate measurement.", 0, 10});
+    visit(self.gyro_bias_rad_s, Field{"gyro_bias_rad_s", "Initial bias of the yaw rate.", -1, 1});
     visit(
-        self.odometry,
-        Field{"odometry",
-              "What the driver makes odometry of: gyro (distance of the wheels, heading of the gyro), wheels "
-              "(both of the wheels), imu_yaw (heading of the yaw angle that the IMU computes), truth (a "
-              "simulator's, with odometry_noise)."});
-    visit(self.rotation_scale, Field{"rotation_scale", "Turning by odometry over true turning.", 0.1, 10});
-    visit(self.yaw_deadband_deg, Field{"yaw_deadband_deg",
-                                       "imu_yaw: the driver drops what the yaw turns less than this from "
-                                       "one message to the next.",
-                                       0, 10});
+        self.gyro_bias_walk,
+        Field{"gyro_bias_walk", "Random walk of the gyro's bias, rad/s per square root of a second.", 0, 1});
+    visit(self.acceleration_noise_m_s2,
+          Field{"acceleration_noise_m_s2", "Standard deviation of each acceleration measurement.", 0, 100});
+    visit(self.odometry, Field{"odometry",
+                               "Source of the odometry: gyro (distance of the wheels, heading of the gyro), "
+                               "wheels (both of the wheels), imu_yaw (heading of the yaw angle that the IMU "
+                               "computes), truth (true pose with odometry_noise, as some simulators give)."});
+    visit(self.rotation_scale,
+          Field{"rotation_scale", "Scale error of the odometry's rotation: measured over true rotation.", 0.1,
+                10});
+    visit(self.yaw_deadband_deg,
+          Field{"yaw_deadband_deg",
+                "Yaw change between two messages below which the driver of imu_yaw drops it.", 0, 10});
     visit(self.odometry_noise_m, Field{"odometry_noise_m",
-                                       "truth: standard deviation that every message adds to x and to y of "
-                                       "frame odom, standing or not; its heading error turns no distance.",
+                                       "Standard deviation that each message of odometry truth adds to x and "
+                                       "y, also at rest; its heading error does not rotate its translation.",
                                        0, 1});
-    visit(self.odometry_noise_rad, Field{"odometry_noise_rad", "truth: the same for the heading.", 0, 1});
+    visit(self.odometry_noise_rad,
+          Field{"odometry_noise_rad",
+                "Standard deviation that each message of odometry truth adds to the heading.", 0, 1});
   }
 };
 

@@ -16,11 +16,11 @@ struct OrbitOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.seed, Field{"seed", "Seed of the noise.", 0});
-    visit(self.steps, Field{"steps", "Places on the circle.", 8, 100000});
-    visit(self.sigma_m,
-          Field{"sigma_m", "Noise of each coordinate of camera and tags, standard deviation.", 0, 10});
-    visit(self.sigma_deg, Field{"sigma_deg", "Noise of each of their rotations.", 0, 180});
+    visit(self.seed, Field{"seed", "Random seed of the noise.", 0});
+    visit(self.steps, Field{"steps", "Number of poses on the circle.", 8, 100000});
+    visit(self.sigma_m, Field{"sigma_m", "Standard deviation of each coordinate of camera and tags.", 0, 10});
+    visit(self.sigma_deg,
+          Field{"sigma_deg", "Standard deviation of each rotation of camera and tags.", 0, 180});
   }
 };
 

@@ -57,29 +57,28 @@ struct PhotographOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.blur_sigma_px, Field{"blur_sigma_px",
-                                    "Standard deviation of the lens's Gaussian spread, on top of the square "
-                                    "of the pixel; below 0.05 none.",
+                                    "Standard deviation of the Gaussian blur of the lens, on top of the "
+                                    "integration over the pixel; below 0.05: none.",
                                     0, 50});
-    visit(self.black_level_dn, Field{"black_level_dn", "Grey level of ink in mean light.", 0, 255});
-    visit(self.white_level_dn, Field{"white_level_dn", "Grey level of paper in mean light.", 0, 255});
-    visit(self.read_noise_dn, Field{"read_noise_dn", "Standard deviation of the noise in the dark.", 0, 100});
-    visit(self.shot_noise_dn, Field{"shot_noise_dn",
-                                    "Variance that a grey level of light adds to the noise: variance = "
-                                    "read_noise_dn^2 + shot_noise_dn * level.",
-                                    0, 100});
-    visit(self.background, Field{"background", "What lies behind the tags: flat, gradient or clutter."});
+    visit(self.black_level_dn, Field{"black_level_dn", "Grey level of black ink in mean light.", 0, 255});
+    visit(self.white_level_dn, Field{"white_level_dn", "Grey level of white paper in mean light.", 0, 255});
+    visit(self.read_noise_dn,
+          Field{"read_noise_dn", "Standard deviation of the read noise, in grey levels.", 0, 100});
+    visit(self.shot_noise_dn,
+          Field{"shot_noise_dn",
+                "Shot noise per grey level: variance = read_noise_dn^2 + shot_noise_dn * level.", 0, 100});
+    visit(self.background, Field{"background", "Background behind the tags: flat, gradient or clutter."});
     visit(self.background_level_dn,
           Field{"background_level_dn", "Mean grey level of the background.", 0, 255});
     visit(self.background_contrast_dn,
           Field{"background_contrast_dn", "Largest difference of the background from its mean.", 0, 255});
     visit(self.clutter_size_px,
           Field{"clutter_size_px", "Size of the largest blobs of a cluttered background.", 1, 10000});
-    visit(self.illumination_gradient, Field{"illumination_gradient",
-                                            "How much brighter the lit end of the picture's diagonal is than "
-                                            "the other, relative to the mean.",
-                                            0, 1.9});
+    visit(self.illumination_gradient,
+          Field{"illumination_gradient",
+                "Relative difference in brightness between the two ends of the picture's diagonal.", 0, 1.9});
     visit(self.illumination_direction_deg,
-          Field{"illumination_direction_deg", "Where the light comes from: 0 right, 90 below.", -360, 360});
+          Field{"illumination_direction_deg", "Direction of the light: 0 right, 90 below.", -360, 360});
   }
 };
 

@@ -30,24 +30,28 @@ struct DynamicsOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.speed_lag_s, Field{"speed_lag_s", "Time constant of the drive motors.", 0, 10});
-    visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of turning.", 0, 10});
-    visit(self.command_delay_s, Field{"command_delay_s", "From a command to the motors.", 0, 2});
+    visit(self.yaw_rate_lag_s, Field{"yaw_rate_lag_s", "Time constant of the yaw rate.", 0, 10});
+    visit(self.command_delay_s, Field{"command_delay_s", "Delay from a command to the motors.", 0, 2});
     visit(self.yaw_gain,
-          Field{"yaw_gain", "Share of the commanded yaw rate that a skidding robot really turns.", 0.05, 2});
+          Field{"yaw_gain", "Turn response gain: true over commanded yaw rate of a skid-steered robot.", 0.05,
+                2});
     visit(self.lateral_slip_s,
-          Field{"lateral_slip_s", "Sideways speed per speed and yaw rate: outwards in a curve when negative.",
-                -1, 1});
+          Field{"lateral_slip_s",
+                "Lateral slip: lateral velocity per speed and yaw rate; negative: outwards in a curve.", -1,
+                1});
     visit(self.slip_noise_m_s,
-          Field{"slip_noise_m_s", "Standard deviation of a sideways speed that comes and goes.", 0, 1});
-    visit(self.slip_time_s, Field{"slip_time_s", "How long that lasts: its time constant.", 1e-3, 10});
-    visit(self.drive, Field{"drive", "differential (skid steering too) or ackermann."});
-    visit(self.wheelbase_m, Field{"wheelbase_m", "Ackermann: front axle to rear axle.", 0.01, 10});
-    visit(
-        self.min_radius_m,
-        Field{"min_radius_m", "Ackermann: of the tightest curve of the middle of the rear axle.", 0.01, 100});
-    visit(self.steering_lag_s, Field{"steering_lag_s", "Ackermann: time constant of the steering.", 0, 10});
+          Field{"slip_noise_m_s", "Standard deviation of a time-correlated lateral velocity.", 0, 1});
+    visit(self.slip_time_s, Field{"slip_time_s", "Correlation time of the lateral velocity.", 1e-3, 10});
+    visit(self.drive, Field{"drive", "Drive: differential (skid steering too) or ackermann."});
+    visit(self.wheelbase_m,
+          Field{"wheelbase_m", "Wheelbase of an Ackermann drive: front axle to rear axle.", 0.01, 10});
+    visit(self.min_radius_m,
+          Field{"min_radius_m",
+                "Minimum turning radius of an Ackermann drive, at the middle of the rear axle.", 0.01, 100});
+    visit(self.steering_lag_s,
+          Field{"steering_lag_s", "Time constant of the steering of an Ackermann drive.", 0, 10});
     visit(self.steering_rate_rad_s,
-          Field{"steering_rate_rad_s", "Ackermann: how fast the wheels can be turned.", 0.01, 100});
+          Field{"steering_rate_rad_s", "Maximum steering rate of an Ackermann drive.", 0.01, 100});
   }
 };
 

@@ -51,14 +51,14 @@ struct SceneOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.room_margin_m,
-          Field{"room_margin_m",
-                "Distance from whatever stands in the world to the walls of the room around.", 0.1, 1000});
+          Field{"room_margin_m", "Distance from the objects of the world to the walls of the room.", 0.1,
+                1000});
     visit(self.room_height_m, Field{"room_height_m", "Height of the room; 0: no walls, no ceiling.", 0, 100});
-    visit(self.wall_reflectance, Field{"wall_reflectance", "Of the room's walls and ceiling.", 0, 1});
-    visit(self.wall_contrast, Field{"wall_contrast", "How mottled they are.", 0, 1});
-    visit(
-        self.ink_gloss,
-        Field{"ink_gloss", "How bright a tag mirrors the lamp (glare); 1 as bright as white paper.", 0, 100});
+    visit(self.wall_reflectance, Field{"wall_reflectance", "Reflectance of walls and ceiling.", 0, 1});
+    visit(self.wall_contrast, Field{"wall_contrast", "Contrast of the texture of walls and ceiling.", 0, 1});
+    visit(self.ink_gloss,
+          Field{"ink_gloss",
+                "Specular reflectance of a tag for the lamp (glare); 1: as bright as white paper.", 0, 100});
   }
 };
 

@@ -26,42 +26,44 @@ struct SceneCameraOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.exposure_ms, Field{"exposure_ms", "How long the shutter is open.", 0, 1000});
-    visit(
-        self.readout_ms,
-        Field{"readout_ms",
-              "From the first row's exposure to the last one's (rolling shutter); 0: all at once.", 0, 1000});
+    visit(self.exposure_ms, Field{"exposure_ms", "Exposure time.", 0, 1000});
+    visit(self.readout_ms,
+          Field{"readout_ms", "Readout time of a rolling shutter, first row to last; 0: global shutter.", 0,
+                1000});
     visit(self.blur_step_px,
-          Field{"blur_step_px", "Longest way a tag goes between two moments the exposure is summed over.",
-                0.05, 10});
-    visit(self.lens_sigma_px,
-          Field{"lens_sigma_px",
-                "Standard deviation of the lens's spread, on top of the square of the pixel.", 0, 5});
-    visit(self.aperture_mm, Field{"aperture_mm", "Diameter of the entrance pupil; 0: all is sharp.", 0, 100});
-    visit(self.focus_distance_m, Field{"focus_distance_m", "Where it is sharp.", 0.01, 1e6});
+          Field{"blur_step_px", "Maximum motion of a tag between two samples of the exposure.", 0.05, 10});
+    visit(
+        self.lens_sigma_px,
+        Field{"lens_sigma_px",
+              "Standard deviation of the blur of the lens, on top of the integration over the pixel.", 0, 5});
+    visit(self.aperture_mm,
+          Field{"aperture_mm", "Diameter of the entrance pupil; 0: pinhole, no defocus.", 0, 100});
+    visit(self.focus_distance_m, Field{"focus_distance_m", "Distance of sharp focus.", 0.01, 1e6});
     visit(self.vignetting_power,
           Field{"vignetting_power",
-                "Light falls off as this power of the cosine from the axis; 4 is natural.", 0, 20});
+                "Vignetting: exponent of the cosine of the angle from the axis; 4 is natural.", 0, 20});
     visit(self.white_level_dn,
           Field{"white_level_dn", "Grey level of white paper in nominal light, before gamma.", 1, 1000});
-    visit(
-        self.full_well_electrons,
-        Field{"full_well_electrons", "Electrons at 255, which shot noise counts; 0: no shot noise.", 0, 1e9});
+    visit(self.full_well_electrons,
+          Field{"full_well_electrons",
+                "Electrons at grey level 255, which set the shot noise; 0: no shot noise.", 0, 1e9});
     visit(self.read_noise_electrons,
-          Field{"read_noise_electrons", "Standard deviation of the noise in the dark, of a full well.", 0,
-                1e6});
+          Field{"read_noise_electrons", "Standard deviation of the read noise, in electrons.", 0, 1e6});
     visit(self.gamma,
-          Field{"gamma", "Output is input to the power of 1 over this; 2.2 as most displays.", 0.2, 5});
+          Field{"gamma",
+                "Gamma of the picture: output is input to the power of 1 / gamma; 2.2 is usual for displays.",
+                0.2, 5});
     visit(self.ambient,
-          Field{"ambient", "Share of the light that comes from everywhere; the rest is the lamp's (Lambert).",
-                0, 1});
-    visit(self.flicker, Field{"flicker", "Swing of the light of lamps at mains frequency, relative.", 0, 1});
-    visit(self.flicker_hz, Field{"flicker_hz", "Twice the frequency of the mains.", 1, 100000});
-    visit(self.drift, Field{"drift", "Swing of the light as clouds pass, relative.", 0, 1});
-    visit(self.drift_period_s, Field{"drift_period_s", "Of the clouds.", 0.01, 1e6});
+          Field{"ambient", "Share of ambient light; the rest comes from the lamp (Lambertian).", 0, 1});
+    visit(self.flicker,
+          Field{"flicker", "Relative amplitude of the flicker of lamps at mains frequency.", 0, 1});
+    visit(self.flicker_hz,
+          Field{"flicker_hz", "Frequency of the flicker: twice that of the mains.", 1, 100000});
+    visit(self.drift, Field{"drift", "Relative amplitude of the illumination drift.", 0, 1});
+    visit(self.drift_period_s, Field{"drift_period_s", "Period of the illumination drift.", 0.01, 1e6});
     visit(self.jpeg_quality,
-          Field{"jpeg_quality",
-                "Quality of the JPEG the picture goes through; 0: none. Applied by the driver.", 0, 100});
+          Field{"jpeg_quality", "JPEG quality with which the driver encodes a picture; 0: not encoded.", 0,
+                100});
   }
 };
 

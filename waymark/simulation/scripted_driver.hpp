@@ -23,16 +23,19 @@ struct DriverOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.speed_m_s, Field{"speed_m_s", "Cruising speed.", 0.01, 5});
-    visit(self.second_speed_m_s,
-          Field{"second_speed_m_s", "Another, driven in turn with the first; 0: none.", 0, 5});
-    visit(self.alternate_m, Field{"alternate_m", "How far each of the two is driven at a time.", 0.1, 100});
-    visit(self.look_ahead_m, Field{"look_ahead_m", "How far ahead the driver looks.", 0.05, 5});
+    visit(
+        self.second_speed_m_s,
+        Field{"second_speed_m_s", "Second cruising speed, used alternately with the first; 0: none.", 0, 5});
+    visit(self.alternate_m,
+          Field{"alternate_m", "Distance driven at each of the two speeds before the other one.", 0.1, 100});
+    visit(self.look_ahead_m, Field{"look_ahead_m", "Look-ahead distance of the driver.", 0.05, 5});
     visit(self.lateral_wander_m,
-          Field{"lateral_wander_m", "How far off the line, standard deviation.", 0, 1});
+          Field{"lateral_wander_m", "Standard deviation of the lateral deviation from the line.", 0, 1});
     visit(self.speed_wander,
-          Field{"speed_wander", "How unevenly, as a share of the speed, standard deviation.", 0, 0.5});
-    visit(self.wander_time_s, Field{"wander_time_s", "How long the driver's mistakes last.", 0.1, 60});
-    visit(self.overlap_m, Field{"overlap_m", "How far past the start a closed lap is driven.", 0, 1000});
+          Field{"speed_wander", "Standard deviation of the speed, as a share of it.", 0, 0.5});
+    visit(self.wander_time_s,
+          Field{"wander_time_s", "Correlation time of the driver's deviations.", 0.1, 60});
+    visit(self.overlap_m, Field{"overlap_m", "Distance driven past the start of a closed lap.", 0, 1000});
   }
 };
 

@@ -29,17 +29,19 @@ struct SimulatedRobotOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.camera_rate_hz, Field{"camera_rate_hz", "Frames a second.", 0.1, 200});
+    visit(self.camera_rate_hz, Field{"camera_rate_hz", "Frames per second of the camera.", 0.1, 200});
     visit(self.camera_latency_s,
-          Field{"camera_latency_s", "From the middle of the exposure until the frame is there.", 0, 10});
-    visit(self.odometry_rate_hz, Field{"odometry_rate_hz", "Odometry and wheels, times a second.", 1, 200});
-    visit(self.imu_rate_hz, Field{"imu_rate_hz", "IMU, times a second.", 1, 200});
-    visit(self.truth_rate_hz, Field{"truth_rate_hz", "True pose, times a second.", 1, 200});
+          Field{"camera_latency_s",
+                "Camera latency: time from the middle of the exposure to the delivery of the frame.", 0, 10});
+    visit(self.odometry_rate_hz, Field{"odometry_rate_hz", "Rate of odometry and wheel samples.", 1, 200});
+    visit(self.imu_rate_hz, Field{"imu_rate_hz", "Rate of IMU samples.", 1, 200});
+    visit(self.truth_rate_hz, Field{"truth_rate_hz", "Rate of true poses.", 1, 200});
     visit(self.watchdog_s,
-          Field{"watchdog_s", "The robot stops by itself when no command came for this long.", 0.01, 10});
-    visit(self.dynamics, Field{"dynamics", "How it moves."});
-    visit(self.sensors, Field{"sensors", "Wheels, IMU and odometry."});
-    visit(self.tag_camera, Field{"tag_camera", "Camera and detector in one, without pictures."});
+          Field{"watchdog_s", "Time without a command after which the robot stops by itself.", 0.01, 10});
+    visit(self.dynamics, Field{"dynamics", "Dynamics of the robot."});
+    visit(self.sensors, Field{"sensors", "Noise and errors of wheels, IMU and odometry."});
+    visit(self.tag_camera,
+          Field{"tag_camera", "Camera and detector in one, which gives corners without pictures."});
     visit(self.lidar, Field{"lidar", "Planar lidar."});
   }
 };

@@ -19,13 +19,14 @@ struct TagCameraOptions {
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.corner_sigma_px,
-          Field{"corner_sigma_px", "Corner noise of a large tag, each coordinate.", 0, 10});
+          Field{"corner_sigma_px", "Standard deviation of each corner coordinate of a large tag.", 0, 10});
     visit(self.small_tag_sigma_px,
           Field{"small_tag_sigma_px",
-                "Further noise that falls with size: this number divided by the side in pixels.", 0, 100});
+                "Further standard deviation of small tags: this number divided by the side in pixels.", 0,
+                100});
     visit(self.miss_probability,
-          Field{"miss_probability", "Chance that a visible tag is not found in a frame.", 0, 1});
-    visit(self.max_range_m, Field{"max_range_m", "No tag is found beyond this distance.", 0});
+          Field{"miss_probability", "Probability that a visible tag is not detected in a frame.", 0, 1});
+    visit(self.max_range_m, Field{"max_range_m", "Maximum distance of a detected tag.", 0});
   }
 };
 

@@ -18,11 +18,12 @@ struct TagLayoutOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.most_tags, Field{"most_tags", "No more tags than this.", 1, 500});
+    visit(self.most_tags, Field{"most_tags", "Maximum number of tags.", 1, 500});
     visit(self.tag_size_m, Field{"tag_size_m", "Side of the black square.", 0.01, 10});
-    visit(self.height_m, Field{"height_m", "Middle of the tags above the floor.", 0, 10});
-    visit(self.clearance_m, Field{"clearance_m", "Least distance of the hull from a tag, in space.", 0, 10});
-    visit(self.max_range_m, Field{"max_range_m", "From how far a tag counts as seen.", 0.1, 100});
+    visit(self.height_m, Field{"height_m", "Height of the tags' centres above the floor.", 0, 10});
+    visit(self.clearance_m, Field{"clearance_m", "Minimum distance in space from the hull to a tag.", 0, 10});
+    visit(self.max_range_m,
+          Field{"max_range_m", "Maximum distance at which a tag counts as visible.", 0.1, 100});
   }
 };
 

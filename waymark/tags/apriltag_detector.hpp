@@ -35,41 +35,38 @@ struct DetectorOptions {
           Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
     visit(self.max_hamming,
           Field{"max_hamming",
-                "Wrong bits corrected in a tag, 0 to 2 (the library knows no more). One more finds "
-                "slightly more tags and many more that are not there.",
+                "Maximum number of corrected bits of a tag, 0 to 2 (the limit of the library). Each further "
+                "bit finds slightly more tags and many more false ones.",
                 0, 2});
     visit(self.min_decision_margin,
           Field{"min_decision_margin",
-                "Least mean distance of the data bits from the black/white threshold, in grey levels after "
-                "sharpening; raise it if tags are seen that are not there.",
+                "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
+                "sharpening; raise it against false detections.",
                 0, 2000});
     visit(self.quad_decimate,
           Field{"quad_decimate",
-                "Look for quads in an image this much smaller: 1, 1.5 or a whole number to 8. 2 is two to "
-                "four times as fast and loses tags with less than 3 px a bit.",
+                "Downscaling of the image in which quads are searched: 1, 1.5 or a whole number to 8. 2 is "
+                "two to four times as fast and loses tags with less than 3 px a bit.",
                 1, 8});
     visit(self.quad_sigma,
           Field{"quad_sigma",
-                "Standard deviation in pixels of a blur before looking for quads; about 0.8 for very "
-                "noisy images. With quad_decimate 1 the bits are read from the blurred image too.",
+                "Standard deviation in pixels of a blur before quads are searched; about 0.8 for very noisy "
+                "images. With quad_decimate 1 the bits are read from the blurred image too.",
                 0, 2});
     visit(self.refine_edges,
-          Field{"refine_edges", "Let the library move each edge to the strongest gradient nearby."});
+          Field{"refine_edges",
+                "Move each edge of a quad to the strongest gradient nearby (the library's own refinement)."});
     visit(self.decode_sharpening,
           Field{"decode_sharpening",
-                "Sharpening of the data bits before they are read; helps small and blurred "
-                "tags.",
-                0, 4});
-    visit(
-        self.min_white_black_diff,
-        Field{
-            "min_white_black_diff",
-            "Least difference of black and white in grey levels; lower for faint prints in the dark, at the "
-            "price of time wherever the image noise exceeds an eighth of it.",
-            1, 255});
+                "Sharpening of the data bits before decoding; helps small and blurred tags.", 0, 4});
+    visit(self.min_white_black_diff,
+          Field{"min_white_black_diff",
+                "Minimum difference of black and white in grey levels; lower it for faint prints in the "
+                "dark, at the price of time wherever the image noise exceeds an eighth of it.",
+                1, 255});
     visit(self.threads,
           Field{"threads",
-                "Threads for one image. More than 1 about halves the time of a large image on two cores.", 1,
+                "Number of threads for one image. Two about halve the time of a large image on two cores.", 1,
                 64});
     visit(self.memory_limit_mib,
           Field{"memory_limit_mib", "Largest total size of the decoding tables, in MiB.", 1, 16384});

@@ -28,41 +28,38 @@ struct RefinementOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.min_cell_px,
-          Field{"min_cell_px",
-                "Tags whose cells measure less than this somewhere [px] keep the detector's corners.", 0.8,
-                100});
-    visit(self.max_shift_px,
-          Field{"max_shift_px",
-                "A border edge that wants to move further than this [px] says the fit is wrong.", 0.1, 20});
-    visit(self.min_contrast,
-          Field{"min_contrast", "Least step from black to white [grey level] worth fitting.", 1, 255});
     visit(
-        self.max_residual,
-        Field{"max_residual",
-              "Largest root mean square residual of a fit worth keeping, as a share of the step.", 0.01, 1});
-    visit(self.blur_px,
-          Field{"blur_px",
-                "Expected standard deviation of the image blur, pixel included [px]; small tags lean on it.",
-                0.3, 4});
+        self.min_cell_px,
+        Field{
+            "min_cell_px",
+            "Minimum size of a cell of a tag [px] for refinement; smaller tags keep the detector's corners.",
+            0.8, 100});
+    visit(self.max_shift_px,
+          Field{"max_shift_px", "Maximum shift of a border edge [px]; a fit that exceeds it is rejected.",
+                0.1, 20});
+    visit(self.min_contrast,
+          Field{"min_contrast", "Minimum step from black to white [grey level] for refinement.", 1, 255});
+    visit(self.max_residual,
+          Field{"max_residual",
+                "Maximum root mean square residual of an accepted fit, as a share of the step.", 0.01, 1});
+    visit(self.blur_px, Field{"blur_px",
+                              "Expected standard deviation of the image blur, pixel included [px]; used as a "
+                              "prior for small tags.",
+                              0.3, 4});
     visit(self.model_error_px,
           Field{"model_error_px",
-                "Standard deviation [px] added to the place of each edge for what the model leaves out.", 0,
-                1});
+                "Standard deviation [px] of model errors, added to the position of each edge.", 0, 1});
     visit(self.curvature_per_px, Field{"curvature_per_px",
-                                       "How strongly edges may bend where no camera model straightens them "
+                                       "Maximum curvature of edges where no camera model straightens them "
                                        "[1/px]; 0 for rectified images.",
                                        0, 0.01});
     visit(self.unrefined_sigma_px,
           Field{"unrefined_sigma_px", "Standard deviation [px] of corners that could not be refined.", 0.01,
                 10});
-    visit(
-        self.border_px,
-        Field{
-            "border_px",
-            "A tag with a corner nearer to the border of the image [px] may be cut: its corners are known to "
-            "a cell of the tag only.",
-            0, 100});
+    visit(self.border_px, Field{"border_px",
+                                "Distance of a corner to the border of the image [px] below which the tag "
+                                "may be cut: its corners then get the uncertainty of one cell of the tag.",
+                                0, 100});
   }
 };
 

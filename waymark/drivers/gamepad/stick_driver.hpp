@@ -21,18 +21,24 @@ struct GamepadOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "Speed with the stick all the way forward.", 0.01, 5});
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed at full forward deflection of the stick.", 0.01, 5});
     visit(self.yaw_rate_rad_s,
-          Field{"yaw_rate_rad_s", "Yaw rate with the stick all the way left.", 0.01, 10});
-    visit(self.dead_zone,
-          Field{"dead_zone", "A stick that is less than this off its middle is in it.", 0, 0.9});
+          Field{"yaw_rate_rad_s", "Yaw rate at full left deflection of the stick.", 0.01, 10});
+    visit(
+        self.dead_zone,
+        Field{"dead_zone",
+              "Deflection below which the stick counts as centred, as a share of full deflection.", 0, 0.9});
     visit(self.silence_s,
-          Field{"silence_s", "The robot stops when the pad was silent for this long.", 0.01, 5});
-    visit(self.speed_axis, Field{"speed_axis", "Axis for the speed: 1 is the left stick.", 0, 31});
-    visit(self.yaw_axis, Field{"yaw_axis", "Axis for turning: 2 is the right stick.", 0, 31});
+          Field{"silence_s", "Time without an event of the gamepad after which the robot stops.", 0.01, 5});
+    visit(self.speed_axis,
+          Field{"speed_axis", "Number of the axis that sets the speed; 1 is the left stick.", 0, 31});
+    visit(self.yaw_axis,
+          Field{"yaw_axis", "Number of the axis that sets the yaw rate; 2 is the right stick.", 0, 31});
     visit(self.dead_man_button,
-          Field{"dead_man_button", "Nothing moves unless it is held: 9 is the left shoulder.", 0, 31});
-    visit(self.finish_button, Field{"finish_button", "Ends the lap: 3 is Y, or the triangle.", 0, 31});
+          Field{"dead_man_button",
+                "Number of the dead-man button, which must be held to move; 9 is the left shoulder.", 0, 31});
+    visit(self.finish_button,
+          Field{"finish_button", "Number of the button that ends the lap; 3 is Y, or the triangle.", 0, 31});
   }
 };
 

@@ -26,13 +26,13 @@ struct KeyboardOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.speed_m_s, Field{"speed_m_s", "Speed of the forward key.", 0.01, 5});
-    visit(self.yaw_rate_rad_s, Field{"yaw_rate_rad_s", "Yaw rate of the keys left and right.", 0.01, 10});
-    visit(self.hold_s,
-          Field{"hold_s",
-                "The robot stops when no key came for this long: longer than a terminal waits before it "
-                "repeats a key that is held.",
-                0.05, 5});
+    visit(self.speed_m_s, Field{"speed_m_s", "Speed while the forward key is held.", 0.01, 5});
+    visit(self.yaw_rate_rad_s,
+          Field{"yaw_rate_rad_s", "Yaw rate while the left or right key is held.", 0.01, 10});
+    visit(self.hold_s, Field{"hold_s",
+                             "Time without a key after which the robot stops; longer than the delay before a "
+                             "terminal repeats a held key.",
+                             0.05, 5});
   }
 };
 
