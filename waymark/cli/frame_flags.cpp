@@ -18,13 +18,13 @@ void add_frame_flags(CLI::App& app, CameraChoice& choice) {
       ->type_name("FRAME")
       ->group(group);
   app.add_option("--camera-topic", choice.camera_topic,
-                 "Of several cameras the one with this topic, or with topics below it, such as /camera/color")
+                 "Topic, or namespace such as /camera/color, of the camera to use, of several")
       ->type_name("TOPIC")
       ->group(group);
-  app.add_option("--odometry-topic", choice.odometry_topic, "Of several topics of odometry this one")
+  app.add_option("--odometry-topic", choice.odometry_topic, "Topic of the odometry to use, of several")
       ->type_name("TOPIC")
       ->group(group);
-  app.add_option("--imu-topic", choice.imu_topic, "Of several IMUs the one on this topic")
+  app.add_option("--imu-topic", choice.imu_topic, "Topic of the IMU to use, of several")
       ->type_name("TOPIC")
       ->group(group);
 }

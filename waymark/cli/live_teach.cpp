@@ -14,8 +14,8 @@ namespace waymark::cli {
 
 void add_flags(CLI::App& app, LoneAnchorFlags& flags) {
   app.add_option("--anchor", flags.anchor,
-                 "With --robot process: the tag on which the map will stand, for example tag36h11:0, or its "
-                 "number; it is seen where the lap begins and ends")
+                 "Anchor tag of the map with --robot process, for example tag36h11:0, or its id; it must be "
+                 "in view where the lap begins and ends")
       ->type_name("TAG");
   app.add_option("--tag-size-m", flags.tag_size_m, "With --robot process: side of the tags' black squares")
       ->check(CLI::Range(0.001, 10.0))

@@ -27,9 +27,9 @@ void add_flags(CLI::App& app, PageFlags& flags, CLI::Option* view) {
              "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token")
           ->capture_default_str()
           ->type_name("ADDRESS");
-  all[2] = app.add_option(
-                  "--token", flags.token,
-                  "Who knows it may command, and look from elsewhere: 16 letters or more; made unless given")
+  all[2] = app.add_option("--token", flags.token,
+                          "Token that grants control and remote viewing: 16 characters or more. Unless "
+                          "given: a random one")
                ->type_name("WORD");
   all[3] = app.add_flag("--open", flags.open, "Open the page in the browser");
   if (view == nullptr) return;

@@ -123,22 +123,20 @@ void MapArgs::add_to(CLI::App& verb) {
   verb.add_option("MORE", more,
                   "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
       ->type_name("");
-  verb.add_option(
-          "--robot", robot,
-          "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says")
+  verb.add_option("--robot", robot,
+                  "Camera and its mounting: a robot's file, or a name. Unless given: the recording's")
       ->type_name("FILE");
   add_frame_flags(verb, frames);
   verb.add_option("-o,--output", folder, "Folder for the map, the route and the figures")
       ->type_name("FOLDER");
-  verb.add_option(
-          "--method", method,
-          "How tags are placed: bundle, everything seen and driven explained at once; chain, from tag "
-          "to tag, nothing "
-          "optimised")
+  verb.add_option("--method", method,
+                  "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag "
+                  "to tag, without optimisation)")
       ->capture_default_str()
       ->type_name("NAME");
   verb.add_option("--anchor", anchor,
-                  "The tag the map is placed by, for example tag36h11:0. Unless given: that of the recording")
+                  "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that "
+                  "of the recording")
       ->type_name("TAG");
   verb.add_option("--anchor-pose", anchor_pose,
                   "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame "
@@ -150,12 +148,11 @@ void MapArgs::add_to(CLI::App& verb) {
   verb.add_option("--tag-size-m", tag_size_m,
                   "Side of the black square of the tags, in metres. Unless given: that of the recording")
       ->type_name("NUMBER");
-  verb.add_option("--world", world, "The truth about the tags, where the recording does not hold it")
+  verb.add_option("--world", world, "Ground truth of the tags, where the recording does not hold it")
       ->type_name("NAME");
-  verb.add_option(
-          "--prior", prior,
-          "An older map of the place (map.yaml, or any that `waymark localize --map` takes): which tags were "
-          "swapped, moved, resized since is said")
+  verb.add_option("--prior", prior,
+                  "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which "
+                  "the new one is compared: tags swapped, moved or resized since are listed")
       ->type_name("FILE");
   verb.add_option(
           "--extend", extend,
@@ -172,7 +169,8 @@ void MapArgs::add_to(CLI::App& verb) {
                   "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
       ->delimiter(',')
       ->type_name("TAGS");
-  verb.add_option("--remove", remove, "With --extend: tags that are gone, from the map and from the lap")
+  verb.add_option("--remove", remove,
+                  "Tags that were removed, with --extend: deleted from the map and from the lap")
       ->delimiter(',')
       ->type_name("TAGS");
   verb.add_option("--tagslam", tagslam,
@@ -181,9 +179,8 @@ void MapArgs::add_to(CLI::App& verb) {
                   "bodies are as they say, no floor is needed")
       ->type_name("FOLDER");
   verb.add_option("--model", model,
-                  "With --tagslam, what is minimised: waymark; tagslam, every sighting with TagSLAM's noise "
-                  "and cameras "
-                  "that wiggle")
+                  "Cost model with --tagslam: waymark, or tagslam (TagSLAM's noise of every observation and "
+                  "of the cameras' poses)")
       ->capture_default_str()
       ->type_name("NAME");
   verb.add_option("--against", against,

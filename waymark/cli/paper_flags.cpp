@@ -11,7 +11,8 @@ PaperFlags::PaperFlags(CLI::App& app) {
   app.add_option("--paper", paper_, "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--orientation", orientation_, "auto (turned where more fits), portrait, landscape")
+  app.add_option("--orientation", orientation_,
+                 "Orientation of the page: auto (where more fits), portrait or landscape")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--dpi", dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")

@@ -13,11 +13,12 @@ PictureFlags::PictureFlags(CLI::App& app)
       scene_(app, "Scene (with --images)") {
   app.add_flag("--images", images_, "The camera takes pictures, and the detector looks at them");
   app.add_option("--threads", threads_,
-                 "Threads that take pictures and look at them; the result does not depend on it. Unless "
-                 "given: as many as there are cores")
+                 "Number of threads that render pictures and detect tags; the result does not depend on it. "
+                 "Unless given: one per core")
       ->check(CLI::Range(1, 64))
       ->type_name("INTEGER");
-  app.add_option("--faults", faults_, "What goes wrong and when: a .yaml file (docs/formats/faults.md)")
+  app.add_option("--faults", faults_,
+                 "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)")
       ->type_name("FILE");
 }
 

@@ -11,7 +11,7 @@ PoseFlags::PoseFlags(CLI::App& app) {
                  "the pose of each tag")
       ->type_name("FILE")
       ->group("Poses");
-  app.add_option("--camera-name", camera_name_, "Which camera of the file, when it holds several")
+  app.add_option("--camera-name", camera_name_, "Name of the camera, when the file holds several")
       ->type_name("NAME")
       ->group("Poses");
   app.add_option("--tag-size-m", sizes_,

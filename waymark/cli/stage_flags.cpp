@@ -12,10 +12,9 @@ StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : processes_(processes), world_(world) {
   app.add_option("--robot", robot_,
-                 processes
-                     ? "What drives: sim, the simulated robot; process:CMD, any robot that a program of "
-                       "yours speaks for (docs/formats/robot-process.md)"
-                     : "What drives: sim, the simulated robot")
+                 processes ? "Robot: sim (simulated) or process:CMD (a program that speaks for the robot, "
+                             "docs/formats/robot-process.md)"
+                           : "Robot: sim (simulated)")
       ->capture_default_str()
       ->type_name("NAME");
   CLI::Option* world_flag = app.add_option("--world", world_,

@@ -4,7 +4,7 @@ namespace waymark::cli {
 
 Verb calibrate_verb() {
   return {.name = "calibrate",
-          .sentence = "Measure what a robot and its camera are really like",
+          .sentence = "Calibrate a robot or its camera",
           .help = R"(Examples:
   waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml

@@ -60,7 +60,7 @@ Run prepare_calibrate_camera(CLI::App& app) {
          "--detections", args->job.detections,
          "Use this output of `waymark detect --json --covariance` instead of pictures; - is standard input")
       ->type_name("FILE");
-  app.add_flag("--recursive", args->job.recursive, "Look for pictures in the folders inside a folder too");
+  app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
   app.add_option("--cols", args->job.columns, "Tags in a row of the board")
       ->type_name("INTEGER")
       ->group("Board");
@@ -82,17 +82,17 @@ Run prepare_calibrate_camera(CLI::App& app) {
   app.add_option("--map", args->job.map, "Instead of a board: a map of tags whose places are known well")
       ->type_name("FILE")
       ->group("Board");
-  app.add_option(
-         "--lens", args->job.lens,
-         "none, radtan4, radtan5, rational8, equidistant, or auto: the simplest that foretells pictures that "
-         "were left out as well as the best")
+  app.add_option("--lens", args->job.lens,
+                 "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest "
+                 "whose cross-validation error is as low as the best)")
       ->check(CLI::IsMember({"auto", "none", "radtan4", "radtan5", "rational8", "equidistant"}))
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("-o,--output", args->job.output, "calibration.yaml to write")
+  app.add_option("-o,--output", args->job.output, "Calibration to write (calibration.yaml)")
       ->check(yaml_name())
       ->type_name("FILE");
-  app.add_option("--camera-info", args->job.camera_info, "The camera as ROS writes it, to write")
+  app.add_option("--camera-info", args->job.camera_info,
+                 "Calibration file to write in the format of ROS camera_info")
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of tables");
   return [args](Console& console) { return calibrate(*args, console); };

@@ -86,39 +86,32 @@ Run prepare_calibrate_robot(CLI::App& app) {
   const auto args = std::make_shared<CalibrateRobotArgs>(app);
   LocalizeJob& job = args->job.drive;
   app.add_option("LOG", job.logs, "Recordings of one drive past tags")->required()->type_name("");
-  app.add_option(
-         "--map", job.map,
-         "Where the tags are: as for `waymark localize`. Without it they are found together with the rest")
+  app.add_option("--map", job.map,
+                 "Map of the tags, as for `waymark localize`. Unless given: the tags are mapped together "
+                 "with the calibration")
       ->type_name("FILE");
-  app.add_option(
-         "--by", args->by,
-         "How: lap, tags, way and numbers together, the map held as surely as it says; innovations, the "
-         "predictions of the filter. Unless given: lap where there are corners of tags and odometry, and "
-         "no map or one of ours")
+  app.add_option("--by", args->by,
+                 "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
+                 "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
+                 "lap where there are corners of tags and odometry, and no map or one of Waymark")
       ->check(CLI::IsMember({"lap", "innovations"}))
       ->type_name("HOW");
   add_frame_flags(app, job.frames);
-  app.add_option("--robot", job.robot, "Camera and where it sits, as far as known: a robot's file, or a name")
+  app.add_option("--robot", job.robot, "Camera and its mounting, as far as known: a robot's file, or a name")
       ->type_name("FILE");
-  app.add_option("--calibration", job.calibration, "calibration.yaml with what is known before (the camera)")
+  app.add_option("--calibration", job.calibration,
+                 "Calibration known beforehand (calibration.yaml), such as the camera's")
       ->type_name("FILE");
-  app.add_option("--tag-size-m", job.tag_size_m, "Size of tags whose map does not say it")
-      ->type_name("NUMBER");
-  app.add_option("--map-sigma", job.map_sigma_m,
-                 "By lap: how well the tags are known of a map that does not say it of any, such as one "
-                 "measured by hand [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-6, 10.0))
-      ->type_name("NUMBER");
+  app.add_option("--tag-size-m", job.tag_size_m, "Tag size where the map has none")->type_name("NUMBER");
   app.add_option("--sensor-pose", job.sensor_pose,
-                 "Where a sensor sits that measures ranges: x y [m], yaw [deg]")
+                 "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
       ->expected(3)
       ->type_name("NUMBER");
-  app.add_option("--from", args->job.from_s, "Leave out what is earlier, in seconds from the start")
+  app.add_option("--from", args->job.from_s, "Begin of the used interval, in seconds from the start")
       ->type_name("S");
-  app.add_option("--to", args->job.to_s, "Leave out what is later, in seconds from the start")
+  app.add_option("--to", args->job.to_s, "End of the used interval, in seconds from the start")
       ->type_name("S");
-  app.add_option("-o,--output", job.output, "calibration.yaml to write")
+  app.add_option("-o,--output", job.output, "Calibration to write (calibration.yaml)")
       ->check(yaml_name())
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of a table");

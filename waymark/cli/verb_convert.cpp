@@ -69,22 +69,26 @@ Run prepare_convert(CLI::App& app) {
          "the order of their stamps")
       ->required()
       ->type_name("");
-  app.add_option("--format", args->job.format, "mcap, tum or csv, whatever OUT ends in")->type_name("NAME");
+  app.add_option("--format", args->job.format,
+                 "Format of the output: mcap, tum or csv. Unless given: by the ending of OUT")
+      ->type_name("NAME");
   app.add_option("--topics,--topic", args->job.topics, "Only these topics, with commas between them")
       ->delimiter(',')
       ->type_name("A,B");
-  app.add_option("--from", args->job.from, "Only from here [s]: after the start, or @ the recording's clock")
+  app.add_option("--from", args->job.from,
+                 "Begin of the interval [s]: after the start, or with @ on the recording's clock")
       ->type_name("T");
-  app.add_option("--to", args->job.to, "Only before here [s]")->type_name("T");
-  app.add_option("--kind", args->job.kind, "What a .csv holds: detections, odometry, imu, range-bearing")
+  app.add_option("--to", args->job.to, "End of the evaluated interval [s]")->type_name("T");
+  app.add_option("--kind", args->job.kind,
+                 "Content of a .csv file: detections, odometry, imu or range-bearing")
       ->check(CLI::IsMember({"detections", "odometry", "imu", "range-bearing"}))
       ->type_name("NAME");
   app.add_option(
          "--robot", args->job.robot,
-         "For tables and LCM logs that become .mcap: camera and where it sits, a robot's file or a name")
+         "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name")
       ->type_name("FILE");
   app.add_option("--tag-latency-s", args->job.tag_latency_s,
-                 "How long before its stamp an MBot's picture was taken [s] (LCM logs)")
+                 "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str()
       ->type_name("S");

@@ -262,7 +262,7 @@ Run prepare_demo(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for recordings, map and figures")
       ->capture_default_str()
       ->type_name("FOLDER");
-  app.add_option("--laps", args->laps, "How often the lap is driven again")
+  app.add_option("--laps", args->laps, "Number of laps of the replay")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("NUMBER");

@@ -61,7 +61,7 @@ Run prepare_detect(CLI::App& app) {
          "such as 'lap/*.png'")
       ->required()
       ->type_name("");
-  app.add_flag("--recursive", args->job.recursive, "Look for pictures in the folders inside a folder too");
+  app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
   app.add_flag("--json", args->json, "One JSON object a line for each picture instead of tables");
   app.add_flag("--covariance", args->covariance,
                "With --json: the 8 x 8 covariance of the corners of each tag as well");

@@ -69,23 +69,25 @@ Run prepare_trajectory(CLI::App& app) {
       ->type_name("TOPIC");
   app.add_option("--ref-topic", args->job.reference_topic, "Topic of REF's poses; usually /truth/pose")
       ->type_name("TOPIC");
-  app.add_option("--alignment", args->alignment,
-                 "What may be moved before errors are measured: none (the map's own frame), se2, se3, sim3 "
-                 "(with scale)")
+  app.add_option(
+         "--alignment", args->alignment,
+         "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
       ->check(CLI::IsMember({"none", "se2", "se3", "sim3"}))
       ->capture_default_str()
       ->type_name("KIND");
-  app.add_flag("--closed", args->job.closed, "The corners of REF go back to the first one");
+  app.add_flag("--closed", args->job.closed,
+               "Compare a closed loop: the corners of REF return to the first one");
   app.add_option("--odometry", args->job.odometry,
-                 "Judge the wheel odometry, and wheels with gyro, of this recording beside it, started where "
-                 "EST starts")
+                 "Evaluate the wheel odometry, and wheels with gyro, of this recording beside EST, started "
+                 "at the same pose")
       ->type_name("LOG");
-  app.add_option("--from", args->job.from_s, "Leave out what is earlier, in seconds from the start of EST")
+  app.add_option("--from", args->job.from_s,
+                 "Begin of the evaluated interval, in seconds from the start of EST")
       ->type_name("S");
-  app.add_option("--to", args->job.to_s, "Leave out what is later, in seconds from the start of EST")
+  app.add_option("--to", args->job.to_s, "End of the evaluated interval, in seconds from the start of EST")
       ->type_name("S");
   app.add_option("--time-offset-s", args->job.time_offset_s,
-                 "Added to the stamps of REF, when its clock differs")
+                 "Clock offset that is added to the stamps of REF")
       ->capture_default_str()
       ->type_name("NUMBER");
   app.add_option("--figures", args->figures, "Folder for figures: paths from above, error along the way")
@@ -100,7 +102,7 @@ Run prepare_trajectory(CLI::App& app) {
 Verb evaluate_verb() {
   return {
       .name = "evaluate",
-      .sentence = "Compare an answer with the truth",
+      .sentence = "Compare an estimate with the ground truth",
       .help =
           R"(EST REF compares a trajectory with where the robot really was. Errors are measured at the same time (REF is
 interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo

@@ -70,7 +70,7 @@ Run prepare_detections(CLI::App& app) {
          "--detections", args->job.detections,
          "Score this output of `waymark detect --json` instead of running the detector; - is standard input")
       ->type_name("FILE");
-  app.add_flag("--recursive", args->job.recursive, "Look for pictures in the folders inside a folder too");
+  app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
   app.add_flag("--json", args->json, "One JSON object instead of tables");
   app.add_option("--size-edges-px", args->job.edges.size_px,
                  "Edges of the size classes, for example 0,16,32,64")

@@ -102,7 +102,7 @@ Run prepare_experiment(CLI::App& app) {
   app.add_option("-o,--output", args->output, "Folder for laps, maps and experiment.json")
       ->capture_default_str()
       ->type_name("FOLDER");
-  app.add_flag("--force", args->force, "Write over an experiment that is in the folder");
+  app.add_flag("--force", args->force, "Replace an experiment that is in the folder");
   app.add_flag("--json", args->json, "One JSON object instead of a table");
   return [args](Console& console) { return experiment(*args, console); };
 }

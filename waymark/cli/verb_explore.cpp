@@ -78,11 +78,11 @@ Run prepare_explore(CLI::App& app) {
                  "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
                  "measured them")
       ->type_name("PATH");
-  app.add_option("--minutes", args->job.minutes, "How long it wanders")
+  app.add_option("--minutes", args->job.minutes, "Duration of the drive")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 10000.0))
       ->type_name("NUMBER");
-  app.add_option("-o,--output", args->job.output, "Also record it (.mcap)")
+  app.add_option("-o,--output", args->job.output, "Recording to write of the drive (.mcap)")
       ->transform(recording_name())
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
@@ -94,7 +94,7 @@ Run prepare_explore(CLI::App& app) {
 Verb explore_verb() {
   return {
       .name = "explore",
-      .sentence = "Wander about while the robot knows where it is",
+      .sentence = "Explore at random while the robot is localised",
       .help =
           R"(The robot drives forward with a heading that wanders at random, turns by a random angle where its lidar
 sees something near, and localises itself by the tags of the map: the exercise "Marker Based Visual Loc" of

@@ -56,7 +56,7 @@ Run prepare_info(CLI::App& app) {
 Verb info_verb() {
   return {
       .name = "info",
-      .sentence = "Say what a recording holds, what is wrong with it and what can be done with it",
+      .sentence = "Summarise a recording: contents, defects and the verbs that can use it",
       .help =
           R"(Who wrote it, when, how long; its topics with type, number of messages and rate; messages that are missing,
 stamps that are zero, twice or out of order, clocks that jumped; metadata; attachments; what misleads in

@@ -68,43 +68,39 @@ Run prepare_localize(CLI::App& app) {
   app.add_option("LOG", job.logs, "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables")
       ->required()
       ->type_name("");
-  app.add_option(
-         "--map", job.map,
-         "Where the tags are: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-         "with id, x, y, field layout of WPILib")
+  app.add_option("--map", job.map,
+                 "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
+                 "with id, x, y, or a field layout of WPILib")
       ->required()
       ->type_name("FILE");
-  app.add_option(
-         "--robot", job.robot,
-         "Camera and where it sits: a robot's file, or a name. Unless given: what the recording says, or "
-         "robot.yaml beside the map")
+  app.add_option("--robot", job.robot,
+                 "Camera and its mounting: a robot's file, or a name. Unless given: the recording's, or "
+                 "those of robot.yaml beside the map")
       ->type_name("FILE");
   add_frame_flags(app, job.frames);
-  app.add_option("--calibration", job.calibration, "calibration.yaml: what is better known of this robot")
+  app.add_option("--calibration", job.calibration, "Calibration of this robot (calibration.yaml)")
       ->type_name("FILE");
   app.add_option("--method", job.method,
-                 "riekf, the right-invariant filter; ekf, the plain one; anchor, nearest tag and odometry; "
-                 "smoother, riekf in hindsight")
+                 "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
+                 "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option(
          "-o,--output", job.output,
          "Record the estimates (.mcap), or write the certain ones as poses, one a line (.txt, .tum: TUM)")
       ->type_name("FILE");
-  app.add_option("--tag-size-m", job.tag_size_m,
-                 "Size of tags whose map does not say it (0.24 of the Academy's)")
+  app.add_option("--tag-size-m", job.tag_size_m, "Tag size where the map has none (0.24 for the Academy's)")
       ->type_name("NUMBER");
   app.add_option("--sensor-pose", job.sensor_pose,
-                 "Where a sensor sits that measures ranges: x y [m], yaw [deg]")
+                 "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
       ->expected(3)
       ->type_name("NUMBER");
-  app.add_option("--start", job.start, "Where the robot starts, if it is known: x y [m], yaw [deg]")
+  app.add_option("--start", job.start, "Initial pose of the robot, if it is known: x y [m], yaw [deg]")
       ->expected(3)
       ->type_name("NUMBER");
   app.add_flag(
       "--no-adapt", args->no_adapt,
-      "Keep the assumed noise. Otherwise a recording that shows another noise of motion and observations "
-      "sets it");
+      "Keep the assumed noise instead of estimating the noise of motion and observations from the recording");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return localize_log(*args, console); };
 }
@@ -114,7 +110,7 @@ Run prepare_localize(CLI::App& app) {
 Verb localize_verb() {
   return {
       .name = "localize",
-      .sentence = "Where a robot was, from its recording and a map of the tags",
+      .sentence = "Estimate the trajectory of a robot from its recording and a map of the tags",
       .help =
           R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
 /waymark/pose, mere guesses on /waymark/pose_uncertain, and for each sighting of a mapped tag on /waymark/nis how

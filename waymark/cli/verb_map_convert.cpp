@@ -52,7 +52,7 @@ Run prepare_convert_map(CLI::App& app) {
   app.add_option("--tag-size-m", args->job.tag_size_m,
                  "Side of the black square of tags whose file does not say it")
       ->type_name("NUMBER");
-  app.add_option("--remove", args->job.remove, "Tags to leave out, such as 3,7 or tag36h11:3")
+  app.add_option("--remove", args->job.remove, "Tags to exclude, such as 3,7 or tag36h11:3")
       ->delimiter(',')
       ->type_name("TAGS");
   app.add_flag("--force", args->job.force, "Replace a file that is there");

@@ -85,7 +85,8 @@ Run prepare_optimize(CLI::App& app) {
   app.add_option("--name", args->job.name, "Name of the new route; the taught one stays as it is")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--weights", args->weights_file, "What a route is worth: a .yaml file with the keys below")
+  app.add_option("--weights", args->weights_file,
+                 "Options of the optimisation: a .yaml file with the keys below")
       ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of a table");
   return [args](Console& console) { return optimize(*args, console); };

@@ -119,7 +119,7 @@ Run prepare(CLI::App& app) {
                  "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
       ->required()
       ->type_name("");
-  app.add_option("--speed", args->speed, "How fast: 1 as it was recorded, 2 twice as fast, 0 without waiting")
+  app.add_option("--speed", args->speed, "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting")
       ->capture_default_str()
       ->type_name("NUMBER");
   app.add_flag("--messages", args->messages,
@@ -133,7 +133,7 @@ Run prepare(CLI::App& app) {
 Verb play_verb() {
   return {
       .name = "play",
-      .sentence = "Print what a recording says, when it was said",
+      .sentence = "Print the samples of a recording at their times",
       .help =
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).

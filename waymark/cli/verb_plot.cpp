@@ -85,7 +85,8 @@ Run prepare_plot(CLI::App& app) {
   app.add_option("RUN", args->runs, "Recordings, folders of maps, or the folder of a demo")
       ->required()
       ->type_name("...");
-  app.add_option("--figure", args->figure, "Which figure; without it they are listed")->type_name("NAME");
+  app.add_option("--figure", args->figure, "Name of the figure. Unless given: the figures are listed")
+      ->type_name("NAME");
   app.add_option("-o,--output", args->output, "File to write: .svg, .png or .pdf (usual: NAME.svg)")
       ->type_name("FILE");
   app.add_flag("--force", args->force, "Replace a file that is there");

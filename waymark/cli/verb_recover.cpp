@@ -73,7 +73,7 @@ Run prepare(CLI::App& app) {
 Verb recover_verb() {
   return {
       .name = "recover",
-      .sentence = "Give a recording that was cut the index it lost",
+      .sentence = "Restore the index of a recording that was cut off",
       .help =
           R"(Copies every whole record as it is, by any writer of MCAP, and writes the indexes and the summary that a
 finished recording ends with. Chunks whose checksum is wrong, and what is left of the last record, are left

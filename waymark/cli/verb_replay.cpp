@@ -150,30 +150,28 @@ Run prepare_replay(CLI::App& app) {
   const auto args = std::make_shared<ReplayArgs>(app);
   app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
   app.add_option("--method", args->job.method,
-                 "How the robot knows where it is: riekf, the right-invariant filter; ekf, the plain one; "
-                 "anchor, the "
-                 "nearest tag and odometry")
+                 "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
+                 "filter) or anchor (nearest tag and odometry)")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option(
-         "--controller", args->job.controller,
-         "How it follows the route: follower, curvature fed forward and errors fed back; pursuit, pure "
-         "pursuit; pose, from goal to goal")
+  app.add_option("--controller", args->job.controller,
+                 "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) "
+                 "or pose (goal to goal)")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option(
          "--route", args->job.route,
-         "Another route of the folder, of that name: of another lap (`waymark map --route-name`), or an "
-         "optimised one (`waymark optimize`), which is judged by itself; `waymark routes` lists them")
+         "Name of the route to drive, of another lap (`waymark map --route-name`) or optimised (`waymark "
+         "optimize`, which is judged by itself); `waymark routes` lists them. Unless given: the taught route")
       ->type_name("NAME");
   app.add_option("--calibration", args->calibration,
-                 "calibration.yaml: what is better known of this robot; its yaw gain is where the follower "
-                 "begins to learn")
+                 "Calibration of this robot (calibration.yaml); its yaw gain is the initial value that the "
+                 "follower learns from")
       ->type_name("FILE");
-  app.add_option("--laps", args->job.replay.laps, "How often a closed route is driven")
+  app.add_option("--laps", args->job.replay.laps, "Number of laps of a closed route")
       ->capture_default_str()
       ->type_name("NUMBER");
-  app.add_option("-o,--output", args->job.output, "Also record the replay (.mcap)")
+  app.add_option("-o,--output", args->job.output, "Recording to write of the replay (.mcap)")
       ->transform(recording_name())
       ->type_name("FILE");
   app.add_option("--record-images", args->job.images,
@@ -194,7 +192,7 @@ Run prepare_replay(CLI::App& app) {
 Verb replay_verb() {
   return {
       .name = "replay",
-      .sentence = "Drive a taught route again, without a person",
+      .sentence = "Replay a taught route autonomously",
       .help =
           R"(The robot starts where the taught lap began, looks for tags of the map, and follows the route. A limiter
 has the last word before the motors: it stops the robot, and says why, when odometry or gyro are old, the

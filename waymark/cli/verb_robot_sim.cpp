@@ -50,11 +50,11 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
 Run prepare_robot_sim(CLI::App& app) {
   const auto args = std::make_shared<RobotSimArgs>(app);
   app.add_flag("--lockstep", args->options.lockstep,
-               "Time stands still until each step is answered: as fast as the machine can, and the same "
-               "samples every time");
+               "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
+               "the same samples every time");
   app.add_option(
          "--pace", args->options.pace,
-         "With --lockstep: no faster than so many seconds of the world a second; 0: as fast as it goes")
+         "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str()
       ->type_name("FLOAT");
@@ -66,7 +66,7 @@ Run prepare_robot_sim(CLI::App& app) {
 Verb robot_sim_verb() {
   return {
       .name = "robot-sim",
-      .sentence = "A simulated robot that speaks the protocol of robot processes",
+      .sentence = "Run a simulated robot that speaks the protocol of robot processes",
       .help =
           R"(Writes what the robot senses as JSON lines on standard output and reads commands from standard input,
 as docs/formats/robot-process.md says: to try the protocol, or as a robot for --robot process:CMD. It starts

@@ -44,22 +44,24 @@ Run prepare_routes(CLI::App& app) {
   const auto args = std::make_shared<RoutesArgs>();
   app.add_option("MAP", args->job.folder, "Folder that `waymark map` wrote")->required()->type_name("");
   args->named = app.add_option("--route", args->route,
-                               "This route alone; unless given, stations are the taught route's")
+                               "Name of the route to list or edit. Unless given: the taught route for "
+                               "stations, all routes for the list")
                     ->type_name("NAME");
   app.add_option("--station", args->job.station,
-                 "A place where the robot stands for a while: it is put on the route, or moved")
+                 "Name of a station, a place where the robot stops for a while, to add or move")
       ->type_name("NAME");
-  app.add_option("--at-m", args->job.at_m, "Where: metres along the route")
+  app.add_option("--at-m", args->job.at_m, "Position of the station along the route, in metres")
       ->check(CLI::Range(0.0, 1e6))
       ->type_name("FLOAT");
-  app.add_option("--at-tag", args->job.at_tag, "Where: the place of the route nearest to this tag")
+  app.add_option("--at-tag", args->job.at_tag,
+                 "Tag whose nearest point of the route is the position of the station")
       ->type_name("TAG");
   app.add_option("--pause-s", args->job.pause_s,
-                 "How long it stands there; a station that is moved keeps what it had")
+                 "Duration of the stop at the station; a station that is moved keeps its duration")
       ->default_str("5")
       ->check(CLI::Range(0.0, 86400.0))
       ->type_name("FLOAT");
-  app.add_option("--remove-station", args->job.remove, "This station is one no more")->type_name("NAME");
+  app.add_option("--remove-station", args->job.remove, "Name of a station to remove")->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object a route instead of words");
   return [args](Console& console) { return routes(*args, console); };
 }
@@ -69,7 +71,7 @@ Run prepare_routes(CLI::App& app) {
 Verb routes_verb() {
   return {
       .name = "routes",
-      .sentence = "List the routes of a map, and say where the robot pauses on them",
+      .sentence = "List the routes of a map, and edit the stations on them",
       .help =
           R"(The taught route is route.yaml, those with a name are route-NAME.yaml: laps that `waymark map --extend MAP
 --route-name NAME` added, and what `waymark optimize` made. `waymark replay MAP --route NAME` drives one.

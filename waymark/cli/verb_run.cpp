@@ -118,13 +118,12 @@ Run prepare_run(CLI::App& app) {
   app.add_option("-o,--output", args->folder, "Folder for what is written: lap.mcap, map/, replay.mcap")
       ->required()
       ->type_name("FOLDER");
-  args->driver =
-      app.add_option("--driver", args->job.driver,
-                     "Who is in charge: gamepad, keyboard, lines (a program that writes go, stop, quit and "
-                     "drive 0.3 -0.1 to "
-                     "standard input), scripted (with --world), page (with --view, and then the default)");
+  args->driver = app.add_option(
+      "--driver", args->job.driver,
+      "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 on "
+      "standard input), scripted (with --world) or page (with --view, and then the default)");
   args->driver->capture_default_str()->type_name("NAME");
-  app.add_option("--map", args->job.map, "Folder of a map that is there already: begin with ready")
+  app.add_option("--map", args->job.map, "Folder of an existing map, which makes teaching unnecessary")
       ->type_name("FOLDER");
   app.add_option("--route", args->job.replay.route, "With --map: a route of that name (`waymark routes`)")
       ->type_name("NAME");
@@ -132,22 +131,22 @@ Run prepare_run(CLI::App& app) {
                  "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("HOW");
-  app.add_option("--calibration", args->calibration,
-                 "calibration.yaml: what is better known of this robot, and where its replays begin to learn")
+  app.add_option(
+         "--calibration", args->calibration,
+         "Calibration of this robot (calibration.yaml), also the initial values of what replays learn")
       ->type_name("FILE");
-  app.add_option("--speed-m-s", args->job.speed_m_s,
-                 "How fast a person drives with the stick all the way forward")
+  app.add_option("--speed-m-s", args->job.speed_m_s, "Speed at full forward deflection of the stick")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 5.0))
       ->type_name("FLOAT");
-  app.add_option("--laps", args->job.replay.replay.laps, "How often a closed route is replayed")
+  app.add_option("--laps", args->job.replay.replay.laps, "Number of laps of a closed route")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1000.0))
       ->type_name("NUMBER");
-  app.add_flag("--images", args->images, "The simulated robot sends pictures");
+  app.add_flag("--images", args->images, "Let the simulated robot send pictures");
   app.add_option("--pace", args->pace,
-                 "With --view and a simulated robot: so many seconds of the world pass in one; 0: as many as "
-                 "can")
+                 "Real-time factor with --view and a simulated robot: simulated seconds per second; 0: as "
+                 "fast as possible")
       ->check(CLI::Range(0.0, 100.0))
       ->capture_default_str()
       ->type_name("FLOAT");
@@ -161,7 +160,7 @@ Run prepare_run(CLI::App& app) {
 Verb run_verb() {
   return {
       .name = "run",
-      .sentence = "Teach, map and replay in one go, with one button",
+      .sentence = "Teach, map and replay in one session, with one button",
       .help =
           R"(The whole story with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
 the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and

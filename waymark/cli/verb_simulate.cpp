@@ -103,7 +103,9 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
 
 Run prepare_simulate(CLI::App& app) {
   const auto args = std::make_shared<SimulateArgs>(app);
-  app.add_option("--like", args->like, "Recording to take after: anything that `waymark info` reads")
+  app.add_option(
+         "--like", args->like,
+         "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
       ->required()
       ->type_name("RECORDING");
   app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
@@ -119,7 +121,7 @@ Run prepare_simulate(CLI::App& app) {
 Verb simulate_verb() {
   return {
       .name = "simulate",
-      .sentence = "A simulated recording with the rates, gaps, noises and speeds of a real one",
+      .sentence = "Simulate a recording with the rates, gaps, noise and speeds of a real one",
       .help =
           R"(Measures a recording: how often each sensor speaks and where it falls silent, the noise of corners, gyro and
 accelerometer, how many tags are missed, how late pictures arrive, how late speeds follow commands, and how

@@ -116,10 +116,10 @@ ExitCode draw(const BoardArgs& args, Console& console) {
 
 Run prepare_tags_board(CLI::App& app) {
   const auto args = std::make_shared<BoardArgs>(app);
-  app.add_option("--style", args->style,
-                 "aprilgrid: as Kalibr prints and reads it, black squares touching the corners of the tags, "
-                 "border of "
-                 "two cells; separate: as AprilTag 3 and `waymark detect` read it")
+  app.add_option(
+         "--style", args->style,
+         "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of "
+         "two cells) or separate (single tags, as AprilTag 3 and `waymark detect` read them)")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_flag("--kalibr-yaml", args->kalibr_yaml,

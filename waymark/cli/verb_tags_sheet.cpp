@@ -81,7 +81,7 @@ ExitCode draw(const SheetArgs& args, Console& console) {
 
 Run prepare_tags_sheet(CLI::App& app) {
   const auto args = std::make_shared<SheetArgs>(app);
-  app.add_option("--ids", args->ids, "Numbers of the tags, for example 0-23 or 0-3,7,9")
+  app.add_option("--ids", args->ids, "Ids of the tags, for example 0-23 or 0-3,7,9")
       ->required()
       ->type_name("LIST");
   return [args](Console& console) { return draw(*args, console); };

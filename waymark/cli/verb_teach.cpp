@@ -130,32 +130,33 @@ Run prepare_teach(CLI::App& app) {
       ->transform(recording_name())
       ->type_name("FILE");
   app.add_option("--driver", args->job.driver,
-                 "Who drives: scripted (like a person who knows the way), keyboard, gamepad")
+                 "Driver: scripted (follows the line of the world), keyboard or gamepad")
       ->capture_default_str()
       ->type_name("NAME");
-  args->speed =
-      app.add_option("--speed-m-s", args->job.speed_m_s,
-                     "How fast the driver means to drive; unless given, no faster than the robot can")
-          ->capture_default_str()
-          ->check(CLI::Range(0.01, 5.0))
-          ->type_name("FLOAT");
-  app.add_option(
-         "--second-speed-m-s", args->job.second_speed_m_s,
-         "Another speed, driven in turn with the first every three metres: for `waymark calibrate robot`")
+  args->speed = app.add_option("--speed-m-s", args->job.speed_m_s,
+                               "Cruising speed of the driver. Unless given: limited by the robot's maximum")
+                    ->capture_default_str()
+                    ->check(CLI::Range(0.01, 5.0))
+                    ->type_name("FLOAT");
+  app.add_option("--second-speed-m-s", args->job.second_speed_m_s,
+                 "Second cruising speed, used alternately with the first every three metres: for `waymark "
+                 "calibrate robot`")
       ->check(CLI::Range(0.01, 5.0))
       ->type_name("FLOAT");
   const char* scripted = "Driver scripted";
-  app.add_option("--wander-m", args->job.wander_m, "How far off the line it drives, standard deviation")
+  app.add_option("--wander-m", args->job.wander_m,
+                 "Standard deviation of the lateral deviation from the line")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0))
       ->type_name("FLOAT")
       ->group(scripted);
-  app.add_option("--wander-time-s", args->job.wander_time_s, "How long it stays off: short makes it wind")
+  app.add_option("--wander-time-s", args->job.wander_time_s,
+                 "Correlation time of the lateral deviation; short makes the path wind")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 60.0))
       ->type_name("FLOAT")
       ->group(scripted);
-  app.add_option("--overlap-m", args->job.overlap_m, "How far past the start it drives a closed lap")
+  app.add_option("--overlap-m", args->job.overlap_m, "Distance driven past the start of a closed lap")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1000.0))
       ->type_name("FLOAT")

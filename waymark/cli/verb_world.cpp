@@ -4,7 +4,7 @@ namespace waymark::cli {
 
 Verb world_verb() {
   return {.name = "world",
-          .sentence = "Look at a simulated world, or make one",
+          .sentence = "Show a simulated world, or make one",
           .help = "Example:\n  waymark world check circuit24\n",
           .prepare = {},
           .verbs = {world_check_verb(), world_new_verb(), world_orbit_verb()}};

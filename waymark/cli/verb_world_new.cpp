@@ -62,7 +62,7 @@ ExitCode make_world(const NewArgs& args, Console& console) {
 Run prepare_world_new(CLI::App& app) {
   const auto args = std::make_shared<NewArgs>(app);
   app.add_option("--path", args->path,
-                 "The line: a .csv file with columns x and y in metres, or a recording of a drive")
+                 "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive")
       ->required()
       ->type_name("FILE");
   app.add_option("-o,--output", args->output, "World to write (.yaml)")->required()->type_name("FILE");

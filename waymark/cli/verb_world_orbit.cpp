@@ -59,7 +59,8 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
 Run prepare_orbit(CLI::App& app) {
   const auto args = std::make_shared<OrbitArgs>(app);
   app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
-  app.add_option("-o,--output", args->output, "Also draw it (.svg, .png or .pdf)")->type_name("FILE");
+  app.add_option("-o,--output", args->output, "Figure to draw of the result (.svg, .png or .pdf)")
+      ->type_name("FILE");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return go_round(*args, console); };
 }
