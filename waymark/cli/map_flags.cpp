@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <CLI/Validators.hpp>
 
 #include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
