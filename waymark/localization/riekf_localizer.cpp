@@ -221,7 +221,8 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
       "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)
-    all.emplace_back("the tags that were seen do not agree with the assumed start: the robot was localised from the tags "
+    all.emplace_back(
+        "the tags that were seen do not agree with the assumed start: the robot was localised from the tags "
         "alone");
   if (const auto& suspect = tracker_.suspect()) {
     all.push_back(words_of(*suspect, tracker_.sees_corners()));

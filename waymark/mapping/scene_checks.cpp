@@ -110,9 +110,9 @@ void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>&
   }
   constexpr double kSizeSigma = 0.005;
   if (std::abs(map.size_scale - 1) > kGate * kSizeSigma)
-    words.push_back(
-        fmt::format("by the distances given, tags are {:.3f} times as large as their given sizes, {:.1f} sigma",
-                    map.size_scale, std::abs(map.size_scale - 1) / kSizeSigma));
+    words.push_back(fmt::format(
+        "by the distances given, tags are {:.3f} times as large as their given sizes, {:.1f} sigma",
+        map.size_scale, std::abs(map.size_scale - 1) / kSizeSigma));
 }
 
 void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& words) {
