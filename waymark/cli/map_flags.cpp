@@ -63,6 +63,7 @@ Result<MapJob> MapArgs::make_job() const {
   made.more = more;
   made.robot = robot;
   made.frames = frames;
+  made.map_sigma_m = map_sigma_m;
   if (Status status = bundle.apply(made.options.bundle); !status) return tl::unexpected(status.error());
   if (Status status = chain.apply(made.options.chain); !status) return tl::unexpected(status.error());
   if (Status status = points.apply(made.points); !status) return tl::unexpected(status.error());
@@ -174,6 +175,12 @@ void MapArgs::add_to(CLI::App& verb) {
                   "Tags that were removed, with --extend: deleted from the map and from the lap")
       ->delimiter(',')
       ->type_name("TAGS");
+  verb.add_option("--map-sigma", map_sigma_m,
+                  "Standard deviation of the tags' positions, with --extend, of a map without covariances, "
+                  "such as one measured by hand [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 10.0))
+      ->type_name("NUMBER");
   verb.add_option("--tagslam", tagslam,
                   "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
                   "config.json): cameras and "

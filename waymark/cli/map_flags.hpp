@@ -36,6 +36,7 @@ struct MapArgs {
   std::string route_name;
   std::vector<std::string> freeze;
   std::vector<std::string> remove;
+  double map_sigma_m = kMapSigma_m;
   std::string tagslam;
   std::string model = "waymark";
   std::string against;

@@ -104,6 +104,13 @@ Run prepare_calibrate_robot(CLI::App& app) {
                  "Calibration known beforehand (calibration.yaml), such as the camera's")
       ->type_name("FILE");
   app.add_option("--tag-size-m", job.tag_size_m, "Tag size where the map has none")->type_name("NUMBER");
+  app.add_option(
+         "--map-sigma", job.map_sigma_m,
+         "Standard deviation of the tags' positions, by lap, of a map without covariances, such as one "
+         "measured by hand [m]")
+      ->capture_default_str()
+      ->check(CLI::Range(1e-6, 10.0))
+      ->type_name("NUMBER");
   app.add_option("--sensor-pose", job.sensor_pose,
                  "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
       ->expected(3)

@@ -15,7 +15,7 @@ namespace {
 
 struct CheckArgs {
   std::string world;
-  std::string robot_file = "limo";
+  std::string robot_file;
   bool json = false;
 };
 
@@ -50,8 +50,7 @@ Run prepare_check(CLI::App& app) {
   app.add_option("--robot-file", args->robot_file,
                  "Body and camera of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
                  "turtlebot3-waffle, or the "
-                 "path of a .yaml file")
-      ->capture_default_str()
+                 "path of a .yaml file. Unless given: the robot that the world names, or limo")
       ->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return check(*args, console); };

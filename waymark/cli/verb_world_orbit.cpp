@@ -40,7 +40,7 @@ std::string to_text(const World& world, const OrbitReport& r) {
 ExitCode go_round(const OrbitArgs& args, Console& console) {
   OrbitOptions options;
   Status status = args.options.apply(options);
-  const Result<Stage> stage = load_stage(args.world, "limo", 1);
+  const Result<Stage> stage = load_stage(args.world, {}, 1);
   if (status && !stage) status = tl::unexpected(stage.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const World& world = stage->simulated.world;

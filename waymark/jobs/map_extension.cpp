@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/mapping/tag_ties.hpp"

@@ -18,6 +18,9 @@
 /// `waymark map`: a recorded lap becomes a map, a route and figures in a folder.
 namespace waymark {
 
+/// Standard deviation of the tags of a map that was measured by hand, unless more is said.
+inline constexpr double kMapSigma_m = 0.01;
+
 struct MapJob {
   std::string lap;               ///< the recording
   std::filesystem::path folder;  ///< of what is written
@@ -29,13 +32,14 @@ struct MapJob {
   std::optional<LandmarksFile> prior{};     ///< an older map of the place, to say what changed since
   std::optional<MapFile> extend{};          ///< a map that the lap is to improve
   std::filesystem::path extended_folder{};  ///< where it came from
-  std::string route_name{};     ///< the lap becomes the route of this name, beside those of the extended map
-  std::set<TagId> freeze{};     ///< its tags that stay exactly where it has them
-  std::set<TagId> remove{};     ///< its tags that are gone
-  LandmarkMapOptions points{};  ///< for recordings with poses of tags and no corners
-  std::vector<std::string> more{};  ///< further files of the same lap, such as tables
-  std::string robot{};              ///< file or name: camera and mounting; empty: as the recording says
-  CameraChoice frames{};            ///< of a recording that holds several
+  std::string route_name{};  ///< the lap becomes the route of this name, beside those of the extended map
+  std::set<TagId> freeze{};  ///< its tags that stay exactly where it has them
+  std::set<TagId> remove{};  ///< its tags that are gone
+  double map_sigma_m = kMapSigma_m;  ///< of its tags, when it does not say how well it knows any of them
+  LandmarkMapOptions points{};       ///< for recordings with poses of tags and no corners
+  std::vector<std::string> more{};   ///< further files of the same lap, such as tables
+  std::string robot{};               ///< file or name: camera and mounting; empty: as the recording says
+  CameraChoice frames{};             ///< of a recording that holds several
 };
 
 struct MapReport {
