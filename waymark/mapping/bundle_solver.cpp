@@ -5,6 +5,7 @@
 #include "waymark/mapping/bundle.hpp"
 #include "waymark/mapping/bundle_terms.hpp"
 #include "waymark/mapping/front_cholesky.hpp"
+#include "waymark/mapping/kept_factor.hpp"
 #include "waymark/mapping/schur_system.hpp"
 
 namespace waymark {
@@ -53,9 +54,29 @@ std::optional<Eigen::VectorXd> step_of(internal::SchurSystem& schur, const Block
   return step;
 }
 
+/// Goes the way of a step that went too far as far as gains something: a half of it, a quarter, ... Stays
+/// where it is when nothing of it does.
+bool shorten(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step,
+             double robust_chi2, double cost, Bundle& bundle) {
+  constexpr double kShortest = 0.05;
+  const Values before = Values::of(bundle);
+  for (double share = 0.5; share > kShortest; share /= 2) {
+    internal::apply(unknowns, system, share * step, bundle);
+    if (internal::accumulate(bundle, unknowns, robust_chi2, nullptr) < cost) return true;
+    before.restore(bundle);
+  }
+  return false;
+}
+
 }  // namespace
 
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress) {
+  internal::KeptFactor kept;
+  return solve(bundle, options, progress, kept);
+}
+
+BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
+                    internal::KeptFactor& kept) {
   constexpr double kLeastDamping = 1e-12;
   constexpr double kMostDamping = 1e12;
   BundleSummary summary;
@@ -68,10 +89,11 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
   BlockSystem system(unknowns.dimensions, unknowns.couplings);
   internal::SchurSystem schur(system, plan);
   const internal::FrontPlan fronts = plan.worth_it() ? internal::FrontPlan() : internal::front_plan(system);
+  const bool keep = !plan.worth_it() && internal::worth_keeping(fronts, system);
   internal::FrontCholesky cholesky(system, fronts);
   double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
   if (const int invisible = std::isfinite(cost) ? 0 : set_invisible_aside(bundle); invisible > 0) {
-    summary = solve(bundle, options, progress);
+    summary = solve(bundle, options, progress, kept);
     summary.invisible += invisible;
     return summary;
   }
@@ -81,8 +103,9 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
     summary.stopped = progress && !progress(summary.iterations, cost);
     if (summary.stopped) break;
     ++summary.iterations;
-    const auto step =
-        plan.worth_it() ? step_of(schur, system, damping) : internal::damped_step(cholesky, system, damping);
+    const auto step = plan.worth_it() ? step_of(schur, system, damping)
+                      : keep          ? kept.step(system, damping)
+                                      : internal::damped_step(cholesky, system, damping);
     const Values before = Values::of(bundle);
     if (step) internal::apply(unknowns, system, *step, bundle);
     const double promised = step ? -step->dot(system.gradient()) / 2 : 0;
@@ -93,9 +116,13 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
       before.restore(bundle);
       // A step that should gain next to nothing and does not: rounding is all that is left.
       summary.converged = step && promised <= 1e-12 * (1e-9 + cost);
-      if (step && !summary.converged)
-        static_cast<void>(internal::accumulate(bundle, unknowns, options.robust_chi2, &system));
-      damping = std::max(damping, kLeastDamping) * 10;
+      if (!step || summary.converged) {
+        damping = std::max(damping, kLeastDamping) * 10;
+        continue;
+      }
+      if (!shorten(unknowns, system, *step, options.robust_chi2, cost, bundle))
+        damping = std::max(damping, kLeastDamping) * 10;
+      cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
       continue;
     }
     summary.converged = cost - next <= options.relative_gain * (cost + 1e-12);

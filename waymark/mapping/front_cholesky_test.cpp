@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 
 #include "waymark/base/random.hpp"
+#include "waymark/mapping/kept_factor.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -37,6 +38,31 @@ BlockSystem system_of(const Shape& shape, Random& random) {
     system.add(std::array<BlockSystem::Part, 2>{{{a, J_a}, {b, J_b}}}, r);
   }
   return system;
+}
+
+TEST(KeptFactor, LeadsToTheStepOfASystemThatIsAlikeAndGivesWayToOneThatIsNot) {
+  constexpr double kDamping = 1e-3;
+  Random random(2);
+  const Shape shape{"corridor", 80, 40, 3, true, false};
+  const BlockSystem first = system_of(shape, random);
+  BlockSystem alike = first;
+  for (int u = 0; u < alike.unknowns(); ++u) {
+    const Eigen::MatrixXd J = 0.5 * Eigen::MatrixXd::Identity(6, 6);
+    alike.add(std::array<BlockSystem::Part, 1>{{{u, J}}}, 0.1 * Eigen::VectorXd::Ones(6));
+  }
+  const BlockSystem another = system_of(shape, random);
+  const BlockSystem smaller = system_of({"rig", 40, 5, 4, false, false}, random);
+  KeptFactor kept;
+  for (const BlockSystem* system : std::array<const BlockSystem*, 4>{&first, &alike, &another, &smaller}) {
+    const std::optional<Eigen::VectorXd> step = kept.step(*system, kDamping);
+    const FrontPlan plan = front_plan(*system);
+    FrontCholesky cholesky(*system, plan);
+    const std::optional<Eigen::VectorXd> exact = damped_step(cholesky, *system, kDamping);
+    ASSERT_TRUE(step && exact);
+    const Eigen::VectorXd off = *step - *exact;
+    const auto H = system->lower().selfadjointView<Eigen::Lower>();
+    EXPECT_LT(off.dot(H * off), 0.01 * exact->dot(H * *exact));
+  }
 }
 
 TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {

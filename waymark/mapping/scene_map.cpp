@@ -6,6 +6,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/confirmed_sightings.hpp"
+#include "waymark/mapping/kept_factor.hpp"
 #include "waymark/mapping/scene_report.hpp"
 #include "waymark/mapping/stopped.hpp"
 
@@ -121,6 +122,8 @@ class Search {
   }
 
   [[nodiscard]] double noise_px() const { return noise_px_; }
+  /// Gives memory back.
+  void end() { factor_.forget(); }
 
  private:
   static constexpr double kStartPx = 0.5;
@@ -223,9 +226,10 @@ class Search {
     if (!goes_on()) return;
     const BundleOptions search{
         .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
-    map_.summary = solve(map_.problem.bundle, search, [&](int iteration, double cost) {
+    const auto told = [&](int iteration, double cost) {
       return !progress_ || progress_(stage, iteration, cost);
-    });
+    };
+    map_.summary = solve(map_.problem.bundle, search, told, factor_);
   }
 
   [[nodiscard]] bool can_count(const CornerTerm& term) const {
@@ -291,6 +295,7 @@ class Search {
   SceneMap& map_;
   std::vector<KnownPose> known_{};
   std::vector<PointDistanceTerm> distances_{};  ///< that do not count yet
+  internal::KeptFactor factor_{};
   double noise_px_ = kStartPx;
 };
 
@@ -344,6 +349,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   if (map.summary.stopped) return internal::stopped_on_request();
   if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + map.summary.why);
   map.noise_px = search.noise_px();
+  search.end();
   map.cost = cost(map.problem.bundle);
   report_scene(recording, map);
   return map;
