@@ -3,12 +3,11 @@
 namespace waymark::internal {
 namespace {
 
-constexpr double kStays = 1e-12;  // what nothing determines stays where it is
-
 /// Ends when one more step lowers the quadratic model by less than a share of its mean gain (Nash and Sofer,
 /// "Assessing a search direction within a truncated-Newton method", Operations Research Letters 9(4), 1990).
 std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, double damping,
                                                    const FrontCholesky& preconditioner) {
+  constexpr double kStays = 1e-12;  // what nothing determines stays where it is
   constexpr double kAccuracy = 1e-3;
   constexpr int kMost = 25;
   const auto H = system.lower().selfadjointView<Eigen::Lower>();
