@@ -177,7 +177,7 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
   const auto report = calibrate_camera(job, *target, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_EQ(report->pictures.size(), 10U);
-  ASSERT_EQ(report->found.names[0], "fx");
+  ASSERT_EQ(report->found.names[0], "fx_px");
   EXPECT_NEAR(report->found.parameters[0], 512, 0.01);
   EXPECT_FALSE(fs::exists(job.output)) << "nothing is written yet";
   ASSERT_TRUE(write_camera_calibration(job, *report));

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 Route straight() {
   Route route{.length_m = 4};
   for (int i = 0; i <= 40; ++i)
-    route.points.push_back({.map_T_base = SE2(0.1 * i, 0, 0), .arc_length_m = 0.1 * i});
+    route.points.push_back({.map_T_base = SE2(0.1 * i, 0, 0), .arc_length_m = 0.1 * i, .speed_m_s = 0.3});
   return route;
 }
 

@@ -98,11 +98,12 @@ TEST_F(MapLap, WhatTheRecordingDoesNotSayHasToBeGiven) {
   EXPECT_FALSE(with->tag_errors) << "the map does not stand where the truth does";
 }
 
-TEST_F(MapLap, WithoutOdometryThereIsNoMap) {
-  const std::string file = test::record_lap(testing::fresh_folder("jobs_no_odometry") / "lap.mcap", 7,
-                                            {.for_s = 6, .odometry = false});
+TEST_F(MapLap, ARecordingOfNothingMakesNoMap) {
+  const std::string file =
+      test::record_lap(testing::fresh_folder("jobs_nothing") / "lap.mcap", 7, {.for_s = -1});
   const auto report = map_recording({.lap = file, .folder = folder_}, {});
   ASSERT_FALSE(report);
+  EXPECT_EQ(report.error().place.source, file);
   EXPECT_FALSE(fs::exists(folder_));
 }
 
