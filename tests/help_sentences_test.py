@@ -9,7 +9,7 @@ import sys
 
 # A sentence that begins so needs the one before it, or does not name a quantity.
 NEEDS_ANOTHER = re.compile(r"^(Of|The same|It|They|This|That|These|Those|Its|Another|Others?|Further)\b|^(\.\.\.|…)|(\.\.\.|…)$")
-COLUMN = 34  # of the sentence in a line of help
+COLUMN = 34  # in which the sentence begins
 FLAG = re.compile(r"^  (-[^ ]+)")
 
 
@@ -27,8 +27,9 @@ def sentences(text):
     found = []
     for line in text.splitlines():
         if FLAG.match(line):
-            begins_here = len(line) > COLUMN and line[COLUMN - 1] == " "
-            found.append([line[:COLUMN].strip(), line[COLUMN:] if begins_here else ""])
+            raw = line.encode()  # columns are bytes
+            begins_here = len(raw) > COLUMN and raw[COLUMN - 1:COLUMN] == b" "
+            found.append([raw[:COLUMN].decode().strip(), raw[COLUMN:].decode() if begins_here else ""])
         elif found and line.startswith(" " * 20):
             found[-1][1] = (found[-1][1] + " " + line.strip()).strip()
         elif line and not line.startswith(" "):
