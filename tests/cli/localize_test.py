@@ -134,7 +134,7 @@ class OurRecordings(InFolder):
         self.assertIn("--tag-size-m is not used", outcome.err)
         outcome = self.run_here("localize", "lap.mcap", "--map", "map", "--start", 30, 30, 90)
         self.assertEqual(outcome.code, 0)
-        self.assertIn("start that was given", outcome.err)
+        self.assertIn("assumed start", outcome.err)
         self.run_here("teach", "--world", "circuit24", "--seed", 3, "-o", "other.mcap")
         outcome = self.run_here("localize", "lap.mcap", "other.mcap", "--map", "map")
         self.assertEqual(outcome.code, 1)

@@ -95,7 +95,7 @@ TEST(AStartThatIsGiven, IsGivenUpWhenTheyDoNot) {
     EXPECT_EQ(certain_and_wrong, 0) << off.x();
     EXPECT_TRUE(filter.estimate()->certain) << off.x();
     EXPECT_LT(off_m(filter, robot), 0.1) << off.x();
-    EXPECT_TRUE(says(filter, "start that was given")) << off.x();
+    EXPECT_TRUE(says(filter, "assumed start")) << off.x();
   }
 }
 

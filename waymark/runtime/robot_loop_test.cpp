@@ -262,13 +262,25 @@ TEST(RobotLoop, WhateverFailsIsSaidAndTheRobotIsStopped) {
   ASSERT_FALSE(end);
   EXPECT_EQ(end.error().message, "the robot's process ended");
   EXPECT_EQ(gone.commands.back(), VelocityCommand{});
-  FakeRobot blind;
-  EXPECT_EQ(drive(blind, {.decisions = 1000}), "no picture");
   FakeRobot full;
   EXPECT_EQ(drive(full, {.decisions = 1000, .fails_at = 3}), "disk full");
   FakeRobot deaf;
   deaf.deaf = true;
   EXPECT_EQ(drive(deaf, {.decisions = 1000}), "the robot does not listen");
+}
+
+TEST(RobotLoop, APictureThatCannotBeSearchedIsLeftOutAndSaid) {
+  FakeRobot robot;
+  robot.says(milliseconds(0), Sample(Odometry{}));
+  robot.says(milliseconds(20), Sample(picture(milliseconds(20), 255)));
+  robot.says(milliseconds(60), Sample(picture(milliseconds(60), 7)));
+  Driver driver{.decisions = 10};
+  const FakeFinder finder;
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener()));
+  EXPECT_EQ(driver.all<CameraFrame>().size(), 2U);
+  EXPECT_EQ(driver.all<TagFrame>().size(), 1U);
+  ASSERT_EQ(driver.texts.size(), 1U);
+  EXPECT_NE(driver.texts[0].find("a picture was left out: no picture"), std::string::npos) << driver.texts[0];
 }
 
 TEST(RobotLoop, WhatTheDriverHoldsIsASampleBeforeItsCommand) {
