@@ -88,10 +88,10 @@ class Teach(InFolder):
         self.assertTrue((self.folder / "lap.mcap").exists())
 
     def test_ctrl_c_and_a_closed_terminal_stop_the_robot_and_close_the_file(self):
-        for number in (signal.SIGINT, signal.SIGHUP):
-            self.stop_by(number)
+        for number, name in ((signal.SIGINT, "Ctrl-C"), (signal.SIGHUP, "the closed terminal"), (signal.SIGTERM, "SIGTERM")):
+            self.stop_by(number, name)
 
-    def stop_by(self, number):
+    def stop_by(self, number, name):
         # A line so long that the lap is still being driven when the signal comes.
         points = ", ".join(f"[{20 * i}, {i % 2}]" for i in range(200))
         (self.folder / "long.yaml").write_text(
@@ -107,7 +107,7 @@ class Teach(InFolder):
         process.send_signal(number)
         _, words = process.communicate(timeout=60)
         self.assertEqual(process.returncode, 130, words)
-        self.assertIn("stopped: the robot stands", words)
+        self.assertIn(f"stopped by {name}: the robot stands", words)
         (info,) = self.run_here("info", "--json", "long.mcap").records
         self.assertTrue(info["complete"])
         (self.folder / "long.mcap").unlink()

@@ -10,7 +10,13 @@ std::atomic<bool> interrupt_flag{false};
 std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
-extern "C" void raise_flag(int /*signal*/) { interrupt_flag = true; }
+std::atomic<int> ending_signal{SIGINT};
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler sets it");
+
+extern "C" void raise_flag(int signal) {
+  ending_signal = signal;
+  interrupt_flag = true;
+}
 
 }  // namespace
 
@@ -36,6 +42,10 @@ void interrupt() {
 
 bool interrupted() { return interrupt_flag; }
 
-const char* interrupted_by() { return stop_requested ? "'waymark stop'" : "Ctrl-C"; }
+const char* interrupted_by() {
+  if (stop_requested) return "'waymark stop'";
+  if (ending_signal == SIGHUP) return "the closed terminal";
+  return ending_signal == SIGTERM ? "SIGTERM" : "Ctrl-C";
+}
 
 }  // namespace waymark::cli

@@ -43,9 +43,8 @@ std::optional<Beginning> no_text(std::string_view beginning) {
   return std::nullopt;
 }
 
-}  // namespace
-
-Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
+/// `text_only`: what begins as no text does is refused.
+Result<std::string> read(const std::filesystem::path& path, std::size_t max_bytes, bool text_only) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
@@ -67,7 +66,7 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::size_
     text.resize(before + kBlock);
     file.read(text.data() + before, static_cast<std::streamsize>(kBlock));
     text.resize(before + static_cast<std::size_t>(file.gcount()));
-    if (before > 0) continue;
+    if (before > 0 || !text_only) continue;
     if (const auto found = no_text(text))
       return fail(ErrorCode::Unreadable, fmt::format("this is {}, and no text", found->what),
                   {.source = path.string()}, std::string(found->hint));
@@ -79,6 +78,16 @@ Result<std::string> read_text_file(const std::filesystem::path& path, std::size_
                 {.source = path.string()}, "Is this the right file?");
   }
   return text;
+}
+
+}  // namespace
+
+Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  return read(path, max_bytes, true);
+}
+
+Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  return read(path, max_bytes, false);
 }
 
 Status write_text_file(const std::filesystem::path& path, std::string_view text) {

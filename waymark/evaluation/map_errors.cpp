@@ -74,4 +74,9 @@ TrajectoryErrors trajectory_errors(const Trajectory& estimated, const Trajectory
           .orientation_rmse_deg = sums.rmse_deg()};
 }
 
+bool in_frame_of_truth(const SE3& map_T_anchor, const SE3& true_map_T_anchor) {
+  constexpr double kSame = 0.02;  // [m, rad]
+  return (true_map_T_anchor.inverse() * map_T_anchor).log().isZero(kSame);
+}
+
 }  // namespace waymark

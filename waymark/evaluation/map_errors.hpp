@@ -32,4 +32,8 @@ struct TrajectoryErrors {
 /// (straight line, shortest turn). Both in order of time. O(poses).
 [[nodiscard]] TrajectoryErrors trajectory_errors(const Trajectory& estimated, const Trajectory& truth);
 
+/// Whether the anchor of a map stands where the truth has it, but for the error of a measured lean or place
+/// (2 cm, 0.02 rad): only then do errors without alignment mean anything.
+[[nodiscard]] bool in_frame_of_truth(const SE3& map_T_anchor, const SE3& true_map_T_anchor);
+
 }  // namespace waymark

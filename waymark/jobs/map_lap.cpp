@@ -32,7 +32,7 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
         fmt::format("{} is not in the world: not compared with it", to_string(setup.anchor)));
     return {};
   }
-  if (true_anchor != nullptr && !(true_anchor->map_T_tag.inverse() * setup.map_T_anchor).log().isZero(1e-6)) {
+  if (true_anchor != nullptr && !in_frame_of_truth(setup.map_T_anchor, true_anchor->map_T_tag)) {
     report.warnings.emplace_back("the anchor does not stand where the truth has it: not compared");
     return {};
   }

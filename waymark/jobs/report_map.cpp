@@ -85,8 +85,7 @@ std::vector<std::string> error_row(const char* name, const TagMap& map, const Tr
 bool same_frame(const MapRun& run, const MadeOf& made) {
   const MappedTag* truth = made.world ? made.world->tags.find(run.map.anchor) : nullptr;
   const MappedTag* mapped = run.map.tags.find(run.map.anchor);
-  return truth != nullptr && mapped != nullptr &&
-         (truth->map_T_tag.inverse() * mapped->map_T_tag).log().isZero(1e-6);
+  return truth != nullptr && mapped != nullptr && in_frame_of_truth(mapped->map_T_tag, truth->map_T_tag);
 }
 
 void add_before_and_after(const MapRun& run, const DriveRun& drive, const MadeOf& made,

@@ -21,7 +21,7 @@ Result<std::string> read_perhaps_packed(const std::filesystem::path& path) {
       break;
     }
   }
-  Result<std::string> text = read_text_file(found, kMaxBytes);
+  Result<std::string> text = read_file(found, kMaxBytes);
   if (!text) return text;
   const Packing packing = packing_of(as_bytes(*text));
   if (packing == Packing::None) return text;
