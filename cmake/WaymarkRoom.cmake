@@ -34,11 +34,11 @@ endfunction()
 # Files of one target compiled together, which takes a third of the time where parsing headers is most of it. Where Eigen's
 # templates are (geometry, pose, …) it takes longer: those rooms are not in the list. Names in anonymous namespaces must then differ
 # within a room; a file that shares some with another is named with waymark_compile_alone(file...).
-set(WAYMARK_COMPILED_TOGETHER waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
+set(WAYMARK_COMPILED_TOGETHER waymark_jobs waymark_live waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
   waymark_evaluation waymark_drivers_simulated waymark_live)
 # With precompiled headers Eigen's instantiations are shared, and these gain by it too (their tests stay apart).
 set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
-  waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server)
+  waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server waymark_runtime)
 function(waymark_compile_together target)
   string(REGEX REPLACE "_tests$" "" room ${target})
   if((WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER) OR

@@ -44,11 +44,12 @@ inline std::string record_lap(const std::filesystem::path& file, std::uint64_t s
   auto recorder = SampleRecorder::open(std::move(*sink));
   EXPECT_TRUE(recorder);
   const MappedTag& anchor = *world.tags.find(world.anchor);
-  if (options.knows_robot)
+  if (options.knows_robot) {
     EXPECT_TRUE(recorder->add_metadata(lap_facts::kMetadata,
                                        {{lap_facts::kAnchor, to_string(world.anchor)},
                                         {lap_facts::kTagSize, fmt::format("{}", anchor.size_m)},
                                         {lap_facts::kAnchorPose, seven_numbers(anchor.map_T_tag)}}));
+  }
   EXPECT_TRUE(recorder->add_attachment(lap_facts::kRobotFile, "application/yaml", {},
                                        file_text(WAYMARK_SHARE "/robots/limo.yaml")));
   EXPECT_TRUE(recorder->add_attachment(lap_facts::kWorldFile, "application/yaml", {},

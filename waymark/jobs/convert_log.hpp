@@ -12,8 +12,8 @@
 namespace waymark {
 
 struct ConvertJob {
-  std::vector<std::string> inputs;    ///< of one drive: merged in the order of their stamps
-  std::string output;                 ///< new file
+  std::vector<std::string> inputs{};  ///< of one drive: merged in the order of their stamps
+  std::string output{};               ///< new file
   std::string format{};               ///< mcap, tum or csv; empty: as the output's name ends
   std::vector<std::string> topics{};  ///< only these; empty: all
   std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all

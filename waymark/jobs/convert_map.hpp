@@ -11,8 +11,8 @@
 namespace waymark {
 
 struct ConvertMapJob {
-  std::string input;   ///< a map of any form, or the folder of a map.yaml
-  std::string output;  ///< file to write
+  std::string input{};   ///< a map of any form, or the folder of a map.yaml
+  std::string output{};  ///< file to write
   MapForm form = MapForm::Waymark;
   std::optional<double> tag_size_m{};  ///< of tags whose file does not say it
   std::vector<std::string> remove{};   ///< tags to leave out

@@ -12,8 +12,8 @@
 namespace waymark {
 
 struct DetectJob {
-  std::vector<std::string> sources;  ///< files, folders, patterns, recordings
-  bool recursive = false;            ///< also pictures of the folders in a folder
+  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings
+  bool recursive = false;              ///< also pictures of the folders in a folder
   std::optional<PoseSetup> poses{};
   std::string annotate_folder{};  ///< for pictures with their tags drawn in; empty: none
 };

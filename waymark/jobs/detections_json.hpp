@@ -16,8 +16,8 @@ namespace waymark {
 
 /// What `waymark detect` has to say about one picture.
 struct PictureReport {
-  std::string image;  ///< the path as it was given or found
-  int width_px = 0;   ///< 0 when the picture could not be read
+  std::string image{};  ///< the path as it was given or found
+  int width_px = 0;     ///< 0 when the picture could not be read
   int height_px = 0;
   bool detected = false;  ///< the detector ran; without this, `detections` says nothing
   std::vector<TagDetection> detections = {};

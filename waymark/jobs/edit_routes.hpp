@@ -14,7 +14,7 @@
 namespace waymark {
 
 struct RoutesJob {
-  std::string folder;  ///< that `waymark map` wrote
+  std::string folder{};  ///< that `waymark map` wrote
   /// This route alone; nothing: all of them, or where a station changes the taught one.
   std::optional<std::string> route{};
   std::string station{};            ///< put on the route, or moved

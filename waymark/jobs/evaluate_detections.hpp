@@ -13,7 +13,7 @@
 namespace waymark {
 
 struct EvaluateDetectionsJob {
-  std::string truth;                   ///< CSV
+  std::string truth{};                 ///< CSV
   std::vector<std::string> sources{};  ///< pictures to detect in …
   bool recursive = false;
   std::string detections{};  ///< … or what `waymark detect --json` wrote; -: standard input

@@ -15,8 +15,8 @@
 namespace waymark {
 
 struct EvaluateTrajectoryJob {
-  std::string estimate;   ///< what is judged: a recording with poses, or a TUM file
-  std::string reference;  ///< what is right: see read_reference()
+  std::string estimate{};   ///< what is judged: a recording with poses, or a TUM file
+  std::string reference{};  ///< what is right: see read_reference()
   std::string estimate_topic{};
   std::string reference_topic{};
   std::string odometry{};  ///< recording whose odometry is judged beside it; empty: none

@@ -11,7 +11,7 @@ namespace waymark {
 
 /// How far a job is, in words ("finding tags: 12.3 s"), and by counting where that is known.
 struct JobProgress {
-  std::string words;
+  std::string words{};
   std::size_t done = 0;
   std::size_t all = 0;  ///< 0: unknown
 };

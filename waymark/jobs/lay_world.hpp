@@ -13,8 +13,8 @@
 namespace waymark {
 
 struct LayWorldJob {
-  std::string path;        ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
-  std::string output;      ///< world to write
+  std::string path{};      ///< the line: a .csv or .txt with columns x and y [m], or a recording of a drive
+  std::string output{};    ///< world to write
   RobotDescription robot;  ///< that is to see the tags
   TagLayoutOptions layout{};
 };

@@ -18,8 +18,8 @@ namespace waymark {
 
 /// Where things come from, as the command line says.
 struct LocalizeJob {
-  std::vector<std::string> logs;
-  std::string map;
+  std::vector<std::string> logs{};
+  std::string map{};
   std::string robot{};        ///< file or name; empty: what the recording or the map's folder says
   std::string calibration{};  ///< calibration.yaml; empty: none
   std::string output{};       ///< recording or TUM file to write; empty: none

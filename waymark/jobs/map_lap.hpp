@@ -22,8 +22,8 @@ namespace waymark {
 inline constexpr double kMapSigma_m = 0.01;
 
 struct MapJob {
-  std::string lap;               ///< the recording
-  std::filesystem::path folder;  ///< of what is written
+  std::string lap{};               ///< the recording
+  std::filesystem::path folder{};  ///< of what is written
   SetupOverrides overrides{};
   MapLapOptions options{};
   std::optional<World> truth{};  ///< when given; otherwise what the recording holds

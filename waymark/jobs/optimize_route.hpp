@@ -11,7 +11,7 @@
 namespace waymark {
 
 struct OptimizeJob {
-  std::string folder;         ///< that `waymark map` wrote
+  std::string folder{};       ///< that `waymark map` wrote
   std::string name = "best";  ///< of the new route
   OptimizerOptions options{};
   ProfileOptions profile{};

@@ -10,7 +10,7 @@ namespace waymark {
 
 /// One thing to process: the path of a picture, or why a SOURCE gave none.
 struct Input {
-  std::string path;
+  std::string path{};
   std::optional<Error> error = {};
 };
 

@@ -14,8 +14,8 @@ namespace waymark {
 
 /// What can be done with a recording next.
 struct NextStep {
-  std::string sentence;
-  std::string command;  ///< empty where nothing can be done about it
+  std::string sentence{};
+  std::string command{};  ///< empty where nothing can be done about it
 };
 
 struct RecordingInfo {

@@ -16,14 +16,14 @@ namespace waymark {
 
 /// One recording.
 struct DriveRun {
-  std::string file;
+  std::string file{};
   RecordedLap lap{};
   EstimatedTrajectory estimate{};  ///< empty when the recording holds none
 };
 
 /// One map and what lies beside it.
 struct MapRun {
-  std::filesystem::path folder;
+  std::filesystem::path folder{};
   MapFile map{};
   std::optional<Route> route{};
   Trajectory trajectory{};  ///< of the lap it was made of; empty when it is not there

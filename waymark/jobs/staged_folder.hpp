@@ -43,9 +43,9 @@ class StagedFolder {
   [[nodiscard]] std::vector<std::string> written() const;
   [[nodiscard]] std::vector<std::string> moving(const std::vector<std::string>& older) const;
 
-  std::filesystem::path folder_;
-  std::filesystem::path made_;  ///< the topmost folder that was not there; empty: it was
-  std::filesystem::path staged_;
+  std::filesystem::path folder_{};
+  std::filesystem::path made_{};  ///< the topmost folder that was not there; empty: it was
+  std::filesystem::path staged_{};
 };
 
 /// "map.1.yaml" of "map.yaml".
