@@ -37,7 +37,9 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   job.adapt = !args.no_adapt && !args.filter.given() && !args.motion.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
-  if (!inputs) return console.failed(inputs.error(), exit_code_of(inputs.error()));
+  if (!inputs)
+    return console.failed(inputs.error(),
+                          interrupted() ? ExitCode::Interrupted : exit_code_of(inputs.error()));
   // The robot's file may have said how it moves; what was asked for goes before.
   if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked)
     return console.failed(naming_flag(asked.error()), ExitCode::Usage);
