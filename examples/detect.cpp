@@ -22,7 +22,9 @@ int main(int argc, char** argv) {
   if (!calibration) return fail(calibration.error());
   const auto detector =
       waymark::make_refining_detector(*waymark::make_apriltag_detector(), {}, calibration->camera);
-  for (const auto& detection : *(*detector)->detect(*image)) {
+  const auto detections = (*detector)->detect(*image);
+  if (!detections) return fail(detections.error());
+  for (const auto& detection : *detections) {
     const auto pose = waymark::estimate_tag_pose(detection, std::atof(argv[3]), calibration->camera);
     if (!pose) return fail(pose.error());
     const auto position_m = pose->best.cam_T_tag.translation();
