@@ -137,7 +137,7 @@ double thread_us() {
 void take(const Step& step, RiekfLocalizer& filter) {
   filter.add(step.odometry);
   filter.add(step.frame);
-  filter.clear_news();
+  filter.clear_comparisons();
 }
 
 void ours(benchmark::State& state) {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tests/support/warehouse.hpp"
-#include "waymark/mapping/map_checks.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 
 namespace {
 
@@ -67,7 +67,7 @@ bool measure(int tags, std::vector<Row>& rows) {
   int fewest = 0;
   for (const auto& [id, tag] : map->map.tags) {
     const double off = (tag.map_T_tag.translation() - house.truth.tags.at(id).map_T_tag.translation()).norm();
-    if (off > worst) fewest = map->sightings.at(id);
+    if (off > worst) fewest = map->observations.at(id);
     worst = std::max(worst, off);
   }
   std::printf(

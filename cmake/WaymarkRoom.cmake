@@ -37,7 +37,7 @@ endfunction()
 set(WAYMARK_COMPILED_TOGETHER waymark_jobs waymark_live waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
   waymark_evaluation waymark_drivers_simulated waymark_live)
 # With precompiled headers Eigen's instantiations are shared, and these gain by it too (their tests stay apart).
-set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
+set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping_optimization waymark_mapping_lap waymark_mapping_calibration waymark_mapping_scene waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
   waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server waymark_runtime)
 function(waymark_compile_together target)
   string(REGEX REPLACE "_tests$" "" room ${target})

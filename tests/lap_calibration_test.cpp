@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/circuit_lap.hpp"
-#include "waymark/mapping/lap_calibration.hpp"
+#include "waymark/mapping/lap/lap_calibration.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {

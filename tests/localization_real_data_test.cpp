@@ -217,7 +217,7 @@ AerFigures run_aer(const AerLog& log, const RiekfOptions& options, const std::op
     ++count;
     if (to_seconds(odometry->stamp.time_since_epoch()) > 30)
       figures.max_after_m = std::max(figures.max_after_m, e.head<2>().norm());
-    filter.clear_news();
+    filter.clear_comparisons();
   }
   figures.rmse_m = std::sqrt(figures.rmse_m / count);
   figures.nees /= count;

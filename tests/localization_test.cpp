@@ -226,8 +226,9 @@ void run(const Drive& drive, const World& world, const OneOfMany& one, Random& r
       if (++messages % 25 == 0 && truth && estimate && bound != bounds.end())
         score(*estimate, *truth, bound->covariance, messages / 25, figures);
     }
-    for (const NisRecord& record : filter.news()) add_to(figures.nis, frames / 8, record.nis, record.rows);
-    filter.clear_news();
+    for (const NisRecord& record : filter.comparisons())
+      add_to(figures.nis, frames / 8, record.nis, record.rows);
+    filter.clear_comparisons();
   }
 }
 

@@ -115,15 +115,15 @@ TEST(BundleMap, PlacesATagThatTheChainIsTooFarFrom) {
       return detection.tag == far && mean_side_px(detection.corners_px) > kFarPx;
     });
   }
-  int sightings = 0;
+  int observations = 0;
   for (const TagFrame& frame : lap.input.frames)
-    sightings += static_cast<int>(std::ranges::count(frame.detections, far, &TagDetection::tag));
-  ASSERT_GE(sightings, 10);
+    observations += static_cast<int>(std::ranges::count(frame.detections, far, &TagDetection::tag));
+  ASSERT_GE(observations, 10);
   const ChainOptions chain{.max_distance_m = 2.5};
   const auto mapped = map_by_bundle(lap.input, chain);
   ASSERT_TRUE(mapped) << to_string(mapped.error());
   const BundleMap& map = *mapped;
-  ASSERT_NE(map.map.find(far), nullptr) << "placed by its sightings once the base poses are known";
+  ASSERT_NE(map.map.find(far), nullptr) << "placed by its observations once the base poses are known";
   EXPECT_TRUE(map.unconnected.empty());
   const double off =
       (map.map.find(far)->map_T_tag.translation() - circuit().tags.find(far)->map_T_tag.translation()).norm();

@@ -8,8 +8,8 @@
 #include "tests/support/circuit_lap.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/evaluation/map_errors.hpp"
-#include "waymark/mapping/lap_diagnosis.hpp"
-#include "waymark/mapping/loop_closure.hpp"
+#include "waymark/mapping/lap/lap_diagnosis.hpp"
+#include "waymark/mapping/lap/loop_closure.hpp"
 
 namespace waymark {
 namespace {

@@ -81,7 +81,7 @@ TEST(MapExtension, KeepsWhatTheLapDidNotSeeAndHoldsWhatIsFrozen) {
   ASSERT_EQ(extended.map.tags.size(), 24U);
   for (int frozen : {5, 10})
     EXPECT_EQ(extended.map.tags.at(tag(frozen)).map_T_tag, first.map.tags.at(tag(frozen)).map_T_tag);
-  EXPECT_EQ(extended.sightings.at(tag(10)), 0);
+  EXPECT_EQ(extended.observations.at(tag(10)), 0);
   const BundleMap free = map_of(extending(lap.input, first.map));
   EXPECT_FALSE(free.map.tags.at(tag(10)).map_T_tag == first.map.tags.at(tag(10)).map_T_tag)
       << "what is learnt of the whole map moves it";

@@ -12,7 +12,7 @@
 
 #include "tests/support/circuit_lap.hpp"
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/map_comparison.hpp"
+#include "waymark/mapping/lap/map_comparison.hpp"
 
 namespace waymark {
 namespace {
@@ -86,7 +86,7 @@ void move_tag(Lap& lap, const TagId& moved, SensorTime from, const Eigen::Vector
   }
 }
 
-std::vector<SensorTime> sightings_of(const Lap& lap, const TagId& which) {
+std::vector<SensorTime> observations_of(const Lap& lap, const TagId& which) {
   std::vector<SensorTime> stamps;
   for (const TagFrame& frame : lap.input.frames) {
     if (std::ranges::find(frame.detections, which, &TagDetection::tag) != frame.detections.end())
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, ATagMovedInView, ::testing::ValuesIn(seeds({5, 8
 TEST_P(ATagMovedInView, IsNamed) {
   Lap lap = drive_seed(GetParam());
   const Fate fate(GetParam());
-  const std::vector<SensorTime> seen = sightings_of(lap, fate.which);
+  const std::vector<SensorTime> seen = observations_of(lap, fate.which);
   move_tag(lap, fate.which, seen[seen.size() / 2], fate.by);
   const BundleMap map = map_of(lap.input);
   EXPECT_THAT(in_two_places(check_map(lap.input, map)),

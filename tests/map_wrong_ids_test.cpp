@@ -12,9 +12,9 @@
 #include "tests/support/tag_scenes.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/geometry/lie.hpp"
-#include "waymark/mapping/map_checks.hpp"
-#include "waymark/mapping/scene_checks.hpp"
-#include "waymark/mapping/scene_map.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_map.hpp"
 
 namespace waymark {
 namespace {

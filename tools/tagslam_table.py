@@ -117,11 +117,11 @@ def words_of(number, ours, same, hand):
     smaller = memory / (ours["peak_rss_mib"] * 1.048576)
     ratio = same["cost"] / same["against"]["cost"]
     fine = ratio <= 1.01 and (number not in TARGETS or (faster >= 10 and smaller >= 3))
-    left = len(ours["foreign_ids"]) + len(ours["unbelieved_ids"])
+    left = len(ours["foreign_ids"]) + len(ours["rejected_tag_ids"])
     text = (f"| {number} | {ours['cpu_s']:.2f} | {faster:.1f} | {ours['peak_rss_mib'] * 1.048576:.0f} | {smaller:.1f} | "
             f"{same['cost']:.2f} | {same['against']['cost']:.2f} | {ratio:.4f} | "
             f"{ours['reprojection_mean_px']:.3f} / {ours['reprojection_median_px']:.3f} | {ours['noise_px']:.3f} | "
-            f"{ours['tags']} | {ours['rejected_sightings']} of {ours['sightings']} | {left} |")
+            f"{ours['tags']} | {ours['rejected_observations']} of {ours['observations']} | {left} |")
     if hand:
         text += f"\n|  | against {hand[1]} tags measured by hand, after rigid alignment: {hand[0]:.1f} mm mean |"
     return text, fine
@@ -135,7 +135,7 @@ def main():
     parser.add_argument("--write", type=pathlib.Path)
     args = parser.parse_args()
     lines = ["| test | CPU s | TagSLAM less 2 s / ours | MB | TagSLAM / ours | cost, model tagslam | TagSLAM's own | ratio | "
-             "reprojection px, ours, mean / median | noise px | tags | sightings left out | ids left out |",
+             "reprojection px, ours, mean / median | noise px | tags | observations left out | ids left out |",
              "|" + "---|" * 13]
     print(lines[0], lines[1], sep="\n")
     all_fine = True

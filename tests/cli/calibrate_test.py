@@ -191,7 +191,7 @@ class CalibrateRobot(unittest.TestCase):
         self.assertFalse((self.folder / "stopped.yaml").exists())
         too_little = waymark(*words[:7], "--to", "0.2", cwd=self.folder)
         self.assertEqual(too_little.code, 1)
-        self.assertIn("too few sightings", too_little.err)
+        self.assertIn("too few observations", too_little.err)
         nothing = waymark(*words[:7], "--to", "1.3", "-o", "nothing.yaml", cwd=self.folder)
         self.assertEqual(nothing.code, 1, nothing.err)
         self.assertIn("this drive tells none of the numbers: there is no calibration, and nothing was written", nothing.err)

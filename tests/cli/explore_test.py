@@ -53,9 +53,9 @@ class Explore(InFolder):
         self.assertIn("nowhere", outcome.err)
 
 
-class Story(InFolder):
+class Session(InFolder):
     def test_a_script_teaches_maps_and_replays(self):
-        outcome = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "-o", "story", "--json")
+        outcome = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "-o", "session", "--json")
         self.assertEqual(outcome.code, 0, outcome.err)
         report = outcome.records[0]
         self.assertEqual((report["laps_taught"], len(report["mapping_s"]), len(report["replays"])), (1, 1, 1))
@@ -63,21 +63,21 @@ class Story(InFolder):
         self.assertEqual(report["state"], "over")
         for words in ("teaching. ", "mapping. ", "ready. ", "replaying. ", "done. "):
             self.assertIn("waymark run: " + words, outcome.err)
-        self.assertTrue((self.folder / "story/map/route.yaml").exists())
-        self.assertTrue((self.folder / "story/replay.mcap").exists())
-        before = (self.folder / "story/map/map.yaml").read_bytes()
-        again = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "--seed", 2, "-o", "story")
+        self.assertTrue((self.folder / "session/map/route.yaml").exists())
+        self.assertTrue((self.folder / "session/replay.mcap").exists())
+        before = (self.folder / "session/map/map.yaml").read_bytes()
+        again = self.run_here("run", "--world", "circuit24", "--driver", "scripted", "--seed", 2, "-o", "session")
         self.assertEqual(again.code, 0, again.err)
-        self.assertIn("--map story/map begins with it", again.err)
-        self.assertIn("the map that was there is kept: story/map.1", again.err)
-        self.assertEqual((self.folder / "story/map.1/map.yaml").read_bytes(), before)
+        self.assertIn("--map session/map begins with it", again.err)
+        self.assertIn("the map that was there is kept: session/map.1", again.err)
+        self.assertEqual((self.folder / "session/map.1/map.yaml").read_bytes(), before)
         for name in ("lap.mcap", "lap.2.mcap", "replay.mcap", "replay.2.mcap"):
-            self.assertTrue((self.folder / "story" / name).exists(), name)
-        older = self.run_here("replay", "story/map.1", "--world", "circuit24", "--json")
+            self.assertTrue((self.folder / "session" / name).exists(), name)
+        older = self.run_here("replay", "session/map.1", "--world", "circuit24", "--json")
         self.assertTrue(older.records[0]["finished"], older.err)
 
     def test_a_program_is_in_charge_by_lines(self):
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "-o", "story", "--json"],
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)
 
@@ -101,13 +101,13 @@ class Story(InFolder):
         self.assertIn("this line says nothing: 'drvie 0.3 0'. Known: go, stop, quit", err)
         report = json.loads(out)
         self.assertEqual((report["laps_taught"], report["state"]), (0, "over"))
-        lap = self.run_here("info", "story/lap.mcap", "--json").records[0]
+        lap = self.run_here("info", "session/lap.mcap", "--json").records[0]
         self.assertGreater({topic["topic"]: topic for topic in lap["topics"]}["/odom"]["messages"], 20)
 
     def test_a_signal_in_a_replay_is_said(self):
         for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
             self.assertEqual(self.run_here(*words).code, 0)
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "--map", "map", "-o", "story", "--json"],
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "lines", "--map", "map", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True)
         said = [process.stderr.readline()]
@@ -125,20 +125,20 @@ class Story(InFolder):
         (replay,) = json.loads(out)["replays"]
         self.assertFalse(replay["finished"])
         self.assertEqual(replay["reason"], "stopped by a signal")
-        self.assertEqual(self.run_here("info", "story/replay.mcap").code, 0, "the recording is closed")
+        self.assertEqual(self.run_here("info", "session/replay.mcap").code, 0, "the recording is closed")
 
     def test_usage(self):
         for words, said in ((["--world", "circuit24", "--driver", "hands"], "no driver 'hands'"),
                             (["--driver", "scripted"], "--world is required"),
                             (["--world", "circuit24", "--driver", "keyboard"], "not a terminal")):
-            outcome = self.run_here("run", "-o", "story", *words, stdin=subprocess.DEVNULL)
+            outcome = self.run_here("run", "-o", "session", *words, stdin=subprocess.DEVNULL)
             self.assertIn(outcome.code, (1, 2), outcome.err)
             self.assertIn(said, outcome.err)
-        outcome = self.run_here("run", "-o", "story", "--world", "circuit24", "--driver", "lines", "--map", "nomap", stdin=subprocess.DEVNULL)
+        outcome = self.run_here("run", "-o", "session", "--world", "circuit24", "--driver", "lines", "--map", "nomap", stdin=subprocess.DEVNULL)
         self.assertEqual(outcome.code, 1)
         self.assertIn("nomap: there is no such folder", outcome.err)
         self.assertNotIn("ready", outcome.err)
-        self.assertFalse((self.folder / "story").exists(), "nothing was done, nothing is left")
+        self.assertFalse((self.folder / "session").exists(), "nothing was done, nothing is left")
 
 
 class Keyboard(InFolder):
@@ -146,7 +146,7 @@ class Keyboard(InFolder):
         for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"], ["map", "lap.mcap", "-o", "map"]):
             self.assertEqual(self.run_here(*words).code, 0)
         keyboard, terminal = pty.openpty()
-        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "keyboard", "--map", "map", "-o", "story", "--json"],
+        process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "keyboard", "--map", "map", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         said = []
         reader = threading.Thread(target=lambda: said.extend(process.stderr))

@@ -28,7 +28,7 @@ class Hostile(harness.InFolder):
     def test_a_name_reaches_no_shell(self):
         world = self.folder / "x'$(touch pwned)'.yaml"
         world.write_text(LINE, encoding="utf-8")
-        process = subprocess.Popen([harness.PROGRAM, "run", "--world", world.name, "--driver", "scripted", "-o", "story"], cwd=self.folder,
+        process = subprocess.Popen([harness.PROGRAM, "run", "--world", world.name, "--driver", "scripted", "-o", "session"], cwd=self.folder,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         time.sleep(0.5)
         words = ""

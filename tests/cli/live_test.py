@@ -26,7 +26,7 @@ class Robot:
         words = [str(word) for word in words]
         world = [] if "--world" in words else ["--world", "circuit24"]
         self.log = open(pathlib.Path(folder) / "log.txt", "w+", encoding="utf-8")
-        self.process = subprocess.Popen([PROGRAM, "run", *world, "-o", str(pathlib.Path(folder) / "story"), "--view", "--port", "0", *words],
+        self.process = subprocess.Popen([PROGRAM, "run", *world, "-o", str(pathlib.Path(folder) / "session"), "--view", "--port", "0", *words],
                                         stdout=subprocess.DEVNULL, stderr=self.log)
         url = self.wait_for_words("the page: ").split("the page: ")[1].split()[0]
         self.url = urllib.parse.urlsplit(url)

@@ -11,7 +11,7 @@ import unittest
 
 from harness import InFolder
 
-KEYS = {"method", "estimates", "certain", "first_fix_s", "sightings", "believed", "nis_mean", "duration_s", "wall_s", "last",
+KEYS = {"method", "estimates", "certain", "first_fix_s", "observations", "accepted", "nis_mean", "duration_s", "wall_s", "last",
         "problems"}
 
 
@@ -46,7 +46,7 @@ class OurRecordings(InFolder):
             if method != "anchor":
                 self.assertGreater(figures["nis_mean"], 0.3)
                 self.assertLess(figures["nis_mean"], 1.5)
-                self.assertGreater(figures["sightings"], 1000)
+                self.assertGreater(figures["observations"], 1000)
             self.assertEqual(figures["uncertain"], report["estimates"] - report["certain"])
         self.assertIn("NIS ", self.run_here("evaluate", "riekf.mcap", "lap.mcap").out)
         self.assertEqual(self.run_here("localize", "lap.mcap", "--map", "map/map.yaml", "-o", "riekf.mcap").code, 1)

@@ -124,8 +124,8 @@ class Convert(InFolder):
         loop = held.records[0]["loop_closure"]
         self.assertGreater(loop["way_m"], 8)
         self.assertGreater(loop["before_m"], 5 * loop["after_m"])
-        left_out = held.records[0]["sightings_rejected_by_tag"].values()
-        self.assertEqual(sum(sum(tag.values()) - tag["used"] for tag in left_out), held.records[0]["sightings_rejected"])
+        left_out = held.records[0]["observations_rejected_by_tag"].values()
+        self.assertEqual(sum(sum(tag.values()) - tag["used"] for tag in left_out), held.records[0]["observations_rejected"])
         again = self.run_here("map", "convert", "map", "tf.yaml", "--to", "tf")
         self.assertEqual(again.code, 1)
         self.assertIn("there is a file already", again.err)

@@ -37,8 +37,8 @@ class Loop(InFolder):
         self.the_space_bar_stops_a_replay()
         self.waymark_stop_is_named()
         # The map says which tag it stands on, and how large it is.
-        story = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "story", input="quit\n")
-        self.assertEqual(story.code, 0, story.err)
+        session = self.run_here("run", "--map", "map", "--robot", SIM, "--driver", "lines", "-o", "session", input="quit\n")
+        self.assertEqual(session.code, 0, session.err)
 
     def the_plug_of_the_camera_is_pulled(self):
         (self.folder / "unplugged.yaml").write_text("faults: [{fault: camera_lost, at_s: 8}]")

@@ -51,7 +51,7 @@ class Tagslam(InFolder):
                     self.assertEqual(summary["tags"], TAGS[number])
                 self.assertEqual(summary["unconnected_ids"], [])
                 self.assertLess(summary["reprojection_median_px"], 1.0)
-                self.assertLess(summary["rejected_sightings"], 0.3 * summary["sightings"])
+                self.assertLess(summary["rejected_observations"], 0.3 * summary["observations"])
 
     def test_ids_that_belong_to_nothing(self):
         (summary,) = self.run_here("map", *self.of(4), "-o", "wand", "--json").records

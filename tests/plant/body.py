@@ -53,7 +53,7 @@ class Camera:
 
 
 def robot_yaml(camera: Camera) -> str:
-    """The robot file that goes to Waymark: give it the camera that is believed, which need not be the true one."""
+    """The robot file that goes to Waymark: give it the camera that is assumed, which need not be the true one."""
     c = camera
     return f"""name: plant
 hull: {{front_m: 0.161, rear_m: 0.161, width_m: 0.22, height_m: 0.251}}

@@ -81,11 +81,11 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
     motion_options = kinematic_plant.KinematicOptions(yaw_gain=args.yaw_gain, slip_noise=0.03 if rough else 0.0)
     plant = kinematic_plant.KinematicPlant((x, y, yaw), DriveOptions(), motion_options, args.seed)
     sensing = sensors.Sensors(sensors.SensorOptions(odometry=args.odometry, gyro_bias_walk=0.0006 if rough else 0.0), args.seed)
-    believed = body.Camera()
+    assumed = body.Camera()
     roll, pitch, turn = (math.radians(angle) for angle in args.mounting[3:])
-    camera = dataclasses.replace(believed, fx_px=believed.fx_px * args.focal_scale, fy_px=believed.fy_px * args.focal_scale,
-                                 x_m=believed.x_m + args.mounting[0], y_m=believed.y_m + args.mounting[1],
-                                 z_m=believed.z_m + args.mounting[2], roll_rad=roll, pitch_rad=pitch, yaw_rad=turn)
+    camera = dataclasses.replace(assumed, fx_px=assumed.fx_px * args.focal_scale, fy_px=assumed.fy_px * args.focal_scale,
+                                 x_m=assumed.x_m + args.mounting[0], y_m=assumed.y_m + args.mounting[1],
+                                 z_m=assumed.z_m + args.mounting[2], roll_rad=roll, pitch_rad=pitch, yaw_rad=turn)
     corners = corner_camera.CornerOptions() if rough else corner_camera.CornerOptions(sigma_px=0.3 / math.sqrt(3), lasting_m=0.0)
     looking = corner_camera.CornerCamera(camera, tags, corners, args.seed)
     coarse = np.random.default_rng([args.seed, 8])
@@ -148,12 +148,12 @@ def map_yaml(args: argparse.Namespace) -> str:
         world_T_tag = tag.world_T_tag()
         move = args.map_sigma_m * rng.standard_normal(3) + [off.get(tag.number, 0.0), 0, 0]
         turn = args.map_sigma_rad * rng.standard_normal(3)
-        believed = frames.rigid(frames.roll_pitch_yaw(*turn) @ world_T_tag[:3, :3], world_T_tag[:3, 3] + move)
-        lines += [f'  - tag: "tag36h11:{tag.number}"', f"    size_m: {tag.size_m}", f"    position_m: {believed[:3, 3].tolist()}",
-                  f"    quaternion_xyzw: {quaternion(believed[:3, :3])}"]
+        assumed = frames.rigid(frames.roll_pitch_yaw(*turn) @ world_T_tag[:3, :3], world_T_tag[:3, 3] + move)
+        lines += [f'  - tag: "tag36h11:{tag.number}"', f"    size_m: {tag.size_m}", f"    position_m: {assumed[:3, 3].tolist()}",
+                  f"    quaternion_xyzw: {quaternion(assumed[:3, :3])}"]
         if not args.no_covariance:
             # The tangent turns about the map's origin: a turn of the tag there also moves it by the lever to its place.
-            lever = np.array([[0, -believed[2, 3], believed[1, 3]], [believed[2, 3], 0, -believed[0, 3]], [-believed[1, 3], believed[0, 3], 0]])
+            lever = np.array([[0, -assumed[2, 3], assumed[1, 3]], [assumed[2, 3], 0, -assumed[0, 3]], [-assumed[1, 3], assumed[0, 3], 0]])
             P = np.zeros((6, 6))
             P[3:, 3:] = args.map_sigma_rad ** 2 * np.eye(3)
             P[:3, :3] = args.map_sigma_m ** 2 * np.eye(3) + lever @ P[3:, 3:] @ lever.T

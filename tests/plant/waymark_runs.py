@@ -30,10 +30,10 @@ def process(options: list[str], truth: pathlib.Path) -> str:
 class Place:
     """A folder with the robot file, a lap, its map and replays."""
 
-    def __init__(self, program: str, folder: pathlib.Path, believed: body.Camera | None = None):
+    def __init__(self, program: str, folder: pathlib.Path, assumed: body.Camera | None = None):
         self.program, self.folder = str(pathlib.Path(program).resolve()), folder
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "robot.yaml").write_text(body.robot_yaml(believed or body.Camera()))
+        (folder / "robot.yaml").write_text(body.robot_yaml(assumed or body.Camera()))
 
     def waymark(self, *words: str, timeout_s: float = 900) -> Run:
         done = subprocess.run([self.program, *words], cwd=self.folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,

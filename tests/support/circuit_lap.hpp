@@ -12,7 +12,7 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/mapping/map_checks.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 
 /// Laps of circuit24 with noisy corners, and how maps of them are judged.
 namespace waymark::test {

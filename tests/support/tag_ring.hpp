@@ -76,7 +76,7 @@ inline void run(RiekfLocalizer& filter, Robot& robot, const World& world, double
   for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
     filter.add(robot.drive(0.02, random));
     if (robot.steps % 4 == 0) filter.add(look(world, robot.truth, robot.seconds, random));
-    filter.clear_news();
+    filter.clear_comparisons();
   }
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/tag_scene.hpp"
+#include "waymark/mapping/scene/tag_scene.hpp"
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "waymark/base/random.hpp"
-#include "waymark/mapping/lap_bundle.hpp"
+#include "waymark/mapping/lap/lap_bundle.hpp"
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 

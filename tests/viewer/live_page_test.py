@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """The page of a robot that runs, in a headless Chromium: teach, map and replay by its buttons on the simulator; what its camera sees.
 
-usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER story|pictures [PICTURES]
-story: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
+usage: live_page_test.py PROGRAM VIEWER_BUILD_FOLDER session|pictures [PICTURES]
+session: the robot says the corners of tags, which is cheap, so that page and robot keep up on a busy machine; with PICTURES it sends
 pictures as well, and the screenshot of the documents goes there. pictures: a short lap with pictures.
 Exit code 77 (skipped) without tools/build_viewer.sh or without Chromium.
 """

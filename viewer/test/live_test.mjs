@@ -1,5 +1,5 @@
 // Uses the page of `waymark run --view`: clicks through teach, map and replay, or looks at the pictures of a robot that is taught.
-// usage: node live_test.mjs URL story|pictures [PICTURES]     URL with its token; exit code 1 and words when something is wrong
+// usage: node live_test.mjs URL session|pictures [PICTURES]     URL with its token; exit code 1 and words when something is wrong
 import { accessible, check, drawn, launch, openPage, outside } from "./browser.mjs";
 import { LiveUser } from "./live_user.mjs";
 
@@ -13,7 +13,7 @@ async function opens() {
   await user.untilPhase("idle");
   check(page.url() === `${origin}/`, `the token left the address: ${page.url()}`);
   check((await user.text("#go")) === "Teach a lap", "the button says what it does");
-  check((await page.getAttribute("#story [aria-current]", "aria-current")) === "step" && (await user.text("#story [aria-current]")) === "idle", "where the story is");
+  check((await page.getAttribute("#session [aria-current]", "aria-current")) === "step" && (await user.text("#session [aria-current]")) === "idle", "where the session is");
   await user.untilText("#lights", /● odometry: \d+ a second/);
 }
 
@@ -78,7 +78,7 @@ async function phoneAndDark() {
 }
 
 /** Teach, map, replay. */
-async function story() {
+async function session() {
   await opens();
   await accessible(page, "idle");
   await drivesByHand();
@@ -114,7 +114,7 @@ async function looks() {
 }
 
 try {
-  const words = await (what === "story" ? story() : looks());
+  const words = await (what === "session" ? session() : looks());
   check(user.troubles.length === 0, user.troubles.join("; "));
   console.log(`${words}; control was lost ${user.lost} times, the page was silent for ${((await user.silence()) / 1000).toFixed(1)} s at most; ` +
     `all in ${((Date.now() - started) / 1000).toFixed(1)} s`);

@@ -69,7 +69,7 @@ export class LiveUser {
     }, words);
     check(presses <= 1 || (await this.silence()) > 1000, `${presses} presses of ${id}: ${words}`);
   }
-  /** The button of the story. */
+  /** The button of the session. */
   async go(wanted) {
     this.drives = false;
     const from = await this.phase();

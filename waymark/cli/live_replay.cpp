@@ -3,7 +3,7 @@
 #include <string>
 #include <utility>
 
-#include "waymark/cli/live_story.hpp"
+#include "waymark/cli/session_viewers.hpp"
 #include "waymark/live/fresh_file.hpp"
 #include "waymark/live/live_robot.hpp"
 

@@ -4,7 +4,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/lap_recording.hpp"
 #include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_story.hpp"
+#include "waymark/cli/session_viewers.hpp"
 #include "waymark/live/fresh_file.hpp"
 #include "waymark/live/inputs.hpp"
 #include "waymark/live/live_robot.hpp"

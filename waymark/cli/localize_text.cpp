@@ -14,7 +14,7 @@ std::string to_text(const LocalizeReport& report) {
                       : 0.0);
   text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
   if (report.compared > 0)
-    text += fmt::format("{} of {} sightings believed, NIS {:.2f} per degree of freedom\n", report.believed,
+    text += fmt::format("{} of {} observations accepted, NIS {:.2f} per degree of freedom\n", report.accepted,
                         report.compared, report.nis_mean);
   if (report.last && report.certain > 0)
     text += fmt::format("last: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m (one sigma)\n",
@@ -22,7 +22,7 @@ std::string to_text(const LocalizeReport& report) {
                         to_degrees(report.last->map_T_base.yaw()), report.last->position_sigma_m());
   if (report.lasting_nis)
     text += fmt::format(
-        "means of 30 sightings of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
+        "means of 30 observations of one tag: NIS {:.2f} (1 when lasting errors are known to last)\n",
         *report.lasting_nis);
   return text;
 }

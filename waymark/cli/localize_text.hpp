@@ -6,7 +6,7 @@
 
 namespace waymark::cli {
 
-/// What `waymark localize` prints: estimates, sightings, where the robot was last.
+/// What `waymark localize` prints: estimates, observations, where the robot was last.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
 
 }  // namespace waymark::cli

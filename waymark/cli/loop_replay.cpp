@@ -139,7 +139,7 @@ Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const 
                                 .anchor = job.anchor});
   if (!method) return tl::unexpected(method.error());
   // A person put the robot about where the route begins: then one tag is enough to say where exactly. Tags
-  // that contradict are believed, not the person.
+  // that contradict are trusted, not the person.
   if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
     filter->start_from(files.route.points.front().map_T_base, 0.25, 0.25);
   const Result<ReplayController> controller = parse_controller(job.controller);

@@ -38,13 +38,14 @@ std::string to_text(const MapReport& report, const std::string& folder) {
     const LoopClosure& loop = *lap.bundle->loop;
     text += fmt::format(
         "the way closes at {} after {:.1f} m: the wheels alone would be {:.3f} m and {:.1f} deg off there, "
-        "adjusted its sightings agree within {:.3f} m\n",
+        "adjusted its observations agree within {:.3f} m\n",
         to_string(loop.tag), loop.way_m, loop.before_m, to_degrees(loop.before_rad), loop.after_m);
   }
   if (report.poses) {
     const PoseLapFigures& p = *report.poses;
     text += fmt::format(
-        "sightings within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and {:.3f} "
+        "observations within {:.3f} m (rms); wheels to be multiplied by {:.4f} +- {:.4f} (distances) and "
+        "{:.3f} "
         "+- "
         "{:.3f} (turns)\n",
         p.rms_m, p.scales.distance, p.scales_sigma.distance, p.scales.yaw, p.scales_sigma.yaw);
@@ -64,8 +65,8 @@ std::string to_text(const MapReport& report, const std::string& folder) {
 std::string to_text(const MapSceneReport& report, const std::string& folder) {
   const nlohmann::ordered_json json = to_json(report);
   std::string text =
-      fmt::format("{}: {} tags from {} sightings in {} frames\n", folder, json["tags"].get<std::size_t>(),
-                  report.map.sightings.seen.size(), report.frames);
+      fmt::format("{}: {} tags from {} observations in {} frames\n", folder, json["tags"].get<std::size_t>(),
+                  report.map.observations.seen.size(), report.frames);
   text += fmt::format("corners within {:.3f} px (mean; median {:.3f}), noise {:.3f} px, cost {:.2f}\n",
                       report.map.reprojection_mean_px, report.map.reprojection_median_px, report.map.noise_px,
                       report.map.cost);

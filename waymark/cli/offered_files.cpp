@@ -97,9 +97,10 @@ Result<std::vector<OfferedFile>> offered_by(const std::string& path, Console& co
   std::error_code none;
   if (path.empty()) return std::vector<OfferedFile>{};
   if (path == "live" && !fs::exists(path, none))
-    return fail(ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
-                "For example `waymark run --world circuit24 --driver page --view -o story`, or `waymark demo "
-                "--view`.");
+    return fail(
+        ErrorCode::InvalidArgument, "a robot is shown by the verb that runs it", {},
+        "For example `waymark run --world circuit24 --driver page --view -o session`, or `waymark demo "
+        "--view`.");
   if (!fs::exists(path, none))
     return fail(ErrorCode::NotFound, "there is no such file or folder", {.source = path});
   if (fs::is_directory(path, none)) {

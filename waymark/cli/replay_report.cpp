@@ -3,7 +3,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/operator_story.hpp"
+#include "waymark/cli/session_run.hpp"
 
 namespace waymark::cli {
 
@@ -62,7 +62,7 @@ nlohmann::ordered_json to_json(const ReplayReport& report) {
           {"warnings", report.warnings}};
 }
 
-nlohmann::ordered_json to_json(const StoryReport& report) {
+nlohmann::ordered_json to_json(const SessionReport& report) {
   auto replays = nlohmann::ordered_json::array();
   for (const ReplayReport& replay : report.replays) replays.push_back(to_json(replay));
   return {{"laps_taught", report.laps_taught}, {"mapping_s", report.mapping_s},

@@ -38,9 +38,9 @@ std::string nis_text(const NisSummary& nis) {
   const char* verdict = nis.mean > 1.5 ? "what it sees agrees worse than it expects: calibrate, or doubt more"
                         : nis.mean < 0.5 ? "expects worse than it sees"
                                          : "they agree as well as it expects (which says nothing of what all "
-                                           "sightings share, such as a map that is off)";
-  return fmt::format("sightings: NIS {:.2f} per degree of freedom of {} (should be 1), {} not believed: {}\n",
-                     nis.mean, nis.sightings, nis.not_believed, verdict);
+                                           "observations share, such as a map that is off)";
+  return fmt::format("observations: NIS {:.2f} per degree of freedom of {} (should be 1), {} rejected: {}\n",
+                     nis.mean, nis.observations, nis.rejected, verdict);
 }
 
 }  // namespace

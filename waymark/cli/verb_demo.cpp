@@ -13,8 +13,8 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/session_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
@@ -190,7 +190,7 @@ std::string table(const DemoReport& report) {
   return text;
 }
 
-/// The same story by the clock, while somebody watches; it stays until it is ended.
+/// The same session by the clock, while somebody watches; it stays until it is ended.
 ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
   std::vector<std::string> words = args.stage.as_words();
   if (args.images) words.emplace_back("--images");
@@ -205,11 +205,11 @@ ExitCode watched_demo(const DemoArgs& args, Stage& stage, Console& console) {
     console.say(view.error());
     return exit_code_of(view.error());
   }
-  StoryJob job{.folder = args.folder, .driver = "scripted", .feed = &(*view)->feed()};
+  SessionJob job{.folder = args.folder, .driver = "scripted", .feed = &(*view)->feed()};
   job.replay.durable = args.durable;
   job.replay.replay.laps = args.laps;
   const auto stop = hear_stop("demo into " + args.folder, console);
-  const Result<StoryReport> report = run_story(stage, job, console);
+  const Result<SessionReport> report = run_session(stage, job, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;
@@ -284,7 +284,7 @@ Verb demo_verb() {
 lap.mcap, replay.mcap, the folder map/ and figures (SVG and PNG): trajectory and tags against the truth,
 error over the way, tags in view; and report.html with all of it on one page. Run again, it writes over its own files, and over nobody else's.
 
-With --view the same story goes by the clock and is shown in the browser, where it can be paused, stopped and
+With --view the same session goes by the clock and is shown in the browser, where it can be paused, stopped and
 replayed again; it stays until Ctrl-C, and leaves the recordings and the map.
 
 Exit code: 0 the route was driven to its end, 1 it was not (said in words; the table and the figures are there),

@@ -56,9 +56,10 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
         "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
         "about "
         "the robot and the map, and how well");
-  if (report->compared > 0 && 10 * report->believed < report->compared)
+  if (report->compared > 0 && 10 * report->accepted < report->compared)
     console.say(
-        "warning: hardly a sighting agrees with the map: is it the map of this place, and the camera of this "
+        "warning: hardly any observation agrees with the map: is it the map of this place, and the camera of "
+        "this "
         "robot "
         "(--robot, --calibration)?");
   return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -115,7 +116,7 @@ Verb localize_verb() {
       .sentence = "Estimate the trajectory of a robot from its recording and a map of the tags",
       .help =
           R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
-/waymark/pose, mere guesses on /waymark/pose_uncertain, and for each sighting of a mapped tag on /waymark/nis how
+/waymark/pose, mere guesses on /waymark/pose_uncertain, and for each observation of a mapped tag on /waymark/nis how
 well it agreed (normalised innovation squared). Tags that contradict all others are named and not used: swapped,
 moved, of another size. `waymark evaluate` compares the output with a truth.
 

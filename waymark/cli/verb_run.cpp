@@ -11,8 +11,8 @@
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/live_steps.hpp"
 #include "waymark/cli/live_view.hpp"
-#include "waymark/cli/operator_story.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/session_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/map_file.hpp"
@@ -28,7 +28,7 @@ struct RunArgs {
   LiveFlags live{};
   CLI::Option* driver = nullptr;
   LoneAnchorFlags anchor;
-  StoryJob job{};
+  SessionJob job{};
   std::string folder;
   std::string calibration;
   bool images = false;
@@ -60,7 +60,7 @@ Result<Stage> stage_of(const RunArgs& args) {
   return stage;
 }
 
-std::string story_words(const StoryReport& report) {
+std::string session_words(const SessionReport& report) {
   std::string text = fmt::format("{} laps taught, {} replays\n", report.laps_taught, report.replays.size());
   for (const ReplayReport& replay : report.replays) {
     text += ending(replay);
@@ -74,7 +74,7 @@ std::string story_words(const StoryReport& report) {
 
 ExitCode run(const RunArgs& args, Console& console) {
   Result<Stage> stage = stage_of(args);
-  StoryJob job = args.job;
+  SessionJob job = args.job;
   job.folder = args.folder;
   Status status = stage ? Status() : tl::unexpected(stage.error());
   if (const Status read = take_calibration(args.calibration, job.replay); status && !read) {
@@ -99,12 +99,12 @@ ExitCode run(const RunArgs& args, Console& console) {
   }
   job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
   const auto stop = hear_stop("run into " + args.folder, console);
-  const Result<StoryReport> report = run_story(*stage, job, console);
+  const Result<SessionReport> report = run_session(*stage, job, console);
   if (!report) {
     console.say(report.error());
     return exit_code_of(report.error());
   }
-  console.print(args.json ? json_line(to_json(*report)) : story_words(*report));
+  console.print(args.json ? json_line(to_json(*report)) : session_words(*report));
   if (report->interrupted) {
     console.say(
         fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));
@@ -163,7 +163,7 @@ Verb run_verb() {
       .name = "run",
       .sentence = "Teach, map and replay in one session, with one button",
       .help =
-          R"(The whole story with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
+          R"(The whole session with a gamepad in hand: Y (triangle) begins the lap, and the left shoulder is held while
 the sticks drive; Y again ends it, and the map is made while the robot stands; Y replays it, Y pauses and
 goes on; B (circle) or any stick stops. Keyboards and programs can do the same (--driver). The robot moves only
 while it is taught or replays, and nothing but the button sets it moving. Every stop has a reason in words.
@@ -175,10 +175,10 @@ Exit code: 0 every replay came to its end, 1 one did not, or something failed, 2
 Ctrl-C.
 
 Examples:
-  waymark run --world circuit24 --driver scripted -o story
-  waymark run --world circuit24 --driver keyboard -o story
-  waymark run --world circuit24 --images --view --open -o story
-  waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o story
+  waymark run --world circuit24 --driver scripted -o session
+  waymark run --world circuit24 --driver keyboard -o session
+  waymark run --world circuit24 --images --view --open -o session
+  waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o session
 )",
       .prepare = prepare_run,
       .verbs = {}};

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "waymark/base/error.hpp"
-#include "waymark/mapping/tag_scene.hpp"
+#include "waymark/mapping/scene/tag_scene.hpp"
 
 namespace waymark {
 

@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "waymark/config/yaml_cursor.hpp"
-#include "waymark/mapping/tag_scene.hpp"
+#include "waymark/mapping/scene/tag_scene.hpp"
 
 /// What tagslam.yaml and config.json share. For the .cpp files of tagslam_folder only.
 namespace waymark::internal {

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/mapping/scene_map.hpp"
+#include "waymark/mapping/scene/scene_map.hpp"
 
 namespace waymark {
 

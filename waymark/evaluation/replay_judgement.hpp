@@ -9,7 +9,8 @@
 
 namespace waymark {
 
-/// How well a replay repeated what was taught, by truth alone: what the robot itself believed does not count.
+/// How well a replay repeated what was taught, by truth alone: the estimate of the robot itself does not
+/// count.
 struct ReplayJudgement {
   /// Distance of the replay's base from the taught path, in the plane, over the way (a pose counts once the
   /// robot is a centimetre further: standing still counts once).

@@ -28,11 +28,11 @@ std::optional<Residuals> residuals_px(const TagDetection& seen, const MappedTag&
   return residuals;
 }
 
-/// Sums until all sightings are in.
+/// Sums until all observations are in.
 void add(const Residuals& residuals, double distance_m, TagReprojection& sums) {
-  sums.nearest_m = sums.sightings == 0 ? distance_m : std::min(sums.nearest_m, distance_m);
+  sums.nearest_m = sums.observations == 0 ? distance_m : std::min(sums.nearest_m, distance_m);
   sums.farthest_m = std::max(sums.farthest_m, distance_m);
-  ++sums.sightings;
+  ++sums.observations;
   for (const Eigen::Vector2d& residual : residuals) {
     sums.rms_px += residual.squaredNorm();
     sums.mean_px += residual;
@@ -41,7 +41,7 @@ void add(const Residuals& residuals, double distance_m, TagReprojection& sums) {
 }
 
 void finish(TagReprojection& sums) {
-  const double corners = 4 * static_cast<double>(sums.sightings);
+  const double corners = 4 * static_cast<double>(sums.observations);
   sums.rms_px = std::sqrt(sums.rms_px / (2 * corners));
   sums.mean_px /= corners;
 }

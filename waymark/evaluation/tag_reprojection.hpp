@@ -12,7 +12,7 @@ namespace waymark {
 
 /// How well a map and a trajectory explain the corners of one tag.
 struct TagReprojection {
-  std::size_t sightings = 0;
+  std::size_t observations = 0;
   double rms_px = 0;                                  ///< over both coordinates of all corners
   Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();  ///< of seen less predicted corners
   double largest_px = 0;                              ///< distance of the worst corner
@@ -20,9 +20,9 @@ struct TagReprojection {
   double farthest_m = 0;
 };
 
-/// Every sighting of a mapped tag, predicted from the pose of the trajectory at the time of its frame. Frames
-/// outside the trajectory, tags not in the map and corners that the camera cannot have seen are left out.
-/// O(sightings log poses).
+/// Every observation of a mapped tag, predicted from the pose of the trajectory at the time of its frame.
+/// Frames outside the trajectory, tags not in the map and corners that the camera cannot have seen are left
+/// out. O(observations log poses).
 [[nodiscard]] std::map<TagId, TagReprojection> tag_reprojection(const std::vector<TagFrame>& frames,
                                                                 const TagMap& map,
                                                                 const Trajectory& trajectory,

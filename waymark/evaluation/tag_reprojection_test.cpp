@@ -36,7 +36,7 @@ TEST(TagReprojection, IsWhatTheCornersAreOffBy) {
                                       map_of_one(), kStanding, camera(), kCamera);
   ASSERT_EQ(found.size(), 1U);
   const TagReprojection& tag = found.at(kTag);
-  EXPECT_EQ(tag.sightings, 2U);
+  EXPECT_EQ(tag.observations, 2U);
   EXPECT_NEAR(tag.rms_px, std::sqrt(0.25 / 2), 1e-9);
   EXPECT_NEAR(tag.mean_px.x(), 0.3, 1e-9);
   EXPECT_NEAR(tag.mean_px.y(), 0.0, 1e-9);

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/jobs/detect_all.hpp"
-#include "waymark/mapping/camera_calibration.hpp"
+#include "waymark/mapping/calibration/camera_calibration.hpp"
 
 /// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
 namespace waymark {

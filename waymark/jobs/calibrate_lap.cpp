@@ -9,7 +9,7 @@
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/robot_setup.hpp"
-#include "waymark/mapping/map_checks.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
 
 namespace waymark {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "waymark/jobs/localize_log.hpp"
-#include "waymark/mapping/lap_calibration.hpp"
+#include "waymark/mapping/lap/lap_calibration.hpp"
 
 /// `waymark calibrate robot` by bundle adjustment of a lap.
 namespace waymark {

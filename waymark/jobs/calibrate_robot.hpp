@@ -9,7 +9,7 @@
 
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/localization/innovation_calibration.hpp"
-#include "waymark/mapping/lap_calibration.hpp"
+#include "waymark/mapping/lap/lap_calibration.hpp"
 
 /// `waymark calibrate robot`: where the camera sits, scales, gains and latency from a drive past tags.
 namespace waymark {

@@ -8,7 +8,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/jobs/map_transforms.hpp"
-#include "waymark/mapping/tag_ties.hpp"
+#include "waymark/mapping/lap/tag_ties.hpp"
 
 namespace waymark {
 namespace {

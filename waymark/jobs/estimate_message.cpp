@@ -26,9 +26,9 @@ ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& est
 ros2::DiagnosticArray nis_message(const NisRecord& record) {
   ros2::DiagnosticArray message;
   message.header = {.stamp = ros2::to_ros(record.stamp), .frame_id = std::string(ros2::kMapFrame)};
-  message.status.push_back({.level = static_cast<std::uint8_t>(record.believed ? 0 : 1),
+  message.status.push_back({.level = static_cast<std::uint8_t>(record.accepted ? 0 : 1),
                             .name = to_string(record.tag),
-                            .message = record.believed ? "believed" : "not believed",
+                            .message = record.accepted ? "accepted" : "rejected",
                             .hardware_id = {},
                             .values = {{"nis", fmt::format("{:.4f}", record.nis)},
                                        {"degrees_of_freedom", std::to_string(record.rows)}}});

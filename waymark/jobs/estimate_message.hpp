@@ -12,7 +12,7 @@ inline constexpr const char* kNisTopic = "/waymark/nis";
 /// An estimate as a message: what it doubts stands in the rows of x, y and the rotation about z.
 [[nodiscard]] ros2::PoseWithCovarianceStamped estimate_message(const LocalizationEstimate& estimate);
 
-/// What was compared with the estimate, as diagnostics: one status a sighting.
+/// What was compared with the estimate, as diagnostics: one status an observation.
 [[nodiscard]] ros2::DiagnosticArray nis_message(const NisRecord& record);
 
 }  // namespace waymark

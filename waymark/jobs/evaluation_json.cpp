@@ -81,8 +81,8 @@ Json to_json(const TrajectoryReport& report) {
                {"reference", report.reference},
                {"alignment", to_string(report.alignment)}};
   json.update(row_json(report.rows.front(), report));
-  json["nis_mean"] = report.nis && report.nis->sightings > 0 ? Json(report.nis->mean) : Json(nullptr);
-  json["sightings"] = report.nis ? Json(report.nis->sightings) : Json(nullptr);
+  json["nis_mean"] = report.nis && report.nis->observations > 0 ? Json(report.nis->mean) : Json(nullptr);
+  json["observations"] = report.nis ? Json(report.nis->observations) : Json(nullptr);
   json["uncertain"] = report.uncertain;
   json["coverage"] = report.coverage ? Json(*report.coverage) : Json(nullptr);
   json["time_to_first_fix_s"] =

@@ -20,13 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_sighting(const Sample& sample) {
+bool is_observation(const Sample& sample) {
   return std::holds_alternative<TagFrame>(sample) || std::holds_alternative<TagPoseFrame>(sample) ||
          std::holds_alternative<RangeBearing>(sample);
 }
 
 bool is_wanted(const Sample& sample) {
-  return is_sighting(sample) || std::holds_alternative<Odometry>(sample) ||
+  return is_observation(sample) || std::holds_alternative<Odometry>(sample) ||
          std::holds_alternative<ImuSample>(sample) || std::holds_alternative<TruthPose>(sample);
 }
 
@@ -54,7 +54,7 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   const LogSelection used = setup ? (*log)->topics_used(*setup) : LogSelection{};
   const Status status = (*log)->visit_samples(used, [&](Sample sample) -> Status {
     if (control.cancelled()) return fail(ErrorCode::Unreadable, "stopped", {.source = path});
-    seen = seen || is_sighting(sample);
+    seen = seen || is_observation(sample);
     pictures = pictures || std::holds_alternative<CameraFrame>(sample);
     if (setup) turn_into_base(sample, setup->chosen);
     if (is_wanted(sample)) inputs.samples.push_back(std::move(sample));
@@ -156,8 +156,8 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (inputs.samples.empty())
     return fail(ErrorCode::NotFound, "the recording holds nothing to localise with: no tags, no motion",
                 {.source = job.logs.front()}, "`waymark info` shows what it holds.");
-  inputs.sightings = static_cast<std::size_t>(count(is_sighting));
-  if (inputs.sightings == 0)
+  inputs.observations = static_cast<std::size_t>(count(is_observation));
+  if (inputs.observations == 0)
     return fail(ErrorCode::NotFound, "the recording holds no tags and no landmarks that were seen",
                 {.source = job.logs.front()}, "`waymark info` shows what it holds.");
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;

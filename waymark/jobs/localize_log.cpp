@@ -49,17 +49,17 @@ class RunOutput {
   }
   Status on_news(LocalizationMethod& method) {
     Status status;
-    for (const NisRecord& record : method.news()) {
+    for (const NisRecord& record : method.comparisons()) {
       ++report_.compared;
-      report_.believed += record.believed ? 1 : 0;
-      if (record.believed) nis_sum_ += record.nis / record.rows;
+      report_.accepted += record.accepted ? 1 : 0;
+      if (record.accepted) nis_sum_ += record.nis / record.rows;
       if (recorder_ && status) status = recorder_->add_message(kNisTopic, record.stamp, nis_message(record));
     }
-    method.clear_news();
+    method.clear_comparisons();
     return status;
   }
   Result<LocalizeReport> close() {
-    if (report_.believed > 0) report_.nis_mean = nis_sum_ / static_cast<double>(report_.believed);
+    if (report_.accepted > 0) report_.nis_mean = nis_sum_ / static_cast<double>(report_.accepted);
     const Status status = recorder_ ? recorder_->close() : Status();
     if (!status) return tl::unexpected(status.error());
     return report_;
@@ -93,7 +93,7 @@ Status check_output(const LocalizeJob& job) {
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
       {.source = job.output, .key = "--output"},
-      "End it with .mcap (a recording: poses with their doubt, sightings, odometry) or with .txt or .tum "
+      "End it with .mcap (a recording: poses with their doubt, observations, odometry) or with .txt or .tum "
       "(poses, one a line).");
 }
 
@@ -192,8 +192,8 @@ FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& sampl
   for (const Sample& sample : samples) {
     if (control.cancelled()) return {};
     localizer->add(sample);
-    for (const NisRecord& record : localizer->method().news()) nis.add(record);
-    localizer->method().clear_news();
+    for (const NisRecord& record : localizer->method().comparisons()) nis.add(record);
+    localizer->method().clear_comparisons();
   }
   const Tracker& tracker = localizer->filter()->tracker();
   const auto per_row = nis.per_row(tracker.watch());
@@ -323,8 +323,8 @@ nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& rep
           {"estimates", report.estimates},
           {"certain", report.certain},
           {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},
-          {"sightings", report.compared},
-          {"believed", report.believed},
+          {"observations", report.compared},
+          {"accepted", report.accepted},
           {"nis_mean", report.nis_mean},
           {"lasting_nis", report.lasting_nis ? Json(*report.lasting_nis) : Json(nullptr)},
           {"duration_s", report.duration_s},

@@ -41,7 +41,7 @@ struct LocalizeInputs {
   std::vector<Sample> samples{};  ///< in order of their stamps
   std::vector<std::string> warnings{};
   RecordingSetup recorded{};  ///< what the recording itself says of the camera
-  std::size_t sightings = 0;
+  std::size_t observations = 0;
   bool mounting_guessed = false;  ///< nobody says where the sensor sits
   bool planar_sensor = false;     ///< --sensor-pose: x ahead, y left; else the axes are a camera's
 };
@@ -55,9 +55,9 @@ struct LocalizeReport {
   std::size_t estimates = 0;
   std::size_t certain = 0;
   std::optional<double> first_fix_s{};  ///< after the first sample
-  std::size_t compared = 0;             ///< sightings of mapped tags that were compared with an estimate
-  std::size_t believed = 0;
-  double nis_mean = 0;  ///< of those believed, over their degrees of freedom; 1 when all is as assumed
+  std::size_t compared = 0;             ///< observations of mapped tags that were compared with an estimate
+  std::size_t accepted = 0;
+  double nis_mean = 0;  ///< of those accepted, over their degrees of freedom; 1 when all is as assumed
   std::optional<double> lasting_nis{};  ///< Tracker::lasting_nis()
   double duration_s = 0;
   double wall_s = 0;
@@ -66,7 +66,7 @@ struct LocalizeReport {
 };
 
 /// Runs the samples through the method and writes the output: the samples of motion and truth as they were,
-/// certain estimates on /waymark/pose, guesses on /waymark/pose_uncertain, each compared sighting on
+/// certain estimates on /waymark/pose, guesses on /waymark/pose_uncertain, each compared observation on
 /// /waymark/nis.
 [[nodiscard]] Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                               const JobControl& control);

@@ -58,7 +58,7 @@ TEST(LocalizeLog, TheRobotIsWhereTheTruthIsAndTheSummarySaysSo) {
   EXPECT_LT(scores->rows.front().scores->ate_m.rmse, 0.1);
   EXPECT_EQ(scores->uncertain, report->estimates - report->certain);
   ASSERT_TRUE(scores->nis);
-  EXPECT_EQ(scores->nis->sightings, report->believed);
+  EXPECT_EQ(scores->nis->observations, report->accepted);
   EXPECT_NEAR(scores->nis->mean, report->nis_mean, 1e-3);
   EXPECT_THAT(doubts_about(*scores, inputs->reference), IsEmpty());
   const auto json = to_json(*scores);

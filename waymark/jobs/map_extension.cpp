@@ -5,7 +5,7 @@
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/route_files.hpp"
-#include "waymark/mapping/tag_ties.hpp"
+#include "waymark/mapping/lap/tag_ties.hpp"
 
 namespace waymark {
 namespace {

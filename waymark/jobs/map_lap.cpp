@@ -158,7 +158,7 @@ Result<MapReport> map_recording(const MapJob& job, const JobControl& control) {
 
 namespace {
 
-/// {"tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}}, of the tags that lost sightings.
+/// {"tag36h11:7": {"used": 76, "elsewhere": 12, "inexact_corners": 2}}, of the tags that lost observations.
 nlohmann::ordered_json by_tag_and_reason(const BundleFigures& bundle, const std::map<TagId, int>& used) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
   for (const auto& [tag, counts] : bundle.left_out) {
@@ -212,8 +212,8 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
       {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
       {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
-      {"sightings_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
-      {"sightings_rejected_by_tag",
+      {"observations_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},
+      {"observations_rejected_by_tag",
        of_bundle([&](const BundleFigures& b) { return by_tag_and_reason(b, lap.observations); })},
       {"iterations", of_bundle([](const BundleFigures& b) { return b.iterations; })},
       {"odometry_distance_scale",
@@ -241,9 +241,9 @@ nlohmann::ordered_json to_json(const MapReport& report) {
     const PoseLapFigures& p = *report.poses;
     json["odometry_distance_scale"] = p.scales.distance;
     json["odometry_yaw_scale"] = p.scales.yaw;
-    json["camera_off_m"] = {p.base_X_believed.x(), p.base_X_believed.y()};
-    json["camera_off_deg"] = to_degrees(p.base_X_believed.yaw());
-    json["sighting_rms_m"] = p.rms_m;
+    json["camera_off_m"] = {p.base_X_assumed.x(), p.base_X_assumed.y()};
+    json["camera_off_deg"] = to_degrees(p.base_X_assumed.yaw());
+    json["observation_rms_m"] = p.rms_m;
   }
   return json;
 }

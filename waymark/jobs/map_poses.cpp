@@ -3,7 +3,7 @@
 #include "waymark/evaluation/dead_reckoning.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/jobs/map_steps.hpp"
-#include "waymark/mapping/map_comparison.hpp"
+#include "waymark/mapping/lap/map_comparison.hpp"
 #include "waymark/pipeline/pose_lap_mapper.hpp"
 #include "waymark/samples/camera_body.hpp"
 

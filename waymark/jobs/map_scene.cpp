@@ -15,7 +15,7 @@
 #include "waymark/jobs/scene_recording.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/stopwatch.hpp"
-#include "waymark/mapping/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
 
 namespace waymark {
 namespace {
@@ -40,19 +40,19 @@ MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
     for (std::size_t t = 0; t < body.tags.size(); ++t) {
       const auto pose = map.map_T_tag(b, t);
       const PoseIndex of_tag = map.problem.tags[b][t];
-      const auto sightings =
+      const auto observations =
           static_cast<int>(std::ranges::count_if(map.problem.bundle.corners, [&](const CornerTerm& term) {
             return term.used && term.tag == of_tag;
           }));
-      if (!pose || sightings == 0) continue;
+      if (!pose || observations == 0) continue;
       const PoseIndex of_body = map.problem.bodies[b].front();
       const Matrix6 Ad = map.problem.bundle.poses[of_body].value.adjoint();
       file.tags.tags[body.tags[t].id] = {
           *pose, body.tags[t].size_m,
           map.covariance.poses[of_body] + Ad * map.covariance.poses[of_tag] * Ad.transpose()};
-      file.observations[body.tags[t].id] = sightings;
+      file.observations[body.tags[t].id] = observations;
       const bool known = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
-      const int merit = sightings + (known ? 1'000'000'000 : 0);
+      const int merit = observations + (known ? 1'000'000'000 : 0);
       if (merit > most) file.anchor = body.tags[t].id;
       most = std::max(most, merit);
     }
@@ -132,19 +132,19 @@ void warn(MapSceneReport& report) {
                     group.size() > 1 ? "s" : "", words_of(group), group.size() > 1 ? "were" : "was"));
   }
   for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
-  if (!map.unbelieved.empty())
+  if (!map.rejected_tags.empty())
     report.warnings.push_back(
         fmt::format("ids on no list that were hardly seen or contradict themselves, left out: {}",
-                    words_of(map.unbelieved)));
+                    words_of(map.rejected_tags)));
   std::vector<TagId> foreign;
-  foreign.reserve(map.sightings.foreign.size());
-  for (const auto& [id, count] : map.sightings.foreign) foreign.push_back(id);
+  foreign.reserve(map.observations.foreign.size());
+  for (const auto& [id, count] : map.observations.foreign) foreign.push_back(id);
   if (!foreign.empty())
     report.warnings.push_back(
         fmt::format("{} ids belong to no body and were passed over: {}", foreign.size(), words_of(foreign)));
   if (!map.rejected.empty())
-    report.warnings.push_back(fmt::format("{} of {} sightings contradict the others and were left out",
-                                          map.rejected.size(), map.sightings.seen.size()));
+    report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",
+                                          map.rejected.size(), map.observations.seen.size()));
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c) {
     if (map.placed[map.problem.cameras[c]] == 0)
       report.warnings.push_back(map.scene.cameras[c].name + " never saw anything that says where it is");
@@ -195,9 +195,10 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
   const SceneMap& map = report.map;
   std::set<TagId> seen;
   std::size_t tags = 0;
-  for (const SceneSighting& sighting : map.sightings.seen) {
-    const SceneTag& tag = map.scene.bodies[sighting.body].tags[sighting.tag];
-    if (seen.insert(tag.id).second && map.placed[map.problem.tags[sighting.body][sighting.tag]] != 0) ++tags;
+  for (const SceneObservation& observation : map.observations.seen) {
+    const SceneTag& tag = map.scene.bodies[observation.body].tags[observation.tag];
+    if (seen.insert(tag.id).second && map.placed[map.problem.tags[observation.body][observation.tag]] != 0)
+      ++tags;
   }
   const auto numbers = [](const auto& ids, auto number) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -219,11 +220,12 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
   nlohmann::ordered_json json = {
       {"frames", report.frames},
       {"frames_without_pose", report.frames_without_pose},
-      {"sightings", map.sightings.seen.size()},
+      {"observations", map.observations.seen.size()},
       {"tags", tags},
-      {"rejected_sightings", map.rejected.size()},
-      {"foreign_ids", numbers(map.sightings.foreign, [](const auto& entry) { return entry.first.number; })},
-      {"unbelieved_ids", numbers(map.unbelieved, [](const TagId& t) { return t.number; })},
+      {"rejected_observations", map.rejected.size()},
+      {"foreign_ids",
+       numbers(map.observations.foreign, [](const auto& entry) { return entry.first.number; })},
+      {"rejected_tag_ids", numbers(map.rejected_tags, [](const TagId& t) { return t.number; })},
       {"unconnected_ids", unconnected},
       {"undetermined_ids", numbers(map.undetermined, [](const TagId& t) { return t.number; })},
       {"thin_cuts", cuts(map.thin_cuts)},

@@ -8,7 +8,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/jobs/job_control.hpp"
-#include "waymark/mapping/scene_values.hpp"
+#include "waymark/mapping/scene/scene_values.hpp"
 
 /// `waymark map --tagslam`: scenes of cameras and bodies that TagSLAM's files describe.
 namespace waymark {

@@ -51,14 +51,14 @@ std::optional<NisSummary> read_nis(const std::string& path, SensorTime from, Sen
                                       for (const ros2::DiagnosticStatus& status : array->status) {
                                         const auto nis = nis_of(status);
                                         if (!nis) continue;
-                                        const bool believed = status.level == 0;
-                                        sum += believed ? *nis : 0;
-                                        ++(believed ? all.sightings : all.not_believed);
+                                        const bool accepted = status.level == 0;
+                                        sum += accepted ? *nis : 0;
+                                        ++(accepted ? all.observations : all.rejected);
                                       }
                                       return {};
                                     });
-  if (!read || all.sightings + all.not_believed == 0) return std::nullopt;
-  if (all.sightings > 0) all.mean = sum / static_cast<double>(all.sightings);
+  if (!read || all.observations + all.rejected == 0) return std::nullopt;
+  if (all.observations > 0) all.mean = sum / static_cast<double>(all.observations);
   return all;
 }
 

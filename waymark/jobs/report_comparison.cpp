@@ -25,7 +25,7 @@ TagMap true_tags(const DriveRun& drive) {
   return world && *world ? (*world)->tags : TagMap{};
 }
 
-/// Where it drove: the truth, or what it believed; empty when it does not say.
+/// Where it drove: the truth, or the estimate; empty when it does not say.
 struct Way {
   Trajectory poses{};
   bool truth = false;

@@ -48,7 +48,7 @@ MadeOf look_back(const MapRun& run, const DriveRun& drive, const JobControl& con
 
 plot::PageTable tag_table(const MapRun& run, const MadeOf& made) {
   plot::PageTable table{.caption = "Tags",
-                        .head = {"tag", "x [m]", "y [m]", "z [m]", "size [m]", "sightings", "sigma [mm]",
+                        .head = {"tag", "x [m]", "y [m]", "z [m]", "size [m]", "observations", "sigma [mm]",
                                  "residual [px]", "worst [px]", "seen from [m]", "error [mm]"}};
   for (const auto& [id, tag] : run.map.tags.tags) {
     const Eigen::Vector3d& p = tag.map_T_tag.translation();

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "waymark/jobs/job_control.hpp"
-#include "waymark/mapping/scene_values.hpp"
-#include "waymark/mapping/tag_scene.hpp"
+#include "waymark/mapping/scene/scene_values.hpp"
+#include "waymark/mapping/scene/tag_scene.hpp"
 
 namespace waymark {
 

@@ -21,9 +21,9 @@ namespace waymark {
 
 /// How well what was seen agreed with the estimate, as `waymark localize` notes it on /waymark/nis.
 struct NisSummary {
-  double mean = 0;            ///< of believed sightings, over their degrees of freedom; 1 when honest
-  std::size_t sightings = 0;  ///< believed
-  std::size_t not_believed = 0;
+  double mean = 0;               ///< of accepted observations, over their degrees of freedom; 1 when honest
+  std::size_t observations = 0;  ///< accepted
+  std::size_t rejected = 0;
 };
 
 /// Of what EST was seen to agree with between two times; nothing when EST is no recording or has no such

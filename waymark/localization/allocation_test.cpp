@@ -58,7 +58,7 @@ void expect_none(LocalizationMethod& method, const RiekfLocalizer& filter, Place
       method.add(Odometry{.stamp = at(10 + 0.02 * i)});
       frame.stamp = at(10 + 0.02 * i - (i % 3 == 0 ? 0.3 : 0.005));  // late ones too
       method.add(frame);
-      method.clear_news();
+      method.clear_comparisons();
       static_cast<void>(method.estimate());
     }
   };

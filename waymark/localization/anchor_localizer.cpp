@@ -53,8 +53,8 @@ AnchorLocalizer::AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base
                                  const AnchorOptions& options)
     : map_(std::move(map)), camera_(camera), base_T_cam_(base_T_cam), options_(options) {}
 
-std::vector<AnchorLocalizer::Sighting> AnchorLocalizer::sightings(const TagFrame& frame) const {
-  std::vector<Sighting> seen;
+std::vector<AnchorLocalizer::Observation> AnchorLocalizer::observations(const TagFrame& frame) const {
+  std::vector<Observation> seen;
   for (const TagDetection& detection : frame.detections) {
     const MappedTag* tag = map_.find(detection.tag);
     if (tag == nullptr) continue;
@@ -62,17 +62,18 @@ std::vector<AnchorLocalizer::Sighting> AnchorLocalizer::sightings(const TagFrame
     if (!pose) continue;
     const double distance_m = pose->best.cam_T_tag.translation().norm();
     if (distance_m > options_.max_tag_distance_m) continue;
-    Sighting sighting{.distance_m = distance_m, .ambiguity_ratio = pose->ambiguity_ratio()};
-    sighting.map_X_base.push_back(base_on_floor(*tag, pose->best, base_T_cam_, options_));
-    if (pose->other) sighting.map_X_base.push_back(base_on_floor(*tag, *pose->other, base_T_cam_, options_));
-    seen.push_back(std::move(sighting));
+    Observation observation{.distance_m = distance_m, .ambiguity_ratio = pose->ambiguity_ratio()};
+    observation.map_X_base.push_back(base_on_floor(*tag, pose->best, base_T_cam_, options_));
+    if (pose->other)
+      observation.map_X_base.push_back(base_on_floor(*tag, *pose->other, base_T_cam_, options_));
+    seen.push_back(std::move(observation));
   }
   return seen;
 }
 
-std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std::vector<Sighting>& seen,
+std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std::vector<Observation>& seen,
                                                                       const Uncertain<SE2>& predicted) {
-  const auto nearest = std::ranges::min_element(seen, {}, &Sighting::distance_m);
+  const auto nearest = std::ranges::min_element(seen, {}, &Observation::distance_m);
   if (nearest == seen.end()) return std::nullopt;
   std::optional<Fix> best;
   double least = std::numeric_limits<double>::infinity();
@@ -85,18 +86,18 @@ std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_nearest(const std:
   return best;
 }
 
-std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_all(const std::vector<Sighting>& seen) {
+std::optional<AnchorLocalizer::Fix> AnchorLocalizer::fix_from_all(const std::vector<Observation>& seen) {
   const auto agreed = internal::agree(votes_of(seen, {}), kGate);
   if (!agreed || agreed->votes < 2) return std::nullopt;
   return Fix{agreed->value, std::numeric_limits<double>::infinity()};
 }
 
-std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Sighting>& seen,
+std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Observation>& seen,
                                                            const SE2& base_X_to) {
   std::vector<internal::Vote<SE2>> votes;
-  for (const Sighting& sighting : seen) {
+  for (const Observation& observation : seen) {
     internal::Vote<SE2> vote;
-    for (const FloorFit& fit : sighting.map_X_base)
+    for (const FloorFit& fit : observation.map_X_base)
       vote.push_back({fit.a_X_b.mean * base_X_to, fit.a_X_b.covariance.inverse(), fit.chi2});
     votes.push_back(std::move(vote));
   }
@@ -104,7 +105,7 @@ std::vector<internal::Vote<SE2>> AnchorLocalizer::votes_of(const std::vector<Sig
 }
 
 /// Where the robot is, from nothing: what the tags of several frames agree on, moved together by odometry.
-void AnchorLocalizer::look_about(const std::vector<Sighting>& seen, const SE2& odom_T_base) {
+void AnchorLocalizer::look_about(const std::vector<Observation>& seen, const SE2& odom_T_base) {
   const bool nothing_certain =
       seen.empty() || (seen.size() == 1 && seen[0].ambiguity_ratio > options_.max_ambiguity);
   if (nothing_certain) return;
@@ -148,7 +149,7 @@ std::optional<SE2> AnchorLocalizer::odometry_at(SensorTime stamp) const {
   return std::nullopt;  // older than what is kept
 }
 
-bool AnchorLocalizer::believed(const Fix& fix, const SE2& map_X_predicted) const {
+bool AnchorLocalizer::accepted(const Fix& fix, const SE2& map_X_predicted) const {
   if (fix.distance_m <= options_.near_distance_m) return true;
   const SE2 predicted_X_fix = map_X_predicted.inverse() * fix.map_X_base.mean;
   return predicted_X_fix.translation().norm() <= options_.max_jump_m &&
@@ -170,15 +171,15 @@ void AnchorLocalizer::add(const TagFrame& frame) {
   const std::optional<SE2> odom_T_base = odometry_at(frame.stamp);
   if (!odom_T_base) return;
   if (options_.plain) return add_plainly(frame, *odom_T_base);
-  const std::vector<Sighting> seen = sightings(frame);
-  if (!map_T_odom_ || contradictions_ >= options_.jumps_until_believed) return look_about(seen, *odom_T_base);
+  const std::vector<Observation> seen = observations(frame);
+  if (!map_T_odom_ || contradictions_ >= options_.jumps_to_restart) return look_about(seen, *odom_T_base);
   const Uncertain<SE2> predicted = carried_on(*odom_T_base);
   const std::optional<Fix> all = fix_from_all(seen);
   const bool unsure = position_sigma_m(predicted) > options_.unsure_sigma_m;
   const std::optional<Fix> fix = unsure && all ? all : fix_from_nearest(seen, predicted);
   if (!fix) return;
-  const bool contradicted = all && !believed(*all, predicted.mean);
-  const bool jumps = !believed(*fix, predicted.mean);
+  const bool contradicted = all && !accepted(*all, predicted.mean);
+  const bool jumps = !accepted(*fix, predicted.mean);
   contradictions_ = contradicted || jumps ? contradictions_ + 1 : 0;
   rejected_ += jumps ? 1 : 0;
   if (jumps || position_sigma_m(predicted) < position_sigma_m(fix->map_X_base)) return;
@@ -203,10 +204,10 @@ void AnchorLocalizer::add_plainly(const TagFrame& frame, const SE2& odom_T_base)
     fix = Fix{{project_to_plane(map_T_base), Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())}, distance_m};
   }
   if (!fix) return;
-  const bool jumps = map_T_odom_ && !believed(*fix, *map_T_odom_ * odom_T_base);
+  const bool jumps = map_T_odom_ && !accepted(*fix, *map_T_odom_ * odom_T_base);
   contradictions_ = jumps ? contradictions_ + 1 : 0;
   rejected_ += jumps ? 1 : 0;
-  if (jumps && contradictions_ < options_.jumps_until_believed) return;
+  if (jumps && contradictions_ < options_.jumps_to_restart) return;
   anchor(fix->map_X_base, odom_T_base);
 }
 

@@ -19,7 +19,7 @@ struct AnchorOptions {
   double near_distance_m = 1.0;
   double max_jump_m = 0.15;
   double max_jump_rad = 0.25;
-  int jumps_until_believed = 8;
+  int jumps_to_restart = 8;
   int frames_to_start = 5;
   double max_ambiguity = 0.8;
   double unsure_sigma_m = 0.05;
@@ -42,9 +42,9 @@ struct AnchorOptions {
     visit(self.max_jump_rad,
           Field{"max_jump_rad", "Largest change of heading that the fix of a far tag may cause.", 0});
     visit(
-        self.jumps_until_believed,
+        self.jumps_to_restart,
         Field{
-            "jumps_until_believed",
+            "jumps_to_restart",
             "Number of consecutive frames that contradict the estimate after which the estimate is replaced.",
             1, 1000});
     visit(
@@ -98,7 +98,7 @@ class AnchorLocalizer final : public LocalizationMethod {
 
  private:
   /// A mapped tag in a frame, and where the base is by each of its two poses.
-  struct Sighting {
+  struct Observation {
     std::vector<FloorFit> map_X_base{};
     double distance_m = 0;
     double ambiguity_ratio = 0;
@@ -108,17 +108,17 @@ class AnchorLocalizer final : public LocalizationMethod {
     double distance_m;  ///< of the nearest tag it rests on
   };
   using Votes = std::vector<internal::Vote<SE2>>;
-  [[nodiscard]] std::vector<Sighting> sightings(const TagFrame& frame) const;
-  [[nodiscard]] static std::optional<Fix> fix_from_nearest(const std::vector<Sighting>& seen,
+  [[nodiscard]] std::vector<Observation> observations(const TagFrame& frame) const;
+  [[nodiscard]] static std::optional<Fix> fix_from_nearest(const std::vector<Observation>& seen,
                                                            const Uncertain<SE2>& predicted);
-  [[nodiscard]] static std::optional<Fix> fix_from_all(const std::vector<Sighting>& seen);
-  [[nodiscard]] static Votes votes_of(const std::vector<Sighting>& seen, const SE2& base_X_to);
-  void look_about(const std::vector<Sighting>& seen, const SE2& odom_T_base);
+  [[nodiscard]] static std::optional<Fix> fix_from_all(const std::vector<Observation>& seen);
+  [[nodiscard]] static Votes votes_of(const std::vector<Observation>& seen, const SE2& base_X_to);
+  void look_about(const std::vector<Observation>& seen, const SE2& odom_T_base);
   void anchor(const Uncertain<SE2>& map_X_base, const SE2& odom_T_base);
   void add_plainly(const TagFrame& frame, const SE2& odom_T_base);
   [[nodiscard]] Uncertain<SE2> carried_on(const SE2& odom_T_base) const;
   [[nodiscard]] std::optional<SE2> odometry_at(SensorTime stamp) const;
-  [[nodiscard]] bool believed(const Fix& fix, const SE2& map_X_predicted) const;
+  [[nodiscard]] bool accepted(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
   CameraModel camera_;

@@ -76,7 +76,7 @@ TEST(AnchorLocalizer, WithoutNoiseExactFromTheFramesItAsksFor) {
   EXPECT_NEAR(localizer.estimate()->map_T_base.yaw(), 0.05, 1e-6);
 }
 
-TEST(AnchorLocalizer, PlainlyTheFirstFrameIsBelievedAndEveryOneAfterIt) {
+TEST(AnchorLocalizer, PlainlyTheFirstFrameIsAcceptedAndEveryOneAfterIt) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam(), {.plain = true});
   const SE2 truth(0, 0.1, 0.05);
   localizer.add(odometry(SE2(7, 7, 2), 1));
@@ -89,7 +89,7 @@ TEST(AnchorLocalizer, PlainlyTheFirstFrameIsBelievedAndEveryOneAfterIt) {
   localizer.add(look(truth, 1.1, &random));
   EXPECT_GT(distance(*localizer.estimate(), truth), before + 1e-5) << "whatever odometry knows";
   const SE2 elsewhere(0.4, 0.1, 0.05);
-  for (int i = 1; i <= AnchorOptions{}.jumps_until_believed; ++i) {
+  for (int i = 1; i <= AnchorOptions{}.jumps_to_restart; ++i) {
     EXPECT_LT(distance(*localizer.estimate(), truth), 0.1) << "a jump, and the nearest tag is far";
     localizer.add(look(elsewhere, 1.1 + 0.1 * i, nullptr));
   }

@@ -41,7 +41,7 @@ struct Robot {
       seconds += 0.02;
       filter.add(Odometry{.stamp = at(seconds), .odom_T_base = odom});
       if (i % 5 == 0 && sees) look(filter);
-      filter.clear_news();
+      filter.clear_comparisons();
     }
   }
 
@@ -135,8 +135,8 @@ TEST(TagWatch, NamesANumberThatHangsInTwoPlaces) {
   TagWatch watch(landmarks);
   const Eigen::Vector2d second = landmarks[2].map_T_tag.translation().head<2>() + Eigen::Vector2d(1, 0.5);
   for (int i = 0; i < 100; ++i) {
-    watch.add({.landmark = 1, .nis_per_row = 1, .believed = true});
-    watch.add({.landmark = 2, .nis_per_row = 1, .believed = true});
+    watch.add({.landmark = 1, .nis_per_row = 1, .accepted = true});
+    watch.add({.landmark = 2, .nis_per_row = 1, .accepted = true});
     watch.add({.landmark = 2, .nis_per_row = 300, .map_p_implied = second});
     watch.confirm();
   }

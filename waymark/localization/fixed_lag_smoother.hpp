@@ -19,8 +19,8 @@ class FixedLagSmoother final : public LocalizationMethod {
   void add(const RangeBearing& seen) override { filter_.add(seen); }
   /// Its stamp is a lag older than the newest motion.
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override;
-  [[nodiscard]] const std::vector<NisRecord>& news() const override { return filter_.news(); }
-  void clear_news() override { filter_.clear_news(); }
+  [[nodiscard]] const std::vector<NisRecord>& comparisons() const override { return filter_.comparisons(); }
+  void clear_comparisons() override { filter_.clear_comparisons(); }
   [[nodiscard]] std::optional<TagFix> tag_fix() const override { return filter_.tag_fix(); }
   [[nodiscard]] std::vector<std::string> problems() const override { return filter_.problems(); }
 

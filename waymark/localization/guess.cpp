@@ -5,7 +5,7 @@
 
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
-#include "waymark/localization/sighting.hpp"
+#include "waymark/localization/observation.hpp"
 #include "waymark/pose/floor_fit.hpp"
 #include "waymark/pose/tag_pose.hpp"
 
@@ -34,11 +34,11 @@ Guess on_floor(const Landmark& landmark, const SE3& cam_T_tag, const PoseCovaria
   return {base.mean, base.covariance};
 }
 
-Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, const MountedSensor& eye,
+Guesses guesses_of_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
                            const RiekfOptions& options) {
   Guesses guesses;
-  TagDetection detection{.tag = landmark.tag, .corners_px = sighting.corners.corners_px};
-  const CornerCovariance L = sighting.corners.whitening.inverse();
+  TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
+  const CornerCovariance L = observation.corners.whitening.inverse();
   detection.corner_covariance_px2 = L * L.transpose();
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, *eye.camera);
   if (!pose) return guesses;
@@ -48,7 +48,7 @@ Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, c
     Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, eye.base_T_sensor, &chi2);
     if (chi2 > kImpossible || !guess.map_T_base.matrix().allFinite()) return;
     const Eigen::Matrix3d here = internal::coordinate_jacobian(guess.map_T_base, -1);
-    guess.covariance += here * floor_of(landmark, sighting.distance_m, options) * here.transpose();
+    guess.covariance += here * floor_of(landmark, observation.distance_m, options) * here.transpose();
     guesses.all[static_cast<std::size_t>(guesses.count++)] = guess;
   };
   add(pose->best);
@@ -58,32 +58,33 @@ Guesses guesses_of_corners(const Sighting& sighting, const Landmark& landmark, c
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> base_p_landmark(const Sighting& sighting, const Landmarks& landmarks,
+std::optional<Eigen::Vector2d> base_p_landmark(const Observation& observation, const Landmarks& landmarks,
                                                const MountedSensor& eye) {
-  if (sighting.kind == SightingKind::RangeBearing) {
-    const double r = sighting.planar.x();
-    const double b = sighting.planar.y();
+  if (observation.kind == ObservationKind::RangeBearing) {
+    const double r = observation.planar.x();
+    const double b = observation.planar.y();
     return project_to_plane(eye.base_T_sensor) * Eigen::Vector2d(r * std::cos(b), r * std::sin(b));
   }
-  if (sighting.kind != SightingKind::Corners) return sighting.planar.head<2>();
-  const Landmark& landmark = landmarks[sighting.landmark];
-  const TagDetection detection{.tag = landmark.tag, .corners_px = sighting.corners.corners_px};
+  if (observation.kind != ObservationKind::Corners) return observation.planar.head<2>();
+  const Landmark& landmark = landmarks[observation.landmark];
+  const TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, *eye.camera);
   if (!pose) return std::nullopt;
   return (eye.base_T_sensor * pose->best.cam_T_tag).translation().head<2>();
 }
 
-Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const MountedSensor& eye,
+Guesses guesses_of(const Observation& observation, const Landmarks& landmarks, const MountedSensor& eye,
                    const RiekfOptions& options) {
-  const Landmark& landmark = landmarks[sighting.landmark];
-  if (sighting.kind == SightingKind::Corners) return guesses_of_corners(sighting, landmark, eye, options);
+  const Landmark& landmark = landmarks[observation.landmark];
+  if (observation.kind == ObservationKind::Corners)
+    return guesses_of_corners(observation, landmark, eye, options);
   Guesses guesses;
-  if (sighting.kind != SightingKind::PlanarPose) return guesses;
+  if (observation.kind != ObservationKind::PlanarPose) return guesses;
   const Eigen::Vector3d map_z = landmark.map_T_tag.rotation() * Eigen::Vector3d::UnitZ();
   const SE2 map_T_tag(landmark.map_T_tag.translation().x(), landmark.map_T_tag.translation().y(),
                       std::atan2(map_z.y(), map_z.x()));
-  const SE2 base_T_tag(sighting.planar.x(), sighting.planar.y(), sighting.planar.z());
-  const Eigen::Matrix3d W = sighting.whitening.inverse();
+  const SE2 base_T_tag(observation.planar.x(), observation.planar.y(), observation.planar.z());
+  const Eigen::Matrix3d W = observation.whitening.inverse();
   const Uncertain<SE2> seen = from_coordinate_covariance(base_T_tag, Eigen::Matrix3d(W * W.transpose()));
   const Uncertain<SE2> base = compose(Uncertain<SE2>{map_T_tag}, inverse(seen));
   guesses.all[0] = {base.mean, base.covariance};
@@ -91,7 +92,7 @@ Guesses guesses_of(const Sighting& sighting, const Landmarks& landmarks, const M
   return guesses;
 }
 
-std::optional<Guess> guess_of_pair(const Sighting& a, const Sighting& b, const Landmarks& landmarks,
+std::optional<Guess> guess_of_pair(const Observation& a, const Observation& b, const Landmarks& landmarks,
                                    const MountedSensor& eye, const RiekfOptions& options) {
   const auto base_a = base_p_landmark(a, landmarks, eye);
   const auto base_b = base_p_landmark(b, landmarks, eye);
@@ -100,7 +101,7 @@ std::optional<Guess> guess_of_pair(const Sighting& a, const Sighting& b, const L
   const Eigen::Vector2d map_b = landmarks[b.landmark].map_T_tag.translation().head<2>();
   const Eigen::Vector2d seen = *base_b - *base_a;
   const Eigen::Vector2d known = map_b - map_a;
-  const double noise = a.kind == SightingKind::RangeBearing
+  const double noise = a.kind == ObservationKind::RangeBearing
                            ? std::hypot(options.range_sigma_m,
                                         options.bearing_sigma_rad * std::max(a.distance_m, b.distance_m))
                            : std::hypot(options.point_sigma_m,

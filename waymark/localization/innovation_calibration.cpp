@@ -261,7 +261,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   const RunCost before = runs(given, 1);
   constexpr std::size_t kFewest = 50;
   if (!runs.stopped && before.observations < kFewest)
-    return fail(ErrorCode::InvalidArgument, "too few sightings of the map to calibrate by", {},
+    return fail(ErrorCode::InvalidArgument, "too few observations of the map to calibrate by", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
   result.value = search(runs, places, given, eye, fit, landmarks.size());
   const auto lever = [&](const InnovationFit& found) -> Eigen::Vector3d {

@@ -34,7 +34,7 @@ using CalibratedNumbers = std::array<double, kCalibrated>;
 struct InnovationFit {
   CalibratedNumbers value{};              ///< of what was sought; what it was before for the others
   CalibratedNumbers sigma{};              ///< from the curvature of the cost; 0 for what was not sought
-  std::array<bool, kCalibrated> known{};  ///< the drive tells it: more than what is believed of any robot
+  std::array<bool, kCalibrated> known{};  ///< the drive tells it: more than what is assumed of any robot
   std::array<bool, kCalibrated> kept{};   ///< the drive does not tell it from what was given, which it stays
   double cost_before = 0;                 ///< mean NIS over its degrees of freedom, outliers capped
   double cost_after = 0;
@@ -61,8 +61,8 @@ struct InnovationFitOptions {
 /// Filters", RSS 2005, section III, applied to parameters of the model), by Gauss-Newton steps on the
 /// filter's own sensitivities. No truth is used. Every third stretch of the drive is held out and judges the
 /// result. Samples in stamp order. With a gyro the gain of the wheels' turning is not sought, without one the
-/// gyro's. Fails when fewer than 50 sightings of the map are among them. Some twenty runs of the filter over
-/// the samples.
+/// gyro's. Fails when fewer than 50 observations of the map are among them. Some twenty runs of the filter
+/// over the samples.
 [[nodiscard]] Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples,
                                                              const Landmarks& landmarks,
                                                              const MountedSensor& eye,

@@ -87,14 +87,14 @@ class InnovationRuns {
   }
 
   void take(RiekfLocalizer& filter, RunCost& cost) const {
-    for (const NisRecord& record : filter.news()) {
+    for (const NisRecord& record : filter.comparisons()) {
       const double nis = std::min(record.nis, kCapPerRow * record.rows);
       const bool held = held_out(record.stamp);
       (held ? cost.held_out : cost.fitted) += nis;
       (held ? cost.held_out_rows : cost.fitted_rows) += record.rows;
       ++cost.observations;
     }
-    filter.clear_news();
+    filter.clear_comparisons();
   }
 
   [[nodiscard]] bool held_out(SensorTime stamp) const {

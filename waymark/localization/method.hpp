@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// Where the robot is believed to be.
+/// Estimated pose of the robot.
 struct LocalizationEstimate {
   SensorTime stamp{};
   SE2 map_T_base{};
@@ -27,13 +27,13 @@ struct LocalizationEstimate {
   [[nodiscard]] double position_sigma_m() const;
 };
 
-/// One sighting beside what was expected of it.
+/// One observation beside what was expected of it.
 struct NisRecord {
   SensorTime stamp{};
   TagId tag{};
   double nis = 0;         ///< normalised innovation squared
   int rows = 0;           ///< its degrees of freedom
-  bool believed = false;  ///< and used
+  bool accepted = false;  ///< and used
   double log_det = 0;     ///< of the covariance of the whitened innovation
 };
 
@@ -60,12 +60,12 @@ class LocalizationMethod {
   virtual void add(const RangeBearing& /*seen*/) {}
   /// The newest estimate; nothing before the first fix.
   [[nodiscard]] virtual std::optional<LocalizationEstimate> estimate() const = 0;
-  /// What was compared with the estimate since clear_news(), and what a user must know, in words.
-  [[nodiscard]] virtual const std::vector<NisRecord>& news() const {
+  /// What was compared with the estimate since clear_comparisons(), and what a user must know, in words.
+  [[nodiscard]] virtual const std::vector<NisRecord>& comparisons() const {
     static const std::vector<NisRecord> kNone;
     return kNone;
   }
-  virtual void clear_news() {}
+  virtual void clear_comparisons() {}
   /// Of the newest picture; nothing when its tags do not suffice, or from a method that cannot tell.
   [[nodiscard]] virtual std::optional<TagFix> tag_fix() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }

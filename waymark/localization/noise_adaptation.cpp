@@ -56,11 +56,11 @@ class Likelihood {
       if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
       if (const auto* tags = std::get_if<TagPoseFrame>(&sample)) filter.add(*tags);
       if (const auto* seen = std::get_if<RangeBearing>(&sample)) filter.add(*seen);
-      for (const NisRecord& record : filter.news()) {
+      for (const NisRecord& record : filter.comparisons()) {
         sum += std::min(record.nis, kCapPerRow * record.rows) + record.log_det + of_unit * record.rows;
         rows += record.rows;
       }
-      filter.clear_news();
+      filter.clear_comparisons();
     }
     const LastingErrors& means = filter.tracker().lasting();
     sum += kWeightOfMeans * (means.cost() + of_unit * means.freedom());

@@ -41,8 +41,8 @@ struct MotionStep {
   bool continues = false;  ///< an earlier part of the message went before
 };
 
-/// What one sighting says, whitened and linearised at the estimate: residual (predicted minus measured) and
-/// its derivatives. Rows beyond `rows` are not used.
+/// What one observation says, whitened and linearised at the estimate: residual (predicted minus measured)
+/// and its derivatives. Rows beyond `rows` are not used.
 struct Linearised {
   int landmark = 0;
   int rows = 0;
@@ -79,7 +79,7 @@ struct RiekfState {
 /// IEEE TAC 62(4), 2017. No allocation after construction.
 class Riekf {
  public:
-  static constexpr int kMost = 8;  ///< sightings in one update
+  static constexpr int kMost = 8;  ///< observations in one update
   using Batch = std::array<Linearised, kMost>;
 
   Riekf(const RiekfOptions& options, ErrorState error,
@@ -93,9 +93,8 @@ class Riekf {
   void start_moved_by_systematic(const Batch& batch, int count);
   /// (4) to (6), (19), (20). O(landmarks).
   void propagate(const MotionStep& step);
-  /// Squared Mahalanobis distance of a sighting from what is expected of it: chi-square with `rows` degrees
-  /// of freedom when all is well, (9).
-  /// `place` is where it will stand in the batch if it is used.
+  /// Squared Mahalanobis distance of an observation from what is expected of it: chi-square with `rows`
+  /// degrees of freedom when all is well, (9). `place` is where it will stand in the batch if it is used.
   [[nodiscard]] double nis(const Linearised& z, int place = 0);
   /// (8) to (11) for the first `count` of a batch, all linearised at the state `offset` away from the
   /// present one (iterated update; zero: the present one). Gives the correction; does not apply it.
@@ -120,8 +119,8 @@ class Riekf {
   [[nodiscard]] const Eigen::Matrix<double, 8, 8>& innovation_covariance(int place) const {
     return S_[index_of(place, place)];
   }
-  /// What errors of the numbers of kSystematic do to the residual of a sighting, with what they did to the
-  /// estimate until now.
+  /// What errors of the numbers of kSystematic do to the residual of an observation, with what they did to
+  /// the estimate until now.
   [[nodiscard]] StateBySystematic sensitivity(const Linearised& z) const;
   /// Covariance of xi, in the left tangent, that errors of those numbers of this covariance add.
   [[nodiscard]] Eigen::Matrix3d covariance_of(const SystematicMatrix& errors) const;
@@ -136,7 +135,7 @@ class Riekf {
 
  private:
   using Block = Eigen::Matrix<double, 8, 8>;
-  /// A sighting's side of the innovation's covariance: block (a, b) is left(a) times right(b), (9).
+  /// An observation's side of the innovation's covariance: block (a, b) is left(a) times right(b), (9).
   struct Reach {
     Block cross;                         ///< covariance of state and residual: P H' + C N'
     Eigen::Matrix<double, 8, 12> left;   ///< H, M, T C_t'

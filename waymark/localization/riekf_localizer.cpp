@@ -109,14 +109,15 @@ void RiekfLocalizer::add(const TagFrame& frame) {
   Look* look = place(stamp);
   if (look == nullptr) return;
   for (const TagDetection& detection : frame.detections) {
-    ++sightings_;
-    const auto sighting = sighting_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+    ++observations_;
+    const auto observation =
+        observation_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options());
     const bool known = tracker_.landmarks().find(detection.tag) >= 0;
     mapped_ += known ? 1 : 0;
     other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
-    if (!sighting) continue;
+    if (!observation) continue;
     if (look->count < Look::kMost)
-      look->seen[look->count++] = *sighting;
+      look->seen[look->count++] = *observation;
     else
       ++crowded_;
   }
@@ -140,19 +141,19 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
   Look* look = place(stamp);
   if (look == nullptr) return;
   for (const SeenTagPose& seen : frame.tags) {
-    ++sightings_;
-    const auto sighting = sighting_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+    ++observations_;
+    const auto observation = observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
     mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
-    if (sighting && look->count < Look::kMost) look->seen[look->count++] = *sighting;
+    if (observation && look->count < Look::kMost) look->seen[look->count++] = *observation;
   }
   cover(stamp);
   run();
 }
 
 void RiekfLocalizer::add(const RangeBearing& seen) {
-  ++sightings_;
+  ++observations_;
   const SensorTime stamp = seen.stamp - latency_;
-  const auto sighting = sighting_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+  const auto observation = observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
   mapped_ += tracker_.landmarks().find(seen.landmark) >= 0 ? 1 : 0;
   if (open_ == nullptr || open_->stamp != stamp) {
     if (open_ != nullptr) {
@@ -165,7 +166,7 @@ void RiekfLocalizer::add(const RangeBearing& seen) {
     if (open_ == nullptr) return;
     open_->sealed = false;
   }
-  if (sighting && open_->count < Look::kMost) open_->seen[open_->count++] = *sighting;
+  if (observation && open_->count < Look::kMost) open_->seen[open_->count++] = *observation;
 }
 
 void RiekfLocalizer::add(const Odometry& odometry) {
@@ -199,8 +200,8 @@ std::vector<std::string> RiekfLocalizer::problems() const {
   const auto say = [&](int count, const char* words) {
     if (count > 0) all.push_back(fmt::format(fmt::runtime(words), count));
   };
-  if (frames_ > 0 && sightings_ == 0) all.emplace_back("no tag was seen in any picture");
-  if (sightings_ > 0 && mapped_ == 0)
+  if (frames_ > 0 && observations_ == 0) all.emplace_back("no tag was seen in any picture");
+  if (observations_ > 0 && mapped_ == 0)
     all.push_back(other_family_ > 0
                       ? "the tags that were seen are of another family than those of the map"
                       : "none of the tags that were seen is in the map: is it the map of this place?");

@@ -21,8 +21,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   void add(const TagPoseFrame& frame) override;
   void add(const RangeBearing& seen) override;
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return tracker_.estimate(); }
-  [[nodiscard]] const std::vector<NisRecord>& news() const override { return tracker_.news(); }
-  void clear_news() override { tracker_.news().clear(); }
+  [[nodiscard]] const std::vector<NisRecord>& comparisons() const override { return tracker_.comparisons(); }
+  void clear_comparisons() override { tracker_.comparisons().clear(); }
   [[nodiscard]] std::optional<TagFix> tag_fix() const override;
   [[nodiscard]] std::vector<std::string> problems() const override;
 
@@ -59,7 +59,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   int too_late_ = 0;
   int rewinds_ = 0;
   int frames_ = 0;
-  int sightings_ = 0;
+  int observations_ = 0;
   int mapped_ = 0;
   int other_family_ = 0;
   int crowded_ = 0;

@@ -13,7 +13,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 #include "waymark/localization/motion_input.hpp"
-#include "waymark/localization/sighting.hpp"
+#include "waymark/localization/observation.hpp"
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -49,16 +49,18 @@ TagDetection seen_from(const SE2& map_T_base, int number) {
   return detection;
 }
 
-/// A sighting of every kind from a pose.
-std::vector<Sighting> sightings(const SE2& map_T_base, const Landmarks& map) {
+/// An observation of every kind from a pose.
+std::vector<Observation> observations(const SE2& map_T_base, const Landmarks& map) {
   const RiekfOptions options;
-  std::vector<Sighting> all;
-  all.push_back(*sighting_of(seen_from(map_T_base, 0), map, eye(), options));
+  std::vector<Observation> all;
+  all.push_back(*observation_of(seen_from(map_T_base, 0), map, eye(), options));
   const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
-  all.push_back(*sighting_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map, eye(), options));
+  all.push_back(
+      *observation_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map, eye(), options));
   const Eigen::Vector2d p = (map_T_base * project_to_plane(eye().base_T_sensor)).inverse() *
                             Eigen::Vector2d(map[2].map_T_tag.translation().head<2>());
-  all.push_back(*sighting_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map, eye(), options));
+  all.push_back(
+      *observation_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map, eye(), options));
   return all;
 }
 
@@ -72,18 +74,19 @@ RiekfOptions exact_map() {
   return options;
 }
 
-TEST(Sighting, ResidualIsZeroWhereItWasTaken) {
+TEST(Observation, ResidualIsZeroWhereItWasTaken) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
-  for (const Sighting& s : sightings(X, map)) EXPECT_LT(linearise(s, map, eye(), X)->residual.norm(), 1e-9);
+  for (const Observation& s : observations(X, map))
+    EXPECT_LT(linearise(s, map, eye(), X)->residual.norm(), 1e-9);
 }
 
-TEST(Sighting, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
+TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
   const TagMap tags = three_tags();
   const Landmarks map(tags);
   const SE2 X(0.1, -0.2, 0.15);
   const SE2 near = SE2::exp({0.02, -0.03, 0.04}) * X;
-  for (const Sighting& s : sightings(X, map)) {
+  for (const Observation& s : observations(X, map)) {
     const Linearised z = *linearise(s, map, eye(), near);
     const auto pose = testing::numeric_jacobian<8, 3>(
         [&](const Eigen::Vector3d& xi) { return linearise(s, map, eye(), plus(xi, near))->residual; },
@@ -99,9 +102,9 @@ TEST(Sighting, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
         },
         SE3::Tangent::Zero().eval(), 1e-4);
     Eigen::Matrix<double, 8, 6> planar = tag;
-    if (s.kind != SightingKind::Corners) planar.middleCols<3>(2).setZero();  // what a floor does not show
+    if (s.kind != ObservationKind::Corners) planar.middleCols<3>(2).setZero();  // what a floor does not show
     EXPECT_LT((planar - z.H_tag).norm(), 1e-5 * (1 + z.H_tag.norm())) << static_cast<int>(s.kind);
-    if (s.kind == SightingKind::PlanarPose) continue;  // there the mounting acts on the measured side
+    if (s.kind == ObservationKind::PlanarPose) continue;  // there the mounting acts on the measured side
     const auto mount = testing::numeric_jacobian<8, 6>(
         [&](const SE3::Tangent& e) {
           MountedSensor moved = eye();
@@ -110,12 +113,12 @@ TEST(Sighting, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
         },
         SE3::Tangent::Zero().eval(), 1e-4);
     Eigen::Matrix<double, 8, 6> shown = mount;
-    if (s.kind != SightingKind::Corners) shown.middleCols<3>(2).setZero();
+    if (s.kind != ObservationKind::Corners) shown.middleCols<3>(2).setZero();
     EXPECT_LT((shown - z.H_mount).norm(), 1e-5 * (1 + z.H_mount.norm())) << static_cast<int>(s.kind);
   }
 }
 
-Riekf::Batch batch_of(const std::vector<Sighting>& all, const Landmarks& map, const SE2& at) {
+Riekf::Batch batch_of(const std::vector<Observation>& all, const Landmarks& map, const SE2& at) {
   Riekf::Batch batch{};
   for (std::size_t i = 0; i < all.size(); ++i) batch[i] = *linearise(all[i], map, eye(), at);
   return batch;
@@ -134,7 +137,7 @@ TEST(Riekf, GainsDoNotDependOnWhereTheMapHasItsOrigin) {
   const auto run = [&](const Landmarks& map, const SE2& at, const Eigen::Matrix3d& covariance) {
     Riekf filter(exact_map(), ErrorState::RightInvariant, zero(3));
     filter.start(at, covariance, false);
-    const Riekf::Batch batch = batch_of(sightings(X, here), map, at);
+    const Riekf::Batch batch = batch_of(observations(X, here), map, at);
     filter.correct(batch, 3, filter.gain(batch, 3, Eigen::Vector3d::Zero()));
     return filter.state().map_T_base;
   };
@@ -149,10 +152,10 @@ TEST(Riekf, TheOrderOfTagsInAFrameDoesNotMatter) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
   const SE2 guess = SE2::exp({0.05, 0.02, -0.03}) * X;
-  std::vector<Sighting> all = sightings(X, map);
+  std::vector<Observation> all = observations(X, map);
   std::vector<Matrix6> doubt(3, Matrix6::Identity() * 1e-4);
   RiekfOptions options;
-  const auto run = [&](const std::vector<Sighting>& seen) {
+  const auto run = [&](const std::vector<Observation>& seen) {
     Riekf filter(options, ErrorState::RightInvariant, doubt);
     filter.start(guess, Eigen::Matrix3d::Identity() * 0.01, false);
     const Riekf::Batch batch = batch_of(seen, map, guess);
@@ -176,7 +179,7 @@ TEST(Riekf, AnErrorThatStaysIsNotAveragedAway) {
   Riekf filter(options, ErrorState::RightInvariant,
                std::vector<Matrix6>(3, Matrix6::Identity() * sigma * sigma));
   filter.start(X, Eigen::Matrix3d::Identity() * 0.01, false);
-  const Riekf::Batch batch = batch_of({sightings(X, map)[0]}, map, X);
+  const Riekf::Batch batch = batch_of({observations(X, map)[0]}, map, X);
   for (int i = 0; i < 1000; ++i) filter.correct(batch, 1, filter.gain(batch, 1, Eigen::Vector3d::Zero()));
   const double deviation = std::sqrt(filter.covariance().topLeftCorner<2, 2>().trace());
   EXPECT_GT(deviation, 0.9 * sigma);
@@ -189,7 +192,7 @@ TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
   TagMap tags = three_tags();
   for (auto& [id, tag] : tags.tags) tag.map_T_tag = lift(SE2(4.9, -2.8, 0)) * tag.map_T_tag;
   const Landmarks moved(tags);
-  const Sighting seen = sightings(SE2(0.1, -0.2, 0.15), map)[0];
+  const Observation seen = observations(SE2(0.1, -0.2, 0.15), map)[0];
   std::vector<Riekf> filters;
   for (const ErrorState error : {ErrorState::RightInvariant, ErrorState::Coordinates}) {
     Riekf filter(exact_map(), error, zero(3));

@@ -1,4 +1,4 @@
-// What a sighting does to the estimate, (8) to (11).
+// What an observation does to the estimate, (8) to (11).
 #include <cmath>
 #include <limits>
 

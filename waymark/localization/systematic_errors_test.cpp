@@ -98,7 +98,7 @@ Outcome run(const Drive& log, const RiekfOptions& options = {},
   for (const Sample& sample : log.samples) {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);
     if (const auto* tags = std::get_if<TagFrame>(&sample)) filter.add(*tags);
-    filter.clear_news();
+    filter.clear_comparisons();
     const auto estimate = filter.estimate();
     if (!estimate || !estimate->certain) continue;
     while (next < log.truth.size() && log.truth[next].first < estimate->stamp) ++next;

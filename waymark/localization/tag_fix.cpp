@@ -38,20 +38,20 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   ++sum.tags;
 }
 
-Normal normal_at(const SE2& map_T_base, std::span<const Sighting> seen, const Landmarks& landmarks,
+Normal normal_at(const SE2& map_T_base, std::span<const Observation> seen, const Landmarks& landmarks,
                  const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options) {
   Normal sum;
-  for (const Sighting& sighting : seen) {
-    if (!watch.usable(sighting.landmark)) continue;
-    if (const auto z = linearise(sighting, landmarks, eye, map_T_base))
-      add(*z, landmarks[sighting.landmark], options, sum);
+  for (const Observation& observation : seen) {
+    if (!watch.usable(observation.landmark)) continue;
+    if (const auto z = linearise(observation, landmarks, eye, map_T_base))
+      add(*z, landmarks[observation.landmark], options, sum);
   }
   return sum;
 }
 
 }  // namespace
 
-std::optional<TagFix> fix_of(std::span<const Sighting> seen, const Landmarks& landmarks,
+std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
                              const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options,
                              const SE2& near, double most_sigma_m) {
   constexpr int kIterations = 12;

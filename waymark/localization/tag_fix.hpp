@@ -4,7 +4,7 @@
 #include <span>
 
 #include "waymark/localization/method.hpp"
-#include "waymark/localization/sighting.hpp"
+#include "waymark/localization/observation.hpp"
 #include "waymark/localization/tag_watch.hpp"
 
 namespace waymark {
@@ -14,7 +14,7 @@ namespace waymark {
 /// JASA 84(408), 1989). Lasting errors of the mapped tags are part of the covariance. Nothing when the search
 /// does not converge, or when the tags leave the position uncertain by more than `most_sigma_m`. No
 /// allocation.
-[[nodiscard]] std::optional<TagFix> fix_of(std::span<const Sighting> seen, const Landmarks& landmarks,
+[[nodiscard]] std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
                                            const TagWatch& watch, const MountedSensor& eye,
                                            const RiekfOptions& options, const SE2& near,
                                            double most_sigma_m = 0.15);

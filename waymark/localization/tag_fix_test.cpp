@@ -29,9 +29,9 @@ struct Wall {
   }
 
   /// Of the tags [0, count); corners with this deviation, the first tag moved by `moved_m` along y.
-  [[nodiscard]] std::vector<Sighting> seen(int count, Random& random, double sigma_px,
-                                           double moved_m = 0) const {
-    std::vector<Sighting> all;
+  [[nodiscard]] std::vector<Observation> seen(int count, Random& random, double sigma_px,
+                                              double moved_m = 0) const {
+    std::vector<Observation> all;
     for (const auto& [id, tag] : map.tags) {
       if (id.number >= count) break;
       const Eigen::Vector3d moved(0, id.number == 0 ? moved_m : 0, 0);
@@ -44,13 +44,13 @@ struct Wall {
         const double y = random.normal();
         corner += sigma_px * Eigen::Vector2d(x, y);
       }
-      if (auto sighting =
-              sighting_of(TagDetection{.tag = id, .corners_px = *corners}, landmarks, eye, options))
-        all.push_back(*sighting);
+      if (auto observation =
+              observation_of(TagDetection{.tag = id, .corners_px = *corners}, landmarks, eye, options))
+        all.push_back(*observation);
     }
     return all;
   }
-  [[nodiscard]] std::optional<TagFix> fix(const std::vector<Sighting>& all, const SE2& near) const {
+  [[nodiscard]] std::optional<TagFix> fix(const std::vector<Observation>& all, const SE2& near) const {
     return fix_of(all, landmarks, watch, eye, options, near);
   }
 };

@@ -9,14 +9,14 @@ namespace waymark {
 namespace {
 
 constexpr int kEnough = 15;     // contradictions, confirmed, that exclude
-constexpr int kFitsAgain = 30;  // sightings in a row that fit
+constexpr int kFitsAgain = 30;  // observations in a row that fit
 
 }  // namespace
 
 TagWatch::TagWatch(const Landmarks& landmarks)
     : landmarks_(landmarks), all_(static_cast<std::size_t>(landmarks.size())) {}
 
-void TagWatch::Sums::add(const WatchedSighting& seen) {
+void TagWatch::Sums::add(const WatchedObservation& seen) {
   ++count;
   p += seen.map_p_implied;
   p2 += seen.map_p_implied.squaredNorm();
@@ -34,17 +34,17 @@ void TagWatch::Sums::add(const Sums& other) {
   direction += other.direction;
 }
 
-void TagWatch::add(const WatchedSighting& seen) {
+void TagWatch::add(const WatchedObservation& seen) {
   One& one = all_[static_cast<std::size_t>(seen.landmark)];
   ++one.seen;
-  one.believed_in_a_row = seen.believed ? one.believed_in_a_row + 1 : 0;
-  if (seen.believed) {
-    ++one.believed;
+  one.accepted_in_a_row = seen.accepted ? one.accepted_in_a_row + 1 : 0;
+  if (seen.accepted) {
+    ++one.accepted;
     one.nis_sum += seen.nis_per_row;
   } else {
     one.pending.add(seen);
   }
-  if (one.excluded && one.believed_in_a_row >= kFitsAgain) {
+  if (one.excluded && one.accepted_in_a_row >= kFitsAgain) {
     one.excluded = false;
     one.wrong = {};
   }
@@ -56,7 +56,7 @@ void TagWatch::confirm() {
     one.wrong.add(one.pending);
     one.pending = {};
     // A tag that mostly fits is misread now and then; that is what the gate is for.
-    const bool mostly_wrong = one.wrong.count > one.believed;
+    const bool mostly_wrong = one.wrong.count > one.accepted;
     if (one.wrong.count >= kEnough && mostly_wrong) one.excluded = true;
   }
 }
@@ -67,7 +67,7 @@ void TagWatch::forget_pending() {
 
 double TagWatch::mean_nis_per_row(int landmark) const {
   const One& one = at(landmark);
-  return one.believed > 0 ? one.nis_sum / one.believed : 0;
+  return one.accepted > 0 ? one.nis_sum / one.accepted : 0;
 }
 
 std::string TagWatch::name(int landmark) const {

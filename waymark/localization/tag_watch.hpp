@@ -8,11 +8,11 @@
 
 namespace waymark {
 
-/// What a sighting says about the landmark, at the estimate it was compared with.
-struct WatchedSighting {
+/// What an observation says about the landmark, at the estimate it was compared with.
+struct WatchedObservation {
   int landmark = 0;
   double nis_per_row = 0;
-  bool believed = false;
+  bool accepted = false;
   Eigen::Vector2d map_p_implied = Eigen::Vector2d::Zero();  ///< where the landmark would be
   double range_ratio = 1;                                   ///< distance as measured over as expected
   double off_direction_rad = 0;                             ///< beside the expected line of sight
@@ -24,9 +24,9 @@ class TagWatch {
  public:
   explicit TagWatch(const Landmarks& landmarks);
 
-  /// Of a sighting that was believed, or of one that was not.
-  void add(const WatchedSighting& seen);
-  /// The estimate was confirmed by landmarks that were believed: what contradicted since the last time was
+  /// Of an observation that was accepted, or of one that was not.
+  void add(const WatchedObservation& seen);
+  /// The estimate was confirmed by landmarks that were accepted: what contradicted since the last time was
   /// really wrong.
   void confirm();
   /// The estimate was wrong, not the landmarks.
@@ -35,9 +35,9 @@ class TagWatch {
   [[nodiscard]] bool usable(int landmark) const { return !at(landmark).excluded; }
   /// "tag36h11:5 and tag36h11:6 are swapped in the map …"; in order of id.
   [[nodiscard]] std::vector<std::string> findings() const;
-  /// Mean NIS over its degrees of freedom of the sightings that were believed; 0 when there are none.
+  /// Mean NIS over its degrees of freedom of the observations that were accepted; 0 when there are none.
   [[nodiscard]] double mean_nis_per_row(int landmark) const;
-  [[nodiscard]] int sightings(int landmark) const { return at(landmark).seen; }
+  [[nodiscard]] int observations(int landmark) const { return at(landmark).seen; }
   [[nodiscard]] int contradictions(int landmark) const { return at(landmark).wrong.count; }
 
  private:
@@ -48,13 +48,13 @@ class TagWatch {
     double ratio = 0;
     double ratio2 = 0;
     double direction = 0;
-    void add(const WatchedSighting& seen);
+    void add(const WatchedObservation& seen);
     void add(const Sums& other);
   };
   struct One {
     int seen = 0;
-    int believed = 0;
-    int believed_in_a_row = 0;
+    int accepted = 0;
+    int accepted_in_a_row = 0;
     double nis_sum = 0;
     Sums wrong{};
     Sums pending{};

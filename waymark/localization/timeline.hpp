@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "waymark/localization/motion_input.hpp"
-#include "waymark/localization/sighting.hpp"
+#include "waymark/localization/observation.hpp"
 
 namespace waymark {
 
@@ -16,7 +16,7 @@ struct Look {
   std::uint64_t number = 0;  ///< order of arrival among equal stamps
   bool sealed = true;        ///< no more will be added
   bool reported = false;
-  std::array<Sighting, kMost> seen{};
+  std::array<Observation, kMost> seen{};
   std::size_t count = 0;
 };
 

@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kNewsKept = 4096;
+constexpr std::size_t kComparisonsKept = 4096;
 
 std::vector<Eigen::Matrix<double, 6, 6>> covariances(const Landmarks& landmarks,
                                                      const RiekfOptions& options) {
@@ -33,14 +33,14 @@ Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& opt
       eye_(std::move(eye)),
       options_(options),
       filter_(options, error, covariances(landmarks_, options)),
-      state_{.whereabouts = Whereabouts(options)},
+      state_{.pose_hypotheses = PoseHypotheses(options)},
       watch_(landmarks_),
       lasting_(landmarks_.size()),
       systematic_(landmarks_.size()) {
   for (std::size_t n = 1; n < gates_.size(); ++n)
     gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
   state_.filter = filter_.state();
-  news_.reserve(kNewsKept);
+  comparisons_.reserve(kComparisonsKept);
 }
 
 void Tracker::save(TrackState& to) const {
@@ -70,17 +70,17 @@ void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad
 
 void Tracker::advance(const MotionStep& step, SensorTime to) {
   state_.stamp = to;
-  if (step.jumped) {  // what was believed is of another place, or of another drive
+  if (step.jumped) {  // what was accepted is of another place, or of another drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
     state_.contradicting_looks = 0;
-    state_.whereabouts.clear();
+    state_.pose_hypotheses.clear();
     return;
   }
   // A candidate drifts by 5 % of the way and by 0.05 rad a metre, of a turn by as much; coarse on purpose.
   const double drift = 2.5e-3 * step.twist.norm() * std::max(step.twist.norm(), 0.02) + 1e-6 * step.dt_s;
-  state_.whereabouts.propagate(step.twist,
-                               {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
+  state_.pose_hypotheses.propagate(step.twist,
+                                   {drift + step.extra_m2, drift + step.extra_m2, drift + step.extra_rad2});
   if (state_.mode == TrackMode::Lost) return;
   if (step.standing && step.twist.z() != 0)
     filter_.observe_standing(step.twist.z() / step.dt_s,
@@ -124,18 +124,18 @@ void Tracker::keep_filtered() {
   kept.lasting_P = (filter_.state().P - kept.filtered_P).topLeftCorner<3, 3>();
 }
 
-void Tracker::report(const Look& look, const Sighting& sighting, const Linearised& z, double nis,
-                     bool believed, int place) {
+void Tracker::report(const Look& look, const Observation& observation, const Linearised& z, double nis,
+                     bool accepted, int place) {
   if (look.reported) return;
-  const Landmark& landmark = landmarks_[sighting.landmark];
-  if (news_.size() < kNewsKept)
-    news_.push_back({look.stamp, landmark.tag, nis, z.rows, believed && watch_.usable(sighting.landmark),
-                     filter_.log_det()});
-  if (!believed) return report_contradiction(look, sighting);
-  watch_.add({.landmark = sighting.landmark, .nis_per_row = nis / z.rows, .believed = true});
+  const Landmark& landmark = landmarks_[observation.landmark];
+  if (comparisons_.size() < kComparisonsKept)
+    comparisons_.push_back({look.stamp, landmark.tag, nis, z.rows,
+                            accepted && watch_.usable(observation.landmark), filter_.log_det()});
+  if (!accepted) return report_contradiction(look, observation);
+  watch_.add({.landmark = observation.landmark, .nis_per_row = nis / z.rows, .accepted = true});
   if (state_.mode != TrackMode::Certain || state_.given) return;
   lasting_.add(z, filter_.innovation_covariance(place));
-  sees_corners_ = sees_corners_ || sighting.kind == SightingKind::Corners;
+  sees_corners_ = sees_corners_ || observation.kind == ObservationKind::Corners;
   learn_systematic(z, place);
 }
 
@@ -149,13 +149,13 @@ void Tracker::learn_systematic(const Linearised& z, int place) {
   if (verdict || !suspected_before_) suspect_ = verdict;
 }
 
-void Tracker::report_contradiction(const Look& look, const Sighting& sighting) {
-  const auto base_p = base_p_landmark(sighting, landmarks_, eye_);
+void Tracker::report_contradiction(const Look& look, const Observation& observation) {
+  const auto base_p = base_p_landmark(observation, landmarks_, eye_);
   if (look.reported || !base_p) return;
   const SE2& X = filter_.state().map_T_base;
   const SE2 map_T_eye = X * project_to_plane(eye_.base_T_sensor);
-  const Eigen::Vector2d map_p = landmarks_[sighting.landmark].map_T_tag.translation().head<2>();
-  WatchedSighting seen{.landmark = sighting.landmark, .map_p_implied = X * *base_p};
+  const Eigen::Vector2d map_p = landmarks_[observation.landmark].map_T_tag.translation().head<2>();
+  WatchedObservation seen{.landmark = observation.landmark, .map_p_implied = X * *base_p};
   const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
   const Eigen::Vector2d expected = map_p - map_T_eye.translation();
   seen.range_ratio = measured.norm() / std::max(1e-6, expected.norm());
@@ -167,22 +167,22 @@ void Tracker::report_contradiction(const Look& look, const Sighting& sighting) {
 Tracker::Verdict Tracker::judge(Look& look) {
   Verdict verdict;
   for (std::size_t i = 0; i < look.count; ++i) {
-    const Sighting& sighting = look.seen[i];
-    const auto z = linearise(sighting, landmarks_, eye_, filter_.state().map_T_base);
-    const bool usable = watch_.usable(sighting.landmark);
+    const Observation& observation = look.seen[i];
+    const auto z = linearise(observation, landmarks_, eye_, filter_.state().map_T_base);
+    const bool usable = watch_.usable(observation.landmark);
     if (!z) {  // from where we believe to be it cannot be seen at all, so far off is it in the map
-      report_contradiction(look, sighting);
+      report_contradiction(look, observation);
       if (usable) ++verdict.rejected_count;
       continue;
     }
-    const int place = static_cast<int>(std::min<std::size_t>(verdict.believed_count, Riekf::kMost - 1));
+    const int place = static_cast<int>(std::min<std::size_t>(verdict.accepted_count, Riekf::kMost - 1));
     const double nis = filter_.nis(*z, place);
-    const bool believed = nis <= gates_[static_cast<std::size_t>(z->rows)];
-    report(look, sighting, *z, nis, believed, place);
+    const bool accepted = nis <= gates_[static_cast<std::size_t>(z->rows)];
+    report(look, observation, *z, nis, accepted, place);
     if (!usable) continue;
-    if (believed) {
-      judged_[verdict.believed_count] = *z;
-      verdict.believed[verdict.believed_count++] = &sighting;
+    if (accepted) {
+      judged_[verdict.accepted_count] = *z;
+      verdict.accepted[verdict.accepted_count++] = &observation;
     } else {
       ++verdict.rejected_count;
     }
@@ -194,8 +194,8 @@ Tracker::Verdict Tracker::judge(Look& look) {
 /// Kalman Filter Update as a Gauss-Newton Method", IEEE TAC 38(2), 1993).
 void Tracker::update(const Verdict& verdict) {
   constexpr int kIterations = 4;
-  for (std::size_t first = 0; first < verdict.believed_count; first += Riekf::kMost) {
-    const std::size_t last = std::min(verdict.believed_count, first + Riekf::kMost);
+  for (std::size_t first = 0; first < verdict.accepted_count; first += Riekf::kMost) {
+    const std::size_t last = std::min(verdict.accepted_count, first + Riekf::kMost);
     SE2 at = filter_.state().map_T_base;
     const SE2 prior = at;
     StateVector correction = StateVector::Zero();
@@ -209,13 +209,13 @@ void Tracker::update(const Verdict& verdict) {
           batch[static_cast<std::size_t>(count++)] = judged_[i];
           continue;
         }
-        const auto z = linearise(*verdict.believed[i], landmarks_, eye_, at);
+        const auto z = linearise(*verdict.accepted[i], landmarks_, eye_, at);
         if (z) batch[static_cast<std::size_t>(count++)] = *z;
       }
       if (count == 0) return;
       const Eigen::Vector3d offset = minus(at, prior);
       // judge() has just asked of each, and what it rejected stood behind them.
-      const bool expected = judged_here && verdict.believed_count < Riekf::kMost;
+      const bool expected = judged_here && verdict.accepted_count < Riekf::kMost;
       correction = filter_.gain(batch, count, offset, expected);
       const SE2 next = filter_.corrected(correction);
       const Eigen::Vector3d moved = minus(next, at);
@@ -235,8 +235,8 @@ void Tracker::look(Look& look) {
     search(look);
   } else {
     const Verdict verdict = judge(look);
-    // What little is believed of a picture that contradicts is not to be believed either.
-    if (verdict.believed_count >= verdict.rejected_count) update(verdict);
+    // A picture most of which contradicts is rejected as a whole.
+    if (verdict.accepted_count >= verdict.rejected_count) update(verdict);
     check_sound();
     judge_mode(verdict, look);
   }
@@ -253,12 +253,12 @@ void Tracker::check_sound() {
   ++broken_;
   filter_.start({}, Eigen::Matrix3d::Identity(), false);
   state_.mode = TrackMode::Lost;
-  state_.whereabouts.clear();
+  state_.pose_hypotheses.clear();
 }
 
 std::optional<LocalizationEstimate> Tracker::estimate() const {
   if (state_.mode == TrackMode::Lost) {
-    const Candidate* guess = state_.whereabouts.best();
+    const Candidate* guess = state_.pose_hypotheses.best();
     if (guess == nullptr) return std::nullopt;
     return LocalizationEstimate{state_.stamp, guess->map_T_base,
                                 coordinate_covariance(Uncertain<SE2>{guess->map_T_base, guess->covariance}),

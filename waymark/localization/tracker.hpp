@@ -5,10 +5,10 @@
 
 #include "waymark/localization/lasting_errors.hpp"
 #include "waymark/localization/method.hpp"
+#include "waymark/localization/pose_hypotheses.hpp"
 #include "waymark/localization/systematic_errors.hpp"
 #include "waymark/localization/tag_watch.hpp"
 #include "waymark/localization/timeline.hpp"
-#include "waymark/localization/whereabouts.hpp"
 
 namespace waymark {
 
@@ -34,7 +34,7 @@ struct TrackState {
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
-  Whereabouts whereabouts;
+  PoseHypotheses pose_hypotheses;
 };
 
 /// One step of a run, for a smoother: what was predicted from the step before, and what looks made of it.
@@ -77,13 +77,14 @@ class Tracker {
   [[nodiscard]] const RiekfOptions& options() const { return options_; }
   [[nodiscard]] const TagWatch& watch() const { return watch_; }
   [[nodiscard]] const RiekfState& filter_state() const { return filter_.state(); }
-  [[nodiscard]] std::vector<NisRecord>& news() { return news_; }
-  [[nodiscard]] const std::vector<NisRecord>& news() const { return news_; }
+  [[nodiscard]] std::vector<NisRecord>& comparisons() { return comparisons_; }
+  [[nodiscard]] const std::vector<NisRecord>& comparisons() const { return comparisons_; }
   [[nodiscard]] int broken() const { return broken_; }
   /// Starts that were given and given up.
   [[nodiscard]] int refused_starts() const { return refused_starts_; }
-  /// NIS of means over many sightings of one tag, over their degrees of freedom: 1 when errors that stay are
-  /// known to stay, more when they are taken for noise that averages away. Nothing before there are enough.
+  /// NIS of means over many observations of one tag, over their degrees of freedom: 1 when errors that stay
+  /// are known to stay, more when they are taken for noise that averages away. Nothing before there are
+  /// enough.
   [[nodiscard]] std::optional<double> lasting_nis() const { return lasting_.mean(); }
   [[nodiscard]] const LastingErrors& lasting() const { return lasting_; }
   /// What accepted observations tell of errors of mounting, scale and latency.
@@ -105,8 +106,8 @@ class Tracker {
 
  private:
   struct Verdict {
-    std::array<const Sighting*, Look::kMost> believed{};
-    std::size_t believed_count = 0;
+    std::array<const Observation*, Look::kMost> accepted{};
+    std::size_t accepted_count = 0;
     std::size_t rejected_count = 0;
   };
   [[nodiscard]] Verdict judge(Look& look);
@@ -114,10 +115,10 @@ class Tracker {
   void judge_mode(const Verdict& verdict, const Look& look);
   void agree(const Verdict& verdict);
   void contradict(const Look& look);
-  void report(const Look& look, const Sighting& sighting, const Linearised& z, double nis, bool believed,
-              int place);
-  /// Where the landmark would be by a sighting that is not believed.
-  void report_contradiction(const Look& look, const Sighting& sighting);
+  void report(const Look& look, const Observation& observation, const Linearised& z, double nis,
+              bool accepted, int place);
+  /// Where the landmark would be by an observation that is rejected.
+  void report_contradiction(const Look& look, const Observation& observation);
   void search(const Look& look);
   void learn_systematic(const Linearised& z, int place);
   void keep_step(SensorTime stamp);
@@ -132,9 +133,9 @@ class Tracker {
   TrackState state_;
   TagWatch watch_;
   Riekf::Batch batch_{};
-  std::array<Sighting, Look::kMost> usable_{};
-  std::array<Linearised, Look::kMost> judged_{};  ///< what is believed, at the estimate it was judged by
-  std::vector<NisRecord> news_;
+  std::array<Observation, Look::kMost> usable_{};
+  std::array<Linearised, Look::kMost> judged_{};  ///< what is accepted, at the estimate it was judged by
+  std::vector<NisRecord> comparisons_;
   bool tracing_ = false;
   std::optional<Duration> trace_kept_{};  ///< nothing: all of it
   std::vector<TraceStep> trace_;

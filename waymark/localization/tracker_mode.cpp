@@ -10,8 +10,8 @@ void Tracker::search(const Look& look) {
   for (std::size_t i = 0; i < look.count; ++i) {
     if (watch_.usable(look.seen[i].landmark)) usable_[count++] = look.seen[i];
   }
-  state_.whereabouts.look(std::span(usable_.data(), count), landmarks_, eye_);
-  const Candidate* found = state_.whereabouts.believable(state_.mode != TrackMode::Lost);
+  state_.pose_hypotheses.look(std::span(usable_.data(), count), landmarks_, eye_);
+  const Candidate* found = state_.pose_hypotheses.believable(state_.mode != TrackMode::Lost);
   if (found == nullptr) return;
   filter_.start(found->map_T_base, found->covariance, state_.mode != TrackMode::Lost);
   int used = 0;
@@ -25,13 +25,13 @@ void Tracker::search(const Look& look) {
   state_.contradicted = false;
   state_.contradicting_looks = 0;
   ++state_.starts;
-  state_.whereabouts.clear();
+  state_.pose_hypotheses.clear();
   watch_.forget_pending();
 }
 
 void Tracker::judge_mode(const Verdict& verdict, const Look& look) {
-  if (verdict.believed_count == 0 && verdict.rejected_count == 0) return;
-  const bool agrees = verdict.believed_count > 0 && verdict.believed_count >= verdict.rejected_count;
+  if (verdict.accepted_count == 0 && verdict.rejected_count == 0) return;
+  const bool agrees = verdict.accepted_count > 0 && verdict.accepted_count >= verdict.rejected_count;
   if (state_.given) {
     state_.given = false;
     if (!agrees) {
@@ -47,7 +47,7 @@ void Tracker::contradict(const Look& look) {
   if (!state_.contradicted) {
     state_.contradicted = true;
     state_.contradicted_since = look.stamp;
-    state_.whereabouts.clear();
+    state_.pose_hypotheses.clear();
   }
   state_.agreeing_looks = 0;
   state_.agreeing_distinct = 0;
@@ -65,8 +65,8 @@ void Tracker::agree(const Verdict& verdict) {
     return;
   }
   ++state_.agreeing_looks;
-  for (std::size_t i = 0; i < verdict.believed_count; ++i) {
-    const int landmark = verdict.believed[i]->landmark;
+  for (std::size_t i = 0; i < verdict.accepted_count; ++i) {
+    const int landmark = verdict.accepted[i]->landmark;
     if (state_.agreeing_distinct == 0 || (state_.agreeing_distinct == 1 && state_.agreeing[0] != landmark))
       state_.agreeing[static_cast<std::size_t>(state_.agreeing_distinct++)] = landmark;
   }

@@ -8,9 +8,9 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/base/suggest.hpp"
-#include "waymark/mapping/anchor_stance.hpp"
-#include "waymark/mapping/map_checks.hpp"
-#include "waymark/mapping/teach_chain.hpp"
+#include "waymark/mapping/lap/anchor_stance.hpp"
+#include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/mapping/lap/teach_chain.hpp"
 
 namespace waymark {
 namespace {
@@ -42,7 +42,7 @@ std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSe
   return observed;
 }
 
-/// Where the anchor was said to stand no sighting of it agrees with a robot that drives on the floor.
+/// Where the anchor was said to stand no observation of it agrees with a robot that drives on the floor.
 tl::unexpected<Error> misplaced_anchor(const TagId& anchor) {
   return fail(
       ErrorCode::InvalidArgument,
@@ -70,7 +70,7 @@ SE3 leaning_as(const SE3& stance, const SE3& given) {
 /// The map is placed by how the anchor stands on the floor, in words if it is not upright; or a pose that was
 /// given is held against it, and leans as the anchor does.
 Result<std::string> place_anchor(const TaughtLap& taught, const MapLapOptions& options, TeachSetup& setup) {
-  constexpr double kSurely = to_radians(60);  // a pose from few sightings may be the mirrored one
+  constexpr double kSurely = to_radians(60);  // a pose from few observations may be the mirrored one
   const auto stance =
       anchor_stance(observe_anchor(taught, setup), setup.anchor, setup.base_T_cam, options.chain.floor);
   if (!stance) return std::string();
@@ -112,7 +112,7 @@ std::string lean_in_words(const TeachSetup& given, const MappedTag& anchor) {
       to_string(given.anchor), to_degrees(lean));
 }
 
-/// None of its sightings was believed in the end.
+/// None of its observations was accepted in the end.
 tl::unexpected<Error> lost_anchor(const TeachSetup& setup) {
   if (setup.anchor_pose_given) return misplaced_anchor(setup.anchor);
   return fail(ErrorCode::NotFound,
@@ -159,7 +159,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
   return MappedLap{.map = map->map,
-                   .observations = map->sightings,
+                   .observations = map->observations,
                    .trajectory = map->trajectory,
                    .trajectory_covariance = map->trajectory_covariance,
                    .frames_without_pose = map->frames_without_pose,

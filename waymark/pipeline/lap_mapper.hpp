@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "waymark/mapping/bundle_map.hpp"
-#include "waymark/mapping/left_out.hpp"
-#include "waymark/mapping/loop_closure.hpp"
+#include "waymark/mapping/lap/bundle_map.hpp"
+#include "waymark/mapping/lap/left_out.hpp"
+#include "waymark/mapping/lap/loop_closure.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/replay/route_builder.hpp"
 #include "waymark/samples/route.hpp"
@@ -47,7 +47,7 @@ struct BundleFigures {
 /// What a lap becomes.
 struct MappedLap {
   TagMap map{};
-  std::map<TagId, int> observations{};  ///< sightings of each tag of the map that were used
+  std::map<TagId, int> observations{};  ///< observations of each tag of the map that were used
   Trajectory trajectory{};
   /// Of each pose of the trajectory, left tangent in map; empty: not known.
   std::vector<Matrix6> trajectory_covariance{};

@@ -11,7 +11,7 @@
 
 namespace waymark {
 
-/// Where the operator's story is (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
+/// Where the operator's session is (Martins and Ramos, "AprilTag-based Trajectory Tracking for the LIMOS
 /// Robot": a person teaches with a pad, presses a button, and the robot repeats).
 enum class OperatorState : std::uint8_t {
   Idle,      ///< nothing is known yet
@@ -25,7 +25,7 @@ enum class OperatorState : std::uint8_t {
   Over,     ///< nobody goes on
 };
 
-/// What may happen. Go is the one button of the story: Y, or the triangle.
+/// What may happen. Go is the one button of the session: Y, or the triangle.
 enum class OperatorEvent : std::uint8_t {
   Go,
   Stop,            ///< B, or the circle
@@ -40,7 +40,7 @@ enum class OperatorEvent : std::uint8_t {
 [[nodiscard]] std::string_view to_string(OperatorState state);
 [[nodiscard]] std::string_view to_string(OperatorEvent event);
 
-/// What whoever runs the story has to do now.
+/// What whoever runs the session has to do now.
 enum class OperatorAction : std::uint8_t {
   Nothing,
   StartLap,      ///< begin to record
@@ -64,7 +64,7 @@ struct OperatorButtons {
   std::string drive = "hold the left shoulder and drive";
 };
 
-/// The operator's story as a table: what each event does in each state. Pure: time is an argument, and
+/// The operator's session as a table: what each event does in each state. Pure: time is an argument, and
 /// nothing here moves a robot but permit().
 class Operator {
  public:
@@ -108,7 +108,7 @@ class OperatorPad {
   explicit OperatorPad(const OperatorPadOptions& options = {}) : options_(options) {}
 
   /// The event of this state of the pad; Stop before the others. Nothing from the very first state: a button
-  /// that is held when the story begins is not pressed.
+  /// that is held when the session begins is not pressed.
   [[nodiscard]] std::optional<OperatorEvent> add(const GamepadState& pad);
 
  private:

@@ -25,26 +25,26 @@ constexpr std::array kEvents{E::Go,        E::Stop,           E::StickMoved,    
 constexpr VelocityCommand kPerson{0.3, 0.1};
 constexpr VelocityCommand kReplay{0.2, -0.1};
 
-TEST(Operator, TheStoryFromIdleToDone) {
-  Operator story;
+TEST(Operator, ASessionFromIdleToDone) {
+  Operator session;
   Duration now{};
-  const auto then = [&](E event) { return story.handle(event, now += seconds(1)).value(); };
+  const auto then = [&](E event) { return session.handle(event, now += seconds(1)).value(); };
   EXPECT_EQ(then(E::Go), A::StartLap);
   EXPECT_EQ(then(E::StickMoved), A::Nothing);
   EXPECT_EQ(then(E::Go), A::FinishLap);
-  EXPECT_EQ(story.state(), S::Mapping);
-  EXPECT_EQ(story.since(), now);
+  EXPECT_EQ(session.state(), S::Mapping);
+  EXPECT_EQ(session.since(), now);
   EXPECT_EQ(then(E::MapMade), A::Nothing);
   EXPECT_EQ(then(E::Go), A::StartReplay);
   EXPECT_EQ(then(E::Go), A::PauseReplay);
   EXPECT_EQ(then(E::Go), A::ResumeReplay);
   EXPECT_EQ(then(E::ReplayFinished), A::EndReplay);
-  EXPECT_EQ(story.state(), S::Done);
-  EXPECT_EQ(story.reason(), "");
+  EXPECT_EQ(session.state(), S::Done);
+  EXPECT_EQ(session.reason(), "");
   EXPECT_EQ(then(E::Go), A::StartReplay) << "once more";
   EXPECT_EQ(then(E::StickMoved), A::EndReplay);
-  EXPECT_EQ(story.state(), S::Stopped);
-  EXPECT_EQ(story.reason(), "stopped: a stick was moved");
+  EXPECT_EQ(session.state(), S::Stopped);
+  EXPECT_EQ(session.reason(), "stopped: a stick was moved");
   EXPECT_EQ(then(E::Quit), A::Leave);
 }
 
@@ -70,21 +70,21 @@ TEST(Operator, EveryTransitionAndEveryRefusal) {
   std::set<std::string> refusals;
   for (const S state : kStates) {
     for (const E event : kEvents) {
-      Operator story({}, state);
-      const auto action = story.handle(event, seconds(1), "why");
+      Operator session({}, state);
+      const auto action = session.handle(event, seconds(1), "why");
       const std::string where = std::string(to_string(state)) + ", " + std::string(to_string(event));
       const auto found = expected.find({state, event});
       if (event == E::Quit && state != S::Over) {
         EXPECT_EQ(action.value(), A::Leave) << where;
-        EXPECT_EQ(story.state(), S::Over) << where;
+        EXPECT_EQ(session.state(), S::Over) << where;
       } else if (found != expected.end()) {
         ASSERT_TRUE(action) << where;
         EXPECT_EQ(*action, found->second.second) << where;
-        EXPECT_EQ(story.state(), found->second.first) << where;
-        EXPECT_EQ(story.reason(), story.state() == state ? "" : "why") << where;
+        EXPECT_EQ(session.state(), found->second.first) << where;
+        EXPECT_EQ(session.reason(), session.state() == state ? "" : "why") << where;
       } else {
         ASSERT_FALSE(action) << where;
-        EXPECT_EQ(story.state(), state) << where << ": a refusal changes nothing";
+        EXPECT_EQ(session.state(), state) << where << ": a refusal changes nothing";
         EXPECT_GT(action.error().message.size(), 8U) << where;
         refusals.insert(action.error().message);
       }
@@ -109,27 +109,27 @@ TEST(Operator, OnlyTeachingAndReplayingMoveTheRobot) {
 TEST(Operator, NothingThatHappensMovesARobotThatWasStopped) {
   Random random(20261122);
   for (int run = 0; run < 200; ++run) {
-    Operator story;
+    Operator session;
     Duration now{};
     for (int i = 0; i < 200; ++i) {
-      const bool could_move = story.permit(kPerson, kReplay) != VelocityCommand{};
+      const bool could_move = session.permit(kPerson, kReplay) != VelocityCommand{};
       const E event = kEvents[random.index(kEvents.size() - 1)];  // all but Quit
-      (void)story.handle(event, now += milliseconds(400));
-      const bool can_move = story.permit(kPerson, kReplay) != VelocityCommand{};
+      (void)session.handle(event, now += milliseconds(400));
+      const bool can_move = session.permit(kPerson, kReplay) != VelocityCommand{};
       ASSERT_TRUE(could_move || !can_move || event == E::Go) << "only a press of the button sets it moving";
       ASSERT_TRUE(event != E::Stop || !can_move);
-      ASSERT_TRUE(event != E::StickMoved || !can_move || story.state() == S::Teaching);
+      ASSERT_TRUE(event != E::StickMoved || !can_move || session.state() == S::Teaching);
     }
   }
 }
 
 TEST(Operator, AButtonThatBouncesCountsOnce) {
-  Operator story;
-  ASSERT_TRUE(story.handle(E::Go, seconds(1)));
-  EXPECT_FALSE(story.handle(E::Go, seconds(1) + milliseconds(299)));
-  EXPECT_EQ(story.state(), S::Teaching);
-  EXPECT_FALSE(story.handle(E::Go, seconds(1) + milliseconds(400))) << "it is still bouncing";
-  EXPECT_TRUE(story.handle(E::Go, seconds(1) + milliseconds(700)));
+  Operator session;
+  ASSERT_TRUE(session.handle(E::Go, seconds(1)));
+  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(299)));
+  EXPECT_EQ(session.state(), S::Teaching);
+  EXPECT_FALSE(session.handle(E::Go, seconds(1) + milliseconds(400))) << "it is still bouncing";
+  EXPECT_TRUE(session.handle(E::Go, seconds(1) + milliseconds(700)));
 }
 
 TEST(OperatorPad, AButtonCountsWhenItIsPressedAndSticksWhileTheyAreMoved) {

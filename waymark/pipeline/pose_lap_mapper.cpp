@@ -27,12 +27,12 @@ std::vector<PointFrame> as_points(const PoseLap& lap) {
   return frames;
 }
 
-/// Where sightings near its place have a tag, in space.
-std::map<TagId, std::vector<SE3>> placed_sightings(const PoseLap& lap, const LandmarkMap& points) {
+/// Where observations near its place have a tag, in space.
+std::map<TagId, std::vector<SE3>> placed_observations(const PoseLap& lap, const LandmarkMap& points) {
   constexpr double kNear = 0.15;
   std::map<TagId, std::vector<SE3>> placed;
   for (std::size_t i = 0; i < points.frames.size(); ++i) {
-    const SE3 map_T_cam = lift(points.map_X_base[i] * points.base_X_believed) * lap.base_T_cam;
+    const SE3 map_T_cam = lift(points.map_X_base[i] * points.base_X_assumed) * lap.base_T_cam;
     for (const SeenTagPose& seen : lap.frames[points.frames[i]].tags) {
       const auto at = points.points.find(seen.tag);
       if (at == points.points.end()) continue;
@@ -51,14 +51,14 @@ struct Stance {
   double z_sigma_m = 0.05;
 };
 
-/// Height by the median; direction by the sighting with the most others near it, and their mean: a square
+/// Height by the median; direction by the observation with the most others near it, and their mean: a square
 /// seen face to face shows one of two poses, so that no mean of all means anything.
-Stance stance_of(const std::vector<SE3>& sightings) {
+Stance stance_of(const std::vector<SE3>& observations) {
   constexpr double kAgree = 0.35;
   constexpr std::size_t kMost = 200;
   std::vector<SE3> some;
-  const std::size_t stride = sightings.size() / kMost + 1;
-  for (std::size_t i = 0; i < sightings.size(); i += stride) some.push_back(sightings[i]);
+  const std::size_t stride = observations.size() / kMost + 1;
+  for (std::size_t i = 0; i < observations.size(); i += stride) some.push_back(observations[i]);
   std::vector<double> z;
   Stance stance;
   std::ptrdiff_t most = 0;
@@ -80,7 +80,7 @@ Stance stance_of(const std::vector<SE3>& sightings) {
   }
   stance.map_R_tag = SO3::exp(mean) * stance.map_R_tag;
   stance.z_m = median(std::move(z));
-  // Sightings of one drive share their errors: their scatter, not the error of its mean.
+  // Observations of one drive share their errors: their scatter, not the error of its mean.
   stance.rotation_sigma_rad = std::max(0.02, std::sqrt(squares));
   return stance;
 }
@@ -92,7 +92,7 @@ std::map<TagId, TagId> nested(const LandmarkMap& points) {
   for (const auto& [id, point] : points.points) {
     for (const auto& [other, outer] : points.points) {
       const bool same = !(id == other) && (point.map_p - outer.map_p).norm() < kSamePlace;
-      if (same && std::pair(point.sightings, other) < std::pair(outer.sightings, id))
+      if (same && std::pair(point.observations, other) < std::pair(outer.observations, id))
         inner.emplace(id, other);
     }
   }
@@ -123,19 +123,19 @@ void say(const LandmarkMap& points, const std::map<TagId, TagId>& inner, std::ve
   if (!inside.empty())
     words.push_back(names(inside) + ": in the middle of other tags, no places of their own, not in the map");
   for (const auto& [id, point] : points.points) {
-    if (point.rejected > point.sightings)
+    if (point.rejected > point.observations)
       words.push_back(
-          fmt::format("{} of {} sightings of {} contradict the others: it was moved, or two tags "
+          fmt::format("{} of {} observations of {} contradict the others: it was moved, or two tags "
                       "carry this id",
-                      point.rejected, point.rejected + point.sightings, to_string(id)));
+                      point.rejected, point.rejected + point.observations, to_string(id)));
   }
-  const SE2& m = points.base_X_believed;
+  const SE2& m = points.base_X_assumed;
   constexpr double kWorthSaying_m = 0.01;
   if (m.translation().norm() > kWorthSaying_m)
     words.push_back(fmt::format(
         "the camera seems to sit {:.0f} mm forward, {:.0f} mm to the left of and turned {:.1f} deg from "
         "where it "
-        "is believed (+- {:.0f} mm, {:.0f} mm, {:.1f} deg): taken into account",
+        "is assumed (+- {:.0f} mm, {:.0f} mm, {:.1f} deg): taken into account",
         1000 * m.x(), 1000 * m.y(), to_degrees(m.yaw()), 1000 * points.mounting_sigma.x(),
         1000 * points.mounting_sigma.y(), to_degrees(points.mounting_sigma.z())));
 }
@@ -144,15 +144,15 @@ void read_tags(const PoseLap& lap, const LandmarkMap& points, const std::map<Tag
                MappedPoseLap& result) {
   constexpr double kUnknownSize_m = 0.1;
   double best = INFINITY;
-  const auto placed = placed_sightings(lap, points);
+  const auto placed = placed_observations(lap, points);
   for (const auto& [id, point] : points.points) {
-    const auto sightings = placed.find(id);
-    if (inner.contains(id) || sightings == placed.end()) continue;
-    const Stance stance = stance_of(sightings->second);
+    const auto observations = placed.find(id);
+    if (inner.contains(id) || observations == placed.end()) continue;
+    const Stance stance = stance_of(observations->second);
     const SE3 map_T_tag(stance.map_R_tag, {point.map_p.x(), point.map_p.y(), stance.z_m});
     result.lap.map.tags[id] = {map_T_tag, lap.sizes.size_m(id).value_or(kUnknownSize_m),
                                tag_covariance(map_T_tag, point, stance)};
-    result.lap.observations[id] = point.sightings;
+    result.lap.observations[id] = point.observations;
     if (point.covariance.trace() < best) result.anchor = id;
     best = std::min(best, point.covariance.trace());
   }
@@ -189,7 +189,7 @@ Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& op
   if (!result.lap.route.closed)
     result.lap.warnings.emplace_back(
         "the lap does not come back to its start: the route is open, driven once");
-  result.figures = {points->scales, points->scales_sigma, points->base_X_believed, points->mounting_sigma,
+  result.figures = {points->scales, points->scales_sigma, points->base_X_assumed, points->mounting_sigma,
                     points->rms_m};
   return result;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "waymark/mapping/landmark_map.hpp"
+#include "waymark/mapping/lap/landmark_map.hpp"
 #include "waymark/pipeline/lap_mapper.hpp"
 
 namespace waymark {
@@ -22,7 +22,7 @@ struct MapPosesOptions {
 struct PoseLapFigures {
   OdometryScales scales{};
   OdometryScales scales_sigma{};
-  SE2 base_X_believed{};  ///< how far the camera is from where it is believed to sit
+  SE2 base_X_assumed{};  ///< how far the camera is from where it is assumed to sit
   Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();
   double rms_m = 0;
 };
@@ -33,8 +33,8 @@ struct MappedPoseLap {
 };
 
 /// Map, way and route from poses of tags and odometry: places in the plane as map_landmarks() finds them,
-/// heights and directions by what most sightings agree on. The map's frame is the base where the lap began.
-/// A tag in the middle of another (nested tags) is left out and said. Fails as map_landmarks() and
+/// heights and directions by what most observations agree on. The map's frame is the base where the lap
+/// began. A tag in the middle of another (nested tags) is left out and said. Fails as map_landmarks() and
 /// build_route() do.
 [[nodiscard]] Result<MappedPoseLap> map_pose_lap(const PoseLap& lap, const MapPosesOptions& options = {});
 

@@ -259,7 +259,7 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
   constexpr double kMoment_s = 0.3;
   for (const NisRecord& record : step.compared) {
     tells_accepted_ = true;
-    if (record.believed) accept(record.stamp);
+    if (record.accepted) accept(record.stamp);
   }
   consistency_.command(last_command_, dt_s);
   if (step.estimate) {
@@ -280,8 +280,8 @@ void Replayer::compare_motion(const ReplayStep& step, double dt_s) {
 }
 
 ReplayStep Replayer::step(SensorTime now) {
-  ReplayStep step{.estimate = method_->estimate(), .compared = method_->news()};
-  method_->clear_news();
+  ReplayStep step{.estimate = method_->estimate(), .compared = method_->comparisons()};
+  method_->clear_comparisons();
   const bool known = certain(step.estimate);
   doubts_ = knew_ && !known;
   knew_ = knew_ || known;

@@ -44,7 +44,7 @@ struct ReplayStep {
   bool lasting = false;                 ///< of a stop: only resume() ends it
   std::optional<Station> station{};     ///< at which it stands
   std::optional<LocalizationEstimate> estimate{};
-  std::vector<NisRecord> compared{};  ///< sightings beside what was expected, since the last step
+  std::vector<NisRecord> compared{};  ///< observations beside what was expected, since the last step
   std::optional<RouteProgress> progress{};
   double driven_m = 0;   ///< along the route since the start
   double turn_gain = 1;  ///< share of the asked turn that the robot turns, as learnt so far

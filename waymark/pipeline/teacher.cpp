@@ -10,7 +10,7 @@ namespace {
 constexpr double kAnchorWindowSeconds =
     10;                                   // the anchor should be seen this near to the start and to the end
 constexpr double kSamePlaceMetres = 1.0;  // … from places this near to each other
-constexpr double kFewSightings = 5;
+constexpr double kFewObservations = 5;
 constexpr int kFewFrames = 5;            // that join two parts of a map
 constexpr double kJumpSeconds = 0.5;     // by which no good clock goes
 constexpr double kShortestMetres = 0.5;  // of a route that is no loop
@@ -153,7 +153,7 @@ void Teacher::judge_views(TeachSummary& summary) const {
        fmt::format("two tags were in view only {:.0f} % of the time: add tags or drive farther from them",
                    100 * summary.two_tags_fraction()));
   for (const auto& [tag, frames] : summary.seen) {
-    warn(frames < kFewSightings,
+    warn(frames < kFewObservations,
          fmt::format("{} was seen in only {} frames: its place will be poor", to_string(tag), frames));
   }
 }

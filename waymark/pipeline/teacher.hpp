@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/mapping/teach_chain.hpp"
+#include "waymark/mapping/lap/teach_chain.hpp"
 #include "waymark/pipeline/tag_links.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_sizes.hpp"

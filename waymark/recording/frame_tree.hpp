@@ -15,7 +15,7 @@ namespace waymark {
 /// A frame's name without the slash that older programs put before it.
 [[nodiscard]] std::string frame_name(std::string_view name);
 
-/// Frames and how they hang together, as /tf_static and /tf say. Nothing is believed silently: chain() checks
+/// Frames and how they hang together, as /tf_static and /tf say. Nothing is accepted silently: chain() checks
 /// every link it goes over.
 class FrameTree {
  public:

@@ -47,7 +47,7 @@ class ReplayWatch {
   /// The time of the next command.
   void tick(SensorTime now);
   void add(const Odometry& odometry);
-  /// Whether the frame is news: a camera that froze repeats the last corner to the last bit, while the robot
+  /// Whether the frame is new: a camera that froze repeats the last corner to the last bit, while the robot
   /// moves.
   [[nodiscard]] bool add(const TagFrame& frame);
   /// A certain estimate.

@@ -132,7 +132,7 @@ Status OperatorSession::end_replay(bool interrupted) {
   end.interrupted = interrupted;
   if (interrupted) end.reason = "stopped by a signal";
   if (end.reason.empty())  // it drove on, and somebody ended it
-    end.reason = operator_.state() == S::Over ? "the story was ended" : operator_.reason();
+    end.reason = operator_.state() == S::Over ? "the session was ended" : operator_.reason();
   return tasks_.end_replay(end);
 }
 

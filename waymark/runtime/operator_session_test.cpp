@@ -352,7 +352,7 @@ TEST_P(InEachState, QuitEndsTheSession) {
   EXPECT_TRUE(run.finished);
   EXPECT_EQ(run.session.state(), S::Over);
   if (GetParam() == S::Replaying) {
-    EXPECT_EQ(run.tasks.replays.back().reason, "the story was ended");
+    EXPECT_EQ(run.tasks.replays.back().reason, "the session was ended");
   }
   run.expect_all_closed();
 }

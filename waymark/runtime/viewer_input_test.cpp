@@ -89,30 +89,31 @@ TEST_F(Orders, WhileTeachingTheRobotStandsUntilSomebodyIsThereAgain) {
   EXPECT_FALSE(orders_.read(seconds(7), S::Teaching).stand);
 }
 
-/// Whatever was pressed just before: the story takes two presses within 0.3 s for one.
+/// Whatever was pressed just before: the session takes two presses within 0.3 s for one.
 TEST_F(Orders, AReplayPausesWhenItsViewerGoes) {
   for (const double since_press : {0.05, 0.25, 0.5, 3.0}) {
     FakeViewers feed;
     ViewerRequests orders(feed.link());
-    Operator story({}, S::Ready);
+    Operator session({}, S::Ready);
     feed.set_control(Control::Held);
     feed.order({.kind = Kind::Go});
     double t = 1;
     for (; t < 1 + since_press; t += 0.05) {
-      for (const E event : orders.read(seconds(t), story.state()).events)
-        (void)story.handle(event, seconds(t));
+      for (const E event : orders.read(seconds(t), session.state()).events)
+        (void)session.handle(event, seconds(t));
     }
-    ASSERT_EQ(story.state(), S::Replaying);
+    ASSERT_EQ(session.state(), S::Replaying);
     feed.set_control(Control::Lost);
     for (const double end = t + 1; t < end; t += 0.05) {
-      for (const E event : orders.read(seconds(t), story.state()).events)
-        (void)story.handle(event, seconds(t));
+      for (const E event : orders.read(seconds(t), session.state()).events)
+        (void)session.handle(event, seconds(t));
     }
-    EXPECT_EQ(story.state(), S::Paused) << since_press;
+    EXPECT_EQ(session.state(), S::Paused) << since_press;
     feed.set_control(Control::Held);  // and goes on when somebody says so
     feed.order({.kind = Kind::Go});
-    for (const E event : orders.read(seconds(t), story.state()).events) (void)story.handle(event, seconds(t));
-    EXPECT_EQ(story.state(), S::Replaying);
+    for (const E event : orders.read(seconds(t), session.state()).events)
+      (void)session.handle(event, seconds(t));
+    EXPECT_EQ(session.state(), S::Replaying);
   }
 }
 

@@ -10,7 +10,7 @@
 
 namespace waymark {
 
-/// Where somebody believed the base was, and how far to trust it.
+/// Estimated pose of the base, with its covariance.
 struct EstimatedPose {
   SensorTime stamp{};
   SE3 map_T_base{};

@@ -73,7 +73,7 @@ void LiveFeed::hand_over() {
   {
     const std::unique_lock<std::mutex> hand(box_, std::try_to_lock);
     if (!hand) return;
-    std::vector<LiveSample>& samples = box_news_.samples;
+    std::vector<LiveSample>& samples = waiting_.samples;
     const std::size_t room = kMostWaiting - std::min(kMostWaiting, samples.size());
     const std::size_t fits = std::min(room, waiting_.size());
     dropped_.fetch_add(waiting_.size() - fits, std::memory_order_relaxed);
@@ -81,23 +81,23 @@ void LiveFeed::hand_over() {
                    std::make_move_iterator(waiting_.begin() + static_cast<std::ptrdiff_t>(fits)));
     waiting_.clear();
     if (spare_.empty()) std::swap(spare_, box_spare_);
-    if (status_waiting_) box_news_.status = *std::exchange(status_waiting_, std::nullopt);
-    if (texts_waiting_) box_news_.texts = std::exchange(texts_waiting_, nullptr);
-    if (shapes_waiting_) box_news_.shapes = std::exchange(shapes_waiting_, nullptr);
-    if (camera_waiting_) box_news_.camera = std::exchange(camera_waiting_, std::nullopt);
+    if (status_waiting_) waiting_.status = *std::exchange(status_waiting_, std::nullopt);
+    if (texts_waiting_) waiting_.texts = std::exchange(texts_waiting_, nullptr);
+    if (shapes_waiting_) waiting_.shapes = std::exchange(shapes_waiting_, nullptr);
+    if (camera_waiting_) waiting_.camera = std::exchange(camera_waiting_, std::nullopt);
   }
   wake_();
 }
 
-LiveFeed::News LiveFeed::take() {
+LiveFeed::Updates LiveFeed::take() {
   const std::scoped_lock hand(box_);
-  News news{.samples = std::move(box_news_.samples),
-            .status = box_news_.status,
-            .texts = box_news_.texts,
-            .camera = box_news_.camera,
-            .shapes = box_news_.shapes};
-  box_news_.samples = {};
-  return news;
+  Updates updates{.samples = std::move(waiting_.samples),
+                  .status = waiting_.status,
+                  .texts = waiting_.texts,
+                  .camera = waiting_.camera,
+                  .shapes = waiting_.shapes};
+  waiting_.samples = {};
+  return updates;
 }
 
 void LiveFeed::give_back(CameraFrame picture) {

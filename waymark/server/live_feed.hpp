@@ -21,7 +21,7 @@ namespace waymark {
 
 /// What the robot's loop says of itself, beside its samples.
 struct LiveStatus {
-  std::string phase = {};                  ///< of the operator's story: "idle", "teaching", …
+  std::string phase = {};                  ///< of the operator's session: "idle", "teaching", …
   std::string reason = {};                 ///< of the last stop; empty when all is well
   std::vector<std::string> commands = {};  ///< that mean something now: "go", "stop", "script", "quit"
   bool page_drives = false;                ///< while teaching: the page's keys drive
@@ -78,7 +78,7 @@ class LiveFeed {
     CameraModel camera;
     SE3 base_T_cam;
   };
-  struct News {
+  struct Updates {
     std::vector<LiveSample> samples{};
     LiveStatus status{};
     std::shared_ptr<const LiveTexts> texts = std::make_shared<const LiveTexts>();
@@ -86,7 +86,7 @@ class LiveFeed {
     std::shared_ptr<const ros2::MarkerArray> shapes{};  ///< another one when they change
   };
   void set_listening(bool anybody) { listening_.store(anybody); }
-  [[nodiscard]] News take();
+  [[nodiscard]] Updates take();
   /// A picture that is of no use any more: the next one takes its memory, and the loop need not ask for any.
   void give_back(CameraFrame picture);
   void order(const ViewerOrder& order);
@@ -110,7 +110,7 @@ class LiveFeed {
   LiveStatus told_{};
 
   std::mutex box_;  ///< guards what follows
-  News box_news_{};
+  Updates waiting_{};
   std::vector<CameraFrame> box_spare_{};
   std::mutex order_box_;
   std::vector<ViewerOrder> orders_{};

@@ -16,9 +16,9 @@ TEST(LiveFeed, NothingIsKeptWhileNobodyListens) {
   feed.set_listening(true);
   EXPECT_TRUE(feed.take().samples.empty());
   feed.publish(odometry_at(2), 2);
-  const auto news = feed.take();
-  ASSERT_EQ(news.samples.size(), 1u);
-  EXPECT_EQ(news.samples[0].host_ns, 2);
+  const auto updates = feed.take();
+  ASSERT_EQ(updates.samples.size(), 1u);
+  EXPECT_EQ(updates.samples[0].host_ns, 2);
 }
 
 TEST(LiveFeed, StateAndTextsWaitForWhoComesLater) {
@@ -51,9 +51,9 @@ TEST(LiveFeed, APictureThatIsGivenBackIsWrittenOverByTheNext) {
   const std::uint8_t* place = nullptr;
   for (std::uint8_t grey = 1; grey < 10; ++grey) {
     feed.publish(Sample(picture_of(grey)), grey);
-    LiveFeed::News news = feed.take();
-    ASSERT_EQ(news.samples.size(), 1u);
-    auto& frame = std::get<CameraFrame>(std::get<Sample>(news.samples[0].value));
+    LiveFeed::Updates updates = feed.take();
+    ASSERT_EQ(updates.samples.size(), 1u);
+    auto& frame = std::get<CameraFrame>(std::get<Sample>(updates.samples[0].value));
     EXPECT_EQ(frame.image.row(47)[63], grey);
     if (place != nullptr) {
       EXPECT_EQ(frame.image.row(0), place);  // no new memory

@@ -101,16 +101,16 @@ std::set<std::uint32_t> LiveHub::wanted() const {
 }
 
 void LiveHub::tick(Duration now) {
-  LiveFeed::News news = feed_.take();
-  status_ = news.status;
-  texts_ = news.texts;
+  LiveFeed::Updates updates = feed_.take();
+  status_ = updates.status;
+  texts_ = updates.texts;
   std::vector<LiveMessage> messages;
-  if (news.camera && !std::exchange(camera_told_, true))
-    messages = channels_.encode(*news.camera, now.count());
-  if (news.shapes && std::exchange(shapes_, news.shapes) != news.shapes)
-    std::ranges::move(channels_.encode(*news.shapes, now.count()), std::back_inserter(messages));
+  if (updates.camera && !std::exchange(camera_told_, true))
+    messages = channels_.encode(*updates.camera, now.count());
+  if (updates.shapes && std::exchange(shapes_, updates.shapes) != updates.shapes)
+    std::ranges::move(channels_.encode(*updates.shapes, now.count()), std::back_inserter(messages));
   const std::set<std::uint32_t> asked = wanted();
-  for (LiveSample& sample : news.samples) {
+  for (LiveSample& sample : updates.samples) {
     auto* heard = std::get_if<Sample>(&sample.value);
     if (heard != nullptr) health_.hear(*heard, Duration(sample.host_ns));
     std::ranges::move(channels_.encode(sample, asked), std::back_inserter(messages));

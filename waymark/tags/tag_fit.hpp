@@ -8,7 +8,7 @@
 
 namespace waymark::refinement {
 
-/// What is believed before looking: how far the edges of one tag may differ, and how far the blur may lie
+/// What is assumed before looking: how far the edges of one tag may differ, and how far the blur may lie
 /// from `blur_px`. Standard deviations.
 struct Priors {
   double inner_level = 0.03;  ///< of an edge from the mean of the tag, share of the step

@@ -7,7 +7,7 @@ export const columnsOf = {
   estimate: 12, // t x y z qx qy qz qw cov_xx cov_xy cov_yy cov_yaw
   uncertain: 12,
   command: 3, // t v w
-  nis: 5, // t tag nis dof believed
+  nis: 5, // t tag nis dof accepted
   latency: 2, // t, milliseconds until it was recorded, or shown
   tags: 11, // t family id, then corners as the page draws them: TL TR BR BL; t 0 -1 … where a frame saw none
 } as const;

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { goWords, parseData, placeInStory, storyLine } from "./frames";
+import { goWords, parseData, placeInSession, sessionPhases } from "./frames";
 
 describe("frames of the live protocol", () => {
   it("opcode 1, subscription and time, little endian, then the message", () => {
@@ -10,12 +10,12 @@ describe("frames of the live protocol", () => {
     expect(parseData(new ArrayBuffer(12))).toBeUndefined();
     expect(parseData(Uint8Array.from([2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]).buffer)).toBeUndefined();
   });
-  it("every phase that a person can leave has words for its button, and a place in the story", () => {
+  it("every phase that a person can leave has words for its button, and a place in the session", () => {
     for (const phase of ["idle", "teaching", "ready", "replaying", "paused", "done", "stopped"]) {
       expect(goWords[phase]).toBeTruthy();
-      expect(placeInStory(phase)).toBeGreaterThanOrEqual(0);
+      expect(placeInSession(phase)).toBeGreaterThanOrEqual(0);
     }
-    expect(placeInStory("paused")).toBe(storyLine.indexOf("replaying"));
-    expect(placeInStory("over")).toBe(-1);
+    expect(placeInSession("paused")).toBe(sessionPhases.indexOf("replaying"));
+    expect(placeInSession("over")).toBe(-1);
   });
 });

@@ -53,12 +53,12 @@ export function parseData(buffer: ArrayBuffer): DataFrame | undefined {
   return { subscription: view.getUint32(1, true), hostTime: view.getBigUint64(5, true), data: new Uint8Array(buffer, 13) };
 }
 
-/** What the one button of the story does in each phase. */
+/** What the one button of the session does in each phase. */
 export const goWords: Readonly<Record<string, string>> = {
   idle: "Teach a lap", teaching: "The lap is over", ready: "Replay", replaying: "Pause", paused: "Go on", done: "Replay again",
   stopped: "Replay again",
 };
 /** The line of phases that the page shows; "paused" and "stopped" stand where "replaying" and "done" do. */
-export const storyLine = ["idle", "teaching", "mapping", "ready", "replaying", "done"] as const;
-export const placeInStory = (phase: string): number =>
-  storyLine.indexOf((phase === "paused" ? "replaying" : phase === "stopped" ? "done" : phase) as (typeof storyLine)[number]);
+export const sessionPhases = ["idle", "teaching", "mapping", "ready", "replaying", "done"] as const;
+export const placeInSession = (phase: string): number =>
+  sessionPhases.indexOf((phase === "paused" ? "replaying" : phase === "stopped" ? "done" : phase) as (typeof sessionPhases)[number]);

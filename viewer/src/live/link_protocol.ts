@@ -3,7 +3,7 @@ import type { Pose } from "../math/pose";
 import type { TrackName } from "../data/tracks";
 import type { Control, RobotState } from "./frames";
 
-/** What the page tells its link: a message for the server, or that it is ready for the next news. */
+/** What the page tells its link: a message for the server, or that it is ready for the next updates. */
 export type ToLink = { readonly say: object } | { readonly next: true };
 
 export interface LivePicture {
@@ -16,8 +16,8 @@ export interface ShownPicture {
   readonly bitmap: ImageBitmap;
 }
 
-/** What came since the last news, all at once: a page that is slow gets it late, but never old. */
-export interface News {
+/** What came since the last updates, all at once: a page that is slow gets it late, but never old. */
+export interface Updates {
   readonly rows: Partial<Record<TrackName, Float64Array>>;
   readonly families: readonly string[];
   readonly name?: string; // of the robot: the connection is there

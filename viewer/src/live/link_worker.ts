@@ -1,11 +1,11 @@
 // The connection to a robot that runs, beside the page: its messages are read as they come, however busy the page is with drawing.
 import { compressedPictureOf } from "../data/pictures";
 import { LiveLink } from "./live_link";
-import type { News, ToLink } from "./link_protocol";
-import { NewsBox } from "./news_box";
+import type { Updates, ToLink } from "./link_protocol";
+import { UpdateBox } from "./update_box";
 
-const box = new NewsBox();
-let asked = false; // the page waits for news
+const box = new UpdateBox();
+let asked = false; // the page waits for updates
 let sending = false;
 
 const link = new LiveLink(box.tracks, box.families, {
@@ -25,9 +25,9 @@ async function send(): Promise<void> {
   sending = true;
   const picture = box.takePicture();
   const bitmap = picture && (await bitmapOf(picture.bytes));
-  const news: News = { ...box.take(), ...(picture && bitmap ? { shown: { t: picture.t, hostTime: picture.hostTime, bitmap } } : {}) };
+  const updates: Updates = { ...box.take(), ...(picture && bitmap ? { shown: { t: picture.t, hostTime: picture.hostTime, bitmap } } : {}) };
   asked = sending = false;
-  self.postMessage(news, { transfer: bitmap ? [bitmap] : [] });
+  self.postMessage(updates, { transfer: bitmap ? [bitmap] : [] });
 }
 
 async function bitmapOf(bytes: Uint8Array<ArrayBuffer>): Promise<ImageBitmap | undefined> {

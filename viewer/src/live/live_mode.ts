@@ -8,7 +8,7 @@ import type { CameraView } from "../view/camera_view";
 import type { TimelineBar } from "../view/timeline_bar";
 import type { WorldView } from "../view/world_view";
 import type { RobotState } from "./frames";
-import type { LivePicture, News, ShownPicture, ToLink } from "./link_protocol";
+import type { LivePicture, Updates, ShownPicture, ToLink } from "./link_protocol";
 import { LivePage } from "./live_page";
 import { SeenTags } from "./seen_tags";
 
@@ -53,7 +53,7 @@ export class LiveMode {
   constructor(private readonly parts: LiveParts) {
     parts.playback.following = true;
     this.page = new LivePage((message) => this.tell({ say: message }));
-    this.link.onmessage = ({ data }: MessageEvent<News>) => this.hear(data);
+    this.link.onmessage = ({ data }: MessageEvent<Updates>) => this.hear(data);
     this.link.onerror = (event) => parts.say(event.message || "the connection did not start", true);
     this.alive = setInterval(() => this.tell({ say: { op: "alive" } }), 500); // from here: a page that hangs holds no control
     this.tell({ next: true });
@@ -63,29 +63,29 @@ export class LiveMode {
     this.link.postMessage(message);
   }
 
-  private hear(news: News): void {
+  private hear(updates: Updates): void {
     this.tell({ next: true });
     const { content, say } = this.parts;
-    takeRows(content, news.rows);
-    content.families = news.families;
-    if (news.name !== undefined) { say(`${news.name}: live`); document.body.dataset["ready"] = "true"; }
-    if (news.lost) { say("The robot's program does not answer.", true); this.page.lost(); }
-    news.words.forEach((words) => say(words, true));
-    if (news.camera || news.base_T_cam) this.takeCamera(news);
-    news.states.forEach((state) => this.takeState(state));
-    if (news.control) this.page.showControl(news.control);
-    for (const { name, text } of news.texts) {
+    takeRows(content, updates.rows);
+    content.families = updates.families;
+    if (updates.name !== undefined) { say(`${updates.name}: live`); document.body.dataset["ready"] = "true"; }
+    if (updates.lost) { say("The robot's program does not answer.", true); this.page.lost(); }
+    updates.words.forEach((words) => say(words, true));
+    if (updates.camera || updates.base_T_cam) this.takeCamera(updates);
+    updates.states.forEach((state) => this.takeState(state));
+    if (updates.control) this.page.showControl(updates.control);
+    for (const { name, text } of updates.texts) {
       const wrong = takeText(content, name, text);
       if (wrong) say(wrong, true);
     }
-    if (news.texts.length > 0) this.parts.rebuild(true);
-    this.pictures.push(...news.pictures);
+    if (updates.texts.length > 0) this.parts.rebuild(true);
+    this.pictures.push(...updates.pictures);
     if (this.pictures.length > keptPictures) this.pictures.splice(0, this.pictures.length - keptPictures);
-    if (news.shown) this.show(news.shown);
+    if (updates.shown) this.show(updates.shown);
     this.dirty = true;
   }
 
-  private takeCamera({ camera, base_T_cam }: News): void {
+  private takeCamera({ camera, base_T_cam }: Updates): void {
     this.parts.content.info = { name: "live", duration: 0, messages: 0, topics: [], metadata: {}, texts: {}, hasPictures: false,
                                 ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
     this.rebuilt = 0;

@@ -1,4 +1,4 @@
-import { goWords, placeInStory, storyLine, type Control, type RobotState } from "./frames";
+import { goWords, placeInSession, sessionPhases, type Control, type RobotState } from "./frames";
 
 const byId = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const signs = { unknown: "○", good: "●", doubtful: "◐", bad: "✖" } as const;
@@ -17,7 +17,7 @@ export class LivePage {
   constructor(private readonly say: (message: object) => void) {
     byId("live").hidden = false;
     document.body.classList.add("live");
-    byId("story").replaceChildren(...storyLine.map((phase) => {
+    byId("session").replaceChildren(...sessionPhases.map((phase) => {
       const item = document.createElement("li");
       item.textContent = phase;
       return item;
@@ -115,7 +115,7 @@ export class LivePage {
     document.body.dataset["phase"] = state.phase;
     setText("phase", [state.phase, state.halted || state.reason].filter(Boolean).join(": ") +
       (state.goal_m > 0 && state.phase !== "idle" ? `; ${state.driven_m.toFixed(1)} of ${state.goal_m.toFixed(1)} m` : ""));
-    [...byId("story").children].forEach((item, i) => i === placeInStory(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
+    [...byId("session").children].forEach((item, i) => i === placeInSession(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
     const button = (id: string, order: string, words: string): void => {
       const element = byId<HTMLButtonElement>(id);
       const stops = order === "stop"; // for everybody who looks

@@ -1,0 +1,73 @@
+import { describe, expect, it } from "vitest";
+import type { RobotState } from "./frames";
+import { UpdateBox } from "./update_box";
+
+const tagsAt = (box: UpdateBox, t: number): void => {
+  box.tracks.tags.push(t, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0);
+  box.grown();
+};
+const picture = (box: UpdateBox, t: number): void => box.picture(t, BigInt(Math.round(t * 1e9)), Uint8Array.of(t));
+const state = (phase: string, driven_m: number): RobotState => ({
+  phase, reason: "", commands: [], page_drives: false, halted: "", driven_m, goal_m: 0, dropped_pictures: 0, dropped_samples: 0, lights: [],
+});
+
+describe("updates of a robot that runs", () => {
+  it("show a picture when its tags are known, and not before", () => {
+    const box = new UpdateBox();
+    picture(box, 1);
+    expect(box.takePicture()).toBeUndefined();
+    picture(box, 2); // the detector is one behind
+    tagsAt(box, 1);
+    expect(box.takePicture()?.t).toBe(1);
+    expect(box.takePicture()).toBeUndefined();
+    tagsAt(box, 2);
+    expect(box.takePicture()?.t).toBe(2);
+  });
+  it("show one that comes after its tags at once", () => {
+    const box = new UpdateBox();
+    tagsAt(box, 3);
+    picture(box, 3);
+    expect(box.takePicture()?.t).toBe(3);
+  });
+  it("are of now, however long the page was busy", () => {
+    const box = new UpdateBox();
+    for (let t = 0; t < 1000; ++t) { picture(box, t); tagsAt(box, t); box.state(state("teaching", t)); }
+    expect(box.takePicture()?.t).toBe(999);
+    const updates = box.take();
+    expect(updates.pictures.length).toBe(300);
+    expect(updates.pictures.at(-1)?.t).toBe(999);
+    expect(updates.rows.tags?.length).toBe(11 * 1000);
+    expect(updates.states).toEqual([state("teaching", 999)]);
+  });
+  it("do not wait for the tags of pictures that were lost on the way", () => {
+    const box = new UpdateBox();
+    for (let t = 0; t < 1000; ++t) picture(box, t);
+    tagsAt(box, 500); // forgotten by now
+    expect(box.takePicture()).toBeUndefined();
+    tagsAt(box, 990);
+    expect(box.takePicture()?.t).toBe(990);
+  });
+  it("tell each phase, in order, and the newest of each", () => {
+    const box = new UpdateBox();
+    for (const [phase, at] of [["idle", 0], ["teaching", 0], ["teaching", 2], ["mapping", 2]] as const) box.state(state(phase, at));
+    expect(box.take().states.map((s) => [s.phase, s.driven_m])).toEqual([["idle", 0], ["teaching", 2], ["mapping", 2]]);
+  });
+  it("are told once", () => {
+    const box = new UpdateBox();
+    box.opened("limo");
+    box.text("map.yaml", "old");
+    box.text("map.yaml", "new");
+    for (let i = 0; i < 100; ++i) box.say("no");
+    tagsAt(box, 1);
+    expect(box.full).toBe(true);
+    const updates = box.take();
+    expect([updates.name, updates.lost, updates.texts, updates.words.length]).toEqual(["limo", false, [{ name: "map.yaml", text: "new" }], 20]);
+    expect(box.full).toBe(false);
+    const then = box.take();
+    expect([then.name, then.lost, then.texts, then.words, then.states, then.rows]).toEqual([undefined, undefined, [], [], [], {}]);
+    tagsAt(box, 2);
+    expect(box.take().rows.tags?.[0]).toBe(2); // only what is new
+    box.lost();
+    expect(box.take().lost).toBe(true);
+  });
+});

@@ -1,0 +1,93 @@
+import { FamilyNames } from "../data/messages";
+import { emptyTracks, trackNames, type TrackName } from "../data/tracks";
+import type { Camera } from "../math/camera";
+import type { Pose } from "../math/pose";
+import type { Control, RobotState } from "./frames";
+import type { LivePicture, Updates } from "./link_protocol";
+
+const mostPictures = 300; // ten seconds, to look back
+const mostWords = 20;
+
+interface Taken extends LivePicture {
+  readonly hostTime: bigint;
+}
+
+/** Between the connection, which never waits, and the page, which may be slow: collects what the page has not seen yet, within bounds. */
+export class UpdateBox {
+  readonly tracks = emptyTracks();
+  readonly families = new FamilyNames();
+  private readonly sent = new Map<TrackName, number>();
+  private name: string | undefined;
+  private isLost: boolean | undefined;
+  private eye: { camera?: Camera; base_T_cam?: Pose } = {};
+  private states: RobotState[] = [];
+  private control: Control | undefined;
+  private texts = new Map<string, string>();
+  private words: string[] = [];
+  private pictures: LivePicture[] = [];
+  private waiting: Taken[] = []; // for their tags
+  private ready: Taken | undefined;
+  /** Something is in it. */
+  full = false;
+
+  opened(name: string): void { this.name = name; this.isLost = false; this.full = true; }
+  lost(): void { this.isLost = true; this.full = true; }
+  say(words: string): void { if (this.words.length < mostWords) this.words.push(words); this.full = true; }
+  see(camera: Camera | undefined, base_T_cam: Pose | undefined): void {
+    this.eye = { ...(camera ? { camera } : {}), ...(base_T_cam ? { base_T_cam } : {}) };
+    this.full = true;
+  }
+  state(state: RobotState): void {
+    if (this.states.at(-1)?.phase === state.phase) this.states.pop();
+    this.states.push(state);
+    this.full = true;
+  }
+  controlled(control: Control): void { this.control = control; this.full = true; }
+  text(name: string, text: string): void { this.texts.set(name, text); this.full = true; }
+
+  /** The tracks have grown: tags that came show the picture they were found in. */
+  grown(): void {
+    this.full = true;
+    const { tags } = this.tracks;
+    const known = tags.length > 0 ? tags.time(tags.length - 1) + 1e-6 : -Infinity;
+    while (this.waiting.length > 0 && this.waiting[0]!.t <= known) this.ready = this.waiting.shift();
+  }
+  picture(t: number, hostTime: bigint, bytes: Uint8Array<ArrayBuffer>): void {
+    this.pictures.push({ t, bytes });
+    if (this.pictures.length > mostPictures) this.pictures.shift();
+    this.waiting.push({ t, hostTime, bytes });
+    if (this.waiting.length > mostPictures) this.waiting.shift();
+    this.grown();
+  }
+
+  /** The picture to be shown next, once. */
+  takePicture(): { t: number; hostTime: bigint; bytes: Uint8Array<ArrayBuffer> } | undefined {
+    const { ready } = this;
+    this.ready = undefined;
+    return ready;
+  }
+  /** All but that picture; empty from now on. */
+  take(): Omit<Updates, "shown"> {
+    const rows: Partial<Record<TrackName, Float64Array>> = {};
+    for (const name of trackNames) {
+      const from = this.sent.get(name) ?? 0;
+      if (this.tracks[name].length === from) continue;
+      rows[name] = this.tracks[name].since(from);
+      this.sent.set(name, this.tracks[name].length);
+    }
+    const updates = {
+      rows, families: this.families.names, ...this.eye, states: this.states, words: this.words, pictures: this.pictures,
+      texts: [...this.texts].map(([name, text]) => ({ name, text })),
+      ...(this.name === undefined ? {} : { name: this.name }), ...(this.isLost === undefined ? {} : { lost: this.isLost }),
+      ...(this.control ? { control: this.control } : {}),
+    };
+    this.name = this.isLost = this.control = undefined;
+    this.eye = {};
+    this.states = [];
+    this.words = [];
+    this.pictures = [];
+    this.texts = new Map();
+    this.full = false;
+    return updates;
+  }
+}

@@ -1,0 +1,224 @@
+#include "waymark/localization/observation.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <variant>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "waymark/factors/pose_factors.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+/// In the plane, the landmark's heading is where its z axis points, laid onto the floor: into the wall.
+std::optional<double> heading_of(const SE3& a_T_tag) {
+  const Eigen::Vector3d z = a_T_tag.rotation() * Eigen::Vector3d::UnitZ();
+  constexpr double kUpright = 0.5;  // a tag that lies has no heading
+  if (z.head<2>().norm() < kUpright) return std::nullopt;
+  return std::atan2(z.y(), z.x());
+}
+
+double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
+
+bool too_far(double distance_m, const RiekfOptions& options) {
+  return !std::isfinite(distance_m) || (options.farthest_m > 0 && distance_m > options.farthest_m);
+}
+
+/// d(a_p)/d(left tangent) in the plane: [I, J p].
+Matrix23d carried(const Eigen::Vector2d& p) { return (Matrix23d() << 1, 0, -p.y(), 0, 1, p.x()).finished(); }
+
+SE2 on_floor(const SE3& base_T_sensor) { return project_to_plane(base_T_sensor); }
+
+/// A landmark in the plane as a filter at map_T_base expects it: (x, y, heading) in base and its derivatives.
+struct Expected {
+  Eigen::Vector2d base_p;
+  Matrix23d J_p_pose;
+  Eigen::Matrix2d base_R_map;
+};
+
+Expected expect(const Landmark& landmark, const SE2& map_T_base) {
+  const Eigen::Vector2d map_p = landmark.map_T_tag.translation().head<2>();
+  const Eigen::Matrix2d base_R_map = map_T_base.rotation().matrix().transpose();
+  return {map_T_base.inverse() * map_p, -base_R_map * carried(map_p), base_R_map};
+}
+
+void linearise_planar(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
+                      const SE2& map_T_base, Linearised& z) {
+  const Expected e = expect(landmark, map_T_base);
+  Eigen::Vector3d r = Eigen::Vector3d::Zero();
+  r.head<2>() = e.base_p - observation.planar.head<2>();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 6> H_mount = Eigen::Matrix<double, 3, 6>::Zero();
+  Eigen::Matrix<double, 3, 6> H_tag = Eigen::Matrix<double, 3, 6>::Zero();
+  H.topRows<2>() = e.J_p_pose;
+  const Matrix23d mount = -carried(observation.planar.head<2>());
+  H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
+  H_mount.topRightCorner<2, 1>() = mount.col(2);
+  H_tag.topLeftCorner<2, 2>() = e.base_R_map;
+  if (observation.kind == ObservationKind::PlanarPose) {
+    const double map_heading = heading_of(landmark.map_T_tag).value_or(0);
+    r.z() = wrapped(map_heading - map_T_base.yaw() - observation.planar.z());
+    H(2, 2) = -1;
+    H_mount(2, 5) = -1;
+    H_tag(2, 5) = 1;
+  }
+  z.residual.head<3>() = observation.whitening * r;
+  const Eigen::Vector2d from_eye = e.base_p - eye.base_T_sensor.translation().head<2>();
+  z.H_scale.head<2>() = -observation.whitening.topLeftCorner<2, 2>() * from_eye;
+  z.H_pose.topRows<3>() = observation.whitening * H;
+  z.H_mount.topRows<3>() = observation.whitening * H_mount;
+  z.H_tag.topRows<3>() = observation.whitening * H_tag;
+}
+
+bool linearise_range_bearing(const Observation& observation, const Landmark& landmark,
+                             const MountedSensor& eye, const SE2& map_T_base, Linearised& z) {
+  const Expected e = expect(landmark, map_T_base);
+  const SE2 base_T_sensor = on_floor(eye.base_T_sensor);
+  const Eigen::Matrix2d eye_R_base = base_T_sensor.rotation().matrix().transpose();
+  const Eigen::Vector2d p = base_T_sensor.inverse() * e.base_p;
+  const double range = p.norm();
+  if (range < 1e-6) return false;
+  const Eigen::Matrix2d J =
+      (Eigen::Matrix2d() << p.x() / range, p.y() / range, -p.y() / (range * range), p.x() / (range * range))
+          .finished() *
+      eye_R_base;
+  const Eigen::Matrix2d W = observation.whitening.topLeftCorner<2, 2>();
+  const Eigen::Vector2d r(range - observation.planar.x(),
+                          wrapped(std::atan2(p.y(), p.x()) - observation.planar.y()));
+  z.residual.head<2>() = W * r;
+  z.H_scale[0] = -W(0, 0) * range;  // not as measured: its noise is that of the residual
+  z.H_pose.topRows<2>() = W * J * e.J_p_pose;
+  const Matrix23d mount = -W * J * carried(e.base_p);
+  z.H_mount.topLeftCorner<2, 2>() = mount.leftCols<2>();
+  z.H_mount.topRightCorner<8, 1>().head<2>() = mount.col(2);
+  z.H_tag.topLeftCorner<2, 2>() = W * J * e.base_R_map;
+  return true;
+}
+
+/// Corners as measured, from where the optical axis meets the picture: what a longer focal length stretches.
+Eigen::Matrix<double, 8, 1> whitened_from_centre(const CornerFactor& factor, const CameraModel& camera) {
+  const Eigen::Vector2d centre =
+      std::visit([](const auto& p) { return Eigen::Vector2d(p.cx, p.cy); }, camera.projection());
+  Eigen::Matrix<double, 8, 1> stretched;
+  for (Eigen::Index i = 0; i < 4; ++i)
+    stretched.segment<2>(2 * i) = factor.corners_px[static_cast<std::size_t>(i)] - centre;
+  return factor.whitening.lazyProduct(stretched);
+}
+
+bool linearise_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
+                       const SE2& map_T_base, Linearised& z) {
+  CornerJacobians J;
+  const auto r = corner_residual(
+      observation.corners, *eye.camera,
+      {.map_T_rig = lift(map_T_base), .rig_T_cam = eye.base_T_sensor, .body_T_tag = landmark.map_T_tag}, &J);
+  if (!r || !r->allFinite()) return false;
+  z.residual = *r;
+  z.H_scale = *r + whitened_from_centre(observation.corners, *eye.camera);
+  z.H_pose.leftCols<2>() = J.rig.leftCols<2>();
+  z.H_pose.col(2) = J.rig.col(5);
+  z.H_mount = J.cam;
+  z.H_tag.leftCols<3>() = J.body.leftCols<3>();
+  z.H_tag.rightCols<3>() =
+      J.body.rightCols<3>() + J.body.leftCols<3>() * SO3::hat(landmark.map_T_tag.translation());
+  return true;
+}
+
+Eigen::Matrix3d whitening_of_planar(double sigma_m, double sigma_rad) {
+  return Eigen::Vector3d(1 / sigma_m, 1 / sigma_m, 1 / sigma_rad).asDiagonal();
+}
+
+}  // namespace
+
+int Observation::rows() const {
+  switch (kind) {
+    case ObservationKind::Corners:
+      return 8;
+    case ObservationKind::PlanarPose:
+      return 3;
+    default:
+      return 2;
+  }
+}
+
+std::optional<Observation> observation_of(const TagDetection& detection, const Landmarks& landmarks,
+                                          const MountedSensor& eye, const RiekfOptions& options) {
+  const int index = landmarks.find(detection.tag);
+  if (index < 0 || !eye.camera || !landmarks[index].oriented) return std::nullopt;
+  const Landmark& landmark = landmarks[index];
+  Result<CornerFactor> factor = corner_factor(detection, landmark.size_m, options.corner_sigma_px);
+  if (!factor) return std::nullopt;
+  factor->whitening /= options.corner_noise_ratio;
+  Observation observation{.kind = ObservationKind::Corners, .landmark = index, .corners = *factor};
+  // From the diagonals, without a pose: good enough to choose and to limit by.
+  const auto& c = detection.corners_px;
+  const double diagonal_px = std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
+  const auto left = eye.camera->unproject(c[0]);
+  const auto right = eye.camera->unproject(c[2]);
+  if (!left || !right || diagonal_px < 1) return std::nullopt;
+  const auto other_left = eye.camera->unproject(c[1]);
+  const auto other_right = eye.camera->unproject(c[3]);
+  if (!other_left || !other_right) return std::nullopt;
+  const double angle = std::max((*left - *right).norm(), (*other_left - *other_right).norm());
+  observation.distance_m = std::numbers::sqrt2 * landmark.size_m / std::max(angle, 1e-9);
+  if (too_far(observation.distance_m, options)) return std::nullopt;
+  return observation;
+}
+
+std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,
+                                          const MountedSensor& eye, const RiekfOptions& options) {
+  const int index = landmarks.find(seen.tag);
+  if (index < 0 || !seen.cam_T_tag.matrix().allFinite()) return std::nullopt;
+  const SE3 cam_T_tag(seen.cam_T_tag.rotation(), options.sight_scale * seen.cam_T_tag.translation());
+  const SE3 base_T_tag = eye.base_T_sensor * cam_T_tag;
+  Observation observation{.kind = ObservationKind::PlanarPoint, .landmark = index};
+  observation.distance_m = cam_T_tag.translation().norm();
+  if (too_far(observation.distance_m, options)) return std::nullopt;
+  observation.planar.head<2>() = base_T_tag.translation().head<2>();
+  const double sigma_m =
+      std::hypot(options.point_sigma_m, options.point_sigma_share * observation.distance_m);
+  constexpr double kHeadingSigma = 0.1;  // of a single square, six degrees and more
+  observation.whitening = whitening_of_planar(sigma_m, kHeadingSigma);
+  const auto heading = heading_of(base_T_tag);
+  if (landmarks[index].oriented && heading && heading_of(landmarks[index].map_T_tag)) {
+    observation.kind = ObservationKind::PlanarPose;
+    observation.planar.z() = *heading;
+  }
+  return observation;
+}
+
+std::optional<Observation> observation_of(const RangeBearing& seen, const Landmarks& landmarks,
+                                          const MountedSensor& eye, const RiekfOptions& options) {
+  static_cast<void>(eye);
+  const int index = landmarks.find(seen.landmark);
+  const bool sound = std::isfinite(seen.range_m) && std::isfinite(seen.bearing_rad) && seen.range_m > 0;
+  if (index < 0 || !sound || too_far(seen.range_m, options)) return std::nullopt;
+  Observation observation{
+      .kind = ObservationKind::RangeBearing, .landmark = index, .distance_m = seen.range_m};
+  observation.planar = {seen.range_m, seen.bearing_rad, 0};
+  observation.whitening.diagonal() << 1 / options.range_sigma_m, 1 / options.bearing_sigma_rad, 1;
+  return observation;
+}
+
+std::optional<Linearised> linearise(const Observation& observation, const Landmarks& landmarks,
+                                    const MountedSensor& eye, const SE2& map_T_base) {
+  const Landmark& landmark = landmarks[observation.landmark];
+  Linearised z{.landmark = observation.landmark, .rows = observation.rows()};
+  switch (observation.kind) {
+    case ObservationKind::Corners:
+      if (!linearise_corners(observation, landmark, eye, map_T_base, z)) return std::nullopt;
+      break;
+    case ObservationKind::RangeBearing:
+      if (!linearise_range_bearing(observation, landmark, eye, map_T_base, z)) return std::nullopt;
+      break;
+    default:
+      linearise_planar(observation, landmark, eye, map_T_base, z);
+  }
+  return z;
+}
+
+}  // namespace waymark

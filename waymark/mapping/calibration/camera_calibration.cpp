@@ -1,0 +1,266 @@
+#include "waymark/mapping/calibration/camera_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <Eigen/Cholesky>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/calibration/calibration_advice.hpp"
+#include "waymark/mapping/calibration/calibration_search.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::begin_search;
+using internal::find_better_poses;
+using internal::FitOptions;
+using internal::IntrinsicsFit;
+using internal::regions_of;
+using internal::root_mean;
+using internal::Search;
+using internal::squared_distances_px2;
+using internal::summary_of;
+using internal::TargetTag;
+using internal::TargetView;
+using internal::usable;
+constexpr std::size_t kFewestViews = 3;
+constexpr std::size_t kFewestTags = 2;
+
+/// The pictures' tags that are on the target. A picture with fewer than two says nothing.
+Result<std::vector<TargetView>> views_of(const std::vector<std::vector<TagDetection>>& pictures,
+                                         const TagMap& target, double corner_sigma_px) {
+  std::vector<TargetView> views;
+  for (const auto& detections : pictures) {
+    TargetView view;
+    for (const TagDetection& detection : detections) {
+      const MappedTag* tag = target.find(detection.tag);
+      if (tag == nullptr) continue;
+      const auto seen = corner_factor(detection, tag->size_m, corner_sigma_px);
+      if (!seen) return tl::unexpected(seen.error());
+      view.tags.push_back({*seen, tag->map_T_tag});
+    }
+    if (view.tags.size() < kFewestTags) view.tags.clear();
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+std::vector<TargetView> usable_views(const std::vector<TargetView>& views) {
+  std::vector<TargetView> kept;
+  for (const TargetView& view : views)
+    if (usable(view)) kept.push_back(view);
+  return kept;
+}
+
+/// Puts fitted views back in their places.
+void put_back(const std::vector<TargetView>& fitted, std::vector<TargetView>& views) {
+  std::size_t next = 0;
+  for (TargetView& view : views)
+    if (usable(view)) view = fitted[next++];
+}
+
+/// chi2 of 8 numbers as it is usually, robustly: the median over the tags used against that of honest noise.
+double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel& camera) {
+  constexpr double kMedianOfChiSquare8 = 7.344;
+  std::vector<double> all;
+  for (const TargetView& view : views)
+    for (const TargetTag& tag : view.tags)
+      if (const auto chi2 = tag_chi2(tag, view, camera); tag.used && chi2) all.push_back(*chi2);
+  if (all.empty()) return 1;
+  return std::sqrt(median(std::move(all)) / kMedianOfChiSquare8);
+}
+
+void leave_out_outliers(std::vector<TargetView>& views, const CameraModel& camera, double gate_sigma) {
+  const double usual = usual_noise_scale(views, camera);
+  for (TargetView& view : views) {
+    for (TargetTag& tag : view.tags) {
+      const auto chi2 = tag_chi2(tag, view, camera);
+      tag.used = chi2 && *chi2 <= 8 * gate_sigma * gate_sigma * usual * usual;
+    }
+  }
+}
+
+/// First a lens that bends simply, then one coefficient more, then all: high powers found from afar would
+/// bend the light back into the image, which no lens does.
+std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
+                                           FitOptions options) {
+  constexpr int kAll = 1000;
+  std::optional<IntrinsicsFit> fit(IntrinsicsFit{.parameters = parameters});
+  for (const int free : {4, 5, 6, 8, kAll}) {
+    options.free_parameters = free;
+    if (free < kAll && free >= parameters.size()) continue;
+    fit = fit_intrinsics(views, fit->parameters, options);
+    if (!fit) return std::nullopt;
+  }
+  return fit;
+}
+
+Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
+  std::vector<TargetView> views = usable_views(search.views);
+  if (views.size() < kFewestViews)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} pictures show two tags of the target or more", views.size()), {},
+                "Three are the least, fifteen from all sides are good.");
+  const auto failed = [] {
+    return fail(ErrorCode::InvalidArgument, "no camera explains these pictures", {},
+                "Are the tags where the target says (size, spacing, numbers, a flat board)?");
+  };
+  auto fit = fit_in_stages(views, search.parameters, search.fit);
+  if (!fit) return failed();
+  put_back(views, search.views);
+  auto camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
+  if (!camera) return tl::unexpected(camera.error());
+  find_better_poses(search, *camera);
+  views = usable_views(search.views);
+  fit = fit_intrinsics(views, fit->parameters, search.fit);
+  if (!fit) return failed();
+  put_back(views, search.views);
+  camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
+  if (!camera) return tl::unexpected(camera.error());
+  leave_out_outliers(search.views, *camera, gate_sigma);
+  views = usable_views(search.views);
+  FitOptions whole = search.fit;
+  whole.huber_sigma = 0;
+  if (views.size() < kFewestViews) return failed();
+  fit = fit_intrinsics(views, fit->parameters, whole);
+  if (!fit || fit->information.size() == 0) return failed();
+  put_back(views, search.views);
+  search.parameters = fit->parameters;
+  return *fit;
+}
+
+double square(double x) { return x * x; }
+
+/// Fits without one group of pictures after the other and foretells them: only their poses are found anew.
+std::optional<double> held_out_rms_px(const Search& fitted, int folds) {
+  const std::vector<TargetView> views = usable_views(fitted.views);
+  const std::size_t groups = std::min<std::size_t>(static_cast<std::size_t>(folds), views.size());
+  FitOptions options = fitted.fit;
+  options.huber_sigma = 0;
+  std::vector<double> squares;
+  for (std::size_t group = 0; group < groups; ++group) {
+    std::vector<TargetView> kept;
+    std::vector<TargetView> left_out;
+    for (std::size_t i = 0; i < views.size(); ++i)
+      (i % groups == group ? left_out : kept).push_back(views[i]);
+    const auto fit = fit_intrinsics(kept, fitted.parameters, options);
+    if (!fit) return std::nullopt;
+    FitOptions poses_only = options;
+    poses_only.free_parameters = 0;
+    const auto camera = camera_of(options.lens, fit->parameters, options.width_px, options.height_px);
+    if (!camera || !fit_intrinsics(left_out, fit->parameters, poses_only)) return std::nullopt;
+    for (const TargetView& view : left_out)
+      for (const double value : squared_distances_px2(view, *camera)) squares.push_back(value);
+  }
+  return root_mean(squares);
+}
+
+Result<CameraCalibration> result_of(const Search& search, const IntrinsicsFit& fit) {
+  auto camera = camera_of(search.fit.lens, fit.parameters, search.fit.width_px, search.fit.height_px);
+  if (!camera) return tl::unexpected(camera.error());
+  CameraCalibration found{.camera = *camera,
+                          .lens = search.fit.lens,
+                          .names = parameter_names(search.fit.lens),
+                          .parameters = fit.parameters};
+  std::size_t tags = 0;
+  std::vector<double> squares;
+  for (const TargetView& view : search.views) {
+    found.views.push_back(summary_of(view, *camera));
+    tags += found.views.back().tags;
+    for (const double value : squared_distances_px2(view, *camera)) squares.push_back(value);
+  }
+  const auto free = 8 * static_cast<double>(tags) - static_cast<double>(fit.parameters.size()) -
+                    6 * static_cast<double>(usable_views(search.views).size());
+  if (!(free > 0))
+    return fail(ErrorCode::InvalidArgument, "fewer corners than unknowns", {}, "Take more pictures.");
+  found.noise_scale = std::sqrt(fit.chi2 / free);
+  found.covariance = square(found.noise_scale) * fit.information.ldlt().solve(Eigen::MatrixXd::Identity(
+                                                     fit.parameters.size(), fit.parameters.size()));
+  found.rms_px = root_mean(squares);
+  found.regions = regions_of(search.views, *camera);
+  return found;
+}
+
+Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
+                                         const CameraCalibrationOptions& options) {
+  if (const Status begun = begin_search(search, lens); !begun) return tl::unexpected(begun.error());
+  const Result<IntrinsicsFit> fit = fit_all(search, options.gate_sigma);
+  if (!fit) return tl::unexpected(fit.error());
+  Result<CameraCalibration> found = result_of(search, *fit);
+  if (!found) return found;
+  const auto held_out = held_out_rms_px(search, options.folds);
+  if (!held_out)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the pictures do not tell a lens '{}' once some are left out", to_string(lens)),
+                {}, "Take more pictures, or a lens with fewer numbers.");
+  found->held_out_rms_px = *held_out;
+  return found;
+}
+
+}  // namespace
+
+Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& pictures,
+                                           const TagMap& target, int width_px, int height_px,
+                                           std::optional<LensModel> lens,
+                                           const CameraCalibrationOptions& options) {
+  auto views = views_of(pictures, target, options.corner_sigma_px);
+  if (!views) return tl::unexpected(views.error());
+  const Search search{.pictures = pictures,
+                      .target = target,
+                      .fit = {.width_px = width_px, .height_px = height_px},
+                      .views = std::move(*views)};
+  const std::vector<LensModel> lenses = lens ? std::vector{*lens} : lens_models();
+  std::vector<CameraCalibration> found;
+  std::vector<LensTrial> trials;
+  std::optional<Error> error;
+  double best = std::numeric_limits<double>::infinity();
+  for (const LensModel trial : lenses) {
+    Result<CameraCalibration> result = calibrate_with(search, trial, options);
+    trials.push_back({trial, result ? std::optional(result->held_out_rms_px) : std::nullopt});
+    if (!result) {
+      if (!error) error = result.error();
+      continue;
+    }
+    best = std::min(best, result->held_out_rms_px);
+    found.push_back(std::move(*result));
+  }
+  if (found.empty()) return tl::unexpected(*error);
+  const auto chosen = std::ranges::find_if(found, [&](const CameraCalibration& one) {
+    return one.held_out_rms_px <= (1 + options.better_by) * best;
+  });
+  constexpr double kAbsurdNoise = 10;
+  if (chosen->noise_scale > kAbsurdNoise)
+    return fail(
+        ErrorCode::InvalidArgument,
+        fmt::format("the corners are {:.0f} times further off than they promised", chosen->noise_scale), {},
+        "These tags do not hang as the target says: check columns and rows, spacing, first number "
+        "and that the "
+        "board is flat.");
+  chosen->trials = trials;
+  chosen->advice = internal::calibration_advice(*chosen);
+  return *chosen;
+}
+
+Calibration to_calibration(const CameraCalibration& found) {
+  constexpr double kWorstFocalShare = 0.02;
+  Calibration calibration{.camera = found.camera};
+  for (std::size_t i = 0; i < found.names.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    CalibratedValue value{.value = found.parameters[k],
+                          .sigma = std::sqrt(std::max(0.0, found.covariance(k, k)))};
+    if (i < 4 && value.sigma > kWorstFocalShare * found.parameters[0]) {
+      value.verdict = CalibrationVerdict::Unobservable;
+      value.advice = "Photograph the board tilted to the left, right, up and down.";
+    }
+    calibration.values[found.names[i]] = value;
+  }
+  calibration.provenance = {{"lens", std::string(to_string(found.lens))},
+                            {"rms_px", fmt::format("{:.4f}", found.rms_px)},
+                            {"held_out_rms_px", fmt::format("{:.4f}", found.held_out_rms_px)}};
+  return calibration;
+}
+
+}  // namespace waymark

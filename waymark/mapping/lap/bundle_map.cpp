@@ -1,0 +1,340 @@
+#include "waymark/mapping/lap/bundle_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+
+#include "waymark/mapping/lap/corner_noise.hpp"
+#include "waymark/mapping/lap/duplicate_tags.hpp"
+#include "waymark/mapping/lap/lap_confirmation.hpp"
+#include "waymark/mapping/lap/lost_poses.hpp"
+#include "waymark/mapping/lap/odometry_noise.hpp"
+#include "waymark/mapping/lap/prior_terms.hpp"
+#include "waymark/mapping/lap/rough_odometry.hpp"
+#include "waymark/mapping/lap/tag_ties.hpp"
+#include "waymark/mapping/lap/trajectory_jumps.hpp"
+#include "waymark/mapping/optimization/image_region.hpp"
+#include "waymark/mapping/optimization/stopped.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kRounds = 4;
+
+/// Which observations count, by their error where the poses stand. Whether that changed anything.
+bool judge(Bundle& bundle, double gate) {
+  const std::vector<double> chi2 = corner_chi2(bundle);
+  bool changed = false;
+  for (std::size_t i = 0; i < chi2.size(); ++i) {
+    const bool used = chi2[i] < gate;
+    changed = changed || used != bundle.corners[i].used;
+    bundle.corners[i].used = used;
+  }
+  return changed;
+}
+
+/// The noise as it is and what contradicts the rest left out, until neither changes any more.
+void settle(LapBundle& lap, const BundleMapOptions& options, const BundleProgress& progress,
+            BundleMap& result) {
+  const BundleOptions search{.max_iterations = options.search.max_iterations};
+  std::vector<double> freedom;  // hardly changes from round to round
+  for (int round = 0; round < kRounds && result.summary.usable(); ++round) {
+    if (options.estimate_noise) {
+      if (freedom.empty()) freedom = internal::freedom_left(lap);
+      const double ratio = internal::noise_ratio(corner_chi2(lap.bundle), freedom);
+      internal::scale_noise(lap.bundle, ratio);
+      result.noise_ratio *= ratio;
+    }
+    const bool changed = judge(lap.bundle, options.search.outlier_chi2);
+    if (!changed && round > 0) break;
+    result.summary = solve(lap.bundle, search, progress);
+  }
+}
+
+/// What a stage of the search tells.
+BundleProgress stage(const MapProgress& progress, const char* name) {
+  return [&progress, name](int iteration, double cost) { return progress(name, iteration, cost); };
+}
+
+/// Optimises until the set of observations in use and the noise agree with each other.
+void optimise(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+              const MapProgress& progress, BundleMap& result) {
+  constexpr double kRough = 1e-5;  // what contradicts the rest shows long before the last digit
+  const BundleOptions search{options.search.max_iterations, kRough, options.search.robust_chi2};
+  const BundleProgress looking = stage(progress, "looking for outliers");
+  result.summary = solve(lap.bundle, search, looking);
+  if (!result.summary.usable()) return;
+  const bool frames = internal::place_lost_frames_anew(input, options, lap);
+  const bool tags = internal::place_lost_tags_anew(input, options, lap);
+  if (internal::place_unconnected(input, options, lap, result.unconnected) || frames || tags)
+    result.summary = solve(lap.bundle, search, looking);
+  if (!result.summary.usable()) return;
+  internal::mend_jumps_of_the_way(input, options, search, looking, lap, result.summary);
+  settle(lap, options, stage(progress, "adjusting"), result);
+}
+
+/// The lap is moved onto the map that is there, and both are adjusted together.
+Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const BundleMapOptions& options,
+                                   const MapProgress& progress, BundleMap& result) {
+  Result<internal::TiedPrior> tied =
+      internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
+  if (!tied) return tied;
+  const BundleProgress told = stage(progress, "extending the map");
+  result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, told);
+  settle(lap, options, told, result);
+  result.prior_words = tied->words;
+  result.prior_agreeing = static_cast<int>(tied->agreeing.size());
+  return tied;
+}
+
+/// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, or where nothing is
+/// assumed, map and mounting are found together. What the lap does not tell of it stays near what was
+/// assumed.
+void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
+                      BundleMap& result) {
+  const BundleProgress told = stage(progress, "where the camera sits");
+  const int steps = options.search.max_iterations;
+  LapBundle copy = lap;
+  result.mounting = estimate_mounting(copy, steps, told);
+  const bool asked = options.find_mounting;
+  if (!result.mounting || (!asked && (options.keep_mounting || !result.mounting->stands_out))) return;
+  result.mounting_used = true;
+  MountingBelief belief{.base_T_cam = lap.bundle.poses[lap.cam].value, .off = result.mounting->off};
+  if (!asked) belief.trusted = result.mounting->untold;
+  result.mounting = estimate_mounting(lap, steps, told, belief);
+  fit_odometry_noise(lap, steps, told);
+  settle(lap, options, told, result);
+  result.mounting = estimate_mounting(lap, steps, told, belief);
+}
+
+/// Tags of the map that is extended which the lap did not see stay.
+void keep_unseen(const LapInput& input, const LapBundle& lap, const internal::TiedPrior& tied,
+                 const BundleCovariance& P, BundleMap& result) {
+  for (const auto& [id, before] : input.prior->map.tags) {
+    if (result.map.find(id) != nullptr) continue;
+    const PoseIndex pose = tied.before.at(id);
+    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value, .size_m = before.size_m};
+    if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
+    result.map.tags[id] = tag;
+    result.observations[id] = 0;
+    std::erase(result.unconnected, id);
+  }
+}
+
+void read_tags(const LapInput& input, const LapBundle& lap, const BundleCovariance& P,
+               const ChainResult& start, BundleMap& result) {
+  std::vector<int> observations(lap.bundle.poses.size(), 0);
+  for (const CornerTerm& term : lap.bundle.corners) observations[term.tag] += term.used ? 1 : 0;
+  for (const auto& [id, pose] : lap.tags) {
+    if (observations[pose] == 0) {
+      result.unconnected.push_back(id);
+      continue;
+    }
+    const MappedTag* before = start.map.find(id);
+    MappedTag tag{.map_T_tag = lap.bundle.poses[pose].value, .size_m = *input.sizes.size_m(id)};
+    if (!lap.bundle.poses[pose].fixed) tag.covariance = P.poses[pose];
+    if (before != nullptr)
+      result.moved_m =
+          std::max(result.moved_m, (tag.map_T_tag.translation() - before->map_T_tag.translation()).norm());
+    result.map.tags[id] = tag;
+    result.observations[id] = observations[pose];
+  }
+}
+
+/// The floor as a plane of the map.
+FloorPlane floor_of(const LapBundle& lap, const BundleCovariance& P) {
+  const SE3& map_T_plane = lap.bundle.poses[lap.floor].value;
+  FloorPlane floor{.normal = map_T_plane.rotation() * Eigen::Vector3d::UnitZ()};
+  floor.z_m = floor.normal.dot(map_T_plane.translation()) / floor.normal.z();
+  const Eigen::Matrix3d spread = P.poses[lap.floor].block<3, 3>(2, 2);  // z, turns about x and y
+  floor.covariance = (spread + spread.transpose()) / 2;
+  return floor;
+}
+
+/// Sums, for now.
+void add_to_regions(const Eigen::Matrix<double, 8, 1>& r, const CornerFactor& factor,
+                    const CameraModel& camera, BundleMap& result) {
+  for (Eigen::Index c = 0; c < 4; ++c) {
+    const Eigen::Vector2d& at = factor.corners_px[static_cast<std::size_t>(c)];
+    ResidualRegion& region = result.regions[internal::ninth_of(at, camera)];
+    ++region.corners;
+    region.mean_px += r.segment<2>(2 * c);
+    region.rms_px += r.segment<2>(2 * c).squaredNorm();
+  }
+}
+
+void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& result) {
+  const std::vector<double> chi2 = corner_chi2(lap.bundle);
+  double squares = 0;
+  int numbers = 0;
+  for (std::size_t i = 0; i < lap.bundle.corners.size(); ++i) {
+    const CornerTerm& term = lap.bundle.corners[i];
+    if (!term.used) {
+      const TagFrame& frame = input.frames[lap.observations[i].frame];
+      result.rejected.push_back({frame.stamp, frame.detections[lap.observations[i].detection].tag, chi2[i]});
+      continue;
+    }
+    CornerFactor plain = term.factor;
+    plain.whitening.setIdentity();
+    const auto& poses = lap.bundle.poses;
+    const auto r = corner_residual(plain, input.camera,
+                                   {poses[term.rig].value, poses[term.cam].value, {}, poses[term.tag].value});
+    if (r) squares += r->squaredNorm();
+    if (r) add_to_regions(*r, term.factor, input.camera, result);
+    numbers += 8;
+  }
+  for (ResidualRegion& region : result.regions) {
+    region.mean_px /= std::max(region.corners, 1);
+    region.rms_px = std::sqrt(region.rms_px / std::max(region.corners, 1));
+  }
+  result.rms_px = numbers > 0 ? std::sqrt(squares / numbers) : 0;
+}
+
+/// Of the wheels as they were recorded.
+void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, OdometryScales& sigma) {
+  for (OdometryScales* s : {&scales, &sigma}) {
+    s->distance *= rough.distance;
+    s->yaw *= rough.yaw;
+    s->yaw_bias_rad_s /= rough.yaw;
+  }
+}
+
+std::vector<ObservedFrame> observe_all(const LapInput& input) {
+  std::vector<ObservedFrame> observed;
+  observed.reserve(input.frames.size());
+  for (const TagFrame& frame : input.frames) observed.push_back(observe(frame, input.camera, input.sizes));
+  return observed;
+}
+
+/// What no other observation confirms; not of the anchor when nothing else would be left of it.
+std::vector<internal::ObservationIndex> doubtful_observations(const LapInput& input,
+                                                              const std::vector<ObservedFrame>& observed) {
+  std::vector<internal::ObservationIndex> doubtful = internal::unconfirmed_observations(input, observed);
+  const auto is_anchor = [&](const TagDetection& seen) { return seen.tag == input.anchor; };
+  std::ptrdiff_t left = 0;
+  for (const TagFrame& frame : input.frames) left += std::ranges::count_if(frame.detections, is_anchor);
+  const auto of_anchor = [&](const internal::ObservationIndex& index) {
+    return is_anchor(input.frames[index.frame].detections[index.detection]);
+  };
+  if (left == std::ranges::count_if(doubtful, of_anchor)) std::erase_if(doubtful, of_anchor);
+  return doubtful;
+}
+
+/// Frames are observed anew without some of their observations.
+void leave_out(const LapInput& input, const std::vector<internal::ObservationIndex>& doubtful,
+               std::vector<ObservedFrame>& observed) {
+  const LapInput confirmed = internal::without(input, doubtful);
+  for (const internal::ObservationIndex& index : doubtful)
+    observed[index.frame] = observe(confirmed.frames[index.frame], input.camera, input.sizes);
+}
+
+/// Observations in doubt have no say until everything else stands.
+void doubt(const std::vector<internal::ObservationIndex>& doubtful, LapBundle& lap) {
+  const std::set<internal::ObservationIndex> all(doubtful.begin(), doubtful.end());
+  for (std::size_t i = 0; i < lap.observations.size(); ++i) {
+    CornerTerm& term = lap.bundle.corners[i];
+    term.doubtful = all.contains({lap.observations[i].frame, lap.observations[i].detection});
+    term.used = term.used && !term.doubtful;
+  }
+}
+
+/// Tags that the start does not know because all their observations are in doubt.
+std::set<TagId> tags_in_doubt_alone(const LapInput& input,
+                                    const std::vector<internal::ObservationIndex>& doubtful,
+                                    const ChainResult& start) {
+  std::set<TagId> tags;
+  for (const auto& [frame, detection] : doubtful) tags.insert(input.frames[frame].detections[detection].tag);
+  std::erase_if(tags, [&](const TagId& tag) {
+    return start.map.find(tag) != nullptr ||
+           std::ranges::find(start.unconnected, tag) != start.unconnected.end();
+  });
+  return tags;
+}
+
+void reject(const TagFrame& frame, std::size_t detection, BundleMap& result) {
+  result.rejected.push_back(
+      {frame.stamp, frame.detections[detection].tag, std::numeric_limits<double>::infinity()});
+}
+
+}  // namespace
+
+Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain_options,
+                                const BundleMapOptions& options, const MapProgress& asked) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  bool stopped = false;
+  const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
+    stopped = stopped || (asked && !asked(stage, iteration, cost));
+    return !stopped;
+  };
+  std::vector<ObservedFrame> observed = observe_all(given);
+  const internal::RoughOdometry rough = internal::rough_odometry(given, observed);
+  LapInput driven = given;
+  driven.odometry = rough.odometry;
+  const std::vector<internal::ObservationIndex> second =
+      internal::observations_of_duplicate_tags(driven, observed);
+  const LapInput input = internal::without(driven, second);
+  if (!second.empty()) observed = observe_all(input);
+  const std::vector<internal::ObservationIndex> doubtful = doubtful_observations(input, observed);
+  leave_out(input, doubtful, observed);
+  const Result<ChainResult> start =
+      map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
+  if (!start) return tl::unexpected(start.error());
+  if (!progress("from tag to tag", 0, 0)) return internal::stopped_on_request();
+
+  LapBundle lap = lap_bundle(input, *start, options.model);
+  BundleMap result{
+      .start_map = start->map, .start_trajectory = start->trajectory, .unconnected = start->unconnected};
+  doubt(doubtful, lap);
+  const std::set<TagId> in_doubt = tags_in_doubt_alone(input, doubtful, *start);
+  result.unconnected.insert(result.unconnected.end(), in_doubt.begin(), in_doubt.end());
+  optimise(input, lap, options, progress, result);
+  std::erase_if(result.unconnected, [&](const TagId& tag) {
+    if (in_doubt.contains(tag)) result.unconfirmed.push_back(tag);
+    return in_doubt.contains(tag);
+  });
+  std::optional<internal::TiedPrior> tied;
+  if (input.prior && result.summary.usable()) {
+    Result<internal::TiedPrior> done = extend(input, lap, options, progress, result);
+    if (!done) return tl::unexpected(done.error());
+    tied = std::move(*done);
+  }
+  if (stopped) return internal::stopped_on_request();
+  if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
+  look_at_mounting(lap, options, progress, result);
+  if (result.mounting_used && !result.mounting && !stopped)
+    return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
+                "--keep-mounting takes the robot's file at its word.");
+  if (stopped || !progress("how sure it is", 0, 0)) return internal::stopped_on_request();
+
+  const internal::TiePairs pairs = internal::pairs_to_tie(input, lap, tied);
+  const BundleCovariance P = covariance(lap.bundle, pairs.poses);
+  read_tags(input, lap, P, *start, result);
+  if (tied) keep_unseen(input, lap, *tied, P, result);
+  internal::tie_tags(pairs.tags, P.pairs, result.map);
+  result.map.floor = floor_of(lap, P);
+  read_observations(input, lap, result);
+  for (const auto& [frame, detection] : second) reject(given.frames[frame], detection, result);
+  for (const auto& [frame, detection] : doubtful) {
+    const TagId& tag = input.frames[frame].detections[detection].tag;
+    if (std::ranges::find(result.unconfirmed, tag) != result.unconfirmed.end())
+      reject(input.frames[frame], detection, result);
+  }
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    if (!lap.bases[i]) {
+      ++result.frames_without_pose;
+      continue;
+    }
+    result.trajectory.push_back({input.frames[i].stamp, lap.bundle.poses[*lap.bases[i]].value});
+    result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
+  }
+  result.odometry_scales = lap.bundle.odometry_scales[0].value;
+  result.odometry_scales_sigma = OdometryScales::of(P.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt());
+  scale_by(rough, result.odometry_scales, result.odometry_scales_sigma);
+  if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
+  result.turns_by_gyro = rough.turns_by_gyro;
+  return result;
+}
+
+}  // namespace waymark

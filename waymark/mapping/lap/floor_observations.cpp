@@ -1,0 +1,106 @@
+#include "waymark/mapping/lap/floor_observations.hpp"
+
+#include <cmath>
+
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark::internal {
+namespace {
+
+constexpr double kGate3 = 16.3;  // 0.999 quantile of chi-square, 3 degrees of freedom
+constexpr double kBranchChi2 =
+    20;  // a pose that fits its corners this much worse than the other is not the true one
+
+/// Both poses of an observed tag in the base frame, with how much worse each fits than the better one.
+struct Branch {
+  Uncertain<SE3> base_T_tag{};
+  double chi2 = 0;
+};
+
+std::vector<Branch> branches(const TagPoseObservation& seen, const SE3& base_T_cam) {
+  const Covariance<SE3> Ad = base_T_cam.adjoint();
+  const auto in_base = [&](const SE3& cam_T_tag, const PoseCovariance& covariance, double chi2) {
+    return Branch{{base_T_cam * cam_T_tag, Ad * covariance * Ad.transpose()}, chi2};
+  };
+  std::vector<Branch> result = {in_base(seen.cam_T_tag, seen.covariance, 0)};
+  if (seen.other && seen.other->chi2 - seen.chi2 < kBranchChi2)
+    result.push_back(in_base(seen.other->cam_T_tag, seen.other->covariance, seen.other->chi2 - seen.chi2));
+  return result;
+}
+
+/// The motion of the plane that brings a tag in front of the robot to a standard place: at the origin, its
+/// normal along x; or, where the normal stands upright, its x axis. What is left is the shape.
+SE2 standard_place(const SE3& base_T_tag, bool lies) {
+  const Eigen::Vector3d axis =
+      base_T_tag.rotation() * (lies ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ());
+  return {base_T_tag.translation().x(), base_T_tag.translation().y(), std::atan2(axis.y(), axis.x())};
+}
+
+bool lies(const SE3& base_T_tag) {
+  return std::abs((base_T_tag.rotation() * Eigen::Vector3d::UnitZ()).z()) > 0.9;
+}
+
+/// What one pose says of the shape: of height and tilts as much as it knows, of the motion in the plane
+/// nothing.
+Alternative<SE3> shape_of(const Branch& branch, bool lying, const FloorOptions& options) {
+  const SE2 base_X_tag = standard_place(branch.base_T_tag.mean, lying);
+  const SE3 tag_T_base = lift(base_X_tag).inverse();
+  Covariance<SE3> P = branch.base_T_tag.covariance;
+  P.diagonal().segment<3>(2) += Eigen::Vector3d(options.height_sigma_m * options.height_sigma_m,
+                                                options.tilt_sigma_rad * options.tilt_sigma_rad,
+                                                options.tilt_sigma_rad * options.tilt_sigma_rad);
+  const Covariance<SE3> Ad = tag_T_base.adjoint();
+  const Covariance<SE3> moved = Ad * P * Ad.transpose();
+  Alternative<SE3> shape{.value = tag_T_base * branch.base_T_tag.mean, .chi2 = branch.chi2};
+  shape.information.setZero();
+  shape.information.block<3, 3>(2, 2) = moved.block<3, 3>(2, 2).inverse();
+  return shape;
+}
+
+}  // namespace
+
+TagShapes tag_shapes(const std::vector<ObservedFrame>& frames, const SE3& base_T_cam,
+                     const FloorOptions& options) {
+  std::map<TagId, std::vector<const TagPoseObservation*>> observations;
+  for (const ObservedFrame& frame : frames) {
+    for (const TagPoseObservation& seen : frame.tags) observations[seen.tag].push_back(&seen);
+  }
+  TagShapes shapes;
+  for (const auto& [tag, seen] : observations) {
+    int lying = 0;
+    for (const auto* observation : seen) lying += lies(base_T_cam * observation->cam_T_tag) ? 1 : 0;
+    const bool mostly = 2 * lying > static_cast<int>(seen.size());
+    std::vector<Vote<SE3>> votes;
+    for (const auto* observation : seen) {
+      Vote<SE3> vote;
+      for (const Branch& branch : branches(*observation, base_T_cam))
+        vote.push_back(shape_of(branch, mostly, options));
+      votes.push_back(std::move(vote));
+    }
+    if (const auto agreed = agree(votes, kGate3)) shapes[tag] = agreed->value.mean;
+  }
+  return shapes;
+}
+
+std::vector<FloorFrame> floor_frames(const std::vector<ObservedFrame>& frames, const TagShapes& shapes,
+                                     const SE3& base_T_cam, const FloorOptions& options) {
+  std::vector<FloorFrame> result;
+  for (const ObservedFrame& frame : frames) {
+    FloorFrame on_floor{.stamp = frame.stamp};
+    for (const TagPoseObservation& seen : frame.tags) {
+      const auto shape = shapes.find(seen.tag);
+      if (shape == shapes.end()) continue;
+      FloorObservation observation{.tag = seen.tag};
+      for (const Branch& branch : branches(seen, base_T_cam)) {
+        FloorFit fit = fit_to_floor(branch.base_T_tag, shape->second, options);
+        fit.chi2 += branch.chi2;
+        if (fit.chi2 < kGate3) observation.base_X_tag.push_back(fit);
+      }
+      if (!observation.base_X_tag.empty()) on_floor.tags.push_back(std::move(observation));
+    }
+    result.push_back(std::move(on_floor));
+  }
+  return result;
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,200 @@
+#include "waymark/mapping/lap/landmark_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/lap/landmark_problem.hpp"
+#include "waymark/mapping/lap/odometry_track.hpp"
+#include "waymark/mapping/optimization/front_cholesky.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::LandmarkProblem;
+using internal::PointObservation;
+
+/// Frames that count, where odometry has the base then, and what is seen there.
+struct KeyFrames {
+  std::vector<std::size_t> index{};
+  std::vector<SE2> odom_X_base{};
+};
+
+KeyFrames key_frames(const std::vector<PointFrame>& frames, const std::vector<Odometry>& odometry,
+                     const LandmarkMapOptions& options) {
+  const OdometryTrack track(odometry);
+  KeyFrames keys;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (i > 0 && frames[i].stamp <= frames[keys.index.empty() ? 0 : keys.index.back()].stamp) continue;
+    const auto at = track.at(frames[i].stamp);
+    if (!at) continue;
+    if (!keys.index.empty()) {
+      const SE2 gone = keys.odom_X_base.back().inverse() * *at;
+      if (gone.translation().norm() < options.key_m && std::abs(gone.yaw()) < options.key_rad) continue;
+    }
+    keys.index.push_back(i);
+    keys.odom_X_base.push_back(*at);
+  }
+  return keys;
+}
+
+/// Along the ray and across it.
+Eigen::Matrix2d sight_whitening(const Eigen::Vector2d& base_p, const LandmarkMapOptions& options) {
+  const double sigma = options.sight_sigma_m + options.sight_sigma_per_m * base_p.norm();
+  return Eigen::Matrix2d::Identity() / sigma;
+}
+
+void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, LandmarkProblem& problem) {
+  constexpr double kLeast_m = 0.001;
+  constexpr double kLeast_rad = 0.002;
+  double yaw = 0;
+  problem.frames.emplace_back(Eigen::Vector3d::Zero());
+  const SE2 map_X_odom = keys.odom_X_base.front().inverse();
+  for (std::size_t i = 1; i < keys.index.size(); ++i) {
+    const SE2 motion = keys.odom_X_base[i - 1].inverse() * keys.odom_X_base[i];
+    const SE2 here = map_X_odom * keys.odom_X_base[i];
+    yaw += motion.yaw();
+    problem.frames.emplace_back(here.x(), here.y(), yaw);
+    const double sigma_m =
+        std::hypot(kLeast_m, options.way_sigma_m_per_sqrt_m * std::sqrt(motion.translation().norm()));
+    const double sigma_rad =
+        std::hypot(kLeast_rad, options.turn_sigma_rad_per_sqrt_rad * std::sqrt(std::abs(motion.yaw())));
+    problem.motions.push_back({i, motion.log(), {1 / sigma_m, 1 / sigma_m, 1 / sigma_rad}});
+  }
+}
+
+/// Points start at the median of where odometry says they were seen.
+std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFrames& keys,
+                              const LandmarkMapOptions& options, LandmarkProblem& problem,
+                              std::vector<TagId>& hardly_seen) {
+  std::map<TagId, std::vector<PointObservation>> by_tag;
+  for (std::size_t k = 0; k < keys.index.size(); ++k) {
+    for (const SeenPoint& seen : frames[keys.index[k]].points) {
+      if (seen.base_p.allFinite())
+        by_tag[seen.tag].push_back({k, 0, seen.base_p, sight_whitening(seen.base_p, options)});
+    }
+  }
+  std::vector<TagId> ids;
+  for (auto& [tag, observations] : by_tag) {
+    if (std::ssize(observations) < options.least_observations) {
+      hardly_seen.push_back(tag);
+      continue;
+    }
+    std::vector<double> x;
+    std::vector<double> y;
+    for (PointObservation& seen : observations) {
+      seen.point = ids.size();
+      const Eigen::Vector3d& at = problem.frames[seen.frame];
+      const Eigen::Vector2d map_p = SE2(at.x(), at.y(), at.z()) * seen.base_p;
+      x.push_back(map_p.x());
+      y.push_back(map_p.y());
+      problem.observations.push_back(seen);
+    }
+    problem.points.emplace_back(median(x), median(y));
+    ids.push_back(tag);
+  }
+  return ids;
+}
+
+/// Noise as it is, and what contradicts the rest left out, until nothing changes any more.
+void settle(LandmarkProblem& problem, LandmarkMap& map) {
+  constexpr int kMostSteps = 50;
+  constexpr double kGate = 13.8;  // 0.999 quantile of chi-square, 2 degrees of freedom
+  constexpr double kMedianChi2 = 1.386;
+  const auto count = [&](std::pair<int, bool> end) {
+    map.iterations += end.first;
+    map.converged = end.second;
+  };
+  count(internal::solve(problem, 6, kMostSteps));
+  for (int round = 0; round < 4; ++round) {
+    std::vector<double> chi2;
+    chi2.reserve(problem.observations.size());
+    for (const PointObservation& seen : problem.observations)
+      chi2.push_back(internal::observation_residual(problem, seen).squaredNorm());
+    const double ratio2 = std::max(median(chi2) / kMedianChi2, 1e-6);
+    bool changed = false;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      PointObservation& seen = problem.observations[i];
+      const bool used = chi2[i] / ratio2 < kGate;
+      changed = changed || used != seen.used;
+      seen.used = used;
+      seen.whitening /= std::sqrt(ratio2);
+    }
+    if (!changed && round > 0) return;
+    count(internal::solve(problem, 0, kMostSteps));
+  }
+}
+
+Status read_covariance(const LandmarkProblem& problem, const std::vector<TagId>& ids, LandmarkMap& map) {
+  internal::BlockSystem system = internal::system_of(problem);
+  internal::accumulate(problem, 0, &system);
+  const internal::FrontPlan plan = internal::front_plan(system);
+  internal::FrontCholesky cholesky(system, plan);
+  if (!cholesky.factorize(0, 1e-6))
+    return fail(ErrorCode::InvalidArgument, "no map: what was seen does not determine it");
+  std::vector<std::pair<int, int>> diagonal;
+  diagonal.reserve(static_cast<std::size_t>(system.unknowns()));
+  for (int u = 0; u < system.unknowns(); ++u) diagonal.emplace_back(u, u);
+  const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
+  const auto block = [&](int unknown) -> const Eigen::MatrixXd& {
+    return blocks[static_cast<std::size_t>(unknown)];
+  };
+  for (std::size_t i = 0; i < ids.size(); ++i) map.points[ids[i]].covariance = block(problem.of_point(i));
+  for (std::size_t i = 0; i < problem.frames.size(); ++i) {
+    const Eigen::Vector3d& x = problem.frames[i];
+    map.map_X_base.emplace_back(x.x(), x.y(), x.z());
+    const Eigen::Matrix3d P = i == 0 ? Eigen::Matrix3d::Zero() : Eigen::Matrix3d(block(problem.of_frame(i)));
+    map.base_covariance.push_back(from_coordinate_covariance(map.map_X_base.back(), P).covariance);
+  }
+  const Eigen::MatrixXd& scales = block(problem.of_scales());
+  const Eigen::MatrixXd& mounting = block(problem.of_mounting());
+  map.scales_sigma = {std::sqrt(scales(0, 0)), std::sqrt(scales(1, 1))};
+  map.mounting_sigma = mounting.diagonal().cwiseSqrt();
+  return {};
+}
+
+void read_points(const LandmarkProblem& problem, const std::vector<TagId>& ids, LandmarkMap& map) {
+  double squares = 0;
+  int used = 0;
+  for (std::size_t i = 0; i < ids.size(); ++i) map.points[ids[i]].map_p = problem.points[i];
+  for (const PointObservation& seen : problem.observations) {
+    MappedPoint& point = map.points[ids[seen.point]];
+    ++(seen.used ? point.observations : point.rejected);
+    if (!seen.used) continue;
+    squares += (seen.whitening.inverse() * internal::observation_residual(problem, seen)).squaredNorm();
+    ++used;
+  }
+  map.rms_m = used > 0 ? std::sqrt(squares / used) : 0;
+}
+
+}  // namespace
+
+Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
+                                  const std::vector<Odometry>& odometry, const LandmarkMapOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  const KeyFrames keys = key_frames(frames, odometry, options);
+  if (keys.index.size() < 2)
+    return fail(ErrorCode::NotFound, "no odometry for what was seen, or the robot never moved", {},
+                "Points alone make no map: the wheels must say how far the robot went. `waymark info` shows "
+                "what the recording holds.");
+  LandmarkMap map{.frames = keys.index};
+  LandmarkProblem problem;
+  problem.scales_sigma = {options.distance_scale_sigma, options.yaw_scale_sigma};
+  problem.mounting_sigma = {options.mounting_sigma_m, options.mounting_sigma_m, options.mounting_sigma_rad};
+  add_motions(keys, options, problem);
+  const std::vector<TagId> ids = add_points(frames, keys, options, problem, map.hardly_seen);
+  if (ids.empty())
+    return fail(ErrorCode::NotFound,
+                fmt::format("nothing was seen {} times while the robot moved", options.least_observations),
+                {}, "Drive slowly past each tag.");
+  settle(problem, map);
+  read_points(problem, ids, map);
+  if (Status status = read_covariance(problem, ids, map); !status) return tl::unexpected(status.error());
+  map.scales = {problem.scales.x(), problem.scales.y()};
+  map.base_X_assumed = SE2(problem.mounting.x(), problem.mounting.y(), problem.mounting.z());
+  return map;
+}
+
+}  // namespace waymark

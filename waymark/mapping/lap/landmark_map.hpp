@@ -1,0 +1,98 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/factors/odometry_factor.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark {
+
+/// Tags or landmarks as points in the plane, where a log has no corners: the robot's own software placed
+/// them, or a laser did.
+struct SeenPoint {
+  TagId tag{};
+  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();  ///< [m], with the sensor where it is assumed to sit
+};
+struct PointFrame {
+  SensorTime stamp{};
+  std::vector<SeenPoint> points{};
+};
+
+struct LandmarkMapOptions {
+  double sight_sigma_m = 0.01;
+  double sight_sigma_per_m = 0.02;
+  double way_sigma_m_per_sqrt_m = 0.02;
+  double turn_sigma_rad_per_sqrt_rad = 0.03;
+  double distance_scale_sigma = 0.03;
+  double yaw_scale_sigma = 0.2;
+  double mounting_sigma_m = 0.05;
+  double mounting_sigma_rad = 0.05;
+  double key_m = 0.02;
+  double key_rad = 0.03;
+  int least_observations = 4;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.sight_sigma_m,
+          Field{"sight_sigma_m", "Standard deviation of an observed point, at any distance.", 1e-6, 10});
+    visit(self.sight_sigma_per_m,
+          Field{"sight_sigma_per_m",
+                "Standard deviation of an observed point that each metre of distance adds.", 0, 10});
+    visit(self.way_sigma_m_per_sqrt_m,
+          Field{"way_sigma_m_per_sqrt_m",
+                "Standard deviation of the driven distance, m per square root of a metre.", 1e-6, 10});
+    visit(self.turn_sigma_rad_per_sqrt_rad,
+          Field{"turn_sigma_rad_per_sqrt_rad",
+                "Standard deviation of a rotation, rad per square root of a radian.", 1e-6, 10});
+    visit(self.distance_scale_sigma,
+          Field{"distance_scale_sigma", "Standard deviation of the odometry scale.", 1e-9, 10});
+    visit(self.yaw_scale_sigma, Field{"yaw_scale_sigma", "Standard deviation of the yaw scale.", 1e-9, 10});
+    visit(self.mounting_sigma_m,
+          Field{"mounting_sigma_m", "Standard deviation of the position of the sensor on the robot.", 1e-9,
+                10});
+    visit(self.mounting_sigma_rad,
+          Field{"mounting_sigma_rad", "Standard deviation of the orientation of the sensor on the robot.",
+                1e-9, 3});
+    visit(self.key_m, Field{"key_m", "Driven distance after which a new key frame is taken.", 1e-4, 10});
+    visit(self.key_rad, Field{"key_rad", "Rotation after which a new key frame is taken.", 1e-4, 3});
+    visit(self.least_observations,
+          Field{"least_observations", "Minimum number of observations of a landmark.", 1, 10000});
+  }
+};
+
+struct MappedPoint {
+  Eigen::Vector2d map_p = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  int observations = 0;  ///< in frames that count, in use
+  int rejected = 0;      ///< that contradict the others
+};
+
+/// Where the points are, in the frame of the base at the first frame that counts.
+struct LandmarkMap {
+  std::map<TagId, MappedPoint> points{};
+  std::vector<std::size_t> frames{};               ///< those that count, as indices of what was given
+  std::vector<SE2> map_X_base{};                   ///< of each of them
+  std::vector<Eigen::Matrix3d> base_covariance{};  ///< left tangent in map
+  OdometryScales scales{};
+  OdometryScales scales_sigma{0, 0};
+  SE2 base_X_assumed{};  ///< how far the sensor is from where it is assumed to sit
+  Eigen::Vector3d mounting_sigma = Eigen::Vector3d::Zero();  ///< of its x, y [m], yaw [rad]
+  std::vector<TagId> hardly_seen{};
+  int iterations = 0;
+  bool converged = false;
+  double rms_m = 0;  ///< of the observations in use
+};
+
+/// Points, way, scales of the wheels and the mounting of the sensor that explain everything seen and driven
+/// best (maximum likelihood in the plane, Cauchy's loss on observations; then without it and without what
+/// contradicts the rest). Starts from odometry, so it suits drives that odometry alone roughly knows the
+/// shape of. Fails without odometry and when nothing is seen often enough.
+[[nodiscard]] Result<LandmarkMap> map_landmarks(const std::vector<PointFrame>& frames,
+                                                const std::vector<Odometry>& odometry,
+                                                const LandmarkMapOptions& options = {});
+
+}  // namespace waymark

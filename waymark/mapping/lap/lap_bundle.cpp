@@ -1,0 +1,161 @@
+#include "waymark/mapping/lap/lap_bundle.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/mapping/lap/odometry_track.hpp"
+
+namespace waymark {
+namespace {
+
+using MaybePoses = std::vector<std::optional<SE3>>;
+using MaybeMotions = std::vector<std::optional<SE2>>;
+using MaybeRates = std::vector<std::optional<SE2::Tangent>>;
+
+MaybePoses chain_poses(const LapInput& lap, const Trajectory& trajectory) {
+  MaybePoses poses(lap.frames.size());
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    while (at < trajectory.size() && trajectory[at].stamp < lap.frames[i].stamp) ++at;
+    if (at < trajectory.size() && trajectory[at].stamp == lap.frames[i].stamp)
+      poses[i] = trajectory[at].map_T_base;
+  }
+  return poses;
+}
+
+/// What odometry says at the frames.
+struct Wheels {
+  MaybeMotions odom_T_base{};
+  MaybeRates rates{};
+};
+
+Wheels wheels_of(const LapInput& lap) {
+  const OdometryTrack track(lap.odometry);
+  Wheels wheels;
+  for (const TagFrame& frame : lap.frames) {
+    wheels.odom_T_base.push_back(track.at(frame.stamp));
+    wheels.rates.push_back(track.rate_at(frame.stamp));
+  }
+  return wheels;
+}
+
+/// Frames between placed ones are carried along by odometry, forwards, then backwards.
+void fill_by_odometry(const MaybeMotions& odom_T_base, MaybePoses& poses) {
+  const auto carry = [&](std::size_t from, std::size_t to) {
+    if (poses[to] || !poses[from] || !odom_T_base[from] || !odom_T_base[to]) return;
+    poses[to] = *poses[from] * lift(odom_T_base[from]->inverse() * *odom_T_base[to]);
+  };
+  for (std::size_t i = 1; i < poses.size(); ++i) carry(i - 1, i);
+  for (std::size_t i = poses.size(); i-- > 1;) carry(i, i - 1);
+}
+
+/// From the frame before to frame i; both have odometry.
+OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::size_t i,
+                               const LapModelOptions& o) {
+  const SE2 motion = wheels.odom_T_base[i - 1]->inverse() * *wheels.odom_T_base[i];
+  const double metres = motion.translation().norm();
+  const double radians = std::abs(motion.yaw());
+  const auto square = [](double x) { return x * x; };
+  const double var_m = square(o.odometry_sigma_m) + square(o.odometry_sigma_m_per_sqrt_m) * metres;
+  const double var_rad = square(o.odometry_sigma_rad) + square(o.odometry_sigma_rad_per_sqrt_m) * metres +
+                         square(o.odometry_sigma_rad_per_sqrt_rad) * radians;
+  const Eigen::Vector3d sigma(std::sqrt(var_m), std::sqrt(var_m), std::sqrt(var_rad));
+  OdometryFactor factor{motion, sigma.cwiseInverse().asDiagonal()};
+  factor.duration_s = to_seconds(lap.frames[i].stamp - lap.frames[i - 1].stamp);
+  if (wheels.rates[i - 1] && wheels.rates[i]) factor.rate_change = *wheels.rates[i] - *wheels.rates[i - 1];
+  return factor;
+}
+
+constexpr double kHeld = 1e-6;    // by definition, but for rounding
+constexpr double kUnknown = 0.5;  // of a lean [rad]
+
+/// The anchor defines where the map is and which way it looks, never how it leans.
+PosePriorFactor anchor_prior(const SE3& map_T_anchor) {
+  Vector6 variance;
+  variance << kHeld, kHeld, kHeld, kUnknown, kUnknown, kHeld;
+  variance = variance.cwiseAbs2().eval();
+  const Matrix6 P = variance.asDiagonal();
+  return {map_T_anchor, whitening_of(from_coordinate_covariance(map_T_anchor, P).covariance)};
+}
+
+/// Whether the map to be is level with its floor.
+bool is_level(const LapInput& lap) { return !lap.prior || lap.prior->map.floor.covariance; }
+
+void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
+  SE3 map_T_plane({}, {0, 0, z_m});
+  if (lap.prior) map_T_plane = SE3(map_T_floor(lap.prior->map.floor).rotation(), map_T_plane.translation());
+  result.floor = result.bundle.add(map_T_plane);
+  result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
+}
+
+/// A term for an observation of a tag that has a pose, in a frame that has one.
+void add_corners(const LapInput& lap, const LapModelOptions& options,
+                 const LapBundle::Observation& observation, LapBundle& result) {
+  const TagDetection& detection = lap.frames[observation.frame].detections[observation.detection];
+  const auto tag = result.tags.find(detection.tag);
+  if (tag == result.tags.end() || !result.bases[observation.frame]) return;
+  const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
+  if (!factor) return;
+  result.bundle.corners.push_back(
+      {*result.bases[observation.frame], result.cam, result.map, tag->second, 0, *factor});
+  result.observations.push_back(observation);
+}
+
+}  // namespace
+
+PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known) {
+  const double lean = lean_known ? kHeld : kUnknown;
+  Vector6 sigma;
+  sigma << 1e-3, 1e-3, 10, lean, lean, 1e-3;
+  return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
+}
+
+LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapModelOptions& options) {
+  LapBundle result;
+  Bundle& bundle = result.bundle;
+  bundle.cameras = {lap.camera};
+  result.map = bundle.add({}, true);
+  result.cam = bundle.add(lap.base_T_cam, true);
+  MaybePoses poses = chain_poses(lap, start.trajectory);
+  const auto first = std::ranges::find_if(poses, [](const auto& pose) { return pose.has_value(); });
+  const double floor_z = first == poses.end() ? 0 : (*first)->translation().z();
+  add_floor(lap, floor_z, result);
+  for (const auto& [id, tag] : start.map.tags)
+    result.tags[id] = bundle.add(tag.map_T_tag, id == lap.anchor && !is_level(lap));
+  if (const auto anchor = result.tags.find(lap.anchor); anchor != result.tags.end())
+    result.anchor = anchor->second;
+  if (result.anchor && is_level(lap))
+    bundle.priors.push_back({*result.anchor, anchor_prior(lap.map_T_anchor)});
+
+  const Wheels wheels = wheels_of(lap);
+  fill_by_odometry(wheels.odom_T_base, poses);
+  bundle.odometry_scales.push_back({});
+  result.bases.resize(lap.frames.size());
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    if (!poses[i]) continue;
+    result.bases[i] = bundle.add(*poses[i]);
+    bundle.on_floor.push_back(
+        {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});
+    if (i == 0 || !result.bases[i - 1] || !wheels.odom_T_base[i - 1] || !wheels.odom_T_base[i]) continue;
+    bundle.odometry.push_back(
+        {*result.bases[i - 1], *result.bases[i], 0, odometry_factor(lap, wheels, i, options)});
+  }
+  bundle.odometry_scales[0].fixed = bundle.odometry.empty();
+  for (std::size_t i = 0; i < lap.frames.size(); ++i) {
+    for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d)
+      add_corners(lap, options, {i, d}, result);
+  }
+  return result;
+}
+
+void add_tag(const LapInput& lap, const TagId& tag, const SE3& map_T_tag,
+             const std::vector<LapBundle::Observation>& observations, const LapModelOptions& options,
+             LapBundle& result) {
+  result.tags[tag] = result.bundle.add(map_T_tag);
+  for (const LapBundle::Observation& observation : observations)
+    add_corners(lap, options, observation, result);
+}
+
+}  // namespace waymark

@@ -1,0 +1,83 @@
+#include "waymark/mapping/lap/lap_calibration.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr const char* kSpeeds =
+    "Drive at two speeds, both turns (bends to both sides for a minute, slow and quick): at one speed slip "
+    "and "
+    "a camera that sits elsewhere are the same thing.";
+constexpr const char* kTurns = "Drive both turns, with tags in view all the time.";
+constexpr const char* kStraight = "Drive some metres straight, past several tags.";
+constexpr const char* kUnsteady = "Drive at two speeds, and change between them with tags in view.";
+
+/// A number is worth using when it is known better than this.
+struct Worth {
+  double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, latency_s = 0.01, bias_rad_s = 0.002;
+};
+
+class Values {
+ public:
+  explicit Values(Calibration& calibration) : calibration_(calibration) {}
+
+  void add(const char* name, double value, double sigma, double worth, const char* advice) {
+    CalibratedValue entry{.value = value, .sigma = sigma};
+    if (!(sigma < worth)) {
+      entry.verdict = CalibrationVerdict::Unobservable;
+      entry.advice = advice;
+    }
+    calibration_.values[name] = entry;
+  }
+
+ private:
+  Calibration& calibration_;
+};
+
+Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
+  Calibration calibration{.camera = lap.camera, .provenance = {{"method", "lap"}}};
+  const CameraMounting camera = camera_mounting(found.base_T_cam);
+  const OdometryScales& scales = found.scales;
+  const OdometryScales& sigma = found.scales_sigma;
+  const Worth worth;
+  Values values(calibration);
+  values.add("mounting_x_m", camera.x_m, found.sigma[0], worth.metres, kSpeeds);
+  values.add("mounting_y_m", camera.y_m, found.sigma[1], worth.metres, kTurns);
+  // Rotations about base axes are roll, pitch and yaw of a camera that is nearly level.
+  values.add("mounting_roll_rad", camera.roll_rad, found.sigma[3], worth.radians, kStraight);
+  values.add("mounting_pitch_rad", camera.pitch_rad, found.sigma[4], worth.radians, kStraight);
+  values.add("mounting_yaw_rad", camera.yaw_rad, found.sigma[5], worth.radians, kStraight);
+  values.add("odometry_scale", scales.distance, sigma.distance, worth.scale, kStraight);
+  values.add("yaw_gain", scales.yaw, sigma.yaw, worth.scale, kTurns);
+  values.add("side_slip_s", scales.slip_s, sigma.slip_s, worth.slip_s, kSpeeds);
+  values.add("camera_latency_s", scales.latency_s, sigma.latency_s, worth.latency_s, kUnsteady);
+  values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.latency_s, kTurns);
+  values.add("odometry_yaw_bias_rad_s", scales.yaw_bias_rad_s, sigma.yaw_bias_rad_s, worth.bias_rad_s,
+             kTurns);
+  return calibration;
+}
+
+}  // namespace
+
+Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOptions& options,
+                                        const MapProgress& progress) {
+  if (lap.odometry.empty())
+    return fail(ErrorCode::NotFound,
+                "there is no odometry: tags alone say where the camera went, never the base", {},
+                "Record what the wheels say together with the tags.");
+  BundleMapOptions freed = options;
+  freed.find_mounting = true;
+  Result<BundleMap> map = map_by_bundle(lap, {}, freed, progress);
+  if (!map) return tl::unexpected(map.error());
+  if (!map->mounting)
+    return fail(ErrorCode::InvalidArgument,
+                "tags and odometry have no moment in common: nothing ties the two", {},
+                "Are their stamps of one clock? `waymark info` shows both.");
+  return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};
+}
+
+}  // namespace waymark

@@ -1,0 +1,137 @@
+#include "waymark/mapping/lap/lost_poses.hpp"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/lap/tag_votes.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// The terms of each pose, by its role in them.
+std::vector<std::vector<std::size_t>> terms_by(PoseIndex CornerTerm::*role, const Bundle& bundle) {
+  std::vector<std::vector<std::size_t>> terms(bundle.poses.size());
+  for (std::size_t i = 0; i < bundle.corners.size(); ++i) terms[bundle.corners[i].*role].push_back(i);
+  return terms;
+}
+
+/// Frames that are next to each other by the wheels.
+using Neighbours = std::map<PoseIndex, std::vector<const OdometryTerm*>>;
+
+/// Where the wheels have a base, from a frame beside it.
+Alternative<SE3> carried(const OdometryTerm& wheels, PoseIndex base, const Bundle& bundle) {
+  constexpr double kSigma_m = 0.03;
+  constexpr double kSigma_rad = 0.03;
+  const SE3 motion = lift(scaled_motion(wheels.factor, bundle.odometry_scales[wheels.scales].value));
+  const SE3 map_T_base = wheels.b == base ? bundle.poses[wheels.a].value * motion
+                                          : bundle.poses[wheels.b].value * motion.inverse();
+  Vector6 sigma;
+  sigma << kSigma_m, kSigma_m, kSigma_m, kSigma_rad, kSigma_rad, kSigma_rad;
+  const Matrix6 whitened = sigma.cwiseInverse().asDiagonal() * map_T_base.inverse().adjoint();
+  return {map_T_base, whitened.transpose() * whitened, 0};
+}
+
+/// A frame most of whose observations contradict the map: what its observations and the frames beside it that
+/// are not lost agree on, where that is more than agrees now.
+std::optional<SE3> found_again(const LapInput& input, const LapBundle& lap, PoseIndex base,
+                               const std::vector<std::size_t>& terms, std::ptrdiff_t good,
+                               const std::vector<const OdometryTerm*>& beside,
+                               const std::set<PoseIndex>& lost) {
+  std::vector<Vote<SE3>> votes;
+  for (const std::size_t i : terms) {
+    const auto [frame, detection] = lap.observations[i];
+    votes.push_back(vote_for_base(input.frames[frame].detections[detection], input,
+                                  lap.bundle.poses[lap.bundle.corners[i].tag].value));
+  }
+  for (const OdometryTerm* wheels : beside) {
+    if (!lost.contains(wheels->a == base ? wheels->b : wheels->a))
+      votes.push_back({carried(*wheels, base, lap.bundle)});
+  }
+  const auto agreed = agree(votes, kPoseGate);
+  if (!agreed || agreed->votes < 2 || agreed->votes <= good) return std::nullopt;
+  return agreed->value.mean;
+}
+
+}  // namespace
+
+bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+  const std::vector<double> chi2 = corner_chi2(lap.bundle);
+  const auto terms = terms_by(&CornerTerm::rig, lap.bundle);
+  const auto good = [&](PoseIndex base) {
+    return std::ranges::count_if(terms[base], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
+  };
+  std::vector<PoseIndex> in_order;
+  for (const auto& base : lap.bases) {
+    if (base && 2 * good(*base) < std::ssize(terms[*base])) in_order.push_back(*base);
+  }
+  if (in_order.empty()) return false;
+  std::set<PoseIndex> lost(in_order.begin(), in_order.end());
+  Neighbours beside;
+  for (const OdometryTerm& term : lap.bundle.odometry) {
+    beside[term.a].push_back(&term);
+    beside[term.b].push_back(&term);
+  }
+  bool any = false;
+  for (const PoseIndex base : in_order) {
+    const auto found = found_again(input, lap, base, terms[base], good(base), beside[base], lost);
+    if (!found) continue;
+    lap.bundle.poses[base].value = *found;
+    lost.erase(base);
+    any = true;
+  }
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  return any;
+}
+
+bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options, LapBundle& lap) {
+  const std::vector<double> chi2 = corner_chi2(lap.bundle);
+  bool any = false;
+  const auto terms = terms_by(&CornerTerm::tag, lap.bundle);
+  for (const auto& [id, pose] : lap.tags) {
+    const auto good =
+        std::ranges::count_if(terms[pose], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
+    if (lap.is_held(pose) || 2 * good >= std::ssize(terms[pose])) continue;
+    std::vector<Vote<SE3>> votes;
+    for (std::size_t i : terms[pose]) {
+      const auto [frame, detection] = lap.observations[i];
+      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
+                                     lap.bundle.poses[lap.bundle.corners[i].rig].value));
+    }
+    const auto agreed = agree(votes, kPoseGate);
+    if (!agreed || agreed->votes <= good) continue;
+    lap.bundle.poses[pose].value = agreed->value.mean;
+    any = true;
+  }
+  for (CornerTerm& term : lap.bundle.corners) term.used = term.used || (any && !term.doubtful);
+  return any;
+}
+
+bool place_unconnected(const LapInput& input, const BundleMapOptions& options, LapBundle& lap,
+                       std::vector<TagId>& unconnected) {
+  constexpr int kEnough = 4;
+  std::map<TagId, std::vector<LapBundle::Observation>> observations;
+  for (const TagId& tag : unconnected) observations[tag] = {};
+  for (std::size_t i = 0; i < input.frames.size(); ++i) {
+    for (std::size_t d = 0; lap.bases[i] && d < input.frames[i].detections.size(); ++d) {
+      const auto of_tag = observations.find(input.frames[i].detections[d].tag);
+      if (of_tag != observations.end()) of_tag->second.push_back({i, d});
+    }
+  }
+  const auto placed = std::erase_if(unconnected, [&](const TagId& tag) {
+    std::vector<Vote<SE3>> votes;
+    for (const auto& [frame, detection] : observations[tag]) {
+      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
+                                     lap.bundle.poses[*lap.bases[frame]].value));
+    }
+    const auto agreed = agree(votes, kPoseGate);
+    if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;
+    add_tag(input, tag, agreed->value.mean, observations[tag], options.model, lap);
+    return true;
+  });
+  return placed > 0;
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,192 @@
+#include "waymark/mapping/lap/map_comparison.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "waymark/base/angles.hpp"
+#include "waymark/geometry/lie.hpp"
+
+namespace waymark {
+namespace {
+
+/// How far two places of a tag are apart, in units of what counts as the same.
+double separation(const SE3& a, const SE3& b, const MapComparisonOptions& options) {
+  const double metres = (a.translation() - b.translation()).norm() / options.same_m;
+  const double radians = (a.rotation().inverse() * b.rotation()).angle() / options.same_rad;
+  return std::max(metres, radians);
+}
+
+int agreeing(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
+             const MapComparisonOptions& options) {
+  int count = 0;
+  for (const auto& [id, tag] : prior.tags) {
+    const MappedTag* now = map.find(id);
+    count += now != nullptr && separation(map_T_prior * tag.map_T_tag, now->map_T_tag, options) < 1 ? 1 : 0;
+  }
+  return count;
+}
+
+/// The mean of what the tags say that agree with the proposal.
+SE3 refined(const TagMap& map, const TagMap& prior, SE3 map_T_prior, const MapComparisonOptions& options) {
+  for (int i = 0; i < 10; ++i) {
+    SE3::Tangent sum = SE3::Tangent::Zero();
+    int count = 0;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    for (const auto& [id, tag] : prior.tags) {
+      const MappedTag* now = map.find(id);
+      if (now == nullptr || separation(map_T_prior * tag.map_T_tag, now->map_T_tag, options) >= 1) continue;
+      centre += now->map_T_tag.translation();
+      ++count;
+    }
+    if (count == 0) return map_T_prior;
+    centre /= count;
+    const SE3 about(SO3(), centre);  // near the tags, turning and shifting are least correlated
+    for (const auto& [id, tag] : prior.tags) {
+      const MappedTag* now = map.find(id);
+      const SE3 expected = map_T_prior * tag.map_T_tag;
+      if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
+      sum += minus(about.inverse() * now->map_T_tag, about.inverse() * expected);
+    }
+    map_T_prior = about * plus(SE3::Tangent(sum / count), about.inverse() * map_T_prior);
+    if (sum.norm() / count < 1e-9) break;
+  }
+  return map_T_prior;
+}
+
+ComparedTag judged(const TagId& id, const MappedTag& now, const TagMap& map, const TagMap& prior,
+                   const SE3& map_T_prior, const MapComparisonOptions& options) {
+  const MappedTag* before = prior.find(id);
+  if (before == nullptr) return {.tag = id, .change = TagChange::New};
+  const SE3 expected = map_T_prior * before->map_T_tag;
+  ComparedTag compared{.tag = id,
+                       .distance_m = (expected.translation() - now.map_T_tag.translation()).norm(),
+                       .turned_rad = (expected.rotation().inverse() * now.map_T_tag.rotation()).angle()};
+  constexpr double kSameSize = 0.02;
+  if (separation(expected, now.map_T_tag, options) < 1) {
+    compared.change = std::abs(now.size_m - before->size_m) > kSameSize * before->size_m ? TagChange::Resized
+                                                                                         : TagChange::Same;
+    return compared;
+  }
+  compared.change = TagChange::Moved;
+  for (const auto& [other, there] : prior.tags) {
+    const MappedTag* other_now = map.find(other);
+    if (other == id || other_now == nullptr) continue;
+    const bool has_its_place = separation(map_T_prior * there.map_T_tag, now.map_T_tag, options) < 1;
+    const bool gave_its_place = separation(expected, other_now->map_T_tag, options) < 1;
+    if (!has_its_place || !gave_its_place) continue;
+    compared.change = TagChange::Swapped;
+    compared.with = other;
+  }
+  return compared;
+}
+
+/// How many times as large a map is as the other, where all its distances are: then the sizes of the tags are
+/// what differs. Nothing where they do not agree on one number, or it is one.
+std::optional<double> times_as_large(const TagMap& map, const TagMap& prior) {
+  constexpr double kAlike = 0.03;
+  constexpr std::size_t kEnough = 3;
+  std::vector<double> ratios;
+  for (auto a = prior.tags.begin(); a != prior.tags.end(); ++a) {
+    for (auto b = std::next(a); b != prior.tags.end(); ++b) {
+      const MappedTag* now_a = map.find(a->first);
+      const MappedTag* now_b = map.find(b->first);
+      const double before = (a->second.map_T_tag.translation() - b->second.map_T_tag.translation()).norm();
+      if (now_a == nullptr || now_b == nullptr || before <= 0) continue;
+      ratios.push_back((now_a->map_T_tag.translation() - now_b->map_T_tag.translation()).norm() / before);
+    }
+  }
+  if (ratios.size() < kEnough) return std::nullopt;
+  std::ranges::sort(ratios);
+  const double median = ratios[ratios.size() / 2];
+  const double spread = ratios[3 * ratios.size() / 4] - ratios[ratios.size() / 4];
+  if (spread > kAlike * median || std::abs(median - 1) < kAlike) return std::nullopt;
+  return median;
+}
+
+tl::unexpected<Error> no_agreement(const TagMap& map, const TagMap& prior) {
+  const std::optional<double> times = times_as_large(map, prior);
+  if (!times)
+    return fail(ErrorCode::NotFound, "no two tags of the two maps agree on how the maps lie to each other",
+                {}, "Are these maps of the same place?");
+  return fail(
+      ErrorCode::NotFound,
+      fmt::format("all distances in the map are {:.2f} times those of the other map: the sizes of the "
+                  "tags differ, by which one of them was made",
+                  *times),
+      {}, "Measure the side of a tag's black square.");
+}
+
+}  // namespace
+
+Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
+                                   const MapComparisonOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  MapComparison comparison;
+  for (const auto& [id, tag] : prior.tags) {
+    const MappedTag* now = map.find(id);
+    if (now == nullptr) continue;
+    const SE3 proposal = refined(map, prior, now->map_T_tag * tag.map_T_tag.inverse(), options);
+    const int count = agreeing(map, prior, proposal, options);
+    if (count <= comparison.agreeing) continue;
+    comparison.agreeing = count;
+    comparison.map_T_prior = proposal;
+  }
+  if (comparison.agreeing < 2) return no_agreement(map, prior);
+  internal::judge_tags(map, prior, options, comparison);
+  return comparison;
+}
+
+void internal::judge_tags(const TagMap& map, const TagMap& prior, const MapComparisonOptions& options,
+                          MapComparison& comparison) {
+  double squares = 0;
+  int same = 0;
+  for (const auto& [id, tag] : map.tags) {
+    comparison.tags.push_back(judged(id, tag, map, prior, comparison.map_T_prior, options));
+    const ComparedTag& now = comparison.tags.back();
+    if (now.change != TagChange::Same && now.change != TagChange::Resized) continue;
+    squares += now.distance_m * now.distance_m;
+    ++same;
+  }
+  comparison.rms_m = same > 0 ? std::sqrt(squares / same) : 0;
+  for (const auto& [id, tag] : prior.tags) {
+    if (map.find(id) == nullptr) comparison.tags.push_back({.tag = id, .change = TagChange::Missing});
+  }
+}
+
+std::vector<std::string> in_words(const MapComparison& comparison) {
+  std::vector<std::string> words;
+  for (const ComparedTag& tag : comparison.tags) {
+    const std::string name = to_string(tag.tag);
+    switch (tag.change) {
+      case TagChange::Same:
+        break;
+      case TagChange::Moved:
+        words.push_back(
+            fmt::format("{} stands {:.2f} m and {:.0f} deg from where the prior map has it: it was moved, or "
+                        "one of the maps is wrong",
+                        name, tag.distance_m, to_degrees(tag.turned_rad)));
+        break;
+      case TagChange::Swapped:
+        if (tag.tag < *tag.with)
+          words.push_back(
+              fmt::format("{} and {} are swapped against the prior map", name, to_string(*tag.with)));
+        break;
+      case TagChange::Resized:
+        words.push_back(name + " has another size than in the prior map");
+        break;
+      case TagChange::New:
+        words.push_back(name + " is not in the prior map");
+        break;
+      case TagChange::Missing:
+        words.push_back(name + " of the prior map was not seen");
+        break;
+    }
+  }
+  return words;
+}
+
+}  // namespace waymark

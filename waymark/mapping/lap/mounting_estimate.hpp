@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "waymark/mapping/lap/lap_bundle.hpp"
+
+namespace waymark {
+
+/// Where the camera sits by what a lap says, when the robot's file is only assumed.
+struct MountingEstimate {
+  SE3 base_T_cam{};
+  /// From where it was assumed: x, y, z [m] in base axes, rotation about them [rad].
+  Vector6 off = Vector6::Zero();
+  Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
+  bool stands_out = false;          ///< farther off than chance, and far enough to matter
+  /// Which of the six are known too badly to say anything against what was assumed.
+  std::array<bool, 6> untold{};
+  OdometryScales scales{};  ///< of the wheels, slip and latency
+  OdometryScales scales_sigma{};
+};
+
+/// What was assumed of a mounting before, and what a first estimate made of it.
+struct MountingBelief {
+  SE3 base_T_cam{};  ///< as the robot's file has it
+  Vector6 off = Vector6::Zero();
+  /// Which of the six the file is trusted with: to a centimetre and half a degree.
+  std::array<bool, 6> trusted{};
+};
+
+/// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of
+/// the pictures, and adjusts everything once more; the bundle stays there. All three belong together: in a
+/// curve driven at one speed a robot that slips looks like one whose camera sits elsewhere. `belief`: unless
+/// the camera is assumed where the bundle has it, or nothing of it is to be trusted. Nothing without
+/// odometry: tags alone say where the camera went, never where the base is.
+[[nodiscard]] std::optional<MountingEstimate> estimate_mounting(
+    LapBundle& lap, int max_iterations, const BundleProgress& progress,
+    const std::optional<MountingBelief>& belief = {});
+
+}  // namespace waymark

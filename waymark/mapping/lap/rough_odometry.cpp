@@ -1,0 +1,244 @@
+#include "waymark/mapping/lap/rough_odometry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/lap/floor_observations.hpp"
+#include "waymark/mapping/lap/odometry_track.hpp"
+
+namespace waymark::internal {
+namespace {
+
+/// What tags, wheels and gyro say of the same short time; on the floor.
+struct Window {
+  double duration_s = 0;
+  SE2::Tangent tags = SE2::Tangent::Zero();
+  SE2::Tangent wheels = SE2::Tangent::Zero();
+  std::optional<double> gyro_rad{};
+};
+
+/// The integral of a gyro's rate about the floor's normal.
+class GyroTrack {
+ public:
+  explicit GyroTrack(const std::vector<ImuSample>& samples) {
+    for (const ImuSample& sample : samples) {
+      const double rate = sample.angular_velocity_rad_s.z();
+      if (!std::isfinite(rate) || (!track_.empty() && sample.stamp <= track_.back().stamp)) continue;
+      double angle_rad = 0;
+      if (!track_.empty()) {
+        const Moment& before = track_.back();
+        angle_rad = before.angle_rad + (before.rate + rate) / 2 * to_seconds(sample.stamp - before.stamp);
+      }
+      track_.push_back({sample.stamp, rate, angle_rad});
+    }
+  }
+
+  /// Nothing outside of its samples, or where some are missing.
+  [[nodiscard]] std::optional<double> turn(SensorTime from, SensorTime to) const {
+    const auto a = at(from);
+    const auto b = at(to);
+    if (!a || !b) return std::nullopt;
+    return *b - *a;
+  }
+
+ private:
+  struct Moment {
+    SensorTime stamp{};
+    double rate = 0, angle_rad = 0;
+  };
+
+  [[nodiscard]] std::optional<double> at(SensorTime stamp) const {
+    constexpr double kGap_s = 0.2;
+    const auto after = std::ranges::lower_bound(track_, stamp, {}, &Moment::stamp);
+    if (after == track_.end()) return std::nullopt;
+    if (after->stamp == stamp) return after->angle_rad;
+    if (after == track_.begin()) return std::nullopt;
+    const auto before = std::prev(after);
+    const double gap_s = to_seconds(after->stamp - before->stamp);
+    if (gap_s > kGap_s) return std::nullopt;
+    return std::lerp(before->angle_rad, after->angle_rad, to_seconds(stamp - before->stamp) / gap_s);
+  }
+
+  std::vector<Moment> track_;
+};
+
+/// How the base moved from one frame to another by the tags of both: medians over the tags.
+std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFrame& to) {
+  std::vector<double> x;
+  std::vector<double> y;
+  std::vector<double> turn;
+  for (const FloorObservation& a : from.tags) {
+    for (const FloorObservation& b : to.tags) {
+      if (a.tag != b.tag) continue;
+      const SE2 motion = a.base_X_tag.front().a_X_b.mean * b.base_X_tag.front().a_X_b.mean.inverse();
+      const SE2::Tangent twist = motion.log();
+      x.push_back(twist[0]);
+      y.push_back(twist[1]);
+      turn.push_back(twist[2]);
+    }
+  }
+  if (x.empty()) return std::nullopt;
+  return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
+}
+
+std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
+  constexpr double kShort_s = 0.8;
+  constexpr double kLong_s = 1.2;
+  const TagShapes shapes = tag_shapes(observed, lap.base_T_cam, {});
+  const std::vector<FloorFrame> frames = floor_frames(observed, shapes, lap.base_T_cam, {});
+  const OdometryTrack wheels(lap.odometry);
+  const GyroTrack gyro(lap.imu);
+  std::vector<Window> windows;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    while (j < frames.size() && to_seconds(frames[j].stamp - frames[i].stamp) < kShort_s) ++j;
+    if (j == frames.size()) break;
+    const double duration_s = to_seconds(frames[j].stamp - frames[i].stamp);
+    const auto a = wheels.at(frames[i].stamp);
+    const auto b = wheels.at(frames[j].stamp);
+    const auto tags = motion_by_tags(frames[i], frames[j]);
+    if (duration_s > kLong_s || !a || !b || !tags) continue;
+    Window window{duration_s, *tags, (a->inverse() * *b).log(), gyro.turn(frames[i].stamp, frames[j].stamp)};
+    constexpr double kTooFast_rad =
+        2.5;  // the rotation of a second would not be told from one of a turn more
+    if (std::abs(window.wheels[2]) < kTooFast_rad) windows.push_back(window);
+  }
+  return windows;
+}
+
+/// Of a told number and the true one.
+using Pairs = std::vector<std::pair<double, double>>;
+
+/// The factor of least absolute deviations. Nothing where the pairs tell it badly.
+std::optional<double> scale_of(const Pairs& pairs, double least_sum) {
+  constexpr std::size_t kFewest = 30;
+  constexpr double kOverlap = 10;  // windows of a second that begin with every frame are not independent
+  constexpr double kBad = 0.1;
+  double sum = 0;
+  std::vector<std::pair<double, double>> ratios;  // and weights
+  for (const auto& [told, truth] : pairs) {
+    if (told == 0) continue;
+    ratios.emplace_back(truth / told, std::abs(told));
+    sum += std::abs(told);
+  }
+  if (ratios.size() < kFewest || sum < least_sum) return std::nullopt;
+  std::ranges::sort(ratios);
+  double below = 0;
+  double scale = 0;
+  for (const auto& [ratio, weight] : ratios) {
+    scale = ratio;
+    if ((below += weight) >= sum / 2) break;
+  }
+  std::vector<double> off;
+  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told));
+  const auto n = static_cast<double>(ratios.size());
+  const double sigma = 1.5 * median(std::move(off)) / (sum / n) * std::sqrt(kOverlap / n);
+  if (!(scale > 0) || sigma > kBad * scale) return std::nullopt;
+  return scale;
+}
+
+double median_off(const Pairs& pairs, double scale) {
+  std::vector<double> off;
+  for (const auto& [told, truth] : pairs) off.push_back(std::abs(truth - scale * told));
+  return off.empty() ? 0 : median(std::move(off));
+}
+
+constexpr double kLeastTurn_rad = 6;  // over all windows, which overlap
+constexpr double kLeastWay_m = 5;
+
+/// A gyro: true turn = scale * told - bias * time.
+struct Gyro {
+  double scale = 1, bias_rad_s = 0;
+  double off_rad = 0;  ///< median of what is left
+};
+
+/// Least absolute deviations by iteratively reweighted least squares: scale and bias together, because on a
+/// course that bends mostly to one side each does the other's work.
+std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
+  constexpr int kRounds = 30;
+  constexpr double kSmall_rad = 1e-3;
+  constexpr double kScaleSigma = 0.1;
+  constexpr double kBiasSigma_rad_s = 0.1;
+  const Eigen::Vector2d usual(1, 0);
+  const Eigen::Matrix2d prior =
+      Eigen::Vector2d(1 / kScaleSigma, 1 / kBiasSigma_rad_s).cwiseAbs2().asDiagonal();
+  Eigen::Vector2d x = usual;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix2d A = prior;
+    Eigen::Vector2d b = prior * usual;
+    for (const Window& w : windows) {
+      if (!w.gyro_rad) continue;
+      const Eigen::Vector2d row(*w.gyro_rad, -w.duration_s);
+      const double weight = 1 / std::max(std::abs(w.tags[2] - row.dot(x)), kSmall_rad);
+      A += weight * row * row.transpose();
+      b += weight * w.tags[2] * row;
+    }
+    x = A.ldlt().solve(b);
+  }
+  Gyro gyro{.scale = x[0], .bias_rad_s = x[1]};
+  Pairs pairs;
+  for (const Window& w : windows) {
+    if (w.gyro_rad) pairs.emplace_back(*w.gyro_rad, w.tags[2] + gyro.bias_rad_s * w.duration_s);
+  }
+  if (2 * pairs.size() < windows.size() || !scale_of(pairs, kLeastTurn_rad)) return std::nullopt;
+  gyro.off_rad = median_off(pairs, gyro.scale);
+  return gyro;
+}
+
+/// The wheels' motions one after the other, each changed.
+template <class Change>
+std::vector<Odometry> changed(const std::vector<Odometry>& odometry, const Change& change) {
+  std::vector<Odometry> result;
+  result.reserve(odometry.size());
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Odometry sample = odometry[i];
+    if (i > 0) {
+      const SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
+      sample.odom_T_base =
+          result.back().odom_T_base * SE2::exp(change(twist, odometry[i - 1].stamp, sample.stamp));
+    }
+    result.push_back(sample);
+  }
+  return result;
+}
+
+}  // namespace
+
+RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
+  constexpr double kNearlyRight = 0.2;  // as a logarithm: from there on the bundle finds the rest
+  constexpr double kClearlyBetter = 0.7;
+  RoughOdometry rough{.odometry = lap.odometry};
+  const std::vector<Window> windows = windows_of(lap, observed);
+  Pairs turns;
+  Pairs ways;
+  for (const Window& w : windows) {
+    turns.emplace_back(w.wheels[2], w.tags[2]);
+    ways.emplace_back(w.wheels[0], w.tags[0]);
+  }
+  const auto yaw = scale_of(turns, kLeastTurn_rad);
+  const auto distance = scale_of(ways, kLeastWay_m);
+  const auto off = [&](const std::optional<double>& scale) {
+    return scale && std::abs(std::log(*scale)) > kNearlyRight ? *scale : 1.0;
+  };
+  rough.yaw = off(yaw);
+  rough.distance = off(distance);
+  const auto gyro = fit_gyro(windows);
+  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(turns, yaw.value_or(1));
+  if (!rough.turns_by_gyro && rough.yaw == 1 && rough.distance == 1) return rough;
+  if (rough.turns_by_gyro) rough.yaw = yaw.value_or(1);
+  const GyroTrack track(lap.imu);
+  rough.odometry = changed(lap.odometry, [&](SE2::Tangent twist, SensorTime from, SensorTime to) {
+    const auto turned = rough.turns_by_gyro ? track.turn(from, to) : std::nullopt;
+    const double turn =
+        turned ? gyro->scale * *turned - gyro->bias_rad_s * to_seconds(to - from) : rough.yaw * twist[2];
+    return SE2::Tangent(rough.distance * twist[0], rough.distance * twist[1], turn);
+  });
+  return rough;
+}
+
+}  // namespace waymark::internal

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/fields.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/mapping/lap/observed_frame.hpp"
+#include "waymark/pose/floor_fit.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_map.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+namespace waymark {
+
+struct ChainOptions {
+  double max_distance_m = 4.0;
+  bool spread_closing_error = true;
+  double map_sigma_m = 0.02;
+  double map_sigma_rad = 0.03;
+  FloorOptions floor{};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.max_distance_m, Field{"max_distance_m", "Maximum distance of a tag that is used.", 0.1});
+    visit(self.spread_closing_error,
+          Field{"spread_closing_error",
+                "Distribute the closing error of a lap over all tags instead of leaving it as one step."});
+    visit(self.map_sigma_m, Field{"map_sigma_m",
+                                  "Standard deviation of the position of a tag of the chain relative to its "
+                                  "neighbours; limits how far tags of one frame may contradict each other.",
+                                  1e-6, 10});
+    visit(self.map_sigma_rad, Field{"map_sigma_rad",
+                                    "Standard deviation of the orientation of a tag of the chain; tags seen "
+                                    "frontally are known least.",
+                                    1e-6, 3});
+    FloorOptions::fields(self.floor, visit);
+  }
+};
+
+struct ChainResult {
+  TagMap map{};
+  Trajectory trajectory{};           ///< of the base, one pose for each frame that saw a mapped tag
+  std::vector<TagId> unconnected{};  ///< seen, but never together with a tag that leads to the anchor
+  int frames_without_pose = 0;
+};
+
+/// cam_T_tag of every tag of a frame whose size is known (equation 2.13); tags that give no pose are left
+/// out.
+[[nodiscard]] ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes);
+
+/// The map and the trajectory by composition alone (Martins and Ramos, "AprilTag-based Trajectory Tracking
+/// for the LIMOS Robot", equation 3.1 and section 3.2): map_T_cam from the anchor where it is seen, and from
+/// tag to tag where two are seen together; for a robot on a level floor. docs/concepts/teach_and_replay.md
+/// says how. Never are two ways to the same tag weighed against each other, and no error is distributed: what
+/// bundle adjustment must beat.
+///
+/// Fails when the anchor is never seen. O(frames * tags^2).
+[[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
+                                               const SE3& map_T_anchor, const TagSizes& sizes,
+                                               const SE3& base_T_cam, const ChainOptions& options = {});
+
+}  // namespace waymark

@@ -1,0 +1,122 @@
+#include "waymark/mapping/optimization/front_cholesky.hpp"
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+
+#include "waymark/base/random.hpp"
+#include "waymark/mapping/optimization/kept_factor.hpp"
+
+namespace waymark::internal {
+namespace {
+
+struct Shape {
+  const char* name;
+  int frames, tags, seen;  ///< each frame sees so many tags, which move along with the frames
+  bool chain, common;      ///< frames are tied to the next; one unknown is tied to all
+};
+
+/// Unknowns of 6, but for the common one of 4.
+BlockSystem system_of(const Shape& shape, Random& random) {
+  std::vector<int> dimensions(static_cast<std::size_t>(shape.frames + shape.tags), 6);
+  std::vector<std::pair<int, int>> couplings;
+  for (int f = 0; f < shape.frames; ++f) {
+    for (int k = 0; k < shape.seen; ++k)
+      couplings.emplace_back(f, shape.frames + (f * shape.tags / shape.frames + 3 * k) % shape.tags);
+    if (shape.chain && f > 0) couplings.emplace_back(f - 1, f);
+  }
+  if (shape.common) {
+    for (int u = 0; u < shape.frames + shape.tags; ++u) couplings.emplace_back(u, shape.frames + shape.tags);
+    dimensions.push_back(4);
+  }
+  BlockSystem system(dimensions, couplings);
+  for (const auto& [a, b] : couplings) {
+    Eigen::MatrixXd J_a(8, dimensions[static_cast<std::size_t>(a)]);
+    Eigen::MatrixXd J_b(8, dimensions[static_cast<std::size_t>(b)]);
+    Eigen::VectorXd r(8);
+    for (Eigen::MatrixXd* J : {&J_a, &J_b}) *J = J->unaryExpr([&](double) { return random.normal(); });
+    for (double& x : r) x = random.normal();
+    system.add(std::array<BlockSystem::Part, 2>{{{a, J_a}, {b, J_b}}}, r);
+  }
+  return system;
+}
+
+TEST(KeptFactor, LeadsToTheStepOfASystemThatIsAlikeAndGivesWayToOneThatIsNot) {
+  constexpr double kDamping = 1e-3;
+  Random random(2);
+  const Shape shape{"corridor", 80, 40, 3, true, false};
+  const BlockSystem first = system_of(shape, random);
+  BlockSystem alike = first;
+  for (int u = 0; u < alike.unknowns(); ++u) {
+    const Eigen::MatrixXd J = 0.5 * Eigen::MatrixXd::Identity(6, 6);
+    alike.add(std::array<BlockSystem::Part, 1>{{{u, J}}}, 0.1 * Eigen::VectorXd::Ones(6));
+  }
+  const BlockSystem another = system_of(shape, random);
+  const BlockSystem smaller = system_of({"rig", 40, 5, 4, false, false}, random);
+  KeptFactor kept;
+  for (const BlockSystem* system : std::array<const BlockSystem*, 4>{&first, &alike, &another, &smaller}) {
+    const std::optional<Eigen::VectorXd> step = kept.step(*system, kDamping);
+    const FrontPlan plan = front_plan(*system);
+    FrontCholesky cholesky(*system, plan);
+    const std::optional<Eigen::VectorXd> exact = damped_step(cholesky, *system, kDamping);
+    ASSERT_TRUE(step && exact);
+    const Eigen::VectorXd off = *step - *exact;
+    const auto H = system->lower().selfadjointView<Eigen::Lower>();
+    EXPECT_LT(off.dot(H * off), 0.01 * exact->dot(H * *exact));
+  }
+}
+
+TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
+  Random random(1);
+  for (const Shape& shape : {Shape{"one", 1, 1, 1, false, false},
+                             {"rig", 40, 5, 4, false, false},
+                             {"lap", 60, 12, 4, true, true},
+                             {"corridor", 80, 40, 3, true, false},
+                             {"apart", 30, 30, 1, false, false}}) {
+    const BlockSystem system = system_of(shape, random);
+    const Eigen::MatrixXd lower = system.lower();
+    Eigen::MatrixXd H = lower.selfadjointView<Eigen::Lower>();
+    H.diagonal() += 0.01 * H.diagonal() + Eigen::VectorXd::Constant(H.rows(), 1e-3);
+    const Eigen::MatrixXd inverse = H.llt().solve(Eigen::MatrixXd::Identity(H.rows(), H.cols()));
+    const FrontPlan plan = front_plan(system);
+    FrontCholesky cholesky(system, plan);
+    ASSERT_TRUE(cholesky.factorize(0.01, 1e-3)) << shape.name;
+    const Eigen::VectorXd expected = inverse * system.gradient();
+    EXPECT_LT((cholesky.solve(system.gradient()) - expected).norm(), 1e-9 * expected.norm()) << shape.name;
+    std::vector<std::pair<int, int>> wanted;
+    for (int column = 0; column < system.unknowns(); ++column) {
+      system.for_column(column, [&](int row, const auto&) { wanted.emplace_back(column, row); });
+    }
+    const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(wanted);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      const auto& [row, column] = wanted[i];
+      const Eigen::MatrixXd block = inverse.block(system.offset(row), system.offset(column),
+                                                  system.dimension(row), system.dimension(column));
+      EXPECT_LT((blocks[i] - block).norm(), 1e-9 * inverse.norm())
+          << shape.name << " " << row << " " << column;
+    }
+  }
+}
+
+TEST(FrontCholesky, EachUnknownIsEliminatedOnceAndChildrenComeFirst) {
+  Random random(2);
+  const BlockSystem system = system_of({"lap", 60, 12, 4, true, true}, random);
+  const FrontPlan plan = front_plan(system);
+  std::vector<int> eliminated(static_cast<std::size_t>(system.unknowns()), 0);
+  for (std::size_t f = 0; f < plan.fronts.size(); ++f) {
+    for (int k = 0; k < plan.fronts[f].own; ++k)
+      ++eliminated[static_cast<std::size_t>(plan.fronts[f].unknowns[static_cast<std::size_t>(k)])];
+    const int parent = plan.fronts[f].parent;
+    EXPECT_TRUE(parent < 0 || parent > static_cast<int>(f));
+  }
+  for (int times : eliminated) EXPECT_EQ(times, 1);
+}
+
+TEST(FrontCholesky, WhatIsNotDefiniteIsSaid) {
+  BlockSystem system({6, 6}, {{0, 1}});
+  const FrontPlan plan = front_plan(system);
+  EXPECT_FALSE(FrontCholesky(system, plan).factorize(0, 0));
+  EXPECT_TRUE(FrontCholesky(system, plan).factorize(0, 1));
+}
+
+}  // namespace
+}  // namespace waymark::internal

@@ -1,0 +1,212 @@
+#include "waymark/mapping/scene/place_poses.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "waymark/mapping/optimization/pose_votes.hpp"
+
+namespace waymark {
+namespace {
+
+using internal::Alternative;
+using internal::Hypothesis;
+using internal::Role;
+using internal::Vote;
+
+constexpr std::size_t kMostOfFrame = 8;     // votes a frame needs at most
+constexpr std::size_t kMostOfStatic = 120;  // the same for a tag
+constexpr double kSure = 16;                // another pose is out of the question
+
+double size_px(const CornerTerm& term) {
+  const auto& c = term.factor.corners_px;
+  return std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
+}
+
+/// Where a pose appears.
+struct Appearance {
+  std::size_t term = 0;
+  Role role = Role::Rig;
+};
+
+class Placer {
+ public:
+  Placer(Bundle& bundle, const std::vector<KnownPose>& known, const PlaceOptions& options)
+      : bundle_(bundle),
+        known_(known),
+        options_(options),
+        hypotheses_(bundle.poses.size()),
+        appearances_(bundle.poses.size()),
+        squares_(bundle.corners.size()),
+        dirty_(bundle.poses.size(), 1),
+        agreed_(bundle.poses.size()) {
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      if (bundle.poses[i].fixed || known[i].placed)
+        hypotheses_[i] = {{bundle.poses[i].value, known[i].covariance, 0}};
+    }
+    for (std::size_t i = 0; i < bundle.corners.size(); ++i) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
+        appearances_[pose_of(bundle.corners[i], role)].push_back({i, role});
+    }
+    for (auto& list : appearances_) {
+      std::ranges::stable_sort(list, std::greater<>{},
+                               [&](const Appearance& at) { return size_px(bundle_.corners[at.term]); });
+    }
+  }
+
+  std::vector<char> run() {
+    while (true) {
+      place_frames();
+      if (place_statics(std::max(3, fewest())) || place_statics(fewest())) {
+        if (doubtful_too_) trust(false);
+      } else if (doubtful_too_ || std::ranges::none_of(bundle_.corners, &CornerTerm::doubtful)) {
+        break;
+      } else {
+        trust(true);
+      }
+    }
+    carry();
+    std::vector<char> placed(bundle_.poses.size(), 0);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      placed[i] = hypotheses_[i].empty() ? 0 : 1;
+      if (placed[i] != 0) bundle_.poses[i].value = hypotheses_[i].front().value;
+    }
+    for (CornerTerm& term : bundle_.corners) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag})
+        term.used = term.used && placed[pose_of(term, role)] != 0;
+    }
+    return placed;
+  }
+
+ private:
+  [[nodiscard]] int fewest() const {
+    return doubtful_too_ ? options_.fewest_doubtful_votes : options_.fewest_votes;
+  }
+
+  /// Whether terms in doubt vote.
+  void trust(bool doubtful_too) {
+    doubtful_too_ = doubtful_too;
+    for (const CornerTerm& term : bundle_.corners) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
+        if (term.doubtful) dirty_[pose_of(term, role)] = 1;
+      }
+    }
+  }
+
+  void set(PoseIndex pose, std::vector<Hypothesis> hypotheses) {
+    hypotheses_[pose] = std::move(hypotheses);
+    for (const Appearance& at : appearances_[pose]) {
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
+        const PoseIndex other = pose_of(bundle_.corners[at.term], role);
+        if (other != pose) dirty_[other] = 1;
+      }
+    }
+  }
+
+  [[nodiscard]] const std::vector<Hypothesis>& squares(std::size_t term) {
+    if (options_.squares != nullptr) return (*options_.squares)[term];
+    auto& at = squares_[term];
+    if (!at) at = internal::poses_of_square(bundle_, bundle_.corners[term], options_.corner_sigma_px);
+    return *at;
+  }
+
+  /// Votes for a pose, the largest tags first.
+  std::vector<Vote<SE3>> votes(PoseIndex pose, std::size_t most) {
+    std::vector<Vote<SE3>> result;
+    for (const Appearance& at : appearances_[pose]) {
+      if (result.size() >= most) break;
+      if (bundle_.corners[at.term].doubtful && !doubtful_too_) continue;
+      std::array<const std::vector<Hypothesis>*, 4> sets{};
+      bool ready = true;
+      for (Role role : {Role::Rig, Role::Cam, Role::Body, Role::Tag}) {
+        sets[static_cast<std::size_t>(role)] = &hypotheses_[pose_of(bundle_.corners[at.term], role)];
+        ready = ready && (role == at.role || !hypotheses_[pose_of(bundle_.corners[at.term], role)].empty());
+      }
+      if (!ready) continue;
+      Vote<SE3> vote = vote_for(at.role, sets, squares(at.term));
+      if (!vote.empty()) result.push_back(std::move(vote));
+    }
+    return result;
+  }
+
+  /// Every frame that saw something placed, again when more of what it saw is.
+  void place_frames() {
+    for (int pass = 0; pass < 2; ++pass) {  // a body seen by a rig: first the rig, then the body
+      std::vector<PoseIndex> touched;
+      for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
+        if (!known_[i].moves || bundle_.poses[i].fixed || dirty_[i] == 0) continue;
+        dirty_[i] = 0;
+        touched.push_back(i);
+      }
+      for (PoseIndex i : touched) {
+        std::vector<Hypothesis> found = hypotheses_of_frame(votes(i, kMostOfFrame));
+        if (!found.empty()) set(i, std::move(found));
+      }
+    }
+  }
+
+  std::vector<Hypothesis> hypotheses_of_frame(const std::vector<Vote<SE3>>& votes) {
+    if (votes.empty()) return {};
+    const auto agreed = internal::agree(votes, internal::kPoseGate);
+    if (agreed && agreed->votes >= 2) return {{agreed->value.mean, agreed->value.covariance, 0}};
+    std::vector<Hypothesis> all;
+    for (const Alternative<SE3>& alternative : votes.front()) {
+      const double worse = alternative.chi2 - votes.front().front().chi2;
+      if (worse < kSure && all.size() < 2)
+        all.push_back({alternative.value, alternative.information.inverse(), worse});
+    }
+    return all;
+  }
+
+  /// The unplaced static poses with the most votes that agree, at least `fewest`; whether there was any.
+  bool place_statics(int fewest) {
+    std::vector<PoseIndex> found;
+    int best = 0;
+    for (std::size_t i = 0; i < bundle_.poses.size(); ++i) {
+      if (known_[i].moves || !hypotheses_[i].empty() || appearances_[i].empty()) continue;
+      if (dirty_[i] != 0) agreed_[i] = internal::agree(votes(i, kMostOfStatic), internal::kPoseGate);
+      dirty_[i] = 0;
+      if (!agreed_[i] || agreed_[i]->votes < fewest) continue;
+      best = std::max(best, agreed_[i]->votes);
+      found.push_back(i);
+    }
+    for (PoseIndex i : found) {
+      if (2 * agreed_[i]->votes >= best) set(i, {{agreed_[i]->value.mean, agreed_[i]->value.covariance, 0}});
+    }
+    return !found.empty();
+  }
+
+  /// Over frames that saw nothing, by motions, forwards, then backwards.
+  void carry() {
+    const auto over = [&](const RelativeTerm& term, bool forwards) {
+      auto& from = hypotheses_[forwards ? term.a : term.b];
+      auto& to = hypotheses_[forwards ? term.b : term.a];
+      if (from.empty() || !to.empty()) return;
+      const SE3& S = term.factor.body_T_sensor;
+      const SE3 motion = S * (forwards ? term.factor.measured : term.factor.measured.inverse()) * S.inverse();
+      to = {{from.front().value * motion, from.front().covariance, 0}};
+    };
+    for (const RelativeTerm& term : bundle_.relatives) over(term, true);
+    for (std::size_t i = bundle_.relatives.size(); i-- > 0;) over(bundle_.relatives[i], false);
+  }
+
+  Bundle& bundle_;
+  const std::vector<KnownPose>& known_;
+  PlaceOptions options_;
+  std::vector<std::vector<Hypothesis>> hypotheses_;
+  std::vector<std::vector<Appearance>> appearances_;
+  std::vector<std::optional<std::vector<Hypothesis>>> squares_;
+  std::vector<char> dirty_;  ///< of each pose: what it is seen with has changed
+  std::vector<std::optional<internal::Agreement<SE3>>> agreed_;  ///< of poses that are not placed yet
+  bool doubtful_too_ = false;
+};
+
+}  // namespace
+
+std::vector<char> place_poses(Bundle& bundle, const std::vector<KnownPose>& known,
+                              const PlaceOptions& options) {
+  return Placer(bundle, known, options).run();
+}
+
+}  // namespace waymark

@@ -1,0 +1,236 @@
+#include "waymark/mapping/scene/scene_bundle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+void add_poses(const TagScene& scene, std::size_t frames, SceneBundle& problem) {
+  Bundle& bundle = problem.bundle;
+  const auto add = [&](const std::optional<ScenePrior>& prior, bool moves) {
+    problem.moves.push_back(moves ? 1 : 0);
+    const PoseIndex pose = bundle.add(prior ? prior->mean : SE3());
+    if (prior) bundle.priors.push_back({pose, prior->factor()});
+    return pose;
+  };
+  for (const CameraOnBody& camera : scene.cameras) {
+    bundle.cameras.push_back(camera.model);
+    problem.cameras.push_back(add(camera.body_T_cam, false));
+  }
+  for (const SceneBody& body : scene.bodies) {
+    problem.bodies.emplace_back();
+    problem.tags.emplace_back();
+    for (std::size_t i = 0; i < (body.is_static ? 1 : frames); ++i)
+      problem.bodies.back().push_back(add(body.is_static ? body.map_T_body : std::nullopt, !body.is_static));
+    for (const SceneTag& tag : body.tags) problem.tags.back().push_back(add(tag.body_T_tag, false));
+  }
+}
+
+/// The poses of an odometry sensor at times that grow: between its samples, or the nearest sample that no
+/// earlier time took.
+class OdometryInTime {
+ public:
+  OdometryInTime(const std::vector<const SceneOdometry*>& samples, bool nearest)
+      : samples_(samples), nearest_(nearest) {}
+
+  std::optional<SE3> at(SensorTime stamp) {
+    const auto first = samples_.begin() + static_cast<std::ptrdiff_t>(taken_);
+    const auto after =
+        std::lower_bound(first, samples_.end(), stamp,
+                         [](const auto* sample, SensorTime time) { return sample->stamp < time; });
+    if (nearest_) return take(after, first, stamp);
+    if (after == samples_.end()) return std::nullopt;
+    if ((*after)->stamp == stamp) return (*after)->odom_T_sensor;
+    if (after == samples_.begin()) return std::nullopt;
+    const SceneOdometry& a = **(after - 1);
+    const SceneOdometry& b = **after;
+    const double share = to_seconds(stamp - a.stamp) / to_seconds(b.stamp - a.stamp);
+    return a.odom_T_sensor * SE3::exp(share * (a.odom_T_sensor.inverse() * b.odom_T_sensor).log());
+  }
+
+ private:
+  using Place = std::vector<const SceneOdometry*>::const_iterator;
+
+  std::optional<SE3> take(Place after, Place first, SensorTime stamp) {
+    if (first == samples_.end()) return std::nullopt;
+    const bool before = after == samples_.end() ||
+                        (after != first && stamp - (*(after - 1))->stamp < (*after)->stamp - stamp);
+    const Place chosen = before ? after - 1 : after;
+    taken_ = static_cast<std::size_t>(chosen - samples_.begin()) + 1;
+    return (*chosen)->odom_T_sensor;
+  }
+
+  const std::vector<const SceneOdometry*>& samples_;
+  bool nearest_;
+  std::size_t taken_ = 0;
+};
+
+/// How well a motion is known: constant, or from what the last one did not foretell.
+class MotionNoise {
+ public:
+  explicit MotionNoise(const SceneMotionNoise& noise) : noise_(noise) {}
+
+  Matrix6 whitening(const SE3& motion, double dt_s) {
+    double sigma_m = noise_.sigma_m;
+    double sigma_rad = noise_.sigma_rad;
+    if (!(sigma_m > 0 && sigma_rad > 0)) {
+      const double dt = std::max(dt_s, 0.001);
+      const Eigen::Vector3d turn = motion.rotation().log();
+      const double dt2 = dt * dt;
+      sigma_m = std::clamp((motion.translation() - velocity_ * dt).norm(), noise_.acceleration_min_m_s2 * dt2,
+                           noise_.acceleration_max_m_s2 * dt2);
+      sigma_rad = std::clamp((turn - turning_ * dt).norm(), noise_.angular_min_rad_s2 * dt2,
+                             noise_.angular_max_rad_s2 * dt2);
+      velocity_ = motion.translation() / dt;
+      turning_ = turn / dt;
+    }
+    Vector6 sigma;
+    sigma << Eigen::Vector3d::Constant(sigma_m), Eigen::Vector3d::Constant(sigma_rad);
+    return sigma.cwiseInverse().asDiagonal();
+  }
+
+ private:
+  SceneMotionNoise noise_;
+  Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turning_ = Eigen::Vector3d::Zero();
+};
+
+void add_odometry(const SceneBody& body, const std::vector<const SceneOdometry*>& samples,
+                  const SceneRecording& recording, const std::vector<PoseIndex>& poses, Bundle& bundle) {
+  const std::vector<SceneFrame>& frames = recording.frames;
+  MotionNoise noise(body.odometry);
+  OdometryInTime sensor(samples, recording.nearest_odometry);
+  std::optional<SE3> last;
+  std::size_t last_frame = 0;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::optional<SE3> now = sensor.at(frames[i].stamp);
+    if (!now) continue;
+    if (last) {
+      const SE3 motion = body.body_T_odom * last->inverse() * *now * body.body_T_odom.inverse();
+      const double dt_s = to_seconds(frames[i].stamp - frames[last_frame].stamp);
+      bundle.relatives.push_back({poses[last_frame], poses[i], {motion, {}, noise.whitening(motion, dt_s)}});
+    }
+    last = now;
+    last_frame = i;
+  }
+}
+
+void add_motion(const TagScene& scene, const SceneRecording& recording, SceneBundle& problem) {
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const SceneBody& body = scene.bodies[b];
+    if (body.is_static) continue;
+    std::vector<const SceneOdometry*> samples;
+    for (const SceneOdometry& sample : recording.odometry) {
+      if (sample.body == b && (samples.empty() || samples.back()->stamp < sample.stamp))
+        samples.push_back(&sample);
+    }
+    if (!samples.empty()) add_odometry(body, samples, recording, problem.bodies[b], problem.bundle);
+    if (!samples.empty() || !body.stays_put) continue;
+    MotionNoise noise(*body.stays_put);
+    for (std::size_t i = 1; i < recording.frames.size(); ++i) {
+      problem.bundle.relatives.push_back(
+          {problem.bodies[b][i - 1], problem.bodies[b][i], {SE3(), {}, noise.whitening(SE3(), 1)}});
+    }
+  }
+}
+
+void add_measurements(const TagScene& scene, SceneBundle& problem) {
+  const auto point = [&](int id, int corner) -> std::optional<BundlePoint> {
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      for (std::size_t t = 0; t < scene.bodies[b].tags.size(); ++t) {
+        const SceneTag& tag = scene.bodies[b].tags[t];
+        if (tag.id.number != id || !scene.bodies[b].is_static) continue;
+        const Eigen::Vector3d p = corner < 0 ? Eigen::Vector3d::Zero().eval()
+                                             : tag_corners(tag.size_m)[static_cast<std::size_t>(corner)];
+        return BundlePoint{problem.bodies[b].front(), problem.tags[b][t], p};
+      }
+    }
+    return std::nullopt;
+  };
+  for (const SceneDistance& d : scene.distances) {
+    const auto a = point(d.tag_a, d.corner_a);
+    const auto b = point(d.tag_b, d.corner_b);
+    if (a && b) problem.bundle.point_distances.push_back({*a, *b, d.measured_m, d.sigma_m});
+  }
+  for (const SceneCoordinate& c : scene.coordinates) {
+    if (const auto p = point(c.tag, c.corner))
+      problem.bundle.point_coordinates.push_back({*p, c.direction.normalized(), c.measured_m, c.sigma_m});
+  }
+}
+
+/// Without any prior that ties something to the map, a body and a tag on it are held where they are.
+Status hold_something(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
+  std::size_t anchored = scene.bodies.size();
+  for (std::size_t b = scene.bodies.size(); b-- > 0;) {
+    if (scene.bodies[b].is_static && scene.bodies[b].map_T_body) anchored = b;
+  }
+  for (std::size_t b = scene.bodies.size(); anchored == scene.bodies.size() && b-- > 0;) {
+    if (scene.bodies[b].is_static) anchored = scene.default_body && *scene.default_body == b ? b : anchored;
+  }
+  for (std::size_t b = 0; anchored == scene.bodies.size() && b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].is_static) anchored = b;
+  }
+  if (anchored == scene.bodies.size())
+    return fail(ErrorCode::InvalidArgument, "every body moves: nothing says where the map is",
+                {.key = "bodies"}, "Give one body `is_static: true`.");
+  if (!scene.bodies[anchored].map_T_body) problem.bundle.poses[problem.bodies[anchored].front()].fixed = true;
+  const auto on_it = [&](const CameraOnBody& camera) { return camera.body == anchored && camera.body_T_cam; };
+  const auto known = [](const SceneTag& tag) { return tag.body_T_tag.has_value(); };
+  bool tied = std::ranges::any_of(scene.cameras, on_it);
+  for (const SceneBody& body : scene.bodies) {
+    if (body.is_static && body.map_T_body) tied = tied || std::ranges::any_of(body.tags, known);
+  }
+  if (tied || std::ranges::any_of(scene.bodies[anchored].tags, known) || problem.tags[anchored].empty())
+    return {};
+  std::vector<int> seen(problem.tags[anchored].size(), 0);
+  for (const SceneObservation& observation : observations.seen)
+    seen[observation.tag] += observation.body == anchored ? 1 : 0;
+  const auto most = static_cast<std::size_t>(std::ranges::max_element(seen) - seen.begin());
+  problem.bundle.poses[problem.tags[anchored][most]].fixed = true;
+  return {};
+}
+
+}  // namespace
+
+Result<SceneBundle> scene_bundle(const TagScene& scene, const SceneRecording& recording,
+                                 const SceneObservations& observations) {
+  SceneBundle problem;
+  add_poses(scene, recording.frames.size(), problem);
+  problem.bundle.corners.reserve(observations.seen.size());
+  for (const SceneObservation& seen : observations.seen) {
+    problem.bundle.corners.push_back({problem.body_at(scene.cameras[seen.camera].body, seen.frame),
+                                      problem.cameras[seen.camera], problem.body_at(seen.body, seen.frame),
+                                      problem.tags[seen.body][seen.tag], seen.camera, seen.factor});
+  }
+  add_motion(scene, recording, problem);
+  add_measurements(scene, problem);
+  if (Status status = hold_something(scene, observations, problem); !status)
+    return tl::unexpected(status.error());
+  return problem;
+}
+
+void add_wiggle(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem) {
+  std::map<std::pair<std::size_t, std::size_t>, PoseIndex> own;  // by frame and camera
+  Bundle& bundle = problem.bundle;
+  for (std::size_t i = 0; i < observations.seen.size(); ++i) {
+    const SceneObservation& seen = observations.seen[i];
+    const CameraOnBody& camera = scene.cameras[seen.camera];
+    if (!(camera.wiggle_m > 0 && camera.wiggle_rad > 0)) continue;
+    const PoseIndex mean = problem.cameras[seen.camera];
+    auto [it, fresh] = own.try_emplace({seen.frame, seen.camera}, 0);
+    if (fresh) {
+      it->second = bundle.add(bundle.poses[mean].value);
+      problem.moves.push_back(1);
+      Vector6 sigma;
+      sigma << Eigen::Vector3d::Constant(camera.wiggle_m), Eigen::Vector3d::Constant(camera.wiggle_rad);
+      bundle.relatives.push_back({mean, it->second, {SE3(), {}, sigma.cwiseInverse().asDiagonal()}});
+    }
+    bundle.corners[i].cam = it->second;
+  }
+}
+
+}  // namespace waymark

@@ -1,0 +1,359 @@
+#include "waymark/mapping/scene/scene_map.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/optimization/confirmed_observations.hpp"
+#include "waymark/mapping/optimization/kept_factor.hpp"
+#include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/scene/scene_report.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kMedianChi2 = 7.344;  // of chi-square with 8 degrees of freedom
+constexpr int kRounds = 5;
+
+/// Near enough to start from: the two poses of a square differ by more.
+bool tells_much(const ScenePrior& prior) {
+  constexpr double kSigmaM = 1.0;
+  constexpr double kSigmaRad = 0.3;
+  const Matrix6 P =
+      (prior.sqrt_information.transpose() * prior.sqrt_information + 1e-9 * Matrix6::Identity()).inverse();
+  return P.diagonal().head<3>().maxCoeff() < kSigmaM * kSigmaM &&
+         P.diagonal().tail<3>().maxCoeff() < kSigmaRad * kSigmaRad;
+}
+
+/// `weak`: also what tells little; better than nothing where nothing else leads to the map.
+std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& problem, bool weak) {
+  std::vector<KnownPose> known(problem.bundle.poses.size());
+  for (std::size_t i = 0; i < known.size(); ++i) known[i].moves = problem.moves[i] != 0;
+  const auto from = [&](PoseIndex pose, const std::optional<ScenePrior>& prior) {
+    if (prior && (weak || tells_much(*prior))) known[pose] = {true, prior->covariance(), false};
+  };
+  for (std::size_t c = 0; c < scene.cameras.size(); ++c)
+    from(problem.cameras[c], scene.cameras[c].body_T_cam);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (scene.bodies[b].is_static) from(problem.bodies[b].front(), scene.bodies[b].map_T_body);
+    for (std::size_t t = 0; t < scene.bodies[b].tags.size(); ++t)
+      from(problem.tags[b][t], scene.bodies[b].tags[t].body_T_tag);
+  }
+  return known;
+}
+
+class Search {
+ public:
+  Search(const SceneMapOptions& options, const MapProgress& progress, SceneMap& map)
+      : options_(options), progress_(progress), map_(map) {}
+
+  /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
+  void rough() {
+    Bundle& bundle = map_.problem.bundle;
+    if (options_.model == SceneModel::Waymark) std::swap(distances_, bundle.point_distances);
+    for (bool weak : {false, true}) {
+      known_ = what_is_known(map_.scene, map_.problem, weak);
+      place();
+      if (std::ranges::any_of(bundle.corners, &CornerTerm::used)) break;
+    }
+    own_noise(kStartPx);
+    replace_contradicted(bundle, map_.placed, known_, kFar);
+    // Far from the optimum all errors are large: what counts as an outlier comes down step by step.
+    for (double chi2 : {100 * kFar, kFar}) find(chi2, 15, "looking for outliers", kFarGain);
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      find(options_.search.robust_chi2, 10, "looking for outliers", kFarGain);
+      own_noise(noise_px_ * noise_ratio());
+      if (replace_contradicted(bundle, map_.placed, known_, options_.search.outlier_chi2) == 0) break;
+    }
+  }
+
+  /// The model's own cost over every observation.
+  void exactly_as_tagslam() {
+    own_noise(map_.scene.pixel_sigma_px);
+    for (CornerTerm& term : map_.problem.bundle.corners) term.used = can_count(term);
+    add_wiggle(map_.scene, map_.observations, map_.problem);
+    map_.placed.resize(map_.problem.bundle.poses.size(), 1);
+    find(0, options_.search.max_iterations, "adjusting");
+  }
+
+  /// Until the set of observations in use and the noise agree with each other.
+  void with_own_noise() {
+    for (int round = 0; round < kRounds && goes_on(); ++round) {
+      own_noise(noise_px_ * noise_ratio());
+      const bool changed = judge();
+      if (!changed && round > 0) break;
+      find(0, options_.search.max_iterations, "adjusting", kRough);
+    }
+    find_size_of_tags();
+    find(0, options_.search.max_iterations, "adjusting");
+  }
+
+  /// Where distances are given, the size of all tags is not: one factor for all of them, by the minimum of
+  /// the parabola through what three of them cost. Distances count from here on: before, a size that is a
+  /// little wrong would let them contradict observations.
+  void find_size_of_tags() {
+    Bundle& bundle = map_.problem.bundle;
+    const auto in_map = [&](const BundlePoint& p) {
+      return map_.placed[p.tag] != 0 && map_.placed[p.body] != 0;
+    };
+    std::vector<double> ratios;
+    for (const PointDistanceTerm& term : distances_) {
+      if (!in_map(term.a) || !in_map(term.b)) continue;
+      bundle.point_distances.push_back(term);
+      ratios.push_back(term.measured_m / (place_of(term.a) - place_of(term.b)).norm());
+    }
+    if (ratios.empty() || !goes_on()) return;
+    constexpr double kMost = 0.2;
+    cost_at_size(std::clamp(median(std::move(ratios)), 1 - kMost, 1 + kMost));
+    for (double step : {kSizeSigma, kSizeSigma / 10}) {
+      const double at = map_.size_scale;
+      const double middle = cost_at_size(at);
+      const double less = cost_at_size(at - step);
+      const double more = cost_at_size(at + step);
+      const double bend = less - 2 * middle + more;
+      const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
+      cost_at_size(at + std::clamp(best, -10 * step, 10 * step));
+    }
+    judge();
+    for (SceneBody& body : map_.scene.bodies) {
+      for (SceneTag& tag : body.tags) tag.size_m *= map_.size_scale;
+    }
+  }
+
+  [[nodiscard]] double noise_px() const { return noise_px_; }
+  /// Gives memory back.
+  void end() { factor_.forget(); }
+
+ private:
+  static constexpr double kStartPx = 0.5;
+  static constexpr double kFarGain = 1e-3;  // enough to tell outliers
+  static constexpr double kRough = 1e-4;    // which observations count shows long before the last digit
+  static constexpr double kFine = 1e-8;
+  static constexpr double kFar = 200;
+  static constexpr double kSizeSigma = 0.005;  // of the size that all tags were printed in
+
+  [[nodiscard]] Eigen::Vector3d place_of(const BundlePoint& p) const {
+    const std::vector<BundlePose>& poses = map_.problem.bundle.poses;
+    return poses[p.body].value * (poses[p.tag].value * p.tag_p);
+  }
+
+  /// The least cost when all tags are so many times as large as was said.
+  double cost_at_size(double scale) {
+    Bundle& bundle = map_.problem.bundle;
+    const double ratio = scale / map_.size_scale;
+    map_.size_scale = scale;
+    for (CornerTerm& term : bundle.corners) term.factor.size_m *= ratio;
+    for (PointDistanceTerm& term : bundle.point_distances) {
+      term.a.tag_p *= ratio;
+      term.b.tag_p *= ratio;
+    }
+    for (PointCoordinateTerm& term : bundle.point_coordinates) term.point.tag_p *= ratio;
+    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+      SE3& pose = bundle.poses[i].value;
+      if (!bundle.poses[i].fixed) pose = SE3(pose.rotation(), ratio * pose.translation());
+    }
+    find(0, options_.search.max_iterations, "size of the tags");
+    const double off = (scale - 1) / kSizeSigma;
+    return cost(bundle) + off * off / 2;
+  }
+
+  void place() {
+    Bundle& bundle = map_.problem.bundle;
+    PlaceOptions options;
+    for (CornerTerm& term : bundle.corners) term.used = true;
+    std::vector<std::vector<internal::Hypothesis>> squares;
+    if (options_.model == SceneModel::Waymark) {
+      squares.reserve(bundle.corners.size());
+      for (const CornerTerm& term : bundle.corners)
+        squares.push_back(internal::poses_of_square(bundle, term, options.corner_sigma_px));
+      const internal::Confirmation confirmation = confirm(squares);
+      for (std::size_t i = 0; i < bundle.corners.size(); ++i)
+        bundle.corners[i].doubtful = confirmation.doubtful[i] != 0;
+      options.fewest_votes = 2;
+      options.fewest_doubtful_votes = confirmation.fewest_votes;
+      options.squares = &squares;
+    }
+    map_.placed = place_poses(bundle, known_, options);
+    for (CornerTerm& term : bundle.corners) term.used = term.used && !term.doubtful;
+  }
+
+  /// Views are of one camera at one time.
+  [[nodiscard]] internal::Confirmation confirm(
+      const std::vector<std::vector<internal::Hypothesis>>& squares) const {
+    const std::size_t cameras = map_.scene.cameras.size();
+    std::vector<internal::ViewedTag> seen;
+    seen.reserve(map_.observations.seen.size());
+    std::size_t frames = 0;
+    for (const SceneObservation& observation : map_.observations.seen)
+      frames = std::max(frames, observation.frame + 1);
+    for (const SceneObservation& observation : map_.observations.seen)
+      seen.push_back({observation.camera * (frames + 1) + observation.frame,
+                      map_.problem.tags[observation.body][observation.tag], observation.body});
+    return internal::confirm_observations(seen, squares, motions_of_views(frames, cameras));
+  }
+
+  /// Of cameras whose place on a body with measured motion is known.
+  [[nodiscard]] std::vector<internal::ViewMotion> motions_of_views(std::size_t frames,
+                                                                   std::size_t cameras) const {
+    std::vector<internal::ViewMotion> motions(cameras * (frames + 1));
+    const Bundle& bundle = map_.problem.bundle;
+    std::map<PoseIndex, const RelativeTerm*> to;
+    for (const RelativeTerm& term : bundle.relatives) to[term.b] = &term;
+    for (std::size_t c = 0; c < cameras; ++c) {
+      const PoseIndex cam = map_.problem.cameras[c];
+      if (!known_[cam].placed && !bundle.poses[cam].fixed) continue;
+      const SE3& body_T_cam = bundle.poses[cam].value;
+      const SE3 cam_T_body = body_T_cam.inverse();
+      for (std::size_t f = 1; f < frames; ++f) {
+        const std::size_t body = map_.scene.cameras[c].body;
+        const auto term = to.find(map_.problem.body_at(body, f));
+        if (term == to.end() || term->second->a != map_.problem.body_at(body, f - 1)) continue;
+        const RelativePoseFactor& factor = term->second->factor;
+        const Matrix6 W_inverse = factor.whitening.inverse();
+        const Matrix6 Ad = cam_T_body.adjoint();
+        motions[c * (frames + 1) + f] = {
+            true,
+            cam_T_body * factor.body_T_sensor * factor.measured * factor.body_T_sensor.inverse() * body_T_cam,
+            Ad * W_inverse * W_inverse.transpose() * Ad.transpose()};
+      }
+    }
+    return motions;
+  }
+
+  [[nodiscard]] bool goes_on() const { return map_.summary.usable(); }
+
+  void find(double robust_chi2, int steps, const char* stage, double relative_gain = kFine) {
+    if (!goes_on()) return;
+    const BundleOptions search{
+        .max_iterations = steps, .relative_gain = relative_gain, .robust_chi2 = robust_chi2};
+    const auto told = [&](int iteration, double cost) {
+      return !progress_ || progress_(stage, iteration, cost);
+    };
+    map_.summary = solve(map_.problem.bundle, search, told, factor_);
+  }
+
+  [[nodiscard]] bool can_count(const CornerTerm& term) const {
+    return map_.placed[term.rig] != 0 && map_.placed[term.cam] != 0 && map_.placed[term.body] != 0 &&
+           map_.placed[term.tag] != 0;
+  }
+
+  /// The corner noise is what all observations share: only its size is not known.
+  void own_noise(double sigma_px) {
+    noise_px_ = sigma_px;
+    for (CornerTerm& term : map_.problem.bundle.corners) {
+      term.factor.whitening = CornerCovariance::Identity() / sigma_px;
+      term.factor.isotropic = true;
+    }
+  }
+
+  /// Found over assumed, by the median, which outliers hardly move.
+  [[nodiscard]] double noise_ratio() const {
+    std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    double numbers = 0;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      if (!can_count(map_.problem.bundle.corners[i]) || !std::isfinite(chi2[i])) continue;
+      numbers += map_.problem.bundle.corners[i].used ? 8 : 0;
+      chi2[kept++] = chi2[i];
+    }
+    chi2.resize(kept);
+    double unknowns = 0;
+    for (std::size_t i = 0; i < map_.problem.bundle.poses.size(); ++i)
+      unknowns += map_.placed[i] != 0 && !map_.problem.bundle.poses[i].fixed ? 6 : 0;
+    numbers +=
+        6.0 * static_cast<double>(map_.problem.bundle.priors.size() + map_.problem.bundle.relatives.size());
+    constexpr std::size_t kEnough = 50;
+    const double share = 1 - unknowns / std::max(numbers, 1.0);
+    if (chi2.size() < kEnough || share < 0.05) return 1;
+    return std::max(std::sqrt(median(std::move(chi2)) / (kMedianChi2 * share)), 1e-3);
+  }
+
+  bool judge() {
+    Bundle& bundle = map_.problem.bundle;
+    const std::vector<double> chi2 = corner_chi2(bundle);
+    const auto good = [&](std::size_t i) {
+      return can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
+    };
+    std::vector<char> stands(map_.problem.moves.size());  // by itself, or by what is not in doubt
+    for (std::size_t i = 0; i < stands.size(); ++i) stands[i] = map_.problem.moves[i] == 0 ? 1 : 0;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      if (!bundle.corners[i].doubtful && good(i))
+        stands[bundle.corners[i].rig] = stands[bundle.corners[i].body] = 1;
+    }
+    bool changed = false;
+    for (std::size_t i = 0; i < chi2.size(); ++i) {
+      const CornerTerm& term = bundle.corners[i];
+      const bool used = good(i) && (!term.doubtful || (stands[term.rig] != 0 && stands[term.body] != 0));
+      changed = changed || used != bundle.corners[i].used;
+      bundle.corners[i].used = used;
+    }
+    return changed;
+  }
+
+  const SceneMapOptions& options_;
+  const MapProgress& progress_;
+  SceneMap& map_;
+  std::vector<KnownPose> known_{};
+  std::vector<PointDistanceTerm> distances_{};  ///< that do not count yet
+  internal::KeptFactor factor_{};
+  double noise_px_ = kStartPx;
+};
+
+/// Tags on no list that were hardly seen do not count: a wrong id appears once.
+void believe(const TagScene& listed, const SceneMapOptions& options, SceneMap& map) {
+  std::map<std::pair<std::size_t, std::size_t>, int> count;
+  for (const SceneObservation& seen : map.observations.seen) ++count[{seen.body, seen.tag}];
+  const auto doubtful = [&](const SceneObservation& seen) {
+    const bool on_a_list = seen.tag < listed.bodies[seen.body].tags.size();
+    return !on_a_list && count[{seen.body, seen.tag}] < options.min_observations;
+  };
+  std::set<TagId> ids;
+  for (const SceneObservation& seen : map.observations.seen) {
+    if (doubtful(seen)) ids.insert(map.scene.bodies[seen.body].tags[seen.tag].id);
+  }
+  std::erase_if(map.observations.seen, doubtful);
+  map.rejected_tags.assign(ids.begin(), ids.end());
+}
+
+}  // namespace
+
+std::optional<SE3> SceneMap::map_T_tag(std::size_t body, std::size_t tag) const {
+  const PoseIndex of_tag = problem.tags[body][tag];
+  if (!scene.bodies[body].is_static || placed[of_tag] == 0 || placed[problem.bodies[body].front()] == 0)
+    return std::nullopt;
+  return problem.bundle.poses[problem.bodies[body].front()].value * problem.bundle.poses[of_tag].value;
+}
+
+Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
+                           const SceneMapOptions& options, const MapProgress& progress) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  SceneMap map{.scene = scene};
+  map.observations = observations_of(recording, map.scene);
+  if (options.model == SceneModel::Waymark) believe(scene, options, map);
+  if (map.observations.seen.empty())
+    return fail(ErrorCode::NotFound, "no tag of this scene was seen", {},
+                "Do the topics of the cameras and the ids of the tags fit the recording?");
+  Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.observations);
+  if (!problem) return tl::unexpected(problem.error());
+  map.problem = std::move(*problem);
+  Search search(options, progress, map);
+  search.rough();
+  if (map.summary.stopped) return internal::stopped_on_request();
+  if (std::ranges::none_of(map.problem.bundle.corners, &CornerTerm::used))
+    return fail(ErrorCode::NotFound, "no tag that was seen leads to the map", {},
+                "Say where one of the tags, or the body it is on, is.");
+  if (options.model == SceneModel::Tagslam)
+    search.exactly_as_tagslam();
+  else
+    search.with_own_noise();
+  if (map.summary.stopped) return internal::stopped_on_request();
+  if (!map.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + map.summary.why);
+  map.noise_px = search.noise_px();
+  search.end();
+  map.cost = cost(map.problem.bundle);
+  report_scene(recording, map);
+  return map;
+}
+
+}  // namespace waymark

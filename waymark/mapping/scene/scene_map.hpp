@@ -1,0 +1,73 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/mapping/optimization/map_progress.hpp"
+#include "waymark/mapping/optimization/rejected_observation.hpp"
+#include "waymark/mapping/optimization/search_options.hpp"
+#include "waymark/mapping/scene/scene_bundle.hpp"
+
+namespace waymark {
+
+/// What the errors are taken to be.
+enum class SceneModel : std::uint8_t {
+  Waymark,  ///< extrinsics that stay, corner noise estimated, observations that contradict the others left
+            ///< out
+  Tagslam,  ///< what TagSLAM minimises: every observation, its pixel noise, cameras that wiggle where its
+            ///< files say so
+};
+
+struct SceneMapOptions {
+  SceneModel model = SceneModel::Waymark;
+  SearchOptions search{};
+  int min_observations = 2;
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    SearchOptions::fields(self.search, visit);
+    visit(self.min_observations,
+          Field{"min_observations",
+                "Minimum number of pictures in which a tag that is on no list must be observed.", 1, 1000});
+  }
+};
+
+/// Tags that hang on the rest by observations of some of them.
+struct SceneCut {
+  std::vector<TagId> beyond{};  ///< what hangs
+  std::vector<TagId> by{};      ///< on observations of these
+  int observations = 0;
+};
+
+struct SceneMap {
+  TagScene scene{};  ///< with the tags that were found
+  SceneObservations observations{};
+  SceneBundle problem{};
+  std::vector<char> placed{};  ///< of each pose of the problem
+  BundleCovariance covariance{};
+  BundleSummary summary{};
+  double cost = 0;                  ///< half the sum of squares of everything in use, by the model's noise
+  double noise_px = 0;              ///< of a corner coordinate: estimated, or the model's
+  double reprojection_mean_px = 0;  ///< distance of corners in use from where they project
+  double reprojection_median_px = 0;
+  std::vector<RejectedObservation> rejected{};
+  std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
+  std::vector<SceneCut> left_out_cuts{};  ///< of the unconnected: tied by observations that nothing confirms
+  std::vector<SceneCut> thin_cuts{};      ///< of what is in the map, the largest part first
+  std::vector<TagId> undetermined{};      ///< in the map, but nothing determines where
+  double size_scale = 1;                  ///< of all tags, found where distances are given
+  std::vector<TagId> rejected_tags{};     ///< on no list and hardly seen, or contradicted: not in the map
+
+  /// Where a tag of a static body is; nothing when it is not in the map.
+  [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;
+};
+
+/// Tags, extrinsics and motions that explain all observations best, from no start but what the scene knows.
+/// Fails when nothing leads to the map, and when `progress` ends it.
+[[nodiscard]] Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
+                                         const SceneMapOptions& options = {},
+                                         const MapProgress& progress = {});
+
+}  // namespace waymark

@@ -1,0 +1,257 @@
+// Cameras on bodies that look at tags on bodies: against the truth, from no start, with ids that belong to
+// nothing.
+#include "waymark/mapping/scene/scene_map.hpp"
+
+#include <gtest/gtest.h>
+#include <Eigen/Cholesky>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/scene/scene_values.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kSize = 0.2;
+
+CameraModel lens(bool fisheye) {
+  if (fisheye)
+    return CameraModel::make(Equidistant{300, 300, 320, 240, {0.01, -0.005, 0, 0}}, 640, 480).value();
+  PinholeRadtan radtan{.fx = 442, .fy = 444, .cx = 323, .cy = 247, .coefficients = 4};
+  radtan.k = {0.045, -0.077, 0, 0, 0, 0, 0, 0};
+  return CameraModel::make(radtan, 640, 480).value();
+}
+
+SE3 at(double x, double y, double z, double rx = 0, double ry = 0, double rz = 0) {
+  return {SO3::exp({rx, ry, rz}), Eigen::Vector3d(x, y, z)};
+}
+
+/// What is true, and what a recording of it says.
+struct Stage {
+  TagScene scene{};
+  SceneRecording recording{};
+  std::vector<SE3> cameras{};              ///< body_T_cam
+  std::vector<std::vector<SE3>> bodies{};  ///< by body and frame (one of a static body)
+  std::vector<std::vector<SE3>> tags{};    ///< body_T_tag
+};
+
+const SE3& body_at(const Stage& stage, std::size_t body, std::size_t frame) {
+  return stage.bodies[body].size() == 1 ? stage.bodies[body].front() : stage.bodies[body][frame];
+}
+
+/// Pictures of everything, with this noise.
+void film(Stage& stage, std::size_t frames, double noise_px, Random& random) {
+  for (std::size_t f = 0; f < frames; ++f) {
+    SceneFrame frame{.stamp = SensorTime(std::chrono::milliseconds(100 * f))};
+    for (std::size_t c = 0; c < stage.scene.cameras.size(); ++c) {
+      SceneView view{.camera = c};
+      const SE3 map_T_cam = body_at(stage, stage.scene.cameras[c].body, f) * stage.cameras[c];
+      for (std::size_t b = 0; b < stage.tags.size(); ++b) {
+        for (std::size_t t = 0; t < stage.tags[b].size(); ++t) {
+          const SE3 cam_T_tag = map_T_cam.inverse() * body_at(stage, b, f) * stage.tags[b][t];
+          const auto corners = visible_corners(stage.scene.cameras[c].model, cam_T_tag, kSize);
+          if (!corners) continue;
+          TagDetection detection{.tag = {FamilyId::Tag36h11, static_cast<int>(100 * b + t)},
+                                 .corners_px = *corners};
+          for (auto& corner : detection.corners_px)
+            corner += noise_px * Eigen::Vector2d(random.normal(), random.normal());
+          view.detections.push_back(detection);
+        }
+      }
+      frame.views.push_back(view);
+    }
+    stage.recording.frames.push_back(frame);
+  }
+}
+
+ScenePrior exactly(const SE3& mean) {
+  return ScenePrior::of(mean, Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(1e-4));
+}
+
+/// A rig of a pinhole and a fisheye, the second one's place unknown, along a wall of ten tags of which one is
+/// known.
+Stage rig_stage(std::uint64_t seed, double noise_px) {
+  Random random(seed);
+  Stage stage;
+  stage.cameras = {at(0, 0, 0), at(0.3, 0.02, 0, 0, 0.25, 0.05)};
+  stage.scene.bodies.push_back(
+      {.name = "wall", .map_T_body = exactly(at(0, 0, 0)), .default_tag_size_m = kSize});
+  stage.scene.bodies.push_back({.name = "rig", .is_static = false});
+  stage.scene.default_body = 0;
+  for (std::size_t c = 0; c < 2; ++c)
+    stage.scene.cameras.push_back({.name = "cam" + std::to_string(c), .model = lens(c == 1), .body = 1});
+  stage.scene.cameras[0].body_T_cam = exactly(stage.cameras[0]);
+  stage.bodies = {{at(0, 0, 0)}, {}};
+  stage.tags.resize(1);
+  for (int i = 0; i < 10; ++i)
+    stage.tags[0].push_back(at(0.4 * i - 1.5, 0.3 * (i % 3) - 0.3, 2 + random.uniform(-0.1, 0.1),
+                               random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3),
+                               random.uniform(-0.2, 0.2)));
+  stage.scene.bodies[0].tags.push_back({{FamilyId::Tag36h11, 0}, kSize, exactly(stage.tags[0][0])});
+  constexpr std::size_t kFrames = 40;
+  for (std::size_t f = 0; f < kFrames; ++f) {
+    const double s = static_cast<double>(f) / kFrames;
+    stage.bodies[1].push_back(
+        at(4 * s - 2, 0.3 * std::sin(9 * s), 0.4 * s, 0.1 * std::sin(5 * s), 0.1, 0.2 * std::sin(7 * s)));
+  }
+  film(stage, kFrames, noise_px, random);
+  return stage;
+}
+
+/// Two fixed cameras, one's place known, that watch a cube of four tags, of which one is known.
+Stage cube_stage(std::uint64_t seed, double noise_px) {
+  Random random(seed);
+  Stage stage;
+  stage.cameras = {at(0, 0, 0), at(1.2, 0, 0.3, 0, -0.6, 0)};
+  stage.scene.bodies.push_back({.name = "lab", .map_T_body = exactly(at(0, 0, 0))});
+  stage.scene.bodies.push_back({.name = "cube", .is_static = false});
+  for (std::size_t c = 0; c < 2; ++c)
+    stage.scene.cameras.push_back({.name = "cam" + std::to_string(c), .model = lens(false), .body = 0});
+  stage.scene.cameras[0].body_T_cam = exactly(stage.cameras[0]);
+  stage.bodies = {{at(0, 0, 0)}, {}};
+  stage.tags = {
+      {}, {at(0, 0, -0.15), at(-0.2, 0, 0, 0, 0.9, 0), at(0.2, 0, 0, 0, -0.9, 0), at(0, 0.22, 0, 0.9, 0, 0)}};
+  for (std::size_t t = 0; t < 4; ++t)
+    stage.scene.bodies[1].tags.push_back({{FamilyId::Tag36h11, 100 + static_cast<int>(t)}, kSize, {}});
+  stage.scene.bodies[1].tags[0].body_T_tag = exactly(stage.tags[1][0]);
+  for (std::size_t f = 0; f < 40; ++f) {
+    const double s = static_cast<double>(f) / 40;
+    stage.bodies[1].push_back(at(0.4 * std::sin(6 * s), 0.2 * std::cos(5 * s), 2 + 0.3 * s,
+                                 0.5 * std::sin(11 * s), 0.5 * std::sin(13 * s), 3 * s));
+  }
+  film(stage, 40, noise_px, random);
+  return stage;
+}
+
+double error_of(const SE3& estimate, const SE3& truth) { return minus(estimate, truth).norm(); }
+
+TEST(SceneMap, FindsARigItsSecondCameraAndAWallFromOneTag) {
+  const Stage stage = rig_stage(1, 0);
+  const auto map = map_scene(stage.scene, stage.recording);
+  ASSERT_TRUE(map) << to_string(map.error());
+  const auto& poses = map->problem.bundle.poses;
+  EXPECT_LT(error_of(poses[map->problem.cameras[1]].value, stage.cameras[1]), 1e-5);
+  ASSERT_EQ(map->scene.bodies[0].tags.size(), 10U);
+  for (std::size_t t = 0; t < 10; ++t) {
+    const auto id = static_cast<std::size_t>(map->scene.bodies[0].tags[t].id.number);
+    ASSERT_TRUE(map->map_T_tag(0, t));
+    EXPECT_LT(error_of(*map->map_T_tag(0, t), stage.tags[0][id]), 1e-5) << id;
+  }
+  for (std::size_t f = 0; f < stage.bodies[1].size(); ++f)
+    EXPECT_LT(error_of(poses[map->problem.bodies[1][f]].value, stage.bodies[1][f]), 1e-5) << f;
+}
+
+TEST(SceneMap, FindsACubeThatFixedCamerasWatchAndTheOtherCamera) {
+  const Stage stage = cube_stage(2, 0);
+  const auto map = map_scene(stage.scene, stage.recording);
+  ASSERT_TRUE(map) << to_string(map.error());
+  const auto& poses = map->problem.bundle.poses;
+  EXPECT_LT(error_of(poses[map->problem.cameras[1]].value, stage.cameras[1]), 1e-5);
+  for (std::size_t t = 0; t < 4; ++t)
+    EXPECT_LT(error_of(poses[map->problem.tags[1][t]].value, stage.tags[1][t]), 1e-5) << t;
+}
+
+TEST(SceneMap, ErrorsAreWhatTheCovarianceSays) {
+  // Normalised errors squared of tags and of the unknown extrinsic over draws of the noise: 6 degrees of
+  // freedom each.
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    const Stage stage = rig_stage(100 + seed, 0.3);
+    const auto map = map_scene(stage.scene, stage.recording);
+    ASSERT_TRUE(map);
+    EXPECT_NEAR(map->noise_px, 0.3, 0.03) << seed;
+    const auto add = [&](PoseIndex pose, const SE3& truth) {
+      const Vector6 e = minus(truth, map->problem.bundle.poses[pose].value);
+      sum += e.dot(map->covariance.poses[pose].llt().solve(e));
+      ++count;
+    };
+    add(map->problem.cameras[1], stage.cameras[1]);
+    for (std::size_t t = 1; t < 10; ++t)
+      add(map->problem.tags[0][t],
+          stage.tags[0][static_cast<std::size_t>(map->scene.bodies[0].tags[t].id.number)]);
+  }
+  // Errors of one draw hang together through the anchor, so the bounds are wide for 120 times 6 squares.
+  EXPECT_GT(sum / count, 4.0);
+  EXPECT_LT(sum / count, 8.0);
+}
+
+TEST(SceneMap, IdsThatBelongToNothingAndWrongOnesChangeNothing) {
+  Stage stage = cube_stage(3, 0.2);
+  const auto clean = map_scene(stage.scene, stage.recording);
+  Random random(4);
+  for (SceneFrame& frame : stage.recording.frames) {
+    TagDetection foreign = frame.views[0].detections.front();
+    foreign.tag.number = 300 + static_cast<int>(random.uniform(0, 80));
+    frame.views[0].detections.push_back(foreign);
+  }
+  // One view in which a tag of the cube is said to be where it is not.
+  for (auto& corner : stage.recording.frames[7].views[0].detections.front().corners_px) corner.x() += 60;
+  const auto map = map_scene(stage.scene, stage.recording);
+  ASSERT_TRUE(clean && map);
+  EXPECT_GT(map->observations.foreign.size(), 10U);
+  ASSERT_EQ(map->rejected.size(), clean->rejected.size() + 1);
+  for (std::size_t t = 0; t < 4; ++t)
+    EXPECT_LT(error_of(map->problem.bundle.poses[map->problem.tags[1][t]].value, stage.tags[1][t]), 0.01);
+}
+
+TEST(SceneMap, WhatHangsApartIsSaidAndNotInvented) {
+  Stage stage = rig_stage(5, 0.1);
+  // In the last frames only tags 8 and 9 are seen, and they are seen nowhere else.
+  for (std::size_t f = 0; f < stage.recording.frames.size(); ++f) {
+    for (SceneView& view : stage.recording.frames[f].views) {
+      std::erase_if(view.detections, [&](const TagDetection& d) { return (d.tag.number >= 8) != (f >= 30); });
+    }
+  }
+  const auto map = map_scene(stage.scene, stage.recording);
+  ASSERT_TRUE(map) << to_string(map.error());
+  ASSERT_EQ(map->unconnected.size(), 1U);
+  EXPECT_EQ(map->unconnected[0], (std::vector<TagId>{{FamilyId::Tag36h11, 8}, {FamilyId::Tag36h11, 9}}));
+  for (std::size_t t = 0; t < map->scene.bodies[0].tags.size(); ++t)
+    EXPECT_EQ(map->map_T_tag(0, t).has_value(), map->scene.bodies[0].tags[t].id.number < 8);
+}
+
+TEST(SceneMap, ASquashIsAboutTheFrameNearestToItsTime) {
+  Stage stage = rig_stage(9, 0.1);
+  const auto all = observations_of(stage.recording, stage.scene).seen.size();
+  const SceneFrame& frame = stage.recording.frames[20];
+  const int id = frame.views[0].detections.front().tag.number;
+  for (const auto& [off_ms, removed] : {std::pair{30, 1}, {-40, 1}, {0, 1}, {5000, 0}}) {
+    stage.scene.squash = {
+        {.stamp = frame.stamp + std::chrono::milliseconds(off_ms), .camera = "cam0", .ids = {id}}};
+    EXPECT_EQ(observations_of(stage.recording, stage.scene).squashed, removed) << off_ms;
+    EXPECT_EQ(observations_of(stage.recording, stage.scene).seen.size(),
+              all - static_cast<std::size_t>(removed));
+  }
+}
+
+TEST(SceneMap, NothingKnownIsARefusalAndSoIsNothingSeen) {
+  Stage stage = rig_stage(6, 0.1);
+  stage.recording.frames.clear();
+  EXPECT_FALSE(map_scene(stage.scene, stage.recording));
+  Stage moving = cube_stage(7, 0.1);
+  moving.scene.bodies[0].is_static = false;
+  moving.scene.bodies[0].map_T_body.reset();
+  EXPECT_FALSE(map_scene(moving.scene, moving.recording));
+}
+
+TEST(SceneMap, TheTagslamModelCostsNoMoreThanTheTruth) {
+  Stage stage = rig_stage(8, 0.5);
+  for (CameraOnBody& camera : stage.scene.cameras) camera.wiggle_m = camera.wiggle_rad = 0.01;
+  const auto map = map_scene(stage.scene, stage.recording, {.model = SceneModel::Tagslam});
+  ASSERT_TRUE(map);
+  SceneValues truth{.static_bodies = {{"wall", at(0, 0, 0)}}};
+  for (std::size_t c = 0; c < 2; ++c) truth.cameras[stage.scene.cameras[c].name] = stage.cameras[c];
+  for (std::size_t t = 0; t < 10; ++t) truth.tags[static_cast<int>(t)] = stage.tags[0][t];
+  for (std::size_t f = 0; f < stage.bodies[1].size(); ++f)
+    truth.moving_bodies[{"rig", stage.recording.frames[f].stamp.time_since_epoch().count()}] =
+        stage.bodies[1][f];
+  const auto cost = cost_at(truth, stage.scene, stage.recording);
+  ASSERT_TRUE(cost);
+  EXPECT_LT(map->cost, cost->cost);
+  EXPECT_GT(map->cost, 0.2 * cost->cost);  // it is not another problem that was solved
+}
+
+}  // namespace
+}  // namespace waymark
