@@ -10,7 +10,7 @@ namespace waymark::internal {
 namespace {
 
 using Sites = std::map<TagId, std::vector<WheelSite>>;
-constexpr std::size_t kEnough = 8;  // fewer are misread
+constexpr std::size_t kFewestOfASite = 8;  // fewer are misread
 constexpr double kSoon_m = 0.5;     // the wheels are trusted to the centimetre
 
 /// How a site of a tag and its main one follow each other.
@@ -67,7 +67,7 @@ std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
     if (sites.empty()) continue;
     const std::size_t main = main_of(sites);
     for (std::size_t i = 0; i < sites.size(); ++i) {
-      if (i != main && sites[i].seen.size() >= kEnough) result.push_back(compare(sites[main], sites[i]));
+      if (i != main && sites[i].seen.size() >= kFewestOfASite) result.push_back(compare(sites[main], sites[i]));
     }
   }
   return result;
@@ -89,7 +89,7 @@ bool alone_in_jumping(const DuplicateTag& jumped, const std::vector<DuplicateTag
 /// Tags that were passed twice and found in one place.
 std::ptrdiff_t found_again(const Sites& all) {
   return std::ranges::count_if(all, [](const auto& of_tag) {
-    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kEnough; };
+    const auto enough = [](const WheelSite& site) { return site.seen.size() >= kFewestOfASite; };
     return std::ranges::count_if(of_tag.second, enough) == 1 &&
            of_tag.second[main_of(of_tag.second)].passed_twice;
   });
