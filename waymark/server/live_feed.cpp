@@ -73,7 +73,7 @@ void LiveFeed::hand_over() {
   {
     const std::unique_lock<std::mutex> hand(box_, std::try_to_lock);
     if (!hand) return;
-    std::vector<LiveSample>& samples = waiting_.samples;
+    std::vector<LiveSample>& samples = box_updates_.samples;
     const std::size_t room = kMostWaiting - std::min(kMostWaiting, samples.size());
     const std::size_t fits = std::min(room, waiting_.size());
     dropped_.fetch_add(waiting_.size() - fits, std::memory_order_relaxed);
@@ -81,22 +81,22 @@ void LiveFeed::hand_over() {
                    std::make_move_iterator(waiting_.begin() + static_cast<std::ptrdiff_t>(fits)));
     waiting_.clear();
     if (spare_.empty()) std::swap(spare_, box_spare_);
-    if (status_waiting_) waiting_.status = *std::exchange(status_waiting_, std::nullopt);
-    if (texts_waiting_) waiting_.texts = std::exchange(texts_waiting_, nullptr);
-    if (shapes_waiting_) waiting_.shapes = std::exchange(shapes_waiting_, nullptr);
-    if (camera_waiting_) waiting_.camera = std::exchange(camera_waiting_, std::nullopt);
+    if (status_waiting_) box_updates_.status = *std::exchange(status_waiting_, std::nullopt);
+    if (texts_waiting_) box_updates_.texts = std::exchange(texts_waiting_, nullptr);
+    if (shapes_waiting_) box_updates_.shapes = std::exchange(shapes_waiting_, nullptr);
+    if (camera_waiting_) box_updates_.camera = std::exchange(camera_waiting_, std::nullopt);
   }
   wake_();
 }
 
 LiveFeed::Updates LiveFeed::take() {
   const std::scoped_lock hand(box_);
-  Updates updates{.samples = std::move(waiting_.samples),
-                  .status = waiting_.status,
-                  .texts = waiting_.texts,
-                  .camera = waiting_.camera,
-                  .shapes = waiting_.shapes};
-  waiting_.samples = {};
+  Updates updates{.samples = std::move(box_updates_.samples),
+                  .status = box_updates_.status,
+                  .texts = box_updates_.texts,
+                  .camera = box_updates_.camera,
+                  .shapes = box_updates_.shapes};
+  box_updates_.samples = {};
   return updates;
 }
 

@@ -110,7 +110,7 @@ class LiveFeed {
   LiveStatus told_{};
 
   std::mutex box_;  ///< guards what follows
-  Updates waiting_{};
+  Updates box_updates_{};
   std::vector<CameraFrame> box_spare_{};
   std::mutex order_box_;
   std::vector<ViewerOrder> orders_{};
