@@ -11,7 +11,7 @@ namespace {
 
 using Sites = std::map<TagId, std::vector<WheelSite>>;
 constexpr std::size_t kFewestOfASite = 8;  // fewer are misread
-constexpr double kSoon_m = 0.5;     // the wheels are trusted to the centimetre
+constexpr double kSoon_m = 0.5;            // the wheels are trusted to the centimetre
 
 /// How a site of a tag and its main one follow each other.
 enum class Second : std::uint8_t { ByTurns, Jumped, Later };
@@ -67,7 +67,8 @@ std::vector<DuplicateTag> duplicate_tags_of(const Sites& all) {
     if (sites.empty()) continue;
     const std::size_t main = main_of(sites);
     for (std::size_t i = 0; i < sites.size(); ++i) {
-      if (i != main && sites[i].seen.size() >= kFewestOfASite) result.push_back(compare(sites[main], sites[i]));
+      if (i != main && sites[i].seen.size() >= kFewestOfASite)
+        result.push_back(compare(sites[main], sites[i]));
     }
   }
   return result;
