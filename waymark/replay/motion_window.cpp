@@ -1,0 +1,68 @@
+#include "waymark/replay/motion_window.hpp"
+
+#include <numbers>
+
+#include <Eigen/Eigenvalues>
+
+namespace waymark::internal {
+namespace {
+
+/// Deviation of both poses of a cut along a direction of the map [m].
+double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction) {
+  const Eigen::Matrix2d P =
+      cut.from.covariance.topLeftCorner<2, 2>() + cut.to.covariance.topLeftCorner<2, 2>();
+  return std::sqrt(std::max(0.0, map_direction.dot(P * map_direction)));
+}
+
+}  // namespace
+
+double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+double turned_by_tags(const Cut& cut) {
+  return straight(cut.to.map_T_base.yaw() - cut.from.map_T_base.yaw());
+}
+double turned_by_odometry(const Cut& cut) {
+  return straight(cut.to.odom_T_base.yaw() - cut.from.odom_T_base.yaw());
+}
+
+Eigen::Vector2d apart(const Cut& cut) {
+  const SE2 by_tags = cut.from.map_T_base.inverse() * cut.to.map_T_base;
+  const SE2 by_odometry = cut.from.odom_T_base.inverse() * cut.to.odom_T_base;
+  return by_tags.translation() - by_odometry.translation();
+}
+
+/// The larger of the estimates': their errors go together. Those of two pictures do not.
+double yaw_sigma(const Cut& cut) {
+  return std::sqrt(std::max(0.0, cut.from.covariance(2, 2) + cut.to.covariance(2, 2)));
+}
+
+double largest_sigma(const MotionSample& sample) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(sample.covariance.topLeftCorner<2, 2>(),
+                                                            Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
+}
+
+double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
+  const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
+  const Eigen::Vector2d across(-way.y(), way.x());
+  const double bend = scales.gyro ? 0.0 : scales.turn_share * (cut.to.turned_rad - cut.from.turned_rad) / 2;
+  const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
+  const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
+  constexpr double kHeadingShare = 0.02;  // wheels that are not aligned
+  return scales.distance_share * std::abs(direction.dot(way)) +
+         (kHeadingShare + bend) * std::abs(direction.dot(across)) + scales.sigmas * noise;
+}
+
+std::array<Cut, 4> cuts_of(const std::vector<MotionSample>& window) {
+  const double begin = window.front().moving_s;
+  const double third = (window.back().moving_s - begin) / 3;
+  const auto at = [&](double moving_s) -> const MotionSample& {
+    return *std::ranges::lower_bound(window, moving_s - 1e-9, {}, &MotionSample::moving_s);
+  };
+  const MotionSample& one = at(begin + third);
+  const MotionSample& two = at(begin + 2 * third);
+  return {Cut{window.front(), window.back()}, Cut{window.front(), one}, Cut{one, two},
+          Cut{two, window.back()}};
+}
+
+}  // namespace waymark::internal
