@@ -1,0 +1,57 @@
+#include "waymark/media/video_format.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+
+namespace waymark {
+namespace {
+
+using namespace std::string_view_literals;
+
+template <std::size_t N>
+bool ends_as(std::string_view path, const std::array<std::string_view, N>& suffixes) {
+  std::string suffix = std::filesystem::path(path).extension().string();
+  for (char& c : suffix) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return std::ranges::find(suffixes, suffix) != suffixes.end();
+}
+
+/// Packets of a transport stream begin with 0x47, one each 188 bytes.
+bool is_transport_stream(std::string_view head) {
+  constexpr std::size_t kPacket = 188;
+  return head.size() > 2 * kPacket && head[0] == 0x47 && head[kPacket] == 0x47 && head[2 * kPacket] == 0x47;
+}
+
+}  // namespace
+
+bool begins_as_video(std::span<const std::uint8_t> bytes) {
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  constexpr std::size_t kBoxName = 4;
+  const std::string_view box = head.size() >= 8 ? head.substr(kBoxName, 4) : ""sv;
+  constexpr std::array kBoxes = {"ftyp"sv, "moov"sv, "mdat"sv, "wide"sv, "skip"sv};
+  if (std::ranges::find(kBoxes, box) != kBoxes.end()) return true;
+  if (head.starts_with("\x1A\x45\xDF\xA3"sv)) return true;  // EBML
+  if (head.starts_with("RIFF"sv) && head.size() >= 12 && head.substr(8, 3) == "AVI"sv) return true;
+  return head.starts_with("\0\0\1\xBA"sv) || is_transport_stream(head);
+}
+
+bool looks_like_video(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;
+  constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
+  if (ends_as(path, kRaw)) return true;
+  std::array<char, 400> head{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(head.data(), head.size());
+  return begins_as_video(
+      {reinterpret_cast<const std::uint8_t*>(head.data()), static_cast<std::size_t>(file.gcount())});
+}
+
+bool is_video_name(std::string_view path) {
+  constexpr std::array kWritten = {".mp4"sv, ".mov"sv, ".m4v"sv, ".mkv"sv, ".webm"sv, ".avi"sv};
+  return ends_as(path, kWritten);
+}
+
+}  // namespace waymark

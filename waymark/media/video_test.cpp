@@ -1,0 +1,370 @@
+// Videos that are written here, of pictures that are known, read back: whole, cut, damaged, and files that
+// are none.
+#include <sys/stat.h>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/media/video_format.hpp"
+#include "waymark/media/video_reader.hpp"
+#include "waymark/media/video_writer.hpp"
+
+#ifndef WAYMARK_HAVE_LIBAV
+
+TEST(Video, WithoutTheLibrariesTheErrorSaysWhatToInstall) {
+  const auto reader = waymark::VideoReader::open("walk.mp4");
+  ASSERT_FALSE(reader);
+  EXPECT_NE(reader.error().hint.find("libavformat-dev"), std::string::npos);
+}
+
+#else
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 120;
+
+/// A gradient, and a bright block that moves: picture k of a video.
+Image picture(int k, int width = kWidth, int height = kHeight) {
+  Image image(width, height);
+  const int left = 10 + 7 * k % (width - 50);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const bool block = x >= left && x < left + 32 && y >= 40 && y < 72;
+      image.row(y)[x] = static_cast<std::uint8_t>(block ? 220 : 40 + x / 2 + y / 4);
+    }
+  }
+  return image;
+}
+
+double mean_difference(const ImageView& a, const ImageView& b) {
+  if (a.width != b.width || a.height != b.height) return 255;
+  double sum = 0;
+  for (int y = 0; y < a.height; ++y)
+    for (int x = 0; x < a.width; ++x) sum += std::abs(int{a.at(x, y)} - int{b.at(x, y)});
+  return sum / a.width / a.height;
+}
+
+/// Not evenly spaced.
+SensorTime stamp_of(int k) { return SensorTime(std::chrono::milliseconds(1000 + 40 * k + 7 * (k % 3))); }
+
+Status write(const fs::path& path, int pictures, const VideoWriterOptions& options = {}, int width = kWidth,
+             int height = kHeight, const std::function<SensorTime(int)>& stamp = stamp_of) {
+  auto writer = VideoWriter::create(path, width, height, options);
+  if (!writer) return tl::unexpected(writer.error());
+  for (int k = 0; k < pictures; ++k)
+    if (Status added = writer->add(picture(k, width, height).view(), stamp(k)); !added) return added;
+  return writer->close();
+}
+
+struct Seen {
+  std::vector<SensorTime> stamps{};
+  std::vector<double> differences{};  ///< of each picture from that which was filmed at its time
+  std::vector<VideoProblem> problems{};
+
+  [[nodiscard]] std::string words_of(const std::string& key) const {
+    for (const VideoProblem& problem : problems)
+      if (problem.key == key) return to_string(problem.error);
+    return {};
+  }
+};
+
+/// Reads to the end. `index_at` tells which picture has this stamp.
+Seen read(VideoReader& reader, const std::function<int(SensorTime)>& index_at, int width = kWidth,
+          int height = kHeight) {
+  Seen seen;
+  while (true) {
+    const auto frame = reader.next();
+    EXPECT_TRUE(frame) << to_string(frame.error());
+    if (!frame || !*frame) break;
+    seen.stamps.push_back((*frame)->stamp);
+    seen.differences.push_back(
+        mean_difference((*frame)->luma, picture(index_at((*frame)->stamp), width, height)));
+  }
+  seen.problems = reader.problems();
+  return seen;
+}
+
+/// The picture whose stamp, since the first, is nearest.
+int nearest(SensorTime stamp) {
+  int best = 0;
+  const Duration since = stamp.time_since_epoch();
+  for (int k = 0; k < 200; ++k)
+    if (std::chrono::abs(stamp_of(k) - stamp_of(0) - since) <
+        std::chrono::abs(stamp_of(best) - stamp_of(0) - since))
+      best = k;
+  return best;
+}
+
+std::vector<std::uint8_t> bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+void write_bytes(const fs::path& path, std::span<const std::uint8_t> bytes) {
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+struct Kind {
+  const char* name;
+  VideoCodec codec;
+  const char* suffix;
+  const char* codec_name;
+};
+
+class EveryKind : public ::testing::TestWithParam<Kind> {};
+
+TEST_P(EveryKind, PicturesAndStampsComeBack) {
+  const Kind& kind = GetParam();
+  const fs::path folder = testing::fresh_folder(std::string("video_") + kind.name);
+  const fs::path path = folder / (std::string("walk") + kind.suffix);
+  const bool steady = std::string(kind.suffix) == ".avi";  // which has no stamps
+  const auto stamp = [&](int k) {
+    return steady ? SensorTime(std::chrono::milliseconds(1000 + 40 * k)) : stamp_of(k);
+  };
+  constexpr int kPictures = 20;
+  // A side that is odd, too.
+  const Status written =
+      write(path, kPictures, {.codec = kind.codec, .quality = 15, .rate_hz = 25}, kWidth + 1, kHeight, stamp);
+  ASSERT_TRUE(written) << to_string(written.error());
+  EXPECT_TRUE(looks_like_video(path.string()));
+  auto reader = VideoReader::open(path);
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  EXPECT_EQ(reader->info().codec, kind.codec_name);
+  EXPECT_EQ(reader->info().width_px, kWidth + 2);
+  EXPECT_EQ(reader->info().height_px, kHeight);
+  ASSERT_TRUE(reader->info().duration);
+  int k = 0;
+  while (true) {
+    const auto frame = reader->next();
+    ASSERT_TRUE(frame) << to_string(frame.error());
+    if (!*frame) break;
+    const Duration off = ((*frame)->stamp - SensorTime()) - (stamp(k) - stamp(0));
+    EXPECT_LE(std::abs(to_seconds(off)), 0.0011) << k;
+    const ImageView part{(*frame)->luma.data, kWidth + 1, kHeight, (*frame)->luma.stride};
+    EXPECT_LT(mean_difference(part, picture(k, kWidth + 1)), 3) << k;
+    EXPECT_EQ((*frame)->index, k);
+    ++k;
+  }
+  EXPECT_EQ(k, kPictures);
+  EXPECT_TRUE(reader->problems().empty()) << to_string(reader->problems().front().error);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryKind,
+                         ::testing::Values(Kind{"H264Mp4", VideoCodec::H264, ".mp4", "h264"},
+                                           Kind{"H264Mkv", VideoCodec::H264, ".mkv", "h264"},
+                                           Kind{"HevcMp4", VideoCodec::Hevc, ".mp4", "hevc"},
+                                           Kind{"Vp9Webm", VideoCodec::Vp9, ".webm", "vp9"},
+                                           Kind{"Av1Mkv", VideoCodec::Av1, ".mkv", "av1"},
+                                           Kind{"MjpegAvi", VideoCodec::Mjpeg, ".avi", "mjpeg"},
+                                           Kind{"MjpegMov", VideoCodec::Mjpeg, ".mov", "mjpeg"},
+                                           Kind{"H264Avi", VideoCodec::H264, ".avi", "h264"}),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(Video, TheRotationFlagIsReportedAndPixelsStay) {
+  const fs::path path = testing::fresh_folder("video_rotation") / "phone.mp4";
+  ASSERT_TRUE(write(path, 3, {.rotation_deg = 90}));
+  auto reader = VideoReader::open(path);
+  ASSERT_TRUE(reader);
+  EXPECT_NEAR(reader->info().rotation_deg, 90, 1e-6);
+  const Seen seen = read(*reader, nearest);
+  ASSERT_EQ(seen.stamps.size(), 3U);
+  EXPECT_LT(seen.differences[0], 3);
+}
+
+TEST(Video, ColorsBecomeTheirGrey) {
+  const fs::path path = testing::fresh_folder("video_color") / "color.mp4";
+  auto writer = VideoWriter::create(path, 64, 48, {.quality = 5});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->add(ColorImage(64, 48, Rgb{200, 50, 30}), stamp_of(0)));
+  ASSERT_TRUE(writer->close());
+  auto reader = VideoReader::open(path);
+  ASSERT_TRUE(reader);
+  const auto frame = reader->next();
+  ASSERT_TRUE(frame && *frame);
+  EXPECT_NEAR((*frame)->luma.at(30, 20), (299 * 200 + 587 * 50 + 114 * 30) / 1000, 2);
+}
+
+TEST(Video, AGapInTimeIsNamed) {
+  const fs::path path = testing::fresh_folder("video_gap") / "gap.mp4";
+  const auto stamp = [](int k) {
+    return SensorTime(std::chrono::milliseconds(k < 5 ? 40 * k : 3000 + 40 * k));
+  };
+  ASSERT_TRUE(write(path, 10, {}, kWidth, kHeight, stamp));
+  auto reader = VideoReader::open(path);
+  ASSERT_TRUE(reader);
+  const Seen seen = read(*reader, [](SensorTime) { return 0; });
+  EXPECT_EQ(seen.stamps.size(), 10U);
+  EXPECT_THAT(seen.words_of("video.gap"), HasSubstr("no picture between 0.160 s and 3.200 s"));
+}
+
+TEST(Video, AFileThatWasCutShortGivesWhatIsThereAndSaysWhereItEnds) {
+  const fs::path folder = testing::fresh_folder("video_cut");
+  for (const char* name : {"walk.mkv", "walk.avi"}) {
+    ASSERT_TRUE(write(folder / name, 100, {.rate_hz = 25}));
+    const auto bytes = bytes_of(folder / name);
+    write_bytes(folder / name, std::span(bytes).first(bytes.size() / 2));
+    auto reader = VideoReader::open(folder / name);
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    const Seen seen = read(*reader, [&](SensorTime stamp) {
+      return std::string(name) == "walk.avi"
+                 ? static_cast<int>(std::lround(to_seconds(stamp - SensorTime()) * 25))
+                 : nearest(stamp);
+    });
+    EXPECT_GT(seen.stamps.size(), 20U) << name;
+    EXPECT_LT(seen.stamps.size(), 90U) << name;
+    for (const double difference : seen.differences) EXPECT_LT(difference, 4) << name;
+    EXPECT_THAT(seen.words_of("video.truncated"), HasSubstr("the pictures end at")) << name;
+    EXPECT_THAT(seen.words_of("video.truncated"), HasSubstr((folder / name).string()));
+  }
+}
+
+TEST(Video, AnMp4WithoutItsIndexSaysSo) {
+  const fs::path path = testing::fresh_folder("video_index") / "walk.mp4";
+  ASSERT_TRUE(write(path, 60));
+  const auto bytes = bytes_of(path);
+  write_bytes(path, std::span(bytes).first(bytes.size() / 2));
+  const auto reader = VideoReader::open(path);
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::Unreadable);
+  EXPECT_THAT(to_string(reader.error()), HasSubstr("index is missing or damaged"));
+  EXPECT_TRUE(reader.error().place.byte);
+}
+
+TEST(Video, PicturesAfterAHoleAreLeftOutUntilOneIsWholeAgain) {
+  const fs::path folder = testing::fresh_folder("video_hole");
+  for (const char* name : {"walk.mp4", "walk.mkv"}) {
+    // No pictures between key frames are predicted from later ones.
+    ASSERT_TRUE(write(folder / name, 150, {.quality = 20, .key_interval = 25}));
+    auto bytes = bytes_of(folder / name);
+    const std::size_t middle = bytes.size() * 2 / 5;
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(middle), bytes.size() / 40, std::uint8_t{0});
+    auto reader = VideoReader::open(bytes, name);
+    ASSERT_TRUE(reader) << to_string(reader.error());
+    const Seen seen = read(*reader, nearest);
+    EXPECT_GT(seen.stamps.size(), 60U) << name;
+    EXPECT_LT(seen.stamps.size(), 150U) << name;
+    for (std::size_t i = 0; i < seen.differences.size(); ++i)
+      EXPECT_LT(seen.differences[i], 4) << name << " at " << to_seconds(seen.stamps[i] - SensorTime());
+    EXPECT_THAT(seen.words_of("video.damaged"), HasSubstr("are left out")) << name;
+    EXPECT_GT(to_seconds(seen.stamps.back() - SensorTime()), 5.9) << name;  // it goes on after the hole
+  }
+}
+
+TEST(Video, WhatIsNoVideoIsNamed) {
+  const fs::path folder = testing::fresh_folder("video_none");
+  const auto error_of = [&](const fs::path& path) {
+    const auto reader = VideoReader::open(path);
+    return reader ? std::string("opened") : to_string(reader.error());
+  };
+  EXPECT_THAT(error_of(folder / "absent.mp4"), HasSubstr("absent.mp4: cannot open: No such file"));
+  EXPECT_THAT(error_of(folder), HasSubstr("is a folder"));
+  write_bytes(folder / "empty.mp4", {});
+  EXPECT_THAT(error_of(folder / "empty.mp4"), HasSubstr("is empty"));
+  std::ofstream(folder / "text.mp4") << std::string(5000, 'x');
+  EXPECT_THAT(error_of(folder / "text.mp4"), HasSubstr("is no video that can be read"));
+  ASSERT_EQ(::mkfifo((folder / "pipe.mp4").c_str(), 0600), 0);
+  EXPECT_THAT(error_of(folder / "pipe.mp4"), HasSubstr("Write it to a file first"));
+  EXPECT_THAT(error_of("/dev/null"), HasSubstr("is a device"));
+  std::ofstream(folder / "list.mp4") << "#EXTM3U\n#EXTINF:1,\nfile:///etc/passwd\n";
+  EXPECT_THAT(error_of(folder / "list.mp4"), HasSubstr("is no video that can be read"));
+}
+
+TEST(Video, SoundAloneIsNamed) {
+  const fs::path path = testing::fresh_folder("video_sound") / "sound.mp4";
+  std::string wave = "RIFF";
+  const auto number = [&](std::uint32_t value, int bytes) {
+    for (int i = 0; i < bytes; ++i) wave += static_cast<char>(value >> (8 * i) & 255U);
+  };
+  constexpr std::uint32_t kSamples = 8000;
+  number(36 + kSamples, 4);
+  wave += "WAVEfmt ";
+  number(16, 4), number(1, 2), number(1, 2), number(8000, 4), number(8000, 4), number(1, 2), number(8, 2);
+  wave += "data";
+  number(kSamples, 4);
+  wave += std::string(kSamples, '\x80');
+  std::ofstream(path, std::ios::binary) << wave;
+  const auto reader = VideoReader::open(path);
+  ASSERT_FALSE(reader);
+  EXPECT_THAT(to_string(reader.error()), HasSubstr("only sound"));
+}
+
+TEST(Video, LargePicturesAreRefused) {
+  const fs::path path = testing::fresh_folder("video_large") / "walk.mp4";
+  ASSERT_TRUE(write(path, 2));
+  const auto reader = VideoReader::open(path, {.max_pixels = kWidth * kHeight - 1});
+  ASSERT_FALSE(reader);
+  EXPECT_EQ(reader.error().code, ErrorCode::LimitExceeded);
+}
+
+TEST(Video, DamagedBytesNeverCrash) {
+  const fs::path folder = testing::fresh_folder("video_bytes");
+  Random random(20261123);
+  for (const char* name : {"walk.mp4", "walk.mkv", "walk.webm", "walk.avi"}) {
+    ASSERT_TRUE(write(folder / name, 8));
+    const auto whole = bytes_of(folder / name);
+    for (int round = 0; round < 40; ++round) {
+      auto bytes = whole;
+      for (int flip = 0; flip < 1 + round; ++flip) {
+        const auto at =
+            static_cast<std::size_t>(random.uniform(0, 1) * static_cast<double>(bytes.size() - 1));
+        bytes[at] = static_cast<std::uint8_t>(random.uniform(0, 256));
+      }
+      auto reader = VideoReader::open(bytes, name, {.max_pixels = 1'000'000});
+      if (!reader) continue;
+      std::optional<SensorTime> last;
+      for (int k = 0; k < 100; ++k) {
+        const auto frame = reader->next();
+        if (!frame || !*frame) break;
+        ASSERT_FALSE((*frame)->luma.empty());
+        EXPECT_TRUE(!last || (*frame)->stamp > *last);
+        last = (*frame)->stamp;
+      }
+    }
+  }
+}
+
+TEST(Video, AWriterThatIsNotClosedLeavesNothing) {
+  const fs::path folder = testing::fresh_folder("video_unfinished");
+  {
+    auto writer = VideoWriter::create(folder / "walk.mp4", kWidth, kHeight);
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(writer->add(picture(0).view(), stamp_of(0)));
+    const Status again = writer->add(picture(1).view(), stamp_of(0));
+    ASSERT_FALSE(again);
+    EXPECT_THAT(to_string(again.error()), HasSubstr("do not grow"));
+    EXPECT_FALSE(fs::exists(folder / "walk.mp4"));
+  }
+  EXPECT_TRUE(fs::is_empty(folder));
+}
+
+TEST(Video, WhatCannotBeWrittenIsNamed) {
+  const fs::path folder = testing::fresh_folder("video_unwritable");
+  const auto error_of = [&](const fs::path& path, int width) {
+    const auto writer = VideoWriter::create(path, width, kHeight);
+    return writer ? std::string("made") : to_string(writer.error());
+  };
+  EXPECT_THAT(error_of(folder / "walk.gif", kWidth), HasSubstr("End it in .mp4"));
+  EXPECT_THAT(error_of(folder / "walk.mp4", 0), HasSubstr("make no video"));
+  EXPECT_THAT(error_of(folder / "absent" / "walk.mp4", kWidth), HasSubstr("cannot write the video"));
+}
+
+}  // namespace
+}  // namespace waymark
+
+#endif

@@ -1,0 +1,243 @@
+#include "waymark/media/video_writer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "waymark/media/video_format.hpp"
+
+#ifdef WAYMARK_HAVE_LIBAV
+#include "waymark/media/video_encoder.hpp"
+#include "waymark/media/yuv420.hpp"
+#endif
+
+namespace waymark {
+
+#ifdef WAYMARK_HAVE_LIBAV
+
+using namespace internal;  // NOLINT(google-build-using-namespace): this file is their other half
+
+struct VideoWriter::Impl {
+  Impl(const Libav& libraries, std::filesystem::path to)
+      : av(libraries),
+        path(std::move(to)),
+        beside(fmt::format("{}.{}.part", path.string(), ::getpid())),
+        packet(av.av_packet_alloc(), {&av}),
+        frame(av.av_frame_alloc(), {&av}) {}
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+  ~Impl();
+
+  [[nodiscard]] Status open(int width, int height, const VideoWriterOptions& options);
+  [[nodiscard]] Status add_rotation(double clockwise_deg);
+  template <class Picture>
+  [[nodiscard]] Status add(const Picture& image, int width, int height, SensorTime stamp);
+  [[nodiscard]] Status encode(AVFrame* picture);
+  [[nodiscard]] Status close();
+  [[nodiscard]] tl::unexpected<Error> unwritable(int error) const {
+    return fail(ErrorCode::Unwritable, "cannot write the video: " + words_of(av, error),
+                {.source = path.string()});
+  }
+
+  const Libav& av;
+  std::filesystem::path path;
+  std::filesystem::path beside;
+  AVFormatContext* format = nullptr;
+  AVStream* stream = nullptr;
+  LibavPtr<AVCodecContext> encoder{};
+  LibavPtr<AVPacket> packet;
+  LibavPtr<AVFrame> frame;
+  int width_px = 0, height_px = 0;
+  std::optional<SensorTime> first{};
+  SensorTime last{};
+  std::int64_t last_ticks = -1;
+  bool begun = false;  ///< the header is written
+  bool done = false;
+};
+
+namespace {
+
+AVRational time_base_of(const std::string& suffix, double rate_hz) {
+  if (suffix == ".avi") return {1000, static_cast<int>(std::lround(rate_hz * 1000))};
+  return {1, 1'000'000};
+}
+
+VideoCodec codec_for(const std::string& suffix) {
+  if (suffix == ".webm") return VideoCodec::Vp9;
+  return suffix == ".avi" ? VideoCodec::Mjpeg : VideoCodec::H264;
+}
+
+Status check(const std::filesystem::path& path, int width_px, int height_px,
+             const VideoWriterOptions& options) {
+  const Place place{.source = path.string()};
+  if (!is_video_name(path.string()))
+    return fail(ErrorCode::InvalidArgument, "this name ends as no video that is written", place,
+                "End it in .mp4, .mov, .mkv, .webm or .avi.");
+  constexpr int kMost = 16384;
+  if (width_px < 2 || height_px < 2 || width_px > kMost || height_px > kMost)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("pictures of {} x {} pixels make no video", width_px, height_px), place,
+                fmt::format("Sides of 2 to {} pixels are written.", kMost));
+  if (!(options.rate_hz >= 0.1 && options.rate_hz <= 10'000) || options.quality < 0 || options.quality > 51)
+    return fail(ErrorCode::InvalidArgument, "a rate or quality that makes no video", place);
+  return {};
+}
+
+}  // namespace
+
+VideoWriter::Impl::~Impl() {
+  if (format == nullptr) return;
+  if (format->pb != nullptr) av.avio_closep(&format->pb);
+  av.avformat_free_context(format);
+  std::error_code ignored;
+  if (!done) std::filesystem::remove(beside, ignored);
+}
+
+/// Says how players are to turn the pictures; containers without a place for it lose it.
+Status VideoWriter::Impl::add_rotation(double clockwise_deg) {
+  if (clockwise_deg == 0) return {};
+  constexpr std::size_t kMatrix = 9 * sizeof(std::int32_t);
+#if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
+  AVPacketSideData* side =
+      av.av_packet_side_data_new(&stream->codecpar->coded_side_data, &stream->codecpar->nb_coded_side_data,
+                                 AV_PKT_DATA_DISPLAYMATRIX, kMatrix, 0);
+  std::uint8_t* matrix = side == nullptr ? nullptr : side->data;
+#else
+  std::uint8_t* matrix = av.av_stream_new_side_data(stream, AV_PKT_DATA_DISPLAYMATRIX, kMatrix);
+#endif
+  if (matrix == nullptr) return fail(ErrorCode::LimitExceeded, "not enough memory");
+  av.av_display_rotation_set(reinterpret_cast<std::int32_t*>(matrix), clockwise_deg);
+  return {};
+}
+
+Status VideoWriter::Impl::open(int width, int height, const VideoWriterOptions& options) {
+  width_px = width;
+  height_px = height;
+  const std::string suffix = path.extension().string();
+  const int made = av.avformat_alloc_output_context2(&format, nullptr, nullptr, path.c_str());
+  if (made < 0) return unwritable(made);
+  stream = av.avformat_new_stream(format, nullptr);
+  if (stream == nullptr) return fail(ErrorCode::LimitExceeded, "not enough memory");
+  const bool global = (format->oformat->flags & AVFMT_GLOBALHEADER) != 0;
+  auto opened =
+      open_encoder(av, options.codec.value_or(codec_for(suffix)), (width + 1) & ~1, (height + 1) & ~1,
+                   time_base_of(suffix, options.rate_hz), global, suffix != ".avi", options);
+  if (!opened) return tl::unexpected(opened.error());
+  encoder = std::move(*opened);
+  stream->time_base = encoder->time_base;
+  stream->avg_frame_rate = encoder->framerate;
+  if (const int error = av.avcodec_parameters_from_context(stream->codecpar, encoder.get()); error < 0)
+    return unwritable(error);
+  if (Status turned = add_rotation(options.rotation_deg); !turned) return turned;
+  frame->format = encoder->pix_fmt;
+  frame->width = encoder->width;
+  frame->height = encoder->height;
+  frame->color_range = encoder->color_range;
+  if (const int error = av.av_frame_get_buffer(frame.get(), 0); error < 0) return unwritable(error);
+  const std::string url = "file:" + beside.string();
+  if (const int error = av.avio_open(&format->pb, url.c_str(), AVIO_FLAG_WRITE); error < 0)
+    return unwritable(error);
+  const int error = av.avformat_write_header(format, nullptr);
+  begun = error >= 0;
+  return begun ? Status() : unwritable(error);
+}
+
+/// Gives it to the encoder (nothing: it is to finish), and what comes out to the file.
+Status VideoWriter::Impl::encode(AVFrame* picture) {
+  int got = av.avcodec_send_frame(encoder.get(), picture);
+  while (got >= 0) {
+    got = av.avcodec_receive_packet(encoder.get(), packet.get());
+    if (got == AVERROR(EAGAIN) || got == AVERROR_EOF) return {};
+    if (got < 0) break;
+    packet->stream_index = stream->index;
+    av.av_packet_rescale_ts(packet.get(), encoder->time_base, stream->time_base);
+    got = av.av_interleaved_write_frame(format, packet.get());
+  }
+  return got < 0 ? unwritable(got) : Status();
+}
+
+template <class Picture>
+Status VideoWriter::Impl::add(const Picture& image, int width, int height, SensorTime stamp) {
+  if (width != width_px || height != height_px)
+    return fail(
+        ErrorCode::InvalidArgument,
+        fmt::format("a picture of {} x {} pixels in a video of {} x {}", width, height, width_px, height_px),
+        {.source = path.string()});
+  if (first && stamp <= last)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the stamps of pictures do not grow at {:.6f} s", to_seconds(stamp - *first)),
+                {.source = path.string()});
+  if (!first) first = stamp;
+  last = stamp;
+  const AVRational base = encoder->time_base;
+  last_ticks =
+      std::max<std::int64_t>(last_ticks + 1, std::llround(to_seconds(stamp - *first) * base.den / base.num));
+  if (const int error = av.av_frame_make_writable(frame.get()); error < 0) return unwritable(error);
+  fill(image, Yuv420{frame->data[0], frame->data[1], frame->data[2], frame->linesize[0], frame->linesize[1],
+                     frame->linesize[2], frame->width, frame->height});
+  frame->pts = last_ticks;
+  if (encoder->global_quality != 0) frame->quality = encoder->global_quality;
+  return encode(frame.get());
+}
+
+Status VideoWriter::Impl::close() {
+  if (done) return {};
+  if (Status rest = encode(nullptr); !rest) return rest;
+  if (const int error = av.av_write_trailer(format); error < 0) return unwritable(error);
+  if (const int error = av.avio_closep(&format->pb); error < 0) return unwritable(error);
+  std::error_code error;
+  std::filesystem::rename(beside, path, error);
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = path.string()});
+  done = true;
+  return {};
+}
+
+Result<VideoWriter> VideoWriter::create(const std::filesystem::path& path, int width_px, int height_px,
+                                        const VideoWriterOptions& options) {
+  if (Status sound = check(path, width_px, height_px, options); !sound) return tl::unexpected(sound.error());
+  const Result<const Libav*> av = libav();
+  if (!av) return tl::unexpected(av.error());
+  auto impl = std::make_unique<Impl>(**av, path);
+  Status opened = impl->open(width_px, height_px, options);
+  if (!opened) {
+    if (opened.error().place.source.empty()) opened.error().place.source = path.string();
+    return tl::unexpected(opened.error());
+  }
+  return VideoWriter(std::move(impl));
+}
+
+Status VideoWriter::add(const ImageView& image, SensorTime stamp) {
+  return impl_->add(image, image.width, image.height, stamp);
+}
+Status VideoWriter::add(const ColorImage& image, SensorTime stamp) {
+  return impl_->add(image, image.width(), image.height(), stamp);
+}
+Status VideoWriter::close() { return impl_->close(); }
+
+#else
+
+struct VideoWriter::Impl {};
+
+Result<VideoWriter> VideoWriter::create(const std::filesystem::path& path, int /*width_px*/,
+                                        int /*height_px*/, const VideoWriterOptions& /*options*/) {
+  return fail(ErrorCode::Unsupported, "this build writes no video files", {.source = path.string()},
+              "Install libavformat-dev, libavcodec-dev and libavutil-dev, and build again.");
+}
+Status VideoWriter::add(const ImageView& /*image*/, SensorTime /*stamp*/) { return {}; }
+Status VideoWriter::add(const ColorImage& /*image*/, SensorTime /*stamp*/) { return {}; }
+Status VideoWriter::close() { return {}; }
+
+#endif
+
+VideoWriter::VideoWriter(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+VideoWriter::VideoWriter(VideoWriter&&) noexcept = default;
+VideoWriter& VideoWriter::operator=(VideoWriter&&) noexcept = default;
+VideoWriter::~VideoWriter() = default;
+
+}  // namespace waymark
