@@ -152,6 +152,20 @@ TEST(CameraCalibration, SaysWhatIsMissing) {
   EXPECT_THAT(one_sided->advice, testing::Contains(testing::HasSubstr("top right, right, bottom right")));
 }
 
+TEST(CameraCalibration, CoefficientsThatNothingTellsAreNotCertain) {
+  const auto mild = CameraModel::make(
+      PinholeRadtan{.fx = 505, .fy = 502, .cx = 322, .cy = 238, .k = {-0.12}, .coefficients = 4}, kWidth,
+      kHeight);
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    Random random(seed);
+    const auto found = calibrate_camera(pictures(*mild, random, 0.05, 8, 15), board(), kWidth, kHeight,
+                                        LensModel::Rational8);
+    if (!found) continue;  // refusing them is right as well
+    EXPECT_GT(found->covariance.diagonal().minCoeff(), 0) << "seed " << seed;
+    EXPECT_GT(found->covariance.ldlt().vectorD().minCoeff(), 0) << "seed " << seed;
+  }
+}
+
 TEST(CameraCalibration, RefusesWhatTellsNothing) {
   Random random(6);
   const auto views = pictures(webcam(), random, 0.1, 12, 40);

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Cholesky>
+
+#include "waymark/mapping/optimization/levenberg_marquardt.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -125,33 +128,40 @@ Matrix damped(Matrix m, double damping) {
   return m;
 }
 
-struct Step {
-  Eigen::VectorXd parameters{};
-  std::vector<Vector6> poses{};
+/// Poses eliminated (Triggs et al., "Bundle Adjustment - A Modern Synthesis", section 6.1).
+struct Elimination {
+  std::vector<Eigen::LLT<Matrix6>> poses{};
   Eigen::MatrixXd reduced{};  ///< the Schur complement: information of the intrinsics
+  Eigen::VectorXd gradient{};
 };
 
-/// Eliminates the poses (Triggs et al., "Bundle Adjustment - A Modern Synthesis", section 6.1).
-std::optional<Step> solve(const std::vector<ViewSystem>& systems, double damping) {
+std::optional<Elimination> eliminate(const std::vector<ViewSystem>& systems, double damping) {
   const Eigen::Index n = systems.front().a.size();
-  Eigen::MatrixXd S = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd s = Eigen::VectorXd::Zero(n);
-  std::vector<Eigen::LLT<Matrix6>> factors;
+  Elimination result{.reduced = Eigen::MatrixXd::Zero(n, n), .gradient = Eigen::VectorXd::Zero(n)};
   for (const ViewSystem& system : systems) {
-    factors.emplace_back(damped(system.C, damping));
-    if (factors.back().info() != Eigen::Success) return std::nullopt;
-    S += damped(system.A, damping) - system.B * factors.back().solve(system.B.transpose());
-    s += system.a - system.B * factors.back().solve(system.c);
+    const auto& factor = result.poses.emplace_back(damped(system.C, damping));
+    if (factor.info() != Eigen::Success) return std::nullopt;
+    result.reduced += damped(system.A, damping) - system.B * factor.solve(system.B.transpose());
+    result.gradient += system.a - system.B * factor.solve(system.c);
   }
-  Step step{.parameters = Eigen::VectorXd::Zero(n), .reduced = S};
+  return result;
+}
+
+/// Of the intrinsics, then of the pose of each view.
+std::optional<Eigen::VectorXd> step_of(const std::vector<ViewSystem>& systems, double damping) {
+  const auto reduced = eliminate(systems, damping);
+  if (!reduced) return std::nullopt;
+  const Eigen::Index n = reduced->gradient.size();
+  Eigen::VectorXd step(n + 6 * std::ssize(systems));
   if (n > 0) {
-    const Eigen::LDLT<Eigen::MatrixXd> factor(S);
+    const Eigen::LDLT<Eigen::MatrixXd> factor(reduced->reduced);
     if (factor.info() != Eigen::Success || !factor.isPositive()) return std::nullopt;
-    step.parameters = -factor.solve(s);
+    step.head(n) = -factor.solve(reduced->gradient);
   }
   for (std::size_t i = 0; i < systems.size(); ++i)
-    step.poses.push_back(-factors[i].solve(systems[i].c + systems[i].B.transpose() * step.parameters));
-  return step.parameters.allFinite() ? std::optional(std::move(step)) : std::nullopt;
+    step.segment<6>(n + 6 * static_cast<Eigen::Index>(i)) =
+        -reduced->poses[i].solve(systems[i].c + systems[i].B.transpose() * step.head(n));
+  return step.allFinite() ? std::optional(std::move(step)) : std::nullopt;
 }
 
 std::optional<std::vector<ViewSystem>> linearize_all(const std::vector<TargetView>& views,
@@ -165,6 +175,80 @@ std::optional<std::vector<ViewSystem>> linearize_all(const std::vector<TargetVie
   return systems;
 }
 
+/// What a step changes.
+struct Values {
+  Eigen::VectorXd parameters;
+  std::vector<SE3> target_T_cam;
+};
+
+class IntrinsicsSearch {
+ public:
+  IntrinsicsSearch(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
+                   const FitOptions& options)
+      : views_(views), parameters_(parameters), options_(options) {}
+
+  double linearize() {
+    constexpr double kNothing = std::numeric_limits<double>::infinity();
+    const auto cameras = camera_bundle(options_, parameters_);
+    if (!cameras) return kNothing;
+    const auto cost = total_cost(views_, cameras->camera, options_.huber_sigma);
+    auto systems = cost ? linearize_all(views_, *cameras, options_.huber_sigma) : std::nullopt;
+    if (!systems) return kNothing;
+    systems_ = std::move(*systems);
+    gradient_ = gradient_of(systems_);
+    return *cost / 2;
+  }
+  [[nodiscard]] double cost() const {
+    const auto camera = camera_of(options_.lens, parameters_, options_.width_px, options_.height_px);
+    const auto cost = camera ? total_cost(views_, *camera, options_.huber_sigma) : std::nullopt;
+    return cost.value_or(std::numeric_limits<double>::infinity()) / 2;
+  }
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return gradient_; }
+  [[nodiscard]] std::optional<Eigen::VectorXd> damped_step(double damping) const {
+    return step_of(systems_, damping);
+  }
+  void retract(const Eigen::VectorXd& step) {
+    const Eigen::Index n = systems_.front().a.size();
+    parameters_.head(n) += step.head(n);
+    for (std::size_t i = 0; i < views_.size(); ++i)
+      views_[i].target_T_cam =
+          SE3::exp(step.segment<6>(n + 6 * static_cast<Eigen::Index>(i))) * views_[i].target_T_cam;
+  }
+  [[nodiscard]] Values values() const {
+    Values values{.parameters = parameters_, .target_T_cam = {}};
+    for (const TargetView& view : views_) values.target_T_cam.push_back(view.target_T_cam);
+    return values;
+  }
+  void restore(const Values& values) {
+    parameters_ = values.parameters;
+    for (std::size_t i = 0; i < views_.size(); ++i) views_[i].target_T_cam = values.target_T_cam[i];
+  }
+  /// Of the parameters where they stand, poses eliminated; empty where it is not positive definite.
+  [[nodiscard]] Eigen::MatrixXd information() {
+    const bool found = std::isfinite(linearize()) && step_of(systems_, 0);
+    const auto reduced = found ? eliminate(systems_, 0) : std::nullopt;
+    return reduced ? reduced->reduced : Eigen::MatrixXd();
+  }
+  [[nodiscard]] const Eigen::VectorXd& parameters() const { return parameters_; }
+
+ private:
+  static Eigen::VectorXd gradient_of(const std::vector<ViewSystem>& systems) {
+    const Eigen::Index n = systems.front().a.size();
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n + 6 * std::ssize(systems));
+    for (std::size_t i = 0; i < systems.size(); ++i) {
+      gradient.head(n) += systems[i].a;
+      gradient.segment<6>(n + 6 * static_cast<Eigen::Index>(i)) = systems[i].c;
+    }
+    return gradient;
+  }
+
+  std::vector<TargetView>& views_;
+  Eigen::VectorXd parameters_;
+  const FitOptions& options_;
+  std::vector<ViewSystem> systems_{};
+  Eigen::VectorXd gradient_{};
+};
+
 }  // namespace
 
 std::optional<double> tag_chi2(const TargetTag& tag, const TargetView& view, const CameraModel& camera) {
@@ -174,46 +258,22 @@ std::optional<double> tag_chi2(const TargetTag& tag, const TargetView& view, con
 
 std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                             const FitOptions& options) {
-  constexpr double kEnough = 1e-7;  // relative change of the cost: nothing against its own spread
-  constexpr double kMostDamping = 1e10;
-  IntrinsicsFit fit{.parameters = parameters};
-  auto cameras = camera_bundle(options, parameters);
-  if (!cameras || views.empty()) return std::nullopt;
-  auto cost = total_cost(views, cameras->camera, options.huber_sigma);
-  auto systems = linearize_all(views, *cameras, options.huber_sigma);
-  if (!cost || !systems) return std::nullopt;
-  double damping = 1e-4;
-  while (fit.iterations < options.max_iterations && damping < kMostDamping && !fit.converged) {
-    ++fit.iterations;
-    const auto step = solve(*systems, damping);
-    std::vector<TargetView> moved = views;
-    Eigen::VectorXd trial = fit.parameters;
-    if (step) {
-      trial.head(step->parameters.size()) += step->parameters;
-      for (std::size_t i = 0; i < moved.size(); ++i)
-        moved[i].target_T_cam = SE3::exp(step->poses[i]) * moved[i].target_T_cam;
-    }
-    auto trial_cameras = step ? camera_bundle(options, trial) : std::nullopt;
-    const auto trial_cost =
-        trial_cameras ? total_cost(moved, trial_cameras->camera, options.huber_sigma) : std::nullopt;
-    auto trial_systems = trial_cost && *trial_cost <= *cost
-                             ? linearize_all(moved, *trial_cameras, options.huber_sigma)
-                             : std::nullopt;
-    if (!trial_systems) {
-      damping *= 10;
-      continue;
-    }
-    fit.converged = *cost - *trial_cost <= kEnough * (1 + *cost);
-    damping = std::max(1e-12, damping / 10);
-    views = std::move(moved);
-    fit.parameters = trial;
-    cost = trial_cost;
-    systems = std::move(trial_systems);
-  }
-  fit.converged = fit.converged || damping >= kMostDamping;
-  fit.chi2 = *cost;
-  if (const auto last = solve(*systems, 0)) fit.information = last->reduced;
-  return fit;
+  if (views.empty()) return std::nullopt;
+  IntrinsicsSearch search(views, parameters, options);
+  const double start = search.linearize();
+  if (!std::isfinite(start)) return std::nullopt;
+  const auto end = levenberg_marquardt(search, start,
+                                       {.max_iterations = options.max_iterations,
+                                        .relative_gain = 1e-7,  // nothing against the cost's own spread
+                                        .cost_floor = 0.5,
+                                        .damping = 1e-4,
+                                        .shortens = false},
+                                       [](int, double) { return true; });
+  return IntrinsicsFit{.parameters = search.parameters(),
+                       .information = search.information(),
+                       .chi2 = 2 * end.cost,
+                       .iterations = end.iterations,
+                       .converged = end.converged || end.exhausted};
 }
 
 }  // namespace waymark::internal

@@ -61,7 +61,7 @@ void add_motions(const KeyFrames& keys, const LandmarkMapOptions& options, Landm
         std::hypot(kLeast_m, options.way_sigma_m_per_sqrt_m * std::sqrt(motion.translation().norm()));
     const double sigma_rad =
         std::hypot(kLeast_rad, options.turn_sigma_rad_per_sqrt_rad * std::sqrt(std::abs(motion.yaw())));
-    problem.motions.push_back({i, motion.log(), {1 / sigma_m, 1 / sigma_m, 1 / sigma_rad}});
+    problem.motions.push_back({i, {motion.log(), {1 / sigma_m, 1 / sigma_m, 1 / sigma_rad}}});
   }
 }
 
@@ -73,7 +73,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
   for (std::size_t k = 0; k < keys.index.size(); ++k) {
     for (const SeenPoint& seen : frames[keys.index[k]].points) {
       if (seen.base_p.allFinite())
-        by_tag[seen.tag].push_back({k, 0, seen.base_p, sight_whitening(seen.base_p, options)});
+        by_tag[seen.tag].push_back({k, 0, {seen.base_p, sight_whitening(seen.base_p, options)}});
     }
   }
   std::vector<TagId> ids;
@@ -87,7 +87,7 @@ std::vector<TagId> add_points(const std::vector<PointFrame>& frames, const KeyFr
     for (PointObservation& seen : observations) {
       seen.point = ids.size();
       const Eigen::Vector3d& at = problem.frames[seen.frame];
-      const Eigen::Vector2d map_p = SE2(at.x(), at.y(), at.z()) * seen.base_p;
+      const Eigen::Vector2d map_p = SE2(at.x(), at.y(), at.z()) * seen.factor.base_p;
       x.push_back(map_p.x());
       y.push_back(map_p.y());
       problem.observations.push_back(seen);
@@ -120,7 +120,7 @@ void settle(LandmarkProblem& problem, LandmarkMap& map) {
       const bool used = chi2[i] / ratio2 < kGate;
       changed = changed || used != seen.used;
       seen.used = used;
-      seen.whitening /= std::sqrt(ratio2);
+      seen.factor.whitening /= std::sqrt(ratio2);
     }
     if (!changed && round > 0) return;
     count(internal::solve(problem, 0, kMostSteps));
@@ -163,7 +163,8 @@ void read_points(const LandmarkProblem& problem, const std::vector<TagId>& ids, 
     MappedPoint& point = map.points[ids[seen.point]];
     ++(seen.used ? point.observations : point.rejected);
     if (!seen.used) continue;
-    squares += (seen.whitening.inverse() * internal::observation_residual(problem, seen)).squaredNorm();
+    squares +=
+        (seen.factor.whitening.inverse() * internal::observation_residual(problem, seen)).squaredNorm();
     ++used;
   }
   map.rms_m = used > 0 ? std::sqrt(squares / used) : 0;

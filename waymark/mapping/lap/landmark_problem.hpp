@@ -1,7 +1,9 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
+#include "waymark/factors/planar_factors.hpp"
 #include "waymark/mapping/lap/landmark_map.hpp"
 #include "waymark/mapping/optimization/block_system.hpp"
 
@@ -10,15 +12,13 @@ namespace waymark::internal {
 
 struct PointObservation {
   std::size_t frame = 0, point = 0;
-  Eigen::Vector2d base_p = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d whitening = Eigen::Matrix2d::Identity();
+  PlanarPointFactor factor{};
   bool used = true;
 };
 
 struct PlaneMotion {
   std::size_t to = 0;  ///< from the frame before
-  SE2::Tangent twist = SE2::Tangent::Zero();
-  Eigen::Vector3d inverse_sigma = Eigen::Vector3d::Ones();
+  PlanarMotionFactor factor{};
 };
 
 /// Frame 0 is fixed. Unknowns in the order of the system: frames from 1 (x, y, yaw), points (x, y), scales

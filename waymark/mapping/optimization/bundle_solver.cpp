@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -6,6 +5,7 @@
 #include "waymark/mapping/optimization/bundle_terms.hpp"
 #include "waymark/mapping/optimization/front_cholesky.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
+#include "waymark/mapping/optimization/levenberg_marquardt.hpp"
 #include "waymark/mapping/optimization/schur_system.hpp"
 
 namespace waymark {
@@ -36,37 +36,62 @@ int set_invisible_aside(Bundle& bundle) {
 struct Values {
   std::vector<BundlePose> poses;
   std::vector<BundleScales> scales;
-
-  static Values of(const Bundle& bundle) { return {bundle.poses, bundle.odometry_scales}; }
-  void restore(Bundle& bundle) const {
-    bundle.poses = poses;
-    bundle.odometry_scales = scales;
-  }
 };
 
-/// As BlockSystem::step(), by elimination.
-std::optional<Eigen::VectorXd> step_of(internal::SchurSystem& schur, const BlockSystem& system,
-                                       double damping) {
-  constexpr double kStays = 1e-12;  // what nothing determines stays where it is
-  if (!schur.factorize(damping, kStays)) return std::nullopt;
-  Eigen::VectorXd step = schur.solve(-system.gradient());
-  if (!step.allFinite()) return std::nullopt;
-  return step;
-}
+/// A bundle as levenberg_marquardt() wants it: its normal equations, and the way of solving them that suits
+/// their pattern.
+class BundleProblem {
+ public:
+  BundleProblem(Bundle& bundle, const Unknowns& unknowns, double robust_chi2, internal::KeptFactor& kept)
+      : bundle_(bundle),
+        unknowns_(unknowns),
+        robust_chi2_(robust_chi2),
+        kept_(kept),
+        plan_(internal::schur_plan(unknowns.dimensions, unknowns.couplings)),
+        system_(unknowns.dimensions, unknowns.couplings),
+        schur_(system_, plan_),
+        fronts_(plan_.worth_it() ? internal::FrontPlan() : internal::front_plan(system_)),
+        keeps_(!plan_.worth_it() && internal::worth_keeping(fronts_, system_)),
+        cholesky_(system_, fronts_) {}
+  BundleProblem(const BundleProblem&) = delete;  // its parts refer to each other
+  BundleProblem& operator=(const BundleProblem&) = delete;
 
-/// Goes the way of a step that went too far as far as gains something: a half of it, a quarter, ... Stays
-/// where it is when nothing of it does.
-bool shorten(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step,
-             double robust_chi2, double cost, Bundle& bundle) {
-  constexpr double kShortest = 0.05;
-  const Values before = Values::of(bundle);
-  for (double share = 0.5; share > kShortest; share /= 2) {
-    internal::apply(unknowns, system, share * step, bundle);
-    if (internal::accumulate(bundle, unknowns, robust_chi2, nullptr) < cost) return true;
-    before.restore(bundle);
+  double linearize() { return internal::accumulate(bundle_, unknowns_, robust_chi2_, &system_); }
+  [[nodiscard]] double cost() const {
+    return internal::accumulate(bundle_, unknowns_, robust_chi2_, nullptr);
   }
-  return false;
-}
+  [[nodiscard]] const Eigen::VectorXd& gradient() const { return system_.gradient(); }
+  std::optional<Eigen::VectorXd> damped_step(double damping) {
+    if (plan_.worth_it()) return step_by_elimination(damping);
+    return keeps_ ? kept_.step(system_, damping) : internal::damped_step(cholesky_, system_, damping);
+  }
+  void retract(const Eigen::VectorXd& step) { internal::apply(unknowns_, system_, step, bundle_); }
+  [[nodiscard]] Values values() const { return {bundle_.poses, bundle_.odometry_scales}; }
+  void restore(const Values& values) {
+    bundle_.poses = values.poses;
+    bundle_.odometry_scales = values.scales;
+  }
+
+ private:
+  std::optional<Eigen::VectorXd> step_by_elimination(double damping) {
+    constexpr double kStays = 1e-12;  // what nothing determines stays where it is
+    if (!schur_.factorize(damping, kStays)) return std::nullopt;
+    Eigen::VectorXd step = schur_.solve(-system_.gradient());
+    if (!step.allFinite()) return std::nullopt;
+    return step;
+  }
+
+  Bundle& bundle_;
+  const Unknowns& unknowns_;
+  double robust_chi2_;
+  internal::KeptFactor& kept_;
+  internal::SchurPlan plan_;
+  BlockSystem system_;
+  internal::SchurSystem schur_;
+  internal::FrontPlan fronts_;
+  bool keeps_;
+  internal::FrontCholesky cholesky_;
+};
 
 }  // namespace
 
@@ -77,60 +102,30 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
 
 BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundleProgress& progress,
                     internal::KeptFactor& kept) {
-  constexpr double kLeastDamping = 1e-12;
-  constexpr double kMostDamping = 1e12;
   BundleSummary summary;
   const Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) {
     summary.why = "nothing is unknown, or nothing was measured";
     return summary;
   }
-  const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);
-  BlockSystem system(unknowns.dimensions, unknowns.couplings);
-  internal::SchurSystem schur(system, plan);
-  const internal::FrontPlan fronts = plan.worth_it() ? internal::FrontPlan() : internal::front_plan(system);
-  const bool keep = !plan.worth_it() && internal::worth_keeping(fronts, system);
-  internal::FrontCholesky cholesky(system, fronts);
-  double cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
-  if (const int invisible = std::isfinite(cost) ? 0 : set_invisible_aside(bundle); invisible > 0) {
+  BundleProblem problem(bundle, unknowns, options.robust_chi2, kept);
+  summary.initial_cost = problem.linearize();
+  if (const int invisible = std::isfinite(summary.initial_cost) ? 0 : set_invisible_aside(bundle);
+      invisible > 0) {
     summary = solve(bundle, options, progress, kept);
     summary.invisible += invisible;
     return summary;
   }
-  summary.initial_cost = cost;
-  double damping = 1e-6;
-  while (summary.iterations < options.max_iterations && !summary.converged && damping < kMostDamping) {
-    summary.stopped = progress && !progress(summary.iterations, cost);
-    if (summary.stopped) break;
-    ++summary.iterations;
-    const auto step = plan.worth_it() ? step_of(schur, system, damping)
-                      : keep          ? kept.step(system, damping)
-                                      : internal::damped_step(cholesky, system, damping);
-    const Values before = Values::of(bundle);
-    if (step) internal::apply(unknowns, system, *step, bundle);
-    const double promised = step ? -step->dot(system.gradient()) / 2 : 0;
-    // Nearly every step is a good one, so its normal equations are summed up at once.
-    const double next = step ? internal::accumulate(bundle, unknowns, options.robust_chi2, &system)
-                             : std::numeric_limits<double>::infinity();
-    if (!(next <= cost)) {  // also when it cannot be evaluated there
-      before.restore(bundle);
-      // A step that should gain next to nothing and does not: rounding is all that is left.
-      summary.converged = step && promised <= 1e-12 * (1e-9 + cost);
-      if (!step || summary.converged) {
-        damping = std::max(damping, kLeastDamping) * 10;
-        continue;
-      }
-      if (!shorten(unknowns, system, *step, options.robust_chi2, cost, bundle))
-        damping = std::max(damping, kLeastDamping) * 10;
-      cost = internal::accumulate(bundle, unknowns, options.robust_chi2, &system);
-      continue;
-    }
-    summary.converged = cost - next <= options.relative_gain * (cost + 1e-12);
-    damping = std::max(damping / 10, kLeastDamping);
-    cost = next;
-  }
-  summary.final_cost = cost;
-  if (!std::isfinite(cost)) summary.why = "the cost is not finite: a measurement or a start is not a number";
+  const auto goes_on = [&](int iteration, double cost) { return !progress || progress(iteration, cost); };
+  const auto end = internal::levenberg_marquardt(
+      problem, summary.initial_cost,
+      {.max_iterations = options.max_iterations, .relative_gain = options.relative_gain}, goes_on);
+  summary.converged = end.converged;
+  summary.stopped = end.stopped;
+  summary.iterations = end.iterations;
+  summary.final_cost = end.cost;
+  if (!std::isfinite(end.cost))
+    summary.why = "the cost is not finite: a measurement or a start is not a number";
   return summary;
 }
 
