@@ -27,7 +27,9 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const Stage& stage, const R
                                                      std::function<void(const ReplayStep&)> on_step,
                                                      SessionRequests requests) {
   std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(stage, files.map), files));
-  auto replayer = make_replayer(files, stage.simulated.model, stage.simulated.camera, with_lidar(job, stage));
+  const Result<ReplayerSetup> setup = replayer_setup(job);
+  if (!setup) return tl::unexpected(setup.error());
+  auto replayer = make_replayer(files, stage.robot(), *setup);
   if (!replayer) return tl::unexpected(replayer.error());
   auto recorder = record_replay(live->known_, job);
   if (!recorder) return tl::unexpected(recorder.error());

@@ -11,8 +11,6 @@
 #include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/replay_log.hpp"
 #include "waymark/config/calibration_file.hpp"
-#include "waymark/config/map_file.hpp"
-#include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
@@ -20,7 +18,6 @@
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/route_files.hpp"
-#include "waymark/replay/route_gaps.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -92,18 +89,12 @@ Result<ReplayFiles> load_replay(const ReplayJob& job) {
   Status status = check_name(job.method, replay_methods(), "method", "--method");
   if (status) status = check_controller(job.controller);
   if (!status) return tl::unexpected(status.error());
-  if (status = check_map_folder(job.folder); !status) return tl::unexpected(status.error());
-  Result<MapFile> map = read_map(job.folder / "map.yaml");
-  if (!map) return tl::unexpected(map.error());
-  if (status = check_route_exists(job.folder, job.route); !status) return tl::unexpected(status.error());
-  Result<Route> route = read_route(job.folder / route_file_name(job.route));
-  if (!route) return tl::unexpected(route.error());
-  status = check_map(*route, map->tags, (job.folder / route_file_name(job.route)).string());
-  if (!status) return tl::unexpected(status.error());
+  Result<MapFolder> folder = read_map_and_route(job.folder, job.route);
+  if (!folder) return tl::unexpected(folder.error());
   Result<Trajectory> taught = taught_path(job);
   if (!taught) return tl::unexpected(taught.error());
-  if (taught->empty() && !job.route.empty()) *taught = path_of(*route);
-  return ReplayFiles{std::move(*map), std::move(*route), std::move(*taught)};
+  if (taught->empty() && !job.route.empty()) *taught = path_of(folder->route);
+  return ReplayFiles{std::move(*folder), std::move(*taught)};
 }
 
 Status check_laps(const ReplayJob& job, const Route& route) {
@@ -123,34 +114,16 @@ Status take_calibration(const std::string& path, ReplayJob& job) {
   return {};
 }
 
-Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files, const RobotModel& robot,
-                                                const CameraModel& camera, const ReplayJob& job) {
-  MountedSensor eye{camera, robot.base_T_cam};
-  if (job.calibration) {
-    if (job.calibration->camera) eye.camera = job.calibration->camera;
-    eye.base_T_sensor = calibrated_mounting(eye.base_T_sensor, *job.calibration);
-  }
-  Result<std::unique_ptr<LocalizationMethod>> method =
-      make_localization_method({.landmarks = Landmarks(files.map.tags),
-                                .tags = files.map.tags,
-                                .eye = eye,
-                                .method = job.method,
-                                .filter = job.filter,
-                                .anchor = job.anchor});
-  if (!method) return tl::unexpected(method.error());
-  // A person put the robot about where the route begins: then one tag is enough to say where exactly. Tags
-  // that contradict are trusted, not the person.
-  if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
-    filter->start_from(files.route.points.front().map_T_base, 0.25, 0.25);
+Result<ReplayerSetup> replayer_setup(const ReplayJob& job) {
   const Result<ReplayController> controller = parse_controller(job.controller);
   if (!controller) return tl::unexpected(controller.error());
-  ReplayOptions options = job.replay;
-  options.controller = *controller;
-  Route route = files.route;
-  if (!route.longest_without_tags_m)
-    route.longest_without_tags_m =
-        longest_without_tags_m(route, files.map.tags, *eye.camera, eye.base_T_sensor);
-  return std::make_unique<Replayer>(std::move(*method), std::move(route), files.map.tags, robot, options);
+  ReplayerSetup setup{.method = job.method,
+                      .filter = job.filter,
+                      .anchor = job.anchor,
+                      .calibration = job.calibration,
+                      .replay = job.replay};
+  setup.replay.controller = *controller;
+  return setup;
 }
 
 namespace {
@@ -159,7 +132,8 @@ std::string replay_options_yaml(const ReplayOptions& options) {
   return "follower:\n" + write_fields(options.follower, 2) + "actuators:\n" +
          write_fields(options.actuators, 2) + "profile:\n" + write_fields(options.profile, 2) + "pursuit:\n" +
          write_fields(options.pursuit, 2) + "goal:\n" + write_fields(options.goal, 2) + "watch:\n" +
-         write_fields(options.watch, 2) + "safety:\n" + write_fields(options.safety, 2);
+         write_fields(options.watch, 2) + "consistency:\n" + write_fields(options.consistency, 2) +
+         "safety:\n" + write_fields(options.safety, 2);
 }
 
 }  // namespace
@@ -203,12 +177,6 @@ std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route
                   asked, most)};
 }
 
-ReplayJob with_lidar(ReplayJob job, const Stage& stage) {
-  const LidarOptions& lidar = stage.simulated.robot.lidar;
-  job.replay.base_T_lidar = SE2(lidar.x_m, lidar.y_m, lidar.yaw_deg * 0.017453292519943295);
-  return job;
-}
-
 Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
   const Stopwatch watch;
   const Result<ReplayFiles> loaded = load_replay(job);
@@ -216,8 +184,9 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
-  const SimulatedStage& simulated = stage.simulated;
-  const auto replayer = make_replayer(*loaded, simulated.model, simulated.camera, with_lidar(job, stage));
+  const Result<ReplayerSetup> setup = replayer_setup(job);
+  if (!setup) return tl::unexpected(setup.error());
+  const auto replayer = make_replayer(*loaded, stage.robot(), *setup);
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal = goal_m(loaded->route, job);
   ReplayLog log(std::move(*recorder), job.images, goal, console);
@@ -225,7 +194,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   listener.on_sample = [&](const Sample& sample) { return log.on_sample(sample); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return log.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_replay(simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
+  const auto end = drive_replay(stage.simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
   const Status closed = log.close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());

@@ -11,12 +11,10 @@
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/lap_file.hpp"
 #include "waymark/cli/replay_notes.hpp"
-#include "waymark/config/map_file.hpp"
 #include "waymark/evaluation/replay_judgement.hpp"
 #include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/replay_setup.hpp"
 #include "waymark/jobs/stopwatch.hpp"
-#include "waymark/pipeline/localizer.hpp"
-#include "waymark/samples/calibration.hpp"
 
 namespace waymark {
 class LiveFeed;
@@ -83,21 +81,16 @@ struct ReplayJob {
 [[nodiscard]] std::vector<std::string> replay_methods();
 
 /// What a replay needs from its files.
-struct ReplayFiles {
-  MapFile map;
-  Route route;
-  Trajectory taught;  ///< the true way of the teach lap; empty when not known
+struct ReplayFiles : MapFolder {
+  Trajectory taught{};  ///< the true way of the teach lap; empty when not known
 };
 
 /// Reads the folder of the job; fails, in words, also on names of methods and controllers that are none.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job);
 /// Fails when several laps, or a part of one, are asked for on an open route.
 [[nodiscard]] Status check_laps(const ReplayJob& job, const Route& route);
-/// The replay phase for a robot with this camera.
-[[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const ReplayFiles& files,
-                                                              const RobotModel& robot,
-                                                              const CameraModel& camera,
-                                                              const ReplayJob& job);
+/// How the job drives a robot. Fails on a name of a controller that is none.
+[[nodiscard]] Result<ReplayerSetup> replayer_setup(const ReplayJob& job);
 
 struct ReplayReport {
   ReplayEnd end{};
@@ -116,8 +109,6 @@ struct ReplayReport {
 /// What is asked for and will not be driven: faster than the limiter lets pass.
 [[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);
 
-/// The job, with the lidar where the robot's file says it sits.
-[[nodiscard]] ReplayJob with_lidar(ReplayJob job, const Stage& stage);
 /// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
 /// none.
 [[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const ReplayJob& job);

@@ -1,0 +1,97 @@
+#include "waymark/jobs/replay_setup.hpp"
+
+#include <utility>
+
+#include "waymark/base/angles.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/jobs/route_files.hpp"
+#include "waymark/replay/route_gaps.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// How far a person puts the robot from the beginning of the route, standard deviations.
+constexpr double kPlaced_m = 0.25;
+constexpr double kPlaced_rad = 0.25;
+
+Result<std::optional<RobotDescription>> robot_in(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder / "robot.yaml", ignored)) return std::optional<RobotDescription>();
+  Result<RobotDescription> robot = read_robot(folder / "robot.yaml");
+  if (!robot) return tl::unexpected(robot.error());
+  return std::optional<RobotDescription>(std::move(*robot));
+}
+
+MountedSensor camera_of(const RobotDescription& robot, const std::optional<Calibration>& calibration) {
+  MountedSensor mounted{robot.camera, robot.model.base_T_cam};
+  if (!calibration) return mounted;
+  if (calibration->camera) mounted.camera = calibration->camera;
+  mounted.base_T_sensor = calibrated_mounting(mounted.base_T_sensor, *calibration);
+  return mounted;
+}
+
+SE2 lidar_of(const RobotDescription& robot) {
+  const LidarOptions& lidar = robot.simulation.lidar;
+  return {lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)};
+}
+
+}  // namespace
+
+Result<MapFolder> read_map_and_route(const fs::path& folder, const std::string& route_name) {
+  if (Status status = check_map_folder(folder); !status) return tl::unexpected(status.error());
+  Result<MapFile> map = read_map(folder / "map.yaml");
+  if (!map) return tl::unexpected(map.error());
+  Status status = check_route_exists(folder, route_name);
+  if (!status) return tl::unexpected(status.error());
+  const fs::path route_file = folder / route_file_name(route_name);
+  Result<Route> route = read_route(route_file);
+  if (!route) return tl::unexpected(route.error());
+  status = check_map(*route, map->tags, route_file.string());
+  if (!status) return tl::unexpected(status.error());
+  return MapFolder{.path = folder, .map = std::move(*map), .route = std::move(*route)};
+}
+
+Result<MapFolder> read_map_folder(const fs::path& folder, const std::string& route_name) {
+  Result<MapFolder> read = read_map_and_route(folder, route_name);
+  if (!read) return read;
+  Result<std::optional<RobotDescription>> robot = robot_in(folder);
+  if (!robot) return tl::unexpected(robot.error());
+  read->robot = std::move(*robot);
+  return read;
+}
+
+Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const RobotDescription& robot,
+                                                const ReplayerSetup& setup) {
+  const MountedSensor mounted = camera_of(robot, setup.calibration);
+  const TagMap& tags = folder.map.tags;
+  Result<std::unique_ptr<LocalizationMethod>> method = make_localization_method({.landmarks = Landmarks(tags),
+                                                                                 .tags = tags,
+                                                                                 .eye = mounted,
+                                                                                 .method = setup.method,
+                                                                                 .filter = setup.filter,
+                                                                                 .anchor = setup.anchor});
+  if (!method) return tl::unexpected(method.error());
+  // Placed where the route begins: then one tag is enough to say where exactly. Tags that contradict outweigh
+  // the placement.
+  if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
+    filter->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
+  Route route = folder.route;
+  if (!route.longest_without_tags_m)
+    route.longest_without_tags_m =
+        longest_without_tags_m(route, tags, *mounted.camera, mounted.base_T_sensor);
+  ReplayOptions options = setup.replay;
+  options.base_T_lidar = lidar_of(robot);
+  return std::make_unique<Replayer>(std::move(*method), std::move(route), tags, robot.model, options);
+}
+
+Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const ReplayerSetup& setup) {
+  if (folder.robot) return make_replayer(folder, *folder.robot, setup);
+  return fail(ErrorCode::NotFound, "the map's folder says nothing of the robot",
+              {.source = (folder.path / "robot.yaml").string()},
+              "Copy the robot's file there, or give a RobotDescription.");
+}
+
+}  // namespace waymark

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/pipeline/localizer.hpp"
+#include "waymark/pipeline/replayer.hpp"
+#include "waymark/samples/calibration.hpp"
+#include "waymark/samples/route.hpp"
+
+/// From the folder that `waymark map` wrote to a Replayer for any robot.
+namespace waymark {
+
+/// What a replay needs of a map's folder.
+struct MapFolder {
+  std::filesystem::path path{};
+  MapFile map{};
+  Route route{};
+  std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing when the folder holds none
+};
+
+/// Reads map.yaml, a route (empty: route.yaml; else route-NAME.yaml) and robot.yaml. Fails, with the file,
+/// on a folder without a map or that route, and on a route of another map.
+[[nodiscard]] Result<MapFolder> read_map_folder(const std::filesystem::path& folder,
+                                                const std::string& route = {});
+/// The same without robot.yaml, for a robot that is described elsewhere.
+[[nodiscard]] Result<MapFolder> read_map_and_route(const std::filesystem::path& folder,
+                                                   const std::string& route = {});
+
+struct ReplayerSetup {
+  std::string method = "riekf";  ///< of localisation: riekf, ekf, anchor
+  RiekfOptions filter{};
+  AnchorOptions anchor{};
+  std::optional<Calibration> calibration{};  ///< of camera and mounting; what is in it replaces the robot's
+  ReplayOptions replay{};  ///< laps, controller, limits; the lidar is where the robot has it
+};
+
+/// A replayer of the folder's route for this robot, which is expected to start near the route's first point.
+[[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
+                                                              const RobotDescription& robot,
+                                                              const ReplayerSetup& setup = {});
+/// The same for the robot of the folder. Fails (NotFound) when the folder holds no robot.yaml.
+[[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
+                                                              const ReplayerSetup& setup = {});
+
+}  // namespace waymark
