@@ -1,0 +1,39 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <vector>
+
+#include "waymark/runtime/pacing.hpp"
+#include "waymark/samples/robot.hpp"
+
+namespace waymark {
+
+/// A robot that is one function: it obeys the newest command for one period and returns what the sensors
+/// measured meanwhile. After each call a new command is asked for (lockstep). For a simulator, and for
+/// hardware that is polled; such a function waits until the period is over. A robot that sends by itself
+/// implements Source and Robot.
+class StepRobot final : public Source, public Robot {
+ public:
+  /// `now`: the end of the period; stamps of samples are on the same clock. An error ends the drive.
+  using Step = std::function<Result<std::vector<Sample>>(const VelocityCommand& command, SensorTime now)>;
+
+  explicit StepRobot(Step step, Duration period = std::chrono::milliseconds(50));
+
+  Status command(const VelocityCommand& command) override;
+  Result<std::optional<RobotEvent>> next(Duration most) override;
+  [[nodiscard]] bool more() const override { return !events_.empty(); }
+  [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(clock_); }
+
+  /// The time of this robot, for RobotLoop. The robot outlives it.
+  [[nodiscard]] Pacing pacing() const;
+
+ private:
+  Step step_;
+  Duration period_;
+  Duration clock_{};
+  VelocityCommand command_{};
+  std::deque<RobotEvent> events_{};
+};
+
+}  // namespace waymark
