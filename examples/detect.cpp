@@ -15,7 +15,7 @@ int fail(const waymark::Error& error) {
 
 int main(int argc, char** argv) {
   if (argc != 4) return std::fprintf(stderr, "usage: waymark_detect PICTURE CALIBRATION TAG_SIZE_M\n"), 2;
-  // [quoted by README.md]
+  // [quoted by docs/howto/cpp.md]
   const auto image = waymark::read_image(argv[1]);
   if (!image) return fail(image.error());
   const auto calibration = waymark::read_camera(argv[2]);

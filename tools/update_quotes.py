@@ -2,7 +2,8 @@
 """Puts the quoted lines of examples/ into the documents, so that what a document shows is what is built.
 
 A document marks the place with "<!-- quote: FILE -->" before a fenced block; a file marks its lines with "// [quoted by DOCUMENT]" and
-"// [end]". Several parts of one file have names: "<!-- quote: FILE, PART -->", "// [quoted by DOCUMENT, PART]".
+"// [end]". Several parts of one file have names: "<!-- quote: FILE, PART -->", "// [quoted by DOCUMENT, PART]". Marks inside of a
+quotation are left out of it.
 
 usage: tools/update_quotes.py [--check]     --check: change nothing, exit code 1 when a quotation is out of date
 """
@@ -20,7 +21,7 @@ def quoted(source, document, part):
     match = re.search(rf"^ *// \[quoted by {re.escape(document + part)}\]\n(.*?)^ *// \[end\]", text, re.M | re.S)
     if not match:
         sys.exit(f"{source}: has no lines '// [quoted by {document}{part}]' to '// [end]'")
-    return textwrap.dedent(match[1])
+    return textwrap.dedent(re.sub(r"^ *// \[quoted by .*\]\n", "", match[1], flags=re.M))
 
 
 def main():

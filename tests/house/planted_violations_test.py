@@ -64,6 +64,36 @@ class PlantedViolations(unittest.TestCase):
         (room / "planted.hpp").write_text("#include <apriltag/apriltag.h>\n")
         self.assertIn("headers of room 'tags' may not include <apriltag/apriltag.h>", self.check_includes().stdout)
 
+    def check_public_headers(self, doors, *words):
+        (self.root / "tests/consumer").mkdir(parents=True, exist_ok=True)
+        (self.root / "tests/consumer/CMakeLists.txt").write_text("set(examples )\n")
+        if doors is not None:
+            (self.root / "cmake/public_headers.txt").write_text("# by hand\n" + "".join(f"{door}\n" for door in doors))
+        return subprocess.run([sys.executable, ROOT / "tools/update_public_headers.py", *words, self.root], capture_output=True, text=True)
+
+    def test_a_header_that_a_public_one_includes_must_be_listed(self):
+        missing = self.check_public_headers(["waymark/geometry/se2.hpp"], "--check")
+        self.assertEqual(missing.returncode, 1)
+        self.assertIn("waymark/geometry/so2.hpp is missing", missing.stdout)
+        self.assertEqual(self.check_public_headers(None).returncode, 0)
+        self.assertEqual(self.check_public_headers(None, "--check").returncode, 0)
+        self.assertIn("waymark/geometry/so2.hpp", (self.root / "cmake/public_headers.txt").read_text())
+        with open(self.root / "cmake/public_headers.txt", "a") as page:
+            page.write("waymark/geometry/se3.hpp\n")
+        self.assertIn("nothing public includes waymark/geometry/se3.hpp", self.check_public_headers(None, "--check").stdout)
+
+    def test_a_public_header_must_exist_and_its_room_be_installed(self):
+        self.assertIn("there is no waymark/base/attic.hpp", self.check_public_headers(["waymark/base/attic.hpp"]).stdout)
+        (self.root / "waymark/base/CMakeLists.txt").write_text("waymark_room(base INTERNAL)\n")
+        self.assertIn("waymark/base/error.hpp is public", self.check_public_headers(["waymark/base/error.hpp"]).stdout)
+
+    def test_a_program_of_others_may_include_public_headers_only(self):
+        self.check_public_headers(["waymark/geometry/se2.hpp"])
+        (self.root / "tests/consumer/main.cpp").write_text("#include <waymark/geometry/so2.hpp>\n")
+        result = self.check_public_headers(None, "--check")
+        self.assertEqual(result.returncode, 1)
+        self.assertIn("tests/consumer/main.cpp: includes waymark/geometry/so2.hpp, which is not public", result.stdout)
+
     def test_a_room_without_a_row_is_found(self):
         (self.root / "waymark/attic").mkdir()
         self.assertIn("room 'attic' is not in cmake/rooms.txt", self.check_includes().stdout)
