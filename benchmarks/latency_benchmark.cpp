@@ -71,7 +71,9 @@ void say_odometry(const Stage& stage, Duration time) {
 int be_the_robot(int pictures) {
   const Stage stage = make_stage();
   const auto world = std::make_shared<const World>(stage.world);
-  auto eye = SceneEye::make(world, stage.robot.camera, stage.robot.model.base_T_cam, {}).value();
+  auto eye =
+      SceneEye::make(world, {{.camera = stage.robot.camera, .base_T_cam = stage.robot.model.base_T_cam}}, {})
+          .value();
   std::vector<std::vector<std::uint8_t>> jpegs;
   for (int i = 0; i < pictures; ++i) {
     const Duration time = kFramePeriod * i;

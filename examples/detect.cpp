@@ -5,8 +5,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/pose/tag_pose.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refining_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 int fail(const waymark::Error& error) {
   std::fprintf(stderr, "%s\n", waymark::to_string(error).c_str());
@@ -20,11 +19,10 @@ int main(int argc, char** argv) {
   if (!image) return fail(image.error());
   const auto calibration = waymark::read_camera(argv[2]);
   if (!calibration) return fail(calibration.error());
-  const auto detector =
-      waymark::make_refining_detector(*waymark::make_apriltag_detector(), {}, calibration->camera);
-  const auto detections = (*detector)->detect(*image);
-  if (!detections) return fail(detections.error());
-  for (const auto& detection : *detections) {
+  const auto finder = waymark::make_tag_finder();
+  const auto found = waymark::find_tags(*image, *finder, &calibration->camera);
+  if (!found) return fail(found.error());
+  for (const auto& detection : found->detections) {
     const auto pose = waymark::estimate_tag_pose(detection, std::atof(argv[3]), calibration->camera);
     if (!pose) return fail(pose.error());
     const auto position_m = pose->best.cam_T_tag.translation();

@@ -10,7 +10,7 @@
 #include "waymark/mapping/calibration/camera_calibration.hpp"
 #include "waymark/simulation/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refining_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 namespace {
@@ -35,7 +35,7 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
   for (int i = 0; i < kColumns * kRows; ++i)
     board.tags.emplace(TagId{FamilyId::Tag36h11, i},
                        MappedTag{.map_T_tag = board_T_tag(i), .size_m = kSizeM});
-  const auto detector = make_refining_detector(make_apriltag_detector({}).value(), {}).value();
+  const TagFinder finder = make_tag_finder().value();
   Random random(kSeed);
   std::vector<std::vector<TagDetection>> pictures;
   for (int picture = 0; picture < 12; ++picture) {
@@ -45,7 +45,8 @@ TEST(CalibrationFromPhotographs, FindsTheCameraWithinItsUncertainty) {
     PhotographScene scene;
     for (int i = 0; i < kColumns * kRows; ++i)
       scene.tags.push_back({{FamilyId::Tag36h11, i}, cam_T_board * board_T_tag(i), kSizeM});
-    pictures.push_back(detector->detect(photograph(truth, scene, {}, random).value().image).value());
+    pictures.push_back(
+        find_tags(photograph(truth, scene, {}, random).value().image, finder).value().detections);
   }
   const auto found = calibrate_camera(pictures, board, 640, 480, LensModel::Radtan4);
   ASSERT_TRUE(found) << to_string(found.error());

@@ -16,7 +16,7 @@
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/simulation/photograph.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refining_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 namespace {
@@ -69,13 +69,13 @@ Nees nees_at(double size_px, int pictures) {
   const CameraModel model = camera();
   RefinementOptions straight;
   straight.curvature_per_px = 0;  // the lens has none
-  const auto detector = make_refining_detector(make_apriltag_detector({}).value(), straight).value();
+  const TagFinder finder = make_tag_finder(DetectorOptions{}, straight).value();
   Random random(static_cast<std::uint64_t>(size_px));
   Nees nees;
   for (int i = 0; i < pictures; ++i) {
     const PhotographScene scene = scene_of(size_px, random);
     const auto picture = photograph(model, scene, {}, random).value();
-    const std::vector<TagDetection> found = detector->detect(picture.image).value();
+    const std::vector<TagDetection> found = find_tags(picture.image, finder).value().detections;
     for (const TagDetection& seen : found) {
       const auto pose = estimate_tag_pose(seen, kTagSizeM, model);
       if (!pose || seen.tag.number >= static_cast<int>(scene.tags.size())) continue;

@@ -58,10 +58,8 @@ Result<TagFinder> DetectorFlags::make() const {
     return tl::unexpected(std::move(id.error()));
   }
   if (!families_.empty()) config.detector.families = families_;
-  auto detector = make_apriltag_detector(config.detector);
-  if (!detector) return tl::unexpected(detector.error());
-  TagFinder finder{std::move(*detector)};
-  if (!no_refine_) finder.refinement = config.refinement;
+  auto finder = make_tag_finder(config.detector, config.refinement);
+  if (finder && no_refine_) finder->refinement.reset();
   return finder;
 }
 

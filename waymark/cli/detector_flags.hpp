@@ -7,8 +7,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/jobs/tag_finder.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark::cli {
 

@@ -9,11 +9,13 @@ namespace waymark::cli {
 namespace {
 
 /// Truth of pictures, where no estimator looks.
-constexpr const char* kTruthTags = "/truth/tag_detections";
+std::string truth_topic(const std::string& camera) {
+  return "/truth" + topic_of_camera(camera, topics::kTags);
+}
 
 /// The corners that are wholly in view, as if a detector without errors had found them.
 TagFrame true_corners(const SeenPicture& seen) {
-  TagFrame frame{.stamp = seen.found.stamp};
+  TagFrame frame{.stamp = seen.found.stamp, .camera = seen.found.camera};
   for (const SceneTagTruth& tag : seen.picture.tags) {
     if (std::ranges::count(tag.corner_visible, true) < 4) continue;
     frame.detections.push_back({.tag = tag.tag, .hamming = 0, .corners_px = tag.corners_px});
@@ -34,9 +36,11 @@ TeachListener lap_listener(SampleRecorder& recorder, const std::string& images, 
 }
 
 Status record_rendered(const SeenPicture& seen, const std::string& images, SampleRecorder& recorder) {
-  Status status = recorder.add_message(kTruthTags, seen.found.stamp, ros2::to_ros(true_corners(seen)));
+  Status status = recorder.add_message(truth_topic(seen.found.camera), seen.found.stamp,
+                                       ros2::to_ros(true_corners(seen)));
   if (!status || images.empty()) return status;
-  return record_picture({.stamp = seen.found.stamp, .image = seen.picture.image}, images, recorder);
+  return record_picture({.stamp = seen.found.stamp, .camera = seen.found.camera, .image = seen.picture.image},
+                        images, recorder);
 }
 
 LapMonitor lap_of(const SimulatedStage& stage, TeachListener listener) {

@@ -72,7 +72,7 @@ Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Conso
       stage, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
   if (!replay) return tl::unexpected(replay.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, words_on(console));
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   viewers.viewers().show_map(job.folder);
   ReplaySession& session = (*replay)->session();

@@ -53,7 +53,7 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                       stage);
   if (!recorder) return tl::unexpected(recorder.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, words_on(console));
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching, job.driver == "keyboard");
   TeachSession session(**driver, lap_of(stage.simulated, lap_listener(*recorder, job.images, console)),

@@ -175,7 +175,7 @@ Result<SessionReport> run_session(const Stage& stage, const SessionJob& job,
   Status status = job.map.empty() ? Status() : tasks.load_map();
   if (status) status = make_folder(job.folder);
   if (!status) return tl::unexpected(status.error());
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.camera, words_on(console));
+  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
   tasks.begin(*input);

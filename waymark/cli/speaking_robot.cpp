@@ -59,7 +59,7 @@ class SpeakingRobot {
   SpeakingRobot(const SimulatedStage& stage, SE2 start, std::unique_ptr<SceneEye> eye, bool lockstep,
                 double pace)
       : name_(stage.model.name),
-        robot_(stage.world, stage.model, stage.camera, start, stage.robot,
+        robot_(stage.world, stage.model, stage.cameras(), start, stage.robot,
                eye != nullptr ? Eye::Shots : Eye::Corners),
         eye_(std::move(eye)),
         lockstep_(lockstep),

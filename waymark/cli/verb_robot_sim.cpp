@@ -33,8 +33,8 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   }
   std::unique_ptr<SceneEye> eye;
   if (simulated.pictures) {
-    auto made = SceneEye::make(std::make_shared<const World>(simulated.world), simulated.camera,
-                               simulated.model.base_T_cam, *simulated.pictures);
+    auto made = SceneEye::make(std::make_shared<const World>(simulated.world), simulated.cameras(),
+                               *simulated.pictures);
     if (!made) {
       console.say(made.error());
       return ExitCode::SomeFailed;

@@ -8,7 +8,7 @@
 #include "waymark/jobs/detections_json.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/jobs/picture_files.hpp"
-#include "waymark/jobs/tag_finder.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 

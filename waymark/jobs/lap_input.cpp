@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "waymark/config/world_file.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
 
 namespace waymark {
 namespace {
@@ -136,9 +135,9 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
     if (finder == nullptr && !usual) {
-      auto detector = make_apriltag_detector({});
-      if (!detector) return tl::unexpected(detector.error());
-      usual = TagFinder{.detector = std::move(*detector), .refinement = RefinementOptions{}};
+      auto made = make_tag_finder();
+      if (!made) return tl::unexpected(made.error());
+      usual = std::move(*made);
     }
     Result<FoundTags> found = find_tags(picture.image, finder != nullptr ? *finder : *usual, camera);
     if (!found) return tl::unexpected(found.error());

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "waymark/jobs/job_control.hpp"
-#include "waymark/jobs/tag_finder.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/recorded_lap.hpp"
 #include "waymark/simulation/world.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 /// A recorded lap, and what stands in our recordings beside the samples (docs/formats/recording.md, "Metadata
 /// and attachments").

@@ -5,8 +5,6 @@
 #include <fmt/format.h>
 
 #include "waymark/base/printable.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refining_detector.hpp"
 
 namespace waymark {
 namespace {
@@ -19,27 +17,23 @@ Pacing pacing_of(const ProcessRobot& robot) {
   });
 }
 
-Result<std::unique_ptr<Detector>> finder_for(const CameraModel& camera) {
-  auto detector = make_apriltag_detector({});
-  if (!detector) return detector;
-  return make_refining_detector(std::move(*detector), {}, camera);
-}
-
 }  // namespace
 
-LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<Detector> finder, LiveWords words)
+LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, TagFinder finder,
+                     std::vector<MountedCamera> cameras, LiveWords words)
     : robot_(std::move(robot)),
       finder_(std::move(finder)),
-      loop_(*robot_, *robot_, pacing_of(*robot_), finder_.get()),
+      loop_(*robot_, *robot_, pacing_of(*robot_), {.finder = &finder_, .cameras = std::move(cameras)}),
       words_(std::move(words)) {}
 
-Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command, const CameraModel& camera,
-                                                   LiveWords words) {
-  auto finder = finder_for(camera);
+Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command,
+                                                   std::vector<MountedCamera> cameras, LiveWords words) {
+  auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
   auto robot = ProcessRobot::start(command);
   if (!robot) return tl::unexpected(robot.error());
-  return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(*robot), std::move(*finder), std::move(words)));
+  return std::unique_ptr<LiveRobot>(
+      new LiveRobot(std::move(*robot), std::move(*finder), std::move(cameras), std::move(words)));
 }
 
 Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {

@@ -3,10 +3,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
-#include "waymark/camera/camera_model.hpp"
 #include "waymark/drivers/process/process_robot.hpp"
 #include "waymark/runtime/robot_loop.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 
@@ -16,21 +18,22 @@ struct LiveWords {
   std::function<void(const std::string&)> progress = [](const std::string&) {};  ///< how far it is, in a line
 };
 
-/// A robot that is a process, the detector behind its camera, and the loop between samples and commands.
+/// A robot that is a process, what finds the tags in its pictures, and the loop between samples and commands.
 class LiveRobot {
  public:
-  /// Starts `command` and waits until it greets. `camera`: for the corners of the tags in its pictures.
-  static Result<std::unique_ptr<LiveRobot>> open(const RobotCommand& command, const CameraModel& camera,
-                                                 LiveWords words);
+  /// Starts `command` and waits until it greets. `cameras`: those it has.
+  static Result<std::unique_ptr<LiveRobot>> open(const RobotCommand& command,
+                                                 std::vector<MountedCamera> cameras, LiveWords words);
 
   /// RobotLoop::drive(); the words of the robot are said.
   Result<RobotLoopEnd> drive(RobotListener listener);
 
  private:
-  LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<Detector> finder, LiveWords words);
+  LiveRobot(std::unique_ptr<ProcessRobot> robot, TagFinder finder, std::vector<MountedCamera> cameras,
+            LiveWords words);
 
   std::unique_ptr<ProcessRobot> robot_;
-  std::unique_ptr<Detector> finder_;
+  TagFinder finder_;
   RobotLoop loop_;
   LiveWords words_;
 };

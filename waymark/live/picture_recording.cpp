@@ -18,10 +18,10 @@ Status record_picture(const CameraFrame& picture, const std::string& how, Sample
   auto bytes = encode_jpeg(picture.image, kJpegQuality);
   if (!bytes) return tl::unexpected(bytes.error());
   ros2::CompressedImage message;
-  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp}).header;
+  message.header = ros2::to_ros(CameraFrame{.stamp = picture.stamp, .camera = picture.camera}).header;
   message.format = "jpeg";
   message.data = std::move(*bytes);
-  return recorder.add_message(kCompressed, picture.stamp, message);
+  return recorder.add_message(topic_of_camera(picture.camera, kCompressed), picture.stamp, message);
 }
 
 }  // namespace waymark

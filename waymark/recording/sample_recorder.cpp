@@ -16,11 +16,6 @@ std::uint64_t nanoseconds(SensorTime stamp) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.time_since_epoch().count()));
 }
 
-/// The topic of a camera's data: that of the first stands at the root, that of another below its name.
-std::string topic_of(const std::string& camera, const char* topic) {
-  return camera == "cam" ? topic : "/" + camera + topic;
-}
-
 const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
 const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
 const char* topic_of_kind(const ImuSample& /**/) { return topics::kImu; }
@@ -33,6 +28,10 @@ const char* topic_of_kind(const LaserScan& /**/) { return topics::kScan; }
 const char* topic_of_kind(const GamepadState& /**/) { return topics::kGamepad; }
 
 }  // namespace
+
+std::string topic_of_camera(const std::string& camera, const char* topic) {
+  return camera == "cam" ? topic : "/" + camera + topic;
+}
 
 Result<SampleRecorder> SampleRecorder::open(std::unique_ptr<ByteSink> sink,
                                             const mcap::WriterOptions& options) {
@@ -71,13 +70,14 @@ template Status SampleRecorder::add_message(const std::string&, SensorTime,
                                             const ros2::AprilTagDetectionArray&);
 
 Status SampleRecorder::add_tags(const TagFrame& frame) {
-  if (Status status = add_message(topic_of(frame.camera, topics::kTags), frame.stamp, ros2::to_ros(frame));
+  if (Status status =
+          add_message(topic_of_camera(frame.camera, topics::kTags), frame.stamp, ros2::to_ros(frame));
       !status)
     return status;
   const bool known = std::ranges::any_of(frame.detections,
                                          [](const auto& d) { return d.corner_covariance_px2.has_value(); });
   if (!known) return {};
-  return add_message(topic_of(frame.camera, topics::kTagCovariances), frame.stamp,
+  return add_message(topic_of_camera(frame.camera, topics::kTagCovariances), frame.stamp,
                      ros2::covariances_to_ros(frame));
 }
 
@@ -107,7 +107,8 @@ Status SampleRecorder::add(const Sample& sample) {
         if constexpr (std::is_same_v<Kind, TagFrame>) {
           return add_tags(value);
         } else if constexpr (requires { value.camera; }) {
-          return add_message(topic_of(value.camera, topic_of_kind(value)), value.stamp, ros2::to_ros(value));
+          return add_message(topic_of_camera(value.camera, topic_of_kind(value)), value.stamp,
+                             ros2::to_ros(value));
         } else {
           return add_message(topic_of_kind(value), value.stamp, ros2::to_ros(value));
         }
@@ -120,7 +121,7 @@ Status SampleRecorder::add(const Sample& sample) {
 Status SampleRecorder::add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                                   const std::string& name) {
   if (Status status =
-          add_message(topic_of(name, topics::kCameraInfo), stamp, ros2::to_ros(camera, stamp, name));
+          add_message(topic_of_camera(name, topics::kCameraInfo), stamp, ros2::to_ros(camera, stamp, name));
       !status)
     return status;
   ros2::TFMessage message;

@@ -34,6 +34,9 @@ inline constexpr const char* kDiagnostics = "/diagnostics";
 inline constexpr const char* kEstimate = "/waymark/pose";
 }  // namespace topics
 
+/// The topic of one camera's data: that of "cam" stands at the root, that of another below its name.
+[[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
+
 /// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp; of a camera's,
 /// the time it arrives.
 class SampleRecorder {

@@ -54,7 +54,7 @@ struct Tour {
   }
 
   Result<ExploreEnd> drive() {
-    RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = 30});
+    RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 30});
     RobotListener listener = session.listener();
     listener.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
     const auto end = loop.drive(listener);

@@ -151,7 +151,7 @@ struct Drive {
         session(input, tasks, has_map, [this] { return stop_pressed && stop_pressed(); }) {}
 
   Result<RobotLoopEnd> drive(double timeout_s = 20) {
-    RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = timeout_s});
+    RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = timeout_s});
     RobotListener listener = session.listener();
     listener.decide = [this, inner = listener.decide](Duration uptime, SensorTime now) {
       auto decision = inner(uptime, now);
@@ -420,7 +420,7 @@ TEST_P(InEachState, ALostViewerMovesNothing) {
     }
     return inner(uptime, now);
   };
-  RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = 12});
+  RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 12});
   ASSERT_TRUE(loop.drive(listener));
   ASSERT_TRUE(lost);
   // The plan's stick is at the robot, so teaching goes on with it: somebody is there.
@@ -450,7 +450,7 @@ TEST(OperatorSession, ALostViewerWhoTaughtLeavesTheRobotStanding) {
     }
     return inner(uptime, now);
   };
-  RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = 5});
+  RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 5});
   ASSERT_TRUE(loop.drive(listener));
   EXPECT_EQ(session.state(), S::Teaching);
   EXPECT_GT(lost_at_m, 0.4);

@@ -19,8 +19,7 @@ struct Drive {
                 [this](Duration uptime) { return request ? request(uptime) : SessionRequest{}; }) {}
 
   Result<ReplayEnd> drive(double timeout_s = 60) {
-    RobotLoop loop(robot, robot, lockstep_time([this] { return robot.clock; }), nullptr,
-                   {.timeout_s = timeout_s});
+    RobotLoop loop(robot, robot, lockstep_time([this] { return robot.clock; }), {}, {.timeout_s = timeout_s});
     RobotListener driver = session.listener();
     driver.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
     driver.decide = [this, inner = driver.decide](Duration uptime, SensorTime now) {

@@ -6,14 +6,18 @@
 
 namespace waymark {
 
-RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, const Detector* finder,
+RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search,
                      const RobotLoopOptions& options)
-    : source_(source), robot_(robot), pacing_(std::move(pacing)), finder_(finder), options_(options) {}
+    : source_(source),
+      robot_(robot),
+      pacing_(std::move(pacing)),
+      search_(std::move(search)),
+      options_(options) {}
 
 Status RobotLoop::hear(Sample sample, const RobotListener& listener) {
   if (!first_) first_ = stamp_of(sample);
   auto* picture = std::get_if<CameraFrame>(&sample);
-  if (picture == nullptr || finder_ == nullptr) return listener.on_sample(sample);
+  if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
   pictures_.push(std::move(*picture));
   return {};
 }
@@ -37,17 +41,18 @@ Status RobotLoop::take_event(const RobotListener& listener) {
 }
 
 /// In lockstep every picture is searched, otherwise the newest: when nothing else waits.
-Status RobotLoop::find_tags(const RobotListener& listener) {
+Status RobotLoop::search_picture(const RobotListener& listener) {
   if (pictures_.empty() || (!pacing_.lockstep && source_.more())) return {};
   const CameraFrame picture = *pictures_.pop();
   if (Status status = listener.on_sample(picture); !status) return status;
-  auto found = finder_->detect(picture.image);
+  const MountedCamera* camera = find_camera(search_.cameras, picture.camera);
+  auto found = find_tags(picture.image, *search_.finder, camera != nullptr ? &camera->camera : nullptr);
   if (!found) {  // one picture that cannot be searched does not end a drive; none at all stop it by their age
     listener.on_text("a picture was left out: " + to_string(found.error()));
     return {};
   }
   due_ = due_ || !pacing_.lockstep;
-  return listener.on_sample(TagFrame{picture.stamp, picture.camera, std::move(*found)});
+  return listener.on_sample(TagFrame{picture.stamp, picture.camera, std::move(found->detections)});
 }
 
 Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const RobotListener& listener) {
@@ -76,7 +81,7 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
     end.timed_out = to_seconds(uptime()) >= options_.timeout_s;
     if (end.interrupted || end.timed_out) break;
     Status status = take_event(listener);
-    if (status) status = find_tags(listener);
+    if (status) status = search_picture(listener);
     if (status) status = decide(listener, end);
     if (!status) return status;
   }

@@ -4,11 +4,13 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/runtime/pacing.hpp"
 #include "waymark/runtime/picture_queue.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot.hpp"
-#include "waymark/tags/detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 
@@ -33,6 +35,13 @@ struct RobotListener {
   std::function<void(const std::string&)> on_text = [](const std::string&) {};
 };
 
+/// How tags are found in a robot's pictures. Without a finder pictures are samples like any other, and none
+/// is held back.
+struct PictureSearch {
+  const TagFinder* finder = nullptr;     ///< outlives the loop
+  std::vector<MountedCamera> cameras{};  ///< whose lenses bend the edges of tags; a picture of none: straight
+};
+
 struct RobotLoopOptions {
   Duration period = std::chrono::milliseconds(50);   ///< between decisions, in real time
   Duration resend = std::chrono::milliseconds(100);  ///< after which an answer in lockstep counts as lost
@@ -50,9 +59,8 @@ struct RobotLoopEnd {
 /// The loop between samples and commands of any robot. However it ends, the last command is zero.
 class RobotLoop {
  public:
-  /// All of them outlive the loop. Without a `finder` pictures are samples like any other, and none is held
-  /// back.
-  RobotLoop(Source& source, Robot& robot, Pacing pacing, const Detector* finder = nullptr,
+  /// Source and robot outlive the loop.
+  RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch search = {},
             const RobotLoopOptions& options = {});
 
   /// Drives until the driver is done, the time is over, somebody wants it to stop, or something fails.
@@ -63,7 +71,7 @@ class RobotLoop {
  private:
   Status take_event(const RobotListener& listener);
   Status hear(Sample sample, const RobotListener& listener);
-  Status find_tags(const RobotListener& listener);
+  Status search_picture(const RobotListener& listener);
   Status decide(const RobotListener& listener, RobotLoopEnd& end);
   Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);
   Status run(const RobotListener& listener, RobotLoopEnd& end);
@@ -74,7 +82,7 @@ class RobotLoop {
   Source& source_;
   Robot& robot_;
   Pacing pacing_;
-  const Detector* finder_;
+  PictureSearch search_;
   RobotLoopOptions options_;
   PictureQueue pictures_{};
   bool due_ = false;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <deque>
+#include <memory>
 
 #include <gtest/gtest.h>
 
@@ -149,8 +150,8 @@ TEST(RobotLoop, InRealTimeOnlyTheNewestPictureOfEachCameraIsSearched) {
   robot.says(milliseconds(1), Sample(picture(milliseconds(1), 2)));
   robot.says(milliseconds(1), Sample(picture(milliseconds(1), 3)));
   Driver driver{.decisions = 4};
-  const FakeFinder finder;
-  RobotLoop loop(robot, robot, robot.pacing(false), &finder);
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  RobotLoop loop(robot, robot, robot.pacing(false), {.finder = &finder});
   ASSERT_TRUE(loop.drive(driver.listener()));
   EXPECT_EQ(loop.dropped_pictures(), 2);
   const auto found = driver.all<TagFrame>();
@@ -167,8 +168,8 @@ TEST(RobotLoop, APictureIsDecidedOnAtOnce) {
   robot.says(milliseconds(0), Sample(Odometry{}));
   robot.says(milliseconds(20), Sample(picture(milliseconds(20), 1)));
   Driver driver{.decisions = 3};
-  const FakeFinder finder;
-  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener()));
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener()));
   ASSERT_EQ(driver.uptimes.size(), 3U);
   EXPECT_EQ(driver.uptimes[1], milliseconds(20));
   EXPECT_EQ(driver.uptimes[2], milliseconds(70));
@@ -183,8 +184,8 @@ TEST(RobotLoop, InLockstepEveryPictureIsSearchedAndTheRobotAsks) {
     robot.says(now, CommandRequest{at(now)});
   }
   Driver driver{.decisions = 3};
-  const FakeFinder finder;
-  RobotLoop loop(robot, robot, robot.pacing(true), &finder);
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  RobotLoop loop(robot, robot, robot.pacing(true), {.finder = &finder});
   const auto end = loop.drive(driver.listener());
   ASSERT_TRUE(end && end->done);
   EXPECT_EQ(loop.dropped_pictures(), 0);
@@ -232,7 +233,7 @@ TEST(RobotLoop, EveryEndIsAZero) {
 
     Driver slow{.decisions = 1000};
     const auto late =
-        RobotLoop(robot, robot, robot.pacing(lockstep), nullptr, {.timeout_s = 1}).drive(slow.listener());
+        RobotLoop(robot, robot, robot.pacing(lockstep), {}, {.timeout_s = 1}).drive(slow.listener());
     ASSERT_TRUE(late);
     EXPECT_TRUE(late->timed_out);
     EXPECT_EQ(robot.commands.back(), VelocityCommand{});
@@ -249,8 +250,9 @@ TEST(RobotLoop, WhateverFailsIsSaidAndTheRobotIsStopped) {
   const auto drive = [](FakeRobot& robot, Driver driver) {
     robot.says(milliseconds(0), Sample(Odometry{}));
     robot.says(milliseconds(300), Sample(picture(milliseconds(300), 255)));
-    const FakeFinder finder;
-    const auto end = RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener());
+    const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+    const auto end =
+        RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener());
     EXPECT_EQ(robot.commands.back(), VelocityCommand{});
     return end ? std::string("no error") : end.error().message;
   };
@@ -275,8 +277,8 @@ TEST(RobotLoop, APictureThatCannotBeSearchedIsLeftOutAndSaid) {
   robot.says(milliseconds(20), Sample(picture(milliseconds(20), 255)));
   robot.says(milliseconds(60), Sample(picture(milliseconds(60), 7)));
   Driver driver{.decisions = 10};
-  const FakeFinder finder;
-  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), &finder).drive(driver.listener()));
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false), {.finder = &finder}).drive(driver.listener()));
   EXPECT_EQ(driver.all<CameraFrame>().size(), 2U);
   EXPECT_EQ(driver.all<TagFrame>().size(), 1U);
   ASSERT_EQ(driver.texts.size(), 1U);

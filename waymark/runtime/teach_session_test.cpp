@@ -56,7 +56,7 @@ struct Drive {
             .on_words = [this](const std::string& sentence) { words.push_back(sentence); }};
   }
   Result<LapEnd> drive() {
-    RobotLoop loop(robot, robot, robot.pacing(), nullptr, {.timeout_s = 30});
+    RobotLoop loop(robot, robot, robot.pacing(), {}, {.timeout_s = 30});
     RobotListener driven = session.listener();
     driven.should_stop = [this] { return stop_at && robot.clock >= *stop_at; };
     const auto end = loop.drive(driven);

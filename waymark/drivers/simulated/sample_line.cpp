@@ -18,8 +18,8 @@ Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedStage& stage
     const auto world = std::make_shared<const World>(stage.world);
     std::vector<std::unique_ptr<SceneEye>> eyes;
     for (std::size_t i = 0; i < threads; ++i) {
-      auto eye = eyes.empty() ? SceneEye::make(world, stage.camera, stage.model.base_T_cam, *stage.pictures)
-                              : eyes.front()->another();
+      auto eye =
+          eyes.empty() ? SceneEye::make(world, stage.cameras(), *stage.pictures) : eyes.front()->another();
       if (!eye) return tl::unexpected(eye.error());
       eyes.push_back(std::move(*eye));
     }

@@ -4,52 +4,52 @@
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
-#include "waymark/tags/refining_detector.hpp"
 
 namespace waymark {
 namespace {
 
-/// The detector of these options, for the families that the world has.
-Result<std::unique_ptr<Detector>> make_detector(const World& world, const CameraModel& camera,
-                                                SceneEyeOptions options) {
+/// What these options say, for the families that the world has.
+Result<TagFinder> make_finder(const World& world, SceneEyeOptions options) {
   options.detector.families = {std::string(family(world.anchor.family).name)};
-  auto detector = make_apriltag_detector(options.detector);
-  if (!detector || !options.refine_corners) return detector;
-  return make_refining_detector(std::move(*detector), options.refinement, camera);
+  auto finder = make_tag_finder(options.detector, options.refinement);
+  if (finder && !options.refine_corners) finder->refinement.reset();
+  return finder;
 }
 
 }  // namespace
 
-SceneEye::SceneEye(SceneCamera camera, std::unique_ptr<Detector> detector, const SE3& base_T_cam,
-                   const SceneEyeOptions& options, std::shared_ptr<const World> world)
-    : camera_(std::move(camera)),
-      detector_(std::move(detector)),
-      base_T_cam_(base_T_cam),
-      options_(options),
-      world_(std::move(world)) {}
+SceneEye::SceneEye(std::vector<MountedSceneCamera> cameras, TagFinder finder, const SceneEyeOptions& options,
+                   std::shared_ptr<const World> world)
+    : cameras_(std::move(cameras)), finder_(std::move(finder)), options_(options), world_(std::move(world)) {}
 
 Result<std::unique_ptr<SceneEye>> SceneEye::make(std::shared_ptr<const World> world,
-                                                 const CameraModel& camera, const SE3& base_T_cam,
+                                                 const std::vector<MountedCamera>& cameras,
                                                  const SceneEyeOptions& options) {
-  auto scene_camera = SceneCamera::make(scene_of(*world, options.scene), camera, options.camera);
-  if (!scene_camera) return tl::unexpected(scene_camera.error());
-  auto detector = make_detector(*world, camera, options);
-  if (!detector) return tl::unexpected(detector.error());
+  std::vector<MountedSceneCamera> all;
+  for (const MountedCamera& mounted : cameras) {
+    auto camera = SceneCamera::make(scene_of(*world, options.scene), mounted.camera, options.camera);
+    if (!camera) return tl::unexpected(camera.error());
+    all.push_back({mounted, std::move(*camera)});
+  }
+  auto finder = make_finder(*world, options);
+  if (!finder) return tl::unexpected(finder.error());
   return std::unique_ptr<SceneEye>(
-      new SceneEye(std::move(*scene_camera), std::move(*detector), base_T_cam, options, std::move(world)));
+      new SceneEye(std::move(all), std::move(*finder), options, std::move(world)));
 }
 
 Result<std::unique_ptr<SceneEye>> SceneEye::another() const {
-  auto detector = make_detector(*world_, camera_.model(), options_);
-  if (!detector) return tl::unexpected(detector.error());
-  return std::unique_ptr<SceneEye>(
-      new SceneEye(camera_, std::move(*detector), base_T_cam_, options_, world_));
+  auto finder = make_finder(*world_, options_);
+  if (!finder) return tl::unexpected(finder.error());
+  return std::unique_ptr<SceneEye>(new SceneEye(cameras_, std::move(*finder), options_, world_));
 }
 
 Status SceneEye::face(const std::shared_ptr<const World>& world) {
   if (world == world_) return {};
   world_ = world;
-  return camera_.set_scene(scene_of(*world, options_.scene));
+  for (MountedSceneCamera& each : cameras_) {
+    if (Status status = each.camera.set_scene(scene_of(*world, options_.scene)); !status) return status;
+  }
+  return {};
 }
 
 Status SceneEye::through_jpeg(Image& image) const {
@@ -65,11 +65,12 @@ Status SceneEye::through_jpeg(Image& image) const {
 Result<RenderedFrame> SceneEye::take(const CameraShot& shot) {
   if (Status status = face(shot.world); !status) return tl::unexpected(status.error());
   // Over the time of one picture the velocity is the same.
-  const SE3 base_T_cam = base_T_cam_;
+  MountedSceneCamera& eye = cameras_.at(shot.camera);
+  const SE3 base_T_cam = eye.mounted.base_T_cam;
   const auto motion = [&](double seconds) {
     return shot.map_T_base * lift(SE2::exp(shot.twist * seconds)) * base_T_cam;
   };
-  auto picture = camera_.render(motion, shot.stamp, shot.seed);
+  auto picture = eye.camera.render(motion, shot.stamp, shot.seed);
   if (!picture) return picture;
   if (shot.dark) {
     picture->image = Image(picture->image.width(), picture->image.height());
@@ -82,10 +83,11 @@ Result<RenderedFrame> SceneEye::take(const CameraShot& shot) {
 Result<SeenPicture> SceneEye::look(const CameraShot& shot) {
   auto picture = take(shot);
   if (!picture) return tl::unexpected(picture.error());
-  auto found = detector_->detect(picture->image);
+  const MountedCamera& mounted = cameras_.at(shot.camera).mounted;
+  auto found = find_tags(picture->image, finder_, &mounted.camera);
   if (!found) return tl::unexpected(found.error());
-  SeenPicture seen{.picture = std::move(*picture), .found = {.stamp = shot.stamp}};
-  seen.found.detections = std::move(*found);
+  SeenPicture seen{.picture = std::move(*picture), .found = {.stamp = shot.stamp, .camera = mounted.name}};
+  seen.found.detections = std::move(found->detections);
   return seen;
 }
 

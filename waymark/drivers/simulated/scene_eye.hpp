@@ -1,11 +1,12 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/simulation/scene_camera.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 namespace waymark {
 
@@ -24,32 +25,36 @@ struct SeenPicture {
   TagFrame found{};
 };
 
-/// A camera with a detector behind it. Not safe to use from several threads: each has its own.
+/// The cameras of a robot with a detector behind them. Not safe to use from several threads: each has its
+/// own.
 class SceneEye {
  public:
   [[nodiscard]] static Result<std::unique_ptr<SceneEye>> make(std::shared_ptr<const World> world,
-                                                              const CameraModel& camera,
-                                                              const SE3& base_T_cam,
+                                                              const std::vector<MountedCamera>& cameras,
                                                               const SceneEyeOptions& options);
 
-  /// Another one with a detector of its own; what the camera knows of its lens and of the scene is shared.
+  /// Another one with a detector of its own; what the cameras know of their lenses and of the scene is
+  /// shared.
   [[nodiscard]] Result<std::unique_ptr<SceneEye>> another() const;
 
   /// Takes the picture. The same shot gives the same bytes, whatever was seen before.
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
   /// Takes the picture and looks for tags. The same shot gives the same bytes, whatever was seen before.
   [[nodiscard]] Result<SeenPicture> look(const CameraShot& shot);
-  [[nodiscard]] const Detector& detector() const { return *detector_; }
+  [[nodiscard]] const TagFinder& finder() const { return finder_; }
 
  private:
-  SceneEye(SceneCamera camera, std::unique_ptr<Detector> detector, const SE3& base_T_cam,
-           const SceneEyeOptions& options, std::shared_ptr<const World> world);
+  struct MountedSceneCamera {
+    MountedCamera mounted;
+    SceneCamera camera;
+  };
+  SceneEye(std::vector<MountedSceneCamera> cameras, TagFinder finder, const SceneEyeOptions& options,
+           std::shared_ptr<const World> world);
   [[nodiscard]] Status face(const std::shared_ptr<const World>& world);
   [[nodiscard]] Status through_jpeg(Image& image) const;
 
-  SceneCamera camera_;
-  std::unique_ptr<Detector> detector_;
-  SE3 base_T_cam_;
+  std::vector<MountedSceneCamera> cameras_;
+  TagFinder finder_;
   SceneEyeOptions options_;
   std::shared_ptr<const World> world_;
 };

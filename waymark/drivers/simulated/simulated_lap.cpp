@@ -1,6 +1,7 @@
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 
 #include <memory>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -24,18 +25,24 @@ Result<std::vector<PathPoint>> line_of(const World& world) {
 }
 
 SimulatedRobot robot_at_start(const SimulatedStage& stage, const std::vector<PathPoint>& path) {
-  return {stage.world,  stage.model,
-          stage.camera, path.front().map_T_path,
-          stage.robot,  stage.pictures ? Eye::Shots : Eye::Corners};
+  return {stage.world,     stage.model,
+          stage.cameras(), path.front().map_T_path,
+          stage.robot,     stage.pictures ? Eye::Shots : Eye::Corners};
 }
 
 /// The loop of a robot whose time stands still while something is decided.
-RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, const Detector* finder, double timeout_s) {
-  return {source, robot, lockstep_time([&robot] { return robot.uptime(); }), finder,
+RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, PictureSearch search, double timeout_s) {
+  return {source, robot, lockstep_time([&robot] { return robot.uptime(); }), std::move(search),
           RobotLoopOptions{.timeout_s = timeout_s}};
 }
 
 }  // namespace
+
+std::vector<MountedCamera> SimulatedStage::cameras() const {
+  std::vector<MountedCamera> all = {{.name = camera_name, .camera = camera, .base_T_cam = model.base_T_cam}};
+  all.insert(all.end(), more_cameras.begin(), more_cameras.end());
+  return all;
+}
 
 Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive, const LapListener& listener,
                          double timeout_s) {
@@ -51,7 +58,7 @@ Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive, const 
     return drive(robot.true_map_T_base(), uptime, now);
   };
   driver.should_stop = listener.should_stop;
-  const auto driven = loop_of(source, robot, nullptr, timeout_s).drive(driver);
+  const auto driven = loop_of(source, robot, {}, timeout_s).drive(driver);
   if (!driven) return tl::unexpected(driven.error());
   if (Status status = (*line)->finish(); !status) return tl::unexpected(status.error());
   return LapEnd{
@@ -84,18 +91,17 @@ Result<ReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer, 
   SimulatedRobot robot = robot_at_start(stage, *path);
   std::unique_ptr<SceneEye> eye;
   if (stage.pictures) {
-    auto made = SceneEye::make(std::make_shared<const World>(stage.world), stage.camera,
-                               stage.model.base_T_cam, *stage.pictures);
+    auto made = SceneEye::make(std::make_shared<const World>(stage.world), stage.cameras(), *stage.pictures);
     if (!made) return tl::unexpected(made.error());
     eye = std::move(*made);
   }
-  const Detector* finder = eye ? &eye->detector() : nullptr;
+  const PictureSearch search{.finder = eye ? &eye->finder() : nullptr, .cameras = stage.cameras()};
   SimulatedSource source(robot, std::move(eye));
   ReplaySession session(replayer, {.on_sample = listener.on_sample, .on_step = listener.on_step},
                         {.give_up_s = options.give_up_s});
   RobotListener driver = session.listener();
   driver.should_stop = listener.should_stop;
-  const auto driven = loop_of(source, robot, finder, options.timeout_s).drive(driver);
+  const auto driven = loop_of(source, robot, search, options.timeout_s).drive(driver);
   if (!driven) return tl::unexpected(driven.error());
   // Whatever the last decision was, the recording ends with a zero of its own.
   if (Status heard = driven->done ? listener.on_sample(StampedCommand{robot.now(), {}}) : Status(); !heard)

@@ -3,10 +3,12 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/drivers/simulated/scene_eye.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/runtime/replay_session.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/simulation/scripted_driver.hpp"
 
 namespace waymark {
@@ -19,6 +21,11 @@ struct SimulatedStage {
   SimulatedRobotOptions robot{};              ///< its seed makes the lap
   std::optional<SceneEyeOptions> pictures{};  ///< nothing: camera and detector in one, without pictures
   int threads = 1;                            ///< that take pictures and look at them
+  std::string camera_name = "cam";
+  std::vector<MountedCamera> more_cameras{};  ///< beside the first: `camera`, mounted as `model` says
+
+  /// All of them, the first one first.
+  [[nodiscard]] std::vector<MountedCamera> cameras() const;
 };
 
 /// What becomes of a lap or a replay as it is driven. Everything is called in order of time.

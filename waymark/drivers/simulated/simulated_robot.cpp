@@ -13,6 +13,7 @@ constexpr Duration kStep = std::chrono::milliseconds(5);
 /// Streams of their own, so that a lidar or a picture more does not change the other noise.
 constexpr std::uint64_t kLidarSeed = 5000;
 constexpr std::uint64_t kPictureSeed = 1'000'003;
+constexpr std::uint64_t kCameraSeed = 7919;
 
 Duration period(double rate_hz) { return Duration(std::llround(1e9 / rate_hz)); }
 
@@ -24,12 +25,16 @@ bool SimulatedRobot::Timer::due(SensorTime now) {
   return true;
 }
 
-SimulatedRobot::SimulatedRobot(World world, RobotModel model, CameraModel camera, const SE2& map_T_base,
-                               const SimulatedRobotOptions& options, Eye eye)
+SimulatedRobot::SimulatedRobot(World world, RobotModel model, const CameraModel& camera,
+                               const SE2& map_T_base, const SimulatedRobotOptions& options, Eye eye)
+    : SimulatedRobot(std::move(world), model, {{.camera = camera, .base_T_cam = model.base_T_cam}},
+                     map_T_base, options, eye) {}
+
+SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras,
+                               const SE2& map_T_base, const SimulatedRobotOptions& options, Eye eye)
     : true_world_(std::move(world)),
       world_(std::make_shared<const World>(true_world_)),
       model_(std::move(model)),
-      camera_(std::move(camera)),
       options_(options),
       random_(options.seed),
       dynamics_(model_, options.dynamics, map_T_base, random_.fork()),
@@ -44,6 +49,8 @@ SimulatedRobot::SimulatedRobot(World world, RobotModel model, CameraModel camera
       eye_(eye),
       happened_(options.faults.size(), false) {
   lidar_timer_.next += lidar_timer_.period;  // the first turn is over then
+  for (MountedCamera& camera : cameras)
+    cameras_.push_back({std::move(camera), Random(options.seed + kCameraSeed * cameras_.size())});
 }
 
 bool SimulatedRobot::wrong(FaultKind kind) const {
@@ -96,29 +103,43 @@ void SimulatedRobot::say_later(Sample sample) {
 
 void SimulatedRobot::look() {
   ++pictures_;
-  const bool frozen = wrong(FaultKind::CameraFrozen);
-  const SensorTime stamp = dynamics_.now();
   if (!wrong(FaultKind::CameraStuck)) looks_from_ = dynamics_.map_T_base();
-  if (eye_ == Eye::Corners) {
-    if (!frozen) {
-      const SE3 map_T_cam = lift(looks_from_) * model_.base_T_cam;
-      last_frame_ = see_tags(*world_, camera_, map_T_cam, stamp, options_.tag_camera, random_);
-    }
-    last_frame_.stamp = stamp;
-    if (wrong(FaultKind::CameraBlackout)) last_frame_.detections.clear();
-    if (!wrong(FaultKind::CameraLost)) say_later(last_frame_);
-    return;
+  for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+    if (eye_ == Eye::Corners)
+      take_corners(camera);
+    else
+      look_with(camera);
   }
-  if (!frozen)
-    last_shot_ = {.world = world_,
-                  .map_T_base = lift(looks_from_),
-                  .twist = dynamics_.twist(),
-                  .seed = options_.seed + kPictureSeed * pictures_};
-  last_shot_.stamp = stamp + clock_offset_;
-  last_shot_.dark = wrong(FaultKind::CameraBlackout);
+}
+
+void SimulatedRobot::take_corners(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  const SensorTime stamp = dynamics_.now();
+  if (!wrong(FaultKind::CameraFrozen)) {
+    const SE3 map_T_cam = lift(looks_from_) * state.mounted.base_T_cam;
+    Random& random = camera == 0 ? random_ : state.random;
+    state.last_frame = see_tags(*world_, state.mounted.camera, map_T_cam, stamp, options_.tag_camera, random);
+    state.last_frame.camera = state.mounted.name;
+  }
+  state.last_frame.stamp = stamp;
+  if (wrong(FaultKind::CameraBlackout)) state.last_frame.detections.clear();
+  if (!wrong(FaultKind::CameraLost)) say_later(state.last_frame);
+}
+
+void SimulatedRobot::look_with(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  const SensorTime stamp = dynamics_.now();
+  if (!wrong(FaultKind::CameraFrozen))
+    state.last_shot = {.world = world_,
+                       .map_T_base = lift(looks_from_),
+                       .twist = dynamics_.twist(),
+                       .seed = options_.seed + kPictureSeed * pictures_ + kCameraSeed * camera,
+                       .camera = camera};
+  state.last_shot.stamp = stamp + clock_offset_;
+  state.last_shot.dark = wrong(FaultKind::CameraBlackout);
   if (wrong(FaultKind::CameraLost)) return;
-  shots_.push_back(last_shot_);
-  say_later(CameraFrame{.stamp = stamp});
+  shots_.push_back(state.last_shot);
+  say_later(CameraFrame{.stamp = stamp, .camera = state.mounted.name});
 }
 
 void SimulatedRobot::speak() {

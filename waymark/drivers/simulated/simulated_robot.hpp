@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot.hpp"
 #include "waymark/samples/robot_model.hpp"
 #include "waymark/simulation/simulated_robot_options.hpp"
@@ -21,9 +21,10 @@ struct CameraShot {
   Eigen::Vector3d twist = Eigen::Vector3d::Zero();  ///< of base in base axes: x, y [m/s], yaw [rad/s]
   std::uint64_t seed = 0;                           ///< of this picture's noise
   bool dark = false;                                ///< the lens is covered
+  std::size_t camera = 0;                           ///< which of the robot's
 };
 
-/// What becomes of the camera.
+/// What becomes of the cameras.
 enum class Eye : std::uint8_t {
   Corners,  ///< TagFrame: camera and detector in one, without pictures
   Shots,    ///< CameraFrame without a picture, and shot() says how to take it
@@ -33,7 +34,11 @@ enum class Eye : std::uint8_t {
 /// Faults happen as their script says.
 class SimulatedRobot final : public Robot {
  public:
-  SimulatedRobot(World world, RobotModel model, CameraModel camera, const SE2& map_T_base,
+  /// All cameras take their pictures at the same moments.
+  SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras, const SE2& map_T_base,
+                 const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
+  /// With one camera, mounted as the model says.
+  SimulatedRobot(World world, RobotModel model, const CameraModel& camera, const SE2& map_T_base,
                  const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
 
   /// What its sensors say next. Never ends: the simulated world goes on.
@@ -56,8 +61,17 @@ class SimulatedRobot final : public Robot {
     SensorTime next{};
     bool due(SensorTime now);
   };
+  /// A camera, its noise where it is not the first, and what it saw last.
+  struct CameraState {
+    MountedCamera mounted;
+    Random random;
+    TagFrame last_frame{};
+    CameraShot last_shot{};
+  };
   void speak();
   void look();
+  void look_with(std::size_t camera);
+  void take_corners(std::size_t camera);
   void let_things_go_wrong();
   void suffer(const Fault& fault, Grip& grip);
   void say(Sample sample);
@@ -68,7 +82,6 @@ class SimulatedRobot final : public Robot {
   World true_world_;
   std::shared_ptr<const World> world_;  ///< with what has gone wrong
   RobotModel model_;
-  CameraModel camera_;
   SimulatedRobotOptions options_;
   Random random_;
   RobotDynamics dynamics_;
@@ -85,8 +98,7 @@ class SimulatedRobot final : public Robot {
   double next_tag_change_s_ = 0;
   std::vector<bool> happened_;
   SE2 looks_from_ = SE2();  ///< where the robot was for the camera
-  TagFrame last_frame_{};
-  CameraShot last_shot_{};
+  std::vector<CameraState> cameras_;
   CameraShot given_shot_{};
   std::deque<CameraShot> shots_;
   std::uint64_t pictures_ = 0;

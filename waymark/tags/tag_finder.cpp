@@ -1,0 +1,36 @@
+#include "waymark/tags/tag_finder.hpp"
+
+#include <utility>
+
+namespace waymark {
+
+Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const RefinementOptions& refinement) {
+  if (detector == nullptr) {
+    return fail(ErrorCode::InvalidArgument, "no detector to refine the corners of", {},
+                "Make a detector first.");
+  }
+  if (const Status status = check_ranges(refinement); !status) return tl::unexpected<Error>(status.error());
+  return TagFinder{std::move(detector), refinement};
+}
+
+Result<TagFinder> make_tag_finder(const DetectorOptions& detector, const RefinementOptions& refinement) {
+  auto made = make_apriltag_detector(detector);
+  if (!made) return tl::unexpected(made.error());
+  return make_tag_finder(std::move(*made), refinement);
+}
+
+Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, const CameraModel* camera) {
+  auto detections = finder.detector->detect(image);
+  if (!detections) return tl::unexpected(detections.error());
+  FoundTags found{std::move(*detections)};
+  if (!finder.refinement) return found;
+  for (TagDetection& detection : found.detections) {
+    const RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
+    detection.corners_px = refined.corners_px;
+    detection.corner_covariance_px2 = refined.covariance_px2;
+    found.refinements.push_back(refined.outcome);
+  }
+  return found;
+}
+
+}  // namespace waymark

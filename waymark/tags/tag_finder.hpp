@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/apriltag_detector.hpp"
+#include "waymark/tags/detector.hpp"
+#include "waymark/tags/refinement.hpp"
+
+namespace waymark {
+
+/// A detector and what is done with the corners it finds: the one way from a picture to its tags, live and
+/// offline.
+struct TagFinder {
+  std::unique_ptr<Detector> detector;
+  std::optional<RefinementOptions> refinement = {};  ///< nothing: corners stay as the detector found them
+};
+
+/// The detector with these settings, corners refined. Fails on options out of range.
+[[nodiscard]] Result<TagFinder> make_tag_finder(const DetectorOptions& detector = {},
+                                                const RefinementOptions& refinement = {});
+/// The same of a detector of one's own.
+[[nodiscard]] Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector,
+                                                const RefinementOptions& refinement = {});
+
+/// The tags of one picture, in the detector's order.
+struct FoundTags {
+  std::vector<TagDetection> detections;
+  std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
+};
+
+/// Finds the tags in a picture and refines their corners, which then have a covariance; where the fit is not
+/// usable they stay as they were, with the covariance of unrefined_sigma_px. None is dropped: what is a tag
+/// is the detector's business. With `camera`, edges are bent as its distortion bends straight lines. Safe to
+/// call from several threads where the detector is.
+[[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
+                                          const CameraModel* camera = nullptr);
+
+}  // namespace waymark
