@@ -193,9 +193,9 @@ class BadInput(InFolder):
     def test_pattern_without_match(self):
         self.check("lap*.png", "not_found", "nothing matches this pattern")
 
-    def test_video(self):
+    def test_video_without_its_index(self):
         (self.folder / "lap.mp4").write_bytes(b"\0\0\0\x18ftypmp42")
-        self.check("lap.mp4", "unsupported", "video and cameras are not in this build yet. Extract frames first")
+        self.check("lap.mp4", "unreadable", "index is missing or damaged")
 
     @unittest.skipIf(os.geteuid() == 0, "root may read everything")
     def test_no_permission(self):

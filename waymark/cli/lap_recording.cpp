@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "waymark/live/picture_recording.hpp"
+#include "waymark/recording/picture_recording.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/jobs/estimate_message.hpp"
-#include "waymark/live/picture_recording.hpp"
+#include "waymark/recording/picture_recording.hpp"
 
 namespace waymark::cli {
 

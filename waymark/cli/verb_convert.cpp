@@ -9,20 +9,25 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/convert_video_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_log.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ConvertArgs {
+  explicit ConvertArgs(CLI::App& app) : video(app) {}
+
   std::string first;
   std::vector<std::string> rest;  ///< further inputs, then the output
   ConvertJob job{};
   bool json = false;
+  ConvertVideoFlags video;
 };
 
 void say_problems(const std::vector<LogProblem>& problems, Console& console) {
@@ -43,6 +48,10 @@ std::string to_text(const ConvertJob& job, const ConvertReport& report) {
 }
 
 ExitCode convert(const ConvertArgs& args, Console& console) {
+  if (args.job.inputs.size() == 1 && looks_like_video(args.first))
+    return args.video.convert(args.first, args.job.output, args.json, console);
+  if (const Status unused = args.video.check_unused(); !unused)
+    return console.failed(naming_flag(unused.error()), ExitCode::Usage);
   const Result<ConvertReport> report = convert_log(args.job, control_from(console));
   if (!report) {
     console.say(naming_flag(report.error()));
@@ -59,8 +68,9 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 }
 
 Run prepare_convert(CLI::App& app) {
-  const auto args = std::make_shared<ConvertArgs>();
-  app.add_option("IN", args->first, "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV")
+  const auto args = std::make_shared<ConvertArgs>(app);
+  app.add_option("IN", args->first,
+                 "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; or a video")
       ->required()
       ->type_name("");
   app.add_option(
@@ -116,11 +126,15 @@ handled and said (docs/formats/importing.md). OUT appears only when it is whole.
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
   .csv    detections, odometry, imu or range-bearing, units in the names of the columns
 
+Of a video (mp4, mkv, webm, avi) the tags of every picture are found and written to .mcap with the presentation time
+since its first picture; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
+
 Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped by Ctrl-C.
 
 Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
+  waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --pictures jpeg
   waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
 )",
       .prepare = prepare_convert,

@@ -57,8 +57,8 @@ Run prepare_detect(CLI::App& app) {
   const auto args = std::make_shared<DetectArgs>(app);
   app.add_option(
          "SOURCE", args->job.sources,
-         "Pictures (JPEG, PNG, PNM), folders of pictures, recordings with pictures, or quoted patterns "
-         "such as 'lap/*.png'")
+         "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, or quoted "
+         "patterns such as 'lap/*.png'")
       ->required()
       ->type_name("");
   app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
@@ -66,10 +66,9 @@ Run prepare_detect(CLI::App& app) {
   app.add_flag("--covariance", args->covariance,
                "With --json: the 8 x 8 covariance of the corners of each tag as well");
   app.add_option("--annotate", args->job.annotate_folder,
-                 "Write each picture with its tags drawn in to this folder, as PNG: x axis red, y axis "
-                 "green, dot on the "
-                 "first corner")
-      ->type_name("FOLDER");
+                 "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name "
+                 "that ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner")
+      ->type_name("PATH");
   return [args](Console& console) { return detect(*args, console); };
 }
 
@@ -83,7 +82,8 @@ Verb detect_verb() {
           R"(Results go to standard output, words and progress to standard error. Corners are those where the
 black border meets the white one: top left, top right, bottom right, bottom left of the printed tag.
 Pixel (i, j) covers [i, i+1) x [j, j+1). A folder's pictures are taken in the order of their names.
-Pictures of a recording are called after their stamp: lap.mcap#12.345000000.
+Pictures of a recording or a video are called after their stamp: lap.mcap#12.345000000; that of a video is the
+presentation time since its first picture. Videos are read as they are stored: a rotation flag turns no corners.
 Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 all inputs processed (with or without tags), 1 some failed (the others are processed),
@@ -93,6 +93,7 @@ Examples:
   waymark detect photograph.png
   waymark detect --annotate seen --family tag36h11 --family tag16h5 'photos/*.png'
   waymark detect --json photos/ > tags.jsonl
+  waymark detect walk.mp4 --annotate seen.mp4
   waymark detect --camera camera.yaml --tag-size-m 0.16 photograph.png
 
 With --camera and --tag-size-m each tag gets its pose in the camera (x right, y down, z forward) with standard

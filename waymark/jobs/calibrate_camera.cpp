@@ -63,7 +63,7 @@ Result<SeenPictures> from_pictures(const CalibrateCameraJob& job, const TagFinde
   SeenPictures seen;
   Status fits;
   const DetectSummary summary = detect_all(find_inputs(job.sources, job.recursive), finder, control,
-                                           [&](std::size_t, PictureReport& report, const Image&) {
+                                           [&](std::size_t, PictureReport& report, const ImageView&) {
                                              if (fits) fits = add_picture(report, seen);
                                              return true;
                                            });

@@ -1,11 +1,13 @@
 #include "waymark/jobs/detect_all.hpp"
 
+#include <cstdlib>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/recording_kind.hpp"
+#include "waymark/media/video_format.hpp"
 
 namespace waymark {
 namespace {
@@ -36,6 +38,40 @@ Image process(const Input& input, const TagFinder& finder, PictureReport& report
 
 }  // namespace
 
+namespace internal {
+
+std::string name_of_picture(const std::string& path, SensorTime stamp) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t ns = stamp.time_since_epoch().count();
+  return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
+}
+
+PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
+                        const TagFinder& finder) {
+  PictureReport report{.image = name_of_picture(path, stamp),
+                       .stamp = stamp,
+                       .width_px = image.width,
+                       .height_px = image.height};
+  auto found = find_tags(image, finder);
+  if (!found) {
+    report.error = found.error();
+    report.error->place.source = report.image;
+    return report;
+  }
+  report.detected = true;
+  report.detections = std::move(found->detections);
+  report.refinements = std::move(found->refinements);
+  return report;
+}
+
+void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary) {
+  if (error.place.source.empty()) error.place.source = path;
+  control.note(to_string(error));
+  ++summary.failed;
+}
+
+}  // namespace internal
+
 DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder, const JobControl& control,
                          const EachPicture& each) {
   DetectSummary summary;
@@ -49,6 +85,10 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     control.progress({inputs[i].path, i, inputs.size()});
     if (!inputs[i].error && looks_like_recording(inputs[i].path)) {
       going = detect_recording(i, inputs[i].path, finder, control, each, summary);
+      continue;
+    }
+    if (!inputs[i].error && looks_like_video(inputs[i].path)) {
+      going = detect_video(i, inputs[i].path, finder, control, each, summary);
       continue;
     }
     PictureReport report;

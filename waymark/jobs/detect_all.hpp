@@ -23,10 +23,11 @@ struct DetectSummary {
 
 /// Called with each report, in the order of the inputs; `image` is empty when the picture could not be read.
 /// May add an error to the report, which then counts as failed. Returns whether to go on.
-using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const Image& image)>;
+/// The pixels are there only during the call.
+using EachPicture = std::function<bool(std::size_t index, PictureReport& report, const ImageView& image)>;
 
-/// Reads each input, all pictures of a recording, and finds their tags. Errors are notes and the next input
-/// is taken; cancelling stops between two pictures.
+/// Reads each input, all pictures of a recording or a video, and finds their tags. Errors are notes and the
+/// next input is taken; cancelling stops between two pictures.
 [[nodiscard]] DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& finder,
                                        const JobControl& control, const EachPicture& each);
 
@@ -34,5 +35,20 @@ using EachPicture = std::function<bool(std::size_t index, PictureReport& report,
 /// their stamp. Returns whether to go on.
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const JobControl& control, const EachPicture& each, DetectSummary& summary);
+/// The same of every picture of a video. Damage counts as one failure; other traps of the file are notes.
+bool detect_video(std::size_t index, const std::string& path, const TagFinder& finder,
+                  const JobControl& control, const EachPicture& each, DetectSummary& summary);
+
+namespace internal {
+
+/// "lap.mcap#12.345000000".
+[[nodiscard]] std::string name_of_picture(const std::string& path, SensorTime stamp);
+/// Finds the tags of a picture of a recording or a video.
+[[nodiscard]] PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
+                                      const TagFinder& finder);
+/// A failure of the whole file.
+void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary);
+
+}  // namespace internal
 
 }  // namespace waymark

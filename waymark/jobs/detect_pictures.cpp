@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/annotated_video.hpp"
 #include "waymark/jobs/annotation_names.hpp"
+#include "waymark/media/video_format.hpp"
 #include "waymark/plot/annotate.hpp"
 
 namespace waymark {
@@ -18,17 +20,24 @@ namespace fs = std::filesystem;
 
 /// Where annotated pictures go, once that is known to work.
 struct Annotations {
-  fs::path folder;  ///< empty when there are none
+  fs::path folder;                      ///< empty when there is none
+  std::optional<AnnotatedVideo> video;  ///< instead of a folder
   std::vector<std::string> names;
   bool failed = false;  ///< wanted, but the folder cannot be made
 };
 
-/// Makes the folder. Refuses one that holds pictures to be read: annotations must not overwrite what they
-/// were made from.
+/// Makes the folder, or begins the video. Refuses a folder that holds pictures to be read: annotations must
+/// not overwrite what they were made from.
 Result<Annotations> prepare_annotations(const std::string& folder, const std::vector<Input>& inputs,
                                         const JobControl& control) {
   Annotations annotations;
   if (folder.empty()) return annotations;
+  if (is_video_name(folder)) {
+    Result<AnnotatedVideo> video = AnnotatedVideo::create(folder, inputs);
+    if (!video) return tl::unexpected(video.error());
+    annotations.video = std::move(*video);
+    return annotations;
+  }
   std::vector<std::string> paths;
   for (const Input& input : inputs) {
     paths.push_back(input.path);
@@ -55,18 +64,20 @@ Result<Annotations> prepare_annotations(const std::string& folder, const std::ve
   return annotations;
 }
 
-Status write_annotated(const fs::path& to, const Image& image, const std::vector<TagDetection>& detections,
-                       const std::vector<plot::FrameAxes>& axes) {
-  const auto drawn = plot::annotate(image, detections, axes);
-  if (!drawn) return tl::unexpected(drawn.error());
-  return write_image(to, *drawn);
-}
-
 /// The name of a picture's own; of a recording's, its stamp behind that of the file: "lap_12.345000000.png".
 std::string annotation_name(const std::string& name, const PictureReport& report, const Input& input) {
   if (report.image == input.path) return name;
   const std::size_t stamp = report.image.rfind('#');
   return fmt::format("{}_{}.png", fs::path(name).stem().string(), report.image.substr(stamp + 1));
+}
+
+Status write_annotated(Annotations& annotations, const std::string& name, const Input& input,
+                       const PictureReport& report, const ImageView& image,
+                       const std::vector<plot::FrameAxes>& axes) {
+  const auto drawn = plot::annotate(image, report.detections, axes);
+  if (!drawn) return tl::unexpected(drawn.error());
+  if (annotations.video) return annotations.video->add(*drawn, report.stamp);
+  return write_image(annotations.folder / annotation_name(name, report, input), *drawn);
 }
 
 /// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
@@ -86,22 +97,27 @@ PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
 Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                       const JobControl& control, const EachDetected& each) {
   const std::vector<Input> inputs = find_inputs(job.sources, job.recursive);
-  const auto annotations = prepare_annotations(job.annotate_folder, inputs, control);
+  auto annotations = prepare_annotations(job.annotate_folder, inputs, control);
   if (!annotations) return tl::unexpected(annotations.error());
-  const auto on_picture = [&](std::size_t i, PictureReport& report, const Image& image) {
+  const auto on_picture = [&](std::size_t i, PictureReport& report, const ImageView& image) {
     const PoseList poses = job.poses ? poses_for(report, *job.poses) : PoseList();
-    if (!annotations->folder.empty() && report.detected) {
+    const bool annotate = annotations->video || !annotations->folder.empty();
+    if (annotate && report.detected) {
       const auto axes =
           job.poses ? axes_of(report.detections, poses, *job.poses) : std::vector<plot::FrameAxes>();
-      const auto written =
-          write_annotated(annotations->folder / annotation_name(annotations->names[i], report, inputs[i]),
-                          image, report.detections, axes);
+      const std::string name = annotations->video ? std::string() : annotations->names[i];
+      const Status written = write_annotated(*annotations, name, inputs[i], report, image, axes);
       if (!written && !report.error) report.error = written.error();
     }
     return each(report, poses);
   };
   DetectSummary summary = detect_all(inputs, finder, control, on_picture);
   summary.annotations_failed = annotations->failed;
+  const Status closed = annotations->video ? annotations->video->close() : Status();
+  if (!closed) {
+    control.note(to_string(closed.error()));
+    summary.annotations_failed = true;
+  }
   return summary;
 }
 

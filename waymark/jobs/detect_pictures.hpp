@@ -12,10 +12,11 @@
 namespace waymark {
 
 struct DetectJob {
-  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings
+  std::vector<std::string> sources{};  ///< files, folders, patterns, recordings, videos
   bool recursive = false;              ///< also pictures of the folders in a folder
   std::optional<PoseSetup> poses{};
-  std::string annotate_folder{};  ///< for pictures with their tags drawn in; empty: none
+  /// For pictures with their tags drawn in: a folder, or a video that is written (by its name); empty: none.
+  std::string annotate_folder{};
 };
 
 /// Called with each picture, in order; `poses` has one entry a detection, or is empty. Returns whether to go

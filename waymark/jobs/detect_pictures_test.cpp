@@ -99,7 +99,7 @@ TEST_F(DetectPictures, CancellingAndEnoughEndBetweenTwoPictures) {
   const std::vector<Input> inputs = find_inputs({at("tag.png"), at("broken.png")}, false);
   int pictures = 0;
   const auto count = [&](bool go_on) {
-    return [&pictures, go_on](std::size_t, PictureReport&, const Image&) {
+    return [&pictures, go_on](std::size_t, PictureReport&, const ImageView&) {
       ++pictures;
       return go_on;
     };

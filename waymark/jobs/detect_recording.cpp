@@ -1,6 +1,4 @@
 
-#include <cstdlib>
-
 #include <fmt/format.h>
 
 #include "waymark/jobs/detect_all.hpp"
@@ -9,13 +7,6 @@
 
 namespace waymark {
 namespace {
-
-/// "lap.mcap#12.345000000".
-std::string name_of(const std::string& path, SensorTime stamp) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  const std::int64_t ns = stamp.time_since_epoch().count();
-  return fmt::format("{}#{}.{:09}", path, ns / kSecond, std::abs(ns % kSecond));
-}
 
 LogSelection pictures_of(const MessageLog& log) {
   LogSelection selection;
@@ -26,51 +17,29 @@ LogSelection pictures_of(const MessageLog& log) {
   return selection;
 }
 
-void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary) {
-  if (error.place.source.empty()) error.place.source = path;
-  control.note(to_string(error));
-  ++summary.failed;
-}
-
-PictureReport report_on(const std::string& path, const CameraFrame& frame, const TagFinder& finder) {
-  PictureReport report{.image = name_of(path, frame.stamp),
-                       .width_px = frame.image.width(),
-                       .height_px = frame.image.height()};
-  auto found = find_tags(frame.image, finder);
-  if (!found) {
-    report.error = found.error();
-    report.error->place.source = report.image;
-    return report;
-  }
-  report.detected = true;
-  report.detections = std::move(found->detections);
-  report.refinements = std::move(found->refinements);
-  return report;
-}
-
 }  // namespace
 
 bool detect_recording(std::size_t index, const std::string& path, const TagFinder& finder,
                       const JobControl& control, const EachPicture& each, DetectSummary& summary) {
   const Result<std::unique_ptr<MessageLog>> log = open_log(path, control.log_options());
   if (!log) {
-    fail_with(log.error(), path, control, summary);
+    internal::fail_with(log.error(), path, control, summary);
     return true;
   }
   const LogSelection pictures = pictures_of(**log);
   if (pictures.topics.empty()) {
-    fail_with({ErrorCode::NotFound,
-               "this recording holds no pictures",
-               {.source = path},
-               "`waymark info` shows what it holds."},
-              path, control, summary);
+    internal::fail_with({ErrorCode::NotFound,
+                         "this recording holds no pictures",
+                         {.source = path},
+                         "`waymark info` shows what it holds."},
+                        path, control, summary);
     return true;
   }
   bool going = true;
   const Status status = (*log)->visit_samples(pictures, [&](const Sample& sample) -> Status {
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return {};
-    PictureReport report = report_on(path, *frame, finder);
+    PictureReport report = internal::report_on(path, frame->stamp, frame->image, finder);
     going = each(index, report, frame->image);
     summary.tags += report.detections.size();
     ++(report.error ? summary.failed : summary.pictures);
@@ -81,9 +50,9 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
     return going ? Status{} : fail(ErrorCode::LimitExceeded, "stopped");
   });
   if (summary.stopped) control.note(fmt::format("stopped within {}", path));
-  if (!status && going) fail_with(status.error(), path, control, summary);
+  if (!status && going) internal::fail_with(status.error(), path, control, summary);
   for (const LogProblem& problem : (*log)->problems())
-    if (problem.kind == LogProblem::Kind::Damage) fail_with(problem.error, path, control, summary);
+    if (problem.kind == LogProblem::Kind::Damage) internal::fail_with(problem.error, path, control, summary);
   return going;
 }
 

@@ -192,6 +192,7 @@ Result<PictureReport> read_report(const json& object, const Place& place) {
 nlohmann::ordered_json to_json(const PictureReport& report, bool with_covariance) {
   ordered_json value;
   value["image"] = report.image;
+  if (report.stamp) value["stamp_s"] = static_cast<double>(report.stamp->time_since_epoch().count()) / 1e9;
   if (report.width_px > 0) {
     value["width_px"] = report.width_px;
     value["height_px"] = report.height_px;

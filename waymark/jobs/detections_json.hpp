@@ -9,6 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/time.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/tags/refinement.hpp"
 
@@ -16,8 +17,9 @@ namespace waymark {
 
 /// What `waymark detect` has to say about one picture.
 struct PictureReport {
-  std::string image{};  ///< the path as it was given or found
-  int width_px = 0;     ///< 0 when the picture could not be read
+  std::string image{};                   ///< the path as it was given or found
+  std::optional<SensorTime> stamp = {};  ///< of a picture of a recording or a video
+  int width_px = 0;                      ///< 0 when the picture could not be read
   int height_px = 0;
   bool detected = false;  ///< the detector ran; without this, `detections` says nothing
   std::vector<TagDetection> detections = {};

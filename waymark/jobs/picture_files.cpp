@@ -26,9 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr std::array<std::string_view, 7> kPictures = {".jpg", ".jpeg", ".png", ".pgm",
                                                        ".ppm", ".pbm",  ".pnm"};
-constexpr std::array<std::string_view, 10> kVideos = {".mp4", ".avi", ".mkv",  ".mov",  ".webm",
-                                                      ".m4v", ".mpg", ".mpeg", ".h264", ".mjpeg"};
-
 template <std::size_t N>
 bool has_suffix(const fs::path& path, const std::array<std::string_view, N>& suffixes) {
   std::string suffix = path.extension().string();
@@ -40,9 +37,9 @@ Input failed(const std::string& source, ErrorCode code, std::string message, std
   return {source, Error{code, std::move(message), {.source = source}, std::move(hint)}};
 }
 
-Input no_video(const std::string& source) {
-  return failed(source, ErrorCode::Unsupported, "video and cameras are not in this build yet",
-                "Extract frames first: mkdir frames && ffmpeg -i VIDEO frames/%06d.png");
+Input no_stream(const std::string& source) {
+  return failed(source, ErrorCode::Unsupported, "cameras and streams are not in this build yet",
+                "Record a video file first: ffmpeg -i SOURCE -t 10 walk.mp4");
 }
 
 /// Adds the pictures `iterator` walks over; false when the folder cannot be read.
@@ -115,7 +112,7 @@ std::vector<Input> of_source(const std::string& source, bool recursive) {
   const bool exists = fs::exists(status);
   const bool is_stream =
       source.find("://") != std::string::npos || (exists && source.starts_with("/dev/video"));
-  if (is_stream || (exists && has_suffix(source, kVideos))) return {no_video(source)};
+  if (is_stream) return {no_stream(source)};
   if (fs::is_directory(status)) return in_folder(source, recursive);
   if (exists && !fs::is_regular_file(status) && !fs::is_fifo(status)) {
     return {failed(source, ErrorCode::Unsupported, "is a device or a socket, not a picture")};

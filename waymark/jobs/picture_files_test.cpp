@@ -76,9 +76,8 @@ TEST_F(Sources, WhatGivesNothingIsAnErrorAmongTheOthers) {
   EXPECT_THAT(found({"empty/none.png"}), ElementsAre(HasSubstr("no such file or folder")));
 }
 
-TEST_F(Sources, VideosStreamsAndDevicesAreRefusedInWords) {
-  EXPECT_THAT(found({"clip.mp4"}),
-              ElementsAre(HasSubstr("video and cameras are not in this build yet. Extract frames")));
+TEST_F(Sources, StreamsAndDevicesAreRefusedInWordsAndVideosPass) {
+  EXPECT_THAT(found({"clip.mp4"}), ElementsAre("clip.mp4"));
   EXPECT_THAT(found({"/dev/null"}), ElementsAre(HasSubstr("a device or a socket")));
   const auto stream = find_inputs({"rtsp://camera/1"}, false);
   ASSERT_EQ(stream.size(), 1U);

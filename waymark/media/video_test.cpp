@@ -285,6 +285,20 @@ TEST(Video, WhatIsNoVideoIsNamed) {
   EXPECT_THAT(error_of(folder / "list.mp4"), HasSubstr("is no video that can be read"));
 }
 
+TEST(Video, APictureInTheSameContainerIsNoVideo) {
+  const auto begins = [](std::string_view head) {
+    return begins_as_video({reinterpret_cast<const std::uint8_t*>(head.data()), head.size()});
+  };
+  using namespace std::string_view_literals;
+  EXPECT_TRUE(
+      begins("\0\0\0\x20"
+             "ftypisom\0\0\2\0"sv));
+  EXPECT_FALSE(
+      begins("\0\0\0\x20"
+             "ftypheic\0\0\0\0"sv));
+  EXPECT_FALSE(begins("\x89PNG\r\n\x1a\n"sv));
+}
+
 TEST(Video, SoundAloneIsNamed) {
   const fs::path path = testing::fresh_folder("video_sound") / "sound.mp4";
   std::string wave = "RIFF";

@@ -4,7 +4,7 @@
 
 #include "waymark/recording/sample_recorder.hpp"
 
-/// How pictures get into a recording (--record-images).
+/// How pictures get into a recording (--record-images, --pictures).
 namespace waymark {
 
 /// Writes a picture as `how` says: raw; jpeg, a tenth as large; empty: not at all.

@@ -1,4 +1,4 @@
-#include "waymark/live/picture_recording.hpp"
+#include "waymark/recording/picture_recording.hpp"
 
 #include <utility>
 

@@ -1,0 +1,59 @@
+#include "waymark/cli/convert_video_flags.hpp"
+
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <CLI/Validators.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/page_files.hpp"
+#include "waymark/jobs/convert_video.hpp"
+#include "waymark/jobs/json_line.hpp"
+
+namespace waymark::cli {
+
+ConvertVideoFlags::ConvertVideoFlags(CLI::App& app) : poses_(app), detector_(app) {
+  app.add_option("--pictures", pictures_, "Format in which the pictures of a video are kept: jpeg or raw")
+      ->check(CLI::IsMember({"jpeg", "raw"}))
+      ->type_name("NAME");
+}
+
+Status ConvertVideoFlags::check_unused() const {
+  const auto poses = poses_.make();
+  if (poses && !*poses && !detector_.given() && pictures_.empty()) return {};
+  return fail(ErrorCode::InvalidArgument,
+              "cameras, tag sizes, detectors and --pictures have no effect on recordings", {},
+              "Leave them out, or give one video.");
+}
+
+ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
+                                    Console& console) const {
+  const auto poses = poses_.make();
+  if (!poses) return console.failed(naming_flag(poses.error()), ExitCode::Usage);
+  const auto finder = detector_.make();
+  if (!finder) return console.failed(naming_flag(finder.error()), ExitCode::Usage);
+  ConvertVideoJob job{.input = input, .output = output, .pictures = pictures_};
+  if (*poses) {
+    job.camera = (*poses)->camera;
+    job.tag_size_m = (*poses)->sizes.default_size_m;
+  }
+  const Result<VideoTags> found = convert_video(job, *finder, control_from(console));
+  if (!found) {
+    console.say(naming_flag(found.error()));
+    if (interrupted()) return ExitCode::Interrupted;
+    return found.error().code == ErrorCode::InvalidArgument ? ExitCode::Usage : exit_code_of(found.error());
+  }
+  for (const VideoProblem& problem : found->problems)
+    console.say(fmt::format("note: {}{}", to_string(problem.error),
+                            problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
+  console.print(json ? json_line(to_json(job, *found))
+                     : fmt::format("{} ({}, {} x {} px) to {}: {} pictures, {} tags\n", input,
+                                   found->info.codec, found->info.width_px, found->info.height_px, output,
+                                   found->pictures, found->tags));
+  return ExitCode::Ok;
+}
+
+}  // namespace waymark::cli

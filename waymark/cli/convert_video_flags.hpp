@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/pose_flags.hpp"
+
+namespace waymark::cli {
+
+/// The flags of `waymark convert` that are about videos: camera, tag size, detector, --pictures. Must stay
+/// where it is while the command line is parsed.
+class ConvertVideoFlags {
+ public:
+  explicit ConvertVideoFlags(CLI::App& app);
+
+  /// Fails where one of them was given: the input is no video.
+  [[nodiscard]] Status check_unused() const;
+  /// Writes the tags of a video to a recording, and says what became of it.
+  [[nodiscard]] ExitCode convert(const std::string& input, const std::string& output, bool json,
+                                 Console& console) const;
+
+ private:
+  PoseFlags poses_;
+  DetectorFlags detector_;
+  std::string pictures_;
+};
+
+}  // namespace waymark::cli

@@ -1,0 +1,96 @@
+#include "waymark/jobs/convert_video.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/jobs/lap_input.hpp"
+#include "waymark/recording/picture_recording.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+#include "waymark/samples/camera_body.hpp"
+
+namespace waymark {
+namespace {
+
+Image copy_of(const ImageView& view) {
+  Image image(view.width, view.height);
+  for (int y = 0; y < view.height; ++y) std::copy_n(view.row(y), view.width, image.row(y));
+  return image;
+}
+
+Status check_job(const ConvertVideoJob& job) {
+  std::error_code ignored;
+  if (std::filesystem::path(job.output).extension() != ".mcap")
+    return fail(ErrorCode::InvalidArgument, "a video becomes a recording of its tags", {.source = job.output},
+                "End the name in .mcap; `waymark detect --json` writes the tags as text.");
+  if (std::filesystem::exists(job.output, ignored))
+    return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
+                "A recording is never overwritten: choose another name or remove it.");
+  return {};
+}
+
+Status begin(const ConvertVideoJob& job, SampleRecorder& recorder) {
+  std::map<std::string, std::string> facts = {
+      {"verb", "convert"},
+      {"version", WAYMARK_VERSION},
+      {"source", std::filesystem::path(job.input).filename().string()},
+      {"source_format", "video"}};
+  if (job.tag_size_m) facts[lap_facts::kTagSize] = fmt::format("{}", *job.tag_size_m);
+  if (Status status = recorder.add_metadata(lap_facts::kMetadata, facts); !status) return status;
+  return job.camera ? recorder.add_camera(SensorTime(), *job.camera, base_T_camera({})) : Status();
+}
+
+Result<VideoTags> write_video(const ConvertVideoJob& job, const std::filesystem::path& to,
+                              const TagFinder& finder, const JobControl& control) {
+  auto file = create_file(to);
+  if (!file) return tl::unexpected(file.error());
+  auto recorder = SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
+  Status status = recorder ? begin(job, *recorder) : tl::unexpected(recorder.error());
+  if (!status) return tl::unexpected(status.error());
+  const CameraModel* camera = job.camera ? &*job.camera : nullptr;
+  auto found = find_video_tags(
+      job.input, finder, camera, control, [&](const VideoFrame& picture, TagFrame& tags) -> Status {
+        if (!job.pictures.empty()) {
+          const CameraFrame kept{.stamp = picture.stamp, .image = copy_of(picture.luma)};
+          if (Status added = record_picture(kept, job.pictures, *recorder); !added) return added;
+        }
+        return recorder->add(tags);
+      });
+  if (found) status = recorder->close();
+  if (!status) return tl::unexpected(status.error());
+  return found;
+}
+
+}  // namespace
+
+Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
+                                const JobControl& control) {
+  if (Status sound = check_job(job); !sound) return tl::unexpected(sound.error());
+  const std::filesystem::path beside = fmt::format("{}.{}.part", job.output, ::getpid());
+  Result<VideoTags> found = write_video(job, beside, finder, control);
+  std::error_code error;
+  if (found) std::filesystem::rename(beside, job.output, error);
+  if (found && !error) return found;
+  std::error_code ignored;
+  std::filesystem::remove(beside, ignored);
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = job.output});
+  if (found.error().place.source == beside.string()) found.error().place.source = job.output;
+  return found;
+}
+
+nlohmann::ordered_json to_json(const ConvertVideoJob& job, const VideoTags& found) {
+  nlohmann::ordered_json problems = nlohmann::ordered_json::array();
+  for (const VideoProblem& problem : found.problems)
+    problems.push_back({{"key", problem.key}, {"count", problem.count}, {"words", to_string(problem.error)}});
+  return {{"input", job.input},   {"input_format", "video"},        {"codec", found.info.codec},
+          {"output", job.output}, {"output_format", "mcap"},        {"pictures", found.pictures},
+          {"tags", found.tags},   {"problems", std::move(problems)}};
+}
+
+}  // namespace waymark
