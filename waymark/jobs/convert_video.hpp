@@ -9,9 +9,9 @@
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/jobs/job_control.hpp"
-#include "waymark/jobs/tag_finder.hpp"
 #include "waymark/media/video_reader.hpp"
 #include "waymark/samples/robot_samples.hpp"
+#include "waymark/tags/tag_finder.hpp"
 
 /// Videos as streams of tags: for recordings, and for maps.
 namespace waymark {

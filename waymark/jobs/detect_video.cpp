@@ -23,8 +23,9 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
                   const JobControl& control, const EachPicture& each, DetectSummary& summary) {
   Result<VideoReader> reader = VideoReader::open(path);
   if (!reader) {
+    PictureReport report{.image = path, .error = reader.error()};
     internal::fail_with(reader.error(), path, control, summary);
-    return true;
+    return each(index, report, {});
   }
   bool going = true;
   while (going) {
