@@ -276,6 +276,31 @@ TEST(GivenFacts, AKnownTagThatStandsElsewhereIsNamed) {
   EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("tag 12 ")));
 }
 
+TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItsSizeIsWrong) {
+  WideScene wide = test::aisles(24, 8);
+  wide.scene.bodies[0].tags[0].size_m *= 1.4;
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::AllOf(
+                                     testing::HasSubstr("observations of tag 0 contradict the rest"),
+                                     testing::HasSubstr("of the size given"))));
+}
+
+TEST(GivenFacts, TheOnlyKnownTagIsNamedWhenItHangsLoose) {
+  WideScene wide = test::aisles(24, 8);
+  Random random(3);
+  for (SceneFrame& frame : wide.recording.frames) {
+    for (TagDetection& detection : frame.views[0].detections) {
+      if (detection.tag.number != 0) continue;
+      const Eigen::Vector2d swing(22 * random.normal(), 5 * random.normal());
+      for (Eigen::Vector2d& corner : detection.corners_px) corner += swing;
+    }
+  }
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("of tag 0 contradict the rest")));
+}
+
 TEST(GivenFacts, ACovarianceThatCannotBeFoundIsNotZero) {
   Bundle bundle;
   const PoseIndex first = bundle.add({});

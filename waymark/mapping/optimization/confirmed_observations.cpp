@@ -138,6 +138,15 @@ class Confirmer {
     return least;
   }
 
+  /// The next view has it where it was, less than a third of its size away, and as large.
+  [[nodiscard]] bool stays_in_image(std::size_t a, std::size_t b) const {
+    constexpr double kMoves = 0.33;
+    constexpr double kGrows = 1.25;
+    const auto [less, more] = std::minmax(seen_[a].size_px, seen_[b].size_px);
+    return seen_[b].view == seen_[a].view + 1 && less > 0 && more < kGrows * less &&
+           (seen_[a].centre_px - seen_[b].centre_px).norm() < kMoves * less;
+  }
+
   /// How much noisier corners are than was assumed, by what follows each other.
   double scale() const {
     std::vector<double> apart;
@@ -158,7 +167,8 @@ class Confirmer {
           ++joined;
           continue;
         }
-        if (apart_by_neighbours(of_tag[k], of_tag[next], gate_, kNeighbours) >= gate_ &&
+        if (!stays_in_image(of_tag[k], of_tag[next]) &&
+            apart_by_neighbours(of_tag[k], of_tag[next], gate_, kNeighbours) >= gate_ &&
             apart_by_motion(of_tag[k], of_tag[next]) >= gate_)
           continue;
         groups_.join(of_tag[k], of_tag[next]);

@@ -14,6 +14,8 @@ struct ViewedTag {
   std::size_t view = 0;  ///< ascending with time
   std::size_t tag = 0;
   std::size_t body = 0;  ///< the tag is on; only tags of a body keep their places to each other
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  double size_px = 0;  ///< of its diagonals, the longer; 0: where it is in the image is not considered
 };
 
 /// How a view's camera moved since the view before of the same camera; nothing where nobody measured it.
@@ -29,8 +31,9 @@ struct Confirmation {
 };
 
 /// `poses`: view_T_tag of each observation, one or two. Two observations of a tag confirm each other when a
-/// neighbour that both views show, or the motion between them, puts it in the same place; those that hang
-/// together so are a group. In doubt is what is not in the largest group of its tag nor in one of at least
+/// neighbour that both views show, or the motion between them, puts it in the same place, or when it hardly
+/// moves in the image from one view to the next (misread ids come and go); those that hang together so are a
+/// group. In doubt is what is not in the largest group of its tag nor in one of at least
 /// `fewest_votes`. A view that shows nothing else and whose motion is not known cannot mislead: its
 /// observation is never in doubt. O(observations * tags of a view) at worst, O(observations) where ids are
 /// right.

@@ -187,9 +187,12 @@ class Search {
     std::size_t frames = 0;
     for (const SceneObservation& observation : map_.observations.seen)
       frames = std::max(frames, observation.frame + 1);
-    for (const SceneObservation& observation : map_.observations.seen)
+    for (const SceneObservation& observation : map_.observations.seen) {
+      const auto& c = observation.factor.corners_px;
       seen.push_back({observation.camera * (frames + 1) + observation.frame,
-                      map_.problem.tags[observation.body][observation.tag], observation.body});
+                      map_.problem.tags[observation.body][observation.tag], observation.body,
+                      (c[0] + c[1] + c[2] + c[3]) / 4, std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm())});
+    }
     return internal::confirm_observations(seen, squares, motions_of_views(frames, cameras));
   }
 

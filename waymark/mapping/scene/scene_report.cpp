@@ -43,9 +43,14 @@ void take_out_the_contradicted(SceneMap& map) {
   }
 }
 
-/// The observations that would have tied unplaced tags to those of the map.
-SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group, const std::set<std::size_t>& reached) {
+/// The observations that would have tied unplaced tags to those of the map, those in doubt too.
+SceneCut cut_of(const SceneMap& map, const std::vector<TagId>& group) {
   SceneCut cut{.beyond = group};
+  std::set<std::size_t> reached;
+  for (const SceneObservation& seen : map.observations.seen) {
+    if (std::ranges::binary_search(group, map.scene.bodies[seen.body].tags[seen.tag].id))
+      reached.insert(seen.frame);
+  }
   std::set<TagId> by;
   for (const SceneObservation& seen : map.observations.seen) {
     if (!reached.contains(seen.frame) || map.placed[map.problem.tags[seen.body][seen.tag]] == 0) continue;
@@ -88,8 +93,7 @@ void list_unconnected(SceneMap& map) {
       }
     }
     std::ranges::sort(group);
-    if (SceneCut cut = cut_of(map, group, reached); cut.observations > 0)
-      map.left_out_cuts.push_back(std::move(cut));
+    if (SceneCut cut = cut_of(map, group); cut.observations > 0) map.left_out_cuts.push_back(std::move(cut));
     map.unconnected.push_back(std::move(group));
   }
 }
