@@ -1,17 +1,24 @@
-// Time and memory of mapping a generated warehouse against its size: a table, and the exponent between the
-// smallest and the largest.
+// Time and memory of mapping a generated place against its size: a table, and the exponent between the
+// smallest and the largest. A lap with wheels past signs; a walk through aisles, or below a ceiling of tags,
+// without.
 //
-// usage: warehouse_mapping [TAGS ...]      usual: 250 500 1000 2000
+// usage: warehouse_mapping [lap|aisles|ceiling] [TAGS ...]      usual: lap 250 500 1000 2000
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "tests/support/tag_scenes.hpp"
 #include "tests/support/warehouse.hpp"
 #include "waymark/mapping/lap/map_checks.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
+#include "waymark/mapping/scene/scene_map.hpp"
 
 namespace {
 
@@ -34,61 +41,104 @@ struct Row {
   double detections = 0, seconds = 0;
 };
 
-bool measure(int tags, std::vector<Row>& rows) {
+/// Says how long each stage of a search took.
+class Stages {
+ public:
+  bool operator()(const std::string& name, int /*iteration*/, double /*cost*/) {
+    if (name != stage_) end();
+    stage_ = name;
+    ++steps_;
+    return true;
+  }
+  void end() {
+    std::printf("  %-24s %7.1f s %4d steps\n", stage_.c_str(), cpu_s() - since_, steps_);
+    since_ = cpu_s();
+    steps_ = 0;
+  }
+
+ private:
+  std::string stage_ = "start";
+  double since_ = cpu_s();
+  int steps_ = 0;
+};
+
+void report(int tags, std::size_t frames, const Row& row, std::size_t mapped, double worst_m,
+            std::size_t said) {
+  std::printf(
+      "%6d tags %7zu frames %8.0f detections: %7.1f s, %6.0f MiB so far, %zu mapped, worst %.2f m, %zu "
+      "said\n",
+      tags, frames, row.detections, row.seconds, peak_mib(), mapped, worst_m, said);
+  std::fflush(stdout);
+}
+
+bool failed(const waymark::Error& error) {
+  std::fprintf(stderr, "%s\n", to_string(error).c_str());
+  return false;
+}
+
+bool measure_lap(int tags, std::vector<Row>& rows) {
   using namespace waymark;
   const test::Warehouse house = test::drive_warehouse(
       {.tags = tags, .frame_m = 0.0395, .farthest_m = 5.9});  // 10 frames, 100 detections a tag
   const double begin = cpu_s();
-  std::string stage = "start";
-  double since = begin;
-  int steps = 0;
-  const auto stage_ends = [&] {
-    std::printf("  %-24s %7.1f s %4d steps\n", stage.c_str(), cpu_s() - since, steps);
-    since = cpu_s();
-    steps = 0;
-  };
-  const auto progress = [&](const std::string& name, int, double) {
-    if (name != stage) {
-      stage_ends();
-      stage = name;
-    }
-    ++steps;
-    return true;
-  };
-  const auto map = map_by_bundle(house.lap, {}, {}, progress);
-  if (!map) {
-    std::fprintf(stderr, "%s\n", to_string(map.error()).c_str());
-    return false;
-  }
-  stage_ends();
+  Stages stages;
+  const auto map = map_by_bundle(house.lap, {}, {}, std::ref(stages));
+  if (!map) return failed(map.error());
+  stages.end();
   const std::size_t said = check_map(house.lap, *map).size();
-  const double seconds = cpu_s() - begin;
+  rows.push_back({static_cast<double>(house.detections), cpu_s() - begin});
   double worst = 0;
-  int fewest = 0;
-  for (const auto& [id, tag] : map->map.tags) {
-    const double off = (tag.map_T_tag.translation() - house.truth.tags.at(id).map_T_tag.translation()).norm();
-    if (off > worst) fewest = map->observations.at(id);
-    worst = std::max(worst, off);
-  }
-  std::printf(
-      "%6d tags %7zu frames %8zu detections: %7.1f s, %6.0f MiB so far, %zu mapped, worst %.2f m (seen %d "
-      "times), %zu said\n",
-      tags, house.lap.frames.size(), house.detections, seconds, peak_mib(), map->map.tags.size(), worst,
-      fewest, said);
-  std::fflush(stdout);
-  rows.push_back({static_cast<double>(house.detections), seconds});
+  for (const auto& [id, tag] : map->map.tags)
+    worst = std::max(worst,
+                     (tag.map_T_tag.translation() - house.truth.tags.at(id).map_T_tag.translation()).norm());
+  report(tags, house.lap.frames.size(), rows.back(), map->map.tags.size(), worst, said);
   return true;
+}
+
+bool measure_scene(const waymark::test::WideScene& wide, int tags, std::vector<Row>& rows) {
+  using namespace waymark;
+  const double begin = cpu_s();
+  Stages stages;
+  const auto map = map_scene(wide.scene, wide.recording, {}, std::ref(stages));
+  if (!map) return failed(map.error());
+  stages.end();
+  const std::size_t said = scene_doubts(*map).size();
+  rows.push_back({static_cast<double>(wide.detections), cpu_s() - begin});
+  double worst = 0;
+  std::size_t mapped = 0;
+  for (std::size_t t = 0; t < map->scene.bodies[0].tags.size(); ++t) {
+    const auto map_T_tag = map->map_T_tag(0, t);
+    if (!map_T_tag) continue;
+    const SE3& truth = wide.truth.at(map->scene.bodies[0].tags[t].id.number);
+    worst = std::max(worst, (map_T_tag->translation() - truth.translation()).norm());
+    ++mapped;
+  }
+  report(tags, wide.recording.frames.size(), rows.back(), mapped, worst, said);
+  return true;
+}
+
+bool measure(const std::string& shape, int tags, std::vector<Row>& rows) {
+  using namespace waymark;
+  if (shape == "aisles") return measure_scene(test::aisles(tags, 1), tags, rows);
+  if (shape == "ceiling") return measure_scene(test::ceiling(tags, 1), tags, rows);
+  return shape == "lap" && measure_lap(tags, rows);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::string shape = "lap";
   std::vector<int> sizes;
-  for (int i = 1; i < argc; ++i) sizes.push_back(std::atoi(argv[i]));
+  for (int i = 1; i < argc; ++i) {
+    if (std::isdigit(static_cast<unsigned char>(argv[i][0])) != 0)
+      sizes.push_back(std::atoi(argv[i]));
+    else
+      shape = argv[i];
+  }
   if (sizes.empty()) sizes = {250, 500, 1000, 2000};
   std::vector<Row> rows;
   for (int tags : sizes) {
-    if (tags < 1 || !measure(tags, rows)) return 1;
+    if (tags < 1 || !measure(shape, tags, rows)) return 1;
   }
   if (rows.size() > 1)
     std::printf("exponent of time over detections: %.2f\n",
