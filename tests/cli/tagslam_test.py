@@ -81,6 +81,22 @@ class Tagslam(InFolder):
             self.assertIn(flags[0].replace("--no-", "--"), outcome.err)
             self.assertFalse((self.folder / "x").exists())
 
+    def test_cameras_are_found_near_what_is_given(self):
+        bag, _, folder = self.of(1)
+        (held,) = self.run_here("map", bag, "--tagslam", folder, "-o", "held", "--json").records
+        (free,) = self.run_here("map", bag, "--tagslam", folder, "-o", "free", "--free-intrinsics", "--json").records
+        self.assertNotIn("intrinsics", held)
+        self.assertLessEqual(free["reprojection_mean_px"], held["reprojection_mean_px"])
+        for name in ("fx", "fy", "cx", "cy"):
+            number = free["intrinsics"]["cam0"][name]
+            self.assertGreater(number["sigma"], 0)
+            self.assertLess(abs(number["value"] / number["given"] - 1), 0.05, name)
+        for words in (["map", bag, "--tagslam", folder, "-o", "x", "--free-intrinsics", "--model", "tagslam"],
+                      ["map", bag, "-o", "x", "--free-intrinsics"]):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn("--free-intrinsics", outcome.err)
+
     def test_a_table_of_detections_is_refused_with_a_reason(self):
         _, _, folder = self.of(16)
         table = self.folder / "tags.csv"

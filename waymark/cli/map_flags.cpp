@@ -31,8 +31,9 @@ Result<SE3> anchor_pose_of(const std::vector<double>& p) {
 
 /// Flags that scenes have no use for.
 Status check_tagslam_flags(const CLI::App& app) {
-  const std::vector<std::string> known = {"LAP",  "output", "tagslam",      "model",       "against",
-                                          "json", "help",   "outlier-chi2", "robust-chi2", "max-iterations"};
+  const std::vector<std::string> known = {"LAP",         "output",         "tagslam",        "model",
+                                          "against",     "json",           "help",           "outlier-chi2",
+                                          "robust-chi2", "max-iterations", "free-intrinsics"};
   for (const CLI::Option* option : app.get_options()) {
     const std::string name = option->get_single_name();
     if (option->count() > 0 && std::ranges::find(known, name) == known.end())
@@ -55,6 +56,7 @@ Status MapArgs::check() const {
   if (!tagslam.empty()) return check_tagslam_flags(app);
   if (model != "waymark") return only_with_tagslam("--model");
   if (!against.empty()) return only_with_tagslam("--against");
+  if (free_intrinsics) return only_with_tagslam("--free-intrinsics");
   return {};
 }
 
@@ -111,12 +113,16 @@ Result<MapSceneJob> MapArgs::make_scene_job() const {
   if (std::ranges::find(models, model) == models.end())
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no model '{}'", model), {.key = "--model"},
                 suggestion(model, models));
+  if (free_intrinsics && model == "tagslam")
+    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
+                {.key = "--free-intrinsics"}, "Leave it out, or leave out --model tagslam.");
   return MapSceneJob{.recording = lap,
                      .tagslam = tagslam,
                      .folder = folder,
                      .against = against,
                      .options = {.model = model == "tagslam" ? SceneModel::Tagslam : SceneModel::Waymark,
-                                 .search = options.search}};
+                                 .search = options.search,
+                                 .free_intrinsics = free_intrinsics}};
 }
 
 void MapArgs::add_to(CLI::App& verb) {
@@ -191,6 +197,10 @@ void MapArgs::add_to(CLI::App& verb) {
                   "of the cameras' poses)")
       ->capture_default_str()
       ->type_name("NAME");
+  verb.add_flag(
+      "--free-intrinsics", free_intrinsics,
+      "With --tagslam, cameras are adjusted too: focal lengths and principal point within 1 % (standard "
+      "deviation) of what is given, distortion k within 0.05 and p within 0.005");
   verb.add_option("--against", against,
                   "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
                   "frames and "

@@ -39,6 +39,7 @@ struct MapArgs {
   double map_sigma_m = kMapSigma_m;
   std::string tagslam;
   std::string model = "waymark";
+  bool free_intrinsics = false;
   std::string against;
   bool json = false;
   std::vector<double> anchor_pose;

@@ -4,6 +4,7 @@
 #include "tests/support/numeric_jacobian.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/factors/corner_factor.hpp"
+#include "waymark/factors/corner_intrinsics.hpp"
 #include "waymark/factors/odometry_factor.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/geometry/lie.hpp"
@@ -85,6 +86,26 @@ TEST_P(CornerFactorOf, JacobiansAgainstNumeric) {
     expect(&CornerPoses::rig_T_cam, J.cam);
     expect(&CornerPoses::map_T_body, J.body);
     expect(&CornerPoses::body_T_tag, J.tag);
+  }
+}
+
+TEST_P(CornerFactorOf, JacobianForTheIntrinsicsAgainstNumeric) {
+  const CameraModel camera = lens(GetParam());
+  const Eigen::VectorXd numbers = intrinsics_of(camera);
+  Random random(19);
+  for (int round = 0; round < 20; ++round) {
+    const Scene scene = random_scene(random, camera);
+    const auto J = corner_intrinsics_jacobian(scene.factor, camera, scene.poses);
+    ASSERT_TRUE(J);
+    for (Eigen::Index i = 0; i < numbers.size(); ++i) {
+      const auto along = [&](double step) {
+        Eigen::VectorXd moved = numbers;
+        moved[i] += step;
+        return Eigen::Matrix<double, 8, 1>(
+            *corner_residual(scene.factor, *with_intrinsics(camera, moved), scene.poses));
+      };
+      EXPECT_LT((testing::numeric_derivative(along, 1e-3) - J->col(i)).norm(), 1e-6 * (1 + J->col(i).norm()));
+    }
   }
 }
 

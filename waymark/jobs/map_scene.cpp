@@ -151,6 +151,19 @@ void warn(MapSceneReport& report) {
   }
 }
 
+/// By camera and name: as found, its standard deviation, as given.
+nlohmann::ordered_json to_json(const std::vector<FoundIntrinsics>& found, const TagScene& scene) {
+  nlohmann::ordered_json all = nlohmann::ordered_json::object();
+  for (const FoundIntrinsics& lens : found) {
+    nlohmann::ordered_json numbers = nlohmann::ordered_json::object();
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i)
+      numbers[lens.names[static_cast<std::size_t>(i)]] = {
+          {"value", lens.found[i]}, {"sigma", lens.sigma[i]}, {"given", lens.given[i]}};
+    all[scene.cameras[lens.camera].name] = std::move(numbers);
+  }
+  return all;
+}
+
 }  // namespace
 
 Result<MapSceneReport> map_scene_recording(const MapSceneJob& job, const JobControl& control) {
@@ -240,6 +253,7 @@ nlohmann::ordered_json to_json(const MapSceneReport& report) {
       {"wall_s", report.wall_s},
       {"peak_rss_mib", report.peak_rss_mib},
       {"warnings", report.warnings}};
+  if (!map.intrinsics.empty()) json["intrinsics"] = to_json(map.intrinsics, map.scene);
   if (report.against)
     json["against"] = {{"cost", report.against->cost},
                        {"free_poses", report.against->free_poses},

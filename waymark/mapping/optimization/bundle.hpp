@@ -94,8 +94,18 @@ struct BundleScales {
   [[nodiscard]] int unknowns() const { return sigma.vector().minCoeff() > 0 ? OdometryScales::kCount : 2; }
 };
 
+/// The numbers of a camera (intrinsics_of) as unknowns near a prior.
+struct BundleIntrinsics {
+  Eigen::VectorXd prior{};
+  Eigen::VectorXd sigma{};  ///< of the prior; empty: the camera is known exactly
+  bool possible = true;     ///< false: a step led to numbers that no camera has
+
+  [[nodiscard]] bool free() const { return sigma.size() > 0; }
+};
+
 struct Bundle {
   std::vector<CameraModel> cameras{};
+  std::vector<BundleIntrinsics> intrinsics{};  ///< by camera; empty: all are known
   std::vector<BundlePose> poses{};
   std::vector<BundleScales> odometry_scales{};
   std::vector<CornerTerm> corners{};
@@ -168,9 +178,10 @@ struct BundleCovariance {
   /// Of each pose in its left tangent; zero for fixed ones, a standard deviation of 1e3 in every direction
   /// where the information matrix could not be factorised.
   std::vector<Matrix6> poses{};
-  std::vector<Matrix6> scales{};            ///< of OdometryScales::vector(); zero for what is known
-  std::vector<std::size_t> undetermined{};  ///< poses (by index) with a direction that nothing determines
-  std::vector<Matrix6> pairs{};             ///< of the pairs asked for: rows first, columns second
+  std::vector<Matrix6> scales{};              ///< of OdometryScales::vector(); zero for what is known
+  std::vector<Eigen::MatrixXd> intrinsics{};  ///< by camera; empty for those that are known
+  std::vector<std::size_t> undetermined{};    ///< poses (by index) with a direction that nothing determines
+  std::vector<Matrix6> pairs{};               ///< of the pairs asked for: rows first, columns second
 };
 
 /// The marginal covariance of every unknown where the poses stand, from the terms in use, without a robust

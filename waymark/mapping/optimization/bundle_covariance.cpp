@@ -13,6 +13,7 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
   BundleCovariance result;
   result.poses.assign(bundle.poses.size(), Matrix6::Zero());
   result.scales.assign(bundle.odometry_scales.size(), Matrix6::Zero());
+  result.intrinsics.resize(bundle.cameras.size());
   internal::Unknowns unknowns = internal::unknowns_of(bundle);
   if (unknowns.dimensions.empty()) return result;
   result.pairs.assign(pairs.size(), Matrix6::Zero());
@@ -36,6 +37,9 @@ BundleCovariance covariance(const Bundle& bundle, const std::vector<std::pair<Po
       const int unknown = unknowns.of_scales[i];
       const int n = bundle.odometry_scales[i].unknowns();
       if (unknown >= 0) result.scales[i].topLeftCorner(n, n) = block_of(unknown);
+    }
+    for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) {
+      if (unknowns.of_intrinsics[i] >= 0) result.intrinsics[i] = block_of(unknowns.of_intrinsics[i]);
     }
   };
   const internal::SchurPlan plan = internal::schur_plan(unknowns.dimensions, unknowns.couplings);

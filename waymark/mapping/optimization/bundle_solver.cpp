@@ -36,6 +36,8 @@ int set_invisible_aside(Bundle& bundle) {
 struct Values {
   std::vector<BundlePose> poses;
   std::vector<BundleScales> scales;
+  std::vector<CameraModel> cameras;
+  std::vector<BundleIntrinsics> intrinsics;
 };
 
 /// A bundle as levenberg_marquardt() wants it: its normal equations, and the way of solving them that suits
@@ -66,10 +68,14 @@ class BundleProblem {
     return keeps_ ? kept_.step(system_, damping) : internal::damped_step(cholesky_, system_, damping);
   }
   void retract(const Eigen::VectorXd& step) { internal::apply(unknowns_, system_, step, bundle_); }
-  [[nodiscard]] Values values() const { return {bundle_.poses, bundle_.odometry_scales}; }
+  [[nodiscard]] Values values() const {
+    return {bundle_.poses, bundle_.odometry_scales, bundle_.cameras, bundle_.intrinsics};
+  }
   void restore(const Values& values) {
     bundle_.poses = values.poses;
     bundle_.odometry_scales = values.scales;
+    bundle_.cameras = values.cameras;
+    bundle_.intrinsics = values.intrinsics;
   }
 
  private:

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "waymark/camera/intrinsics.hpp"
+#include "waymark/factors/corner_intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
 
 namespace waymark::internal {
@@ -20,10 +22,11 @@ class Accumulator {
 
   void operator()(const CornerTerm& term) {
     if (!term.used) return;
+    const int lens = unknowns_.of_intrinsics.empty() ? -1 : unknowns_.of_intrinsics[term.camera];
     CornerJacobians J;
     J.wants_rig = at(term.rig) >= 0;
     J.wants_cam = at(term.cam) >= 0;
-    J.wants_body = at(term.body) >= 0 && !J.wants_rig;  // else the rig's, the other way
+    J.wants_body = at(term.body) >= 0 && (!J.wants_rig || lens >= 0);  // else the rig's, the other way
     J.wants_tag = at(term.tag) >= 0;
     const CornerPoses poses{pose(term.rig), pose(term.cam), pose(term.body), pose(term.tag)};
     const auto r = corner_residual(term.factor, bundle_.cameras[term.camera], poses, system_ ? &J : nullptr);
@@ -35,8 +38,20 @@ class Accumulator {
     const bool robust = robust_chi2_ > 0;
     cost_ += (robust ? robust_chi2_ * std::log1p(chi2 / robust_chi2_) : chi2) / 2;
     if (system_ == nullptr) return;
+    const double weight = robust ? 1 / (1 + chi2 / robust_chi2_) : 1;
+    if (lens >= 0) {
+      const auto J_lens = corner_intrinsics_jacobian(term.factor, bundle_.cameras[term.camera], poses);
+      if (!J_lens) return;  // not where the residual could be evaluated
+      system_->add(std::array<Part, 5>{{{at(term.rig), J.rig},
+                                        {at(term.cam), J.cam},
+                                        {at(term.body), J.body},
+                                        {at(term.tag), J.tag},
+                                        {lens, *J_lens}}},
+                   *r, weight);
+      return;
+    }
     system_->add_corners({at(term.rig), at(term.cam), at(term.body), at(term.tag)},
-                         {&J.rig, &J.cam, &J.body, &J.tag}, *r, robust ? 1 / (1 + chi2 / robust_chi2_) : 1);
+                         {&J.rig, &J.cam, &J.body, &J.tag}, *r, weight);
   }
 
   void operator()(const PriorTerm& term) {
@@ -128,6 +143,15 @@ class Accumulator {
     add(inverse_sigma.head(n).cwiseProduct(off.head(n)), std::array<Part, 1>{{{unknowns_.of_scales[i], J}}});
   }
 
+  void prior_of_intrinsics(std::size_t camera) {
+    const BundleIntrinsics& intrinsics = bundle_.intrinsics[camera];
+    if (unknowns_.of_intrinsics[camera] < 0) return;
+    if (!intrinsics.possible) cost_ = std::numeric_limits<double>::infinity();
+    const Eigen::VectorXd off = intrinsics_of(bundle_.cameras[camera]) - intrinsics.prior;
+    const Eigen::MatrixXd J = intrinsics.sigma.cwiseInverse().asDiagonal();
+    add(Eigen::VectorXd(J * off), std::array<Part, 1>{{{unknowns_.of_intrinsics[camera], J}}});
+  }
+
   [[nodiscard]] double cost() const { return cost_; }
 
  private:
@@ -174,6 +198,23 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const PointCoordinateTerm& t : bundle.point_coordinates) visit(std::array{t.point.body, t.point.tag});
 }
 
+/// Of cameras that are free and see something that counts.
+void add_intrinsics(const Bundle& bundle, Unknowns& unknowns) {
+  if (std::ranges::none_of(bundle.intrinsics, &BundleIntrinsics::free)) return;
+  unknowns.of_intrinsics.assign(bundle.cameras.size(), -1);
+  for (const CornerTerm& term : bundle.corners) {
+    if (!term.used || !bundle.intrinsics[term.camera].free()) continue;
+    int& lens = unknowns.of_intrinsics[term.camera];
+    if (lens < 0) {
+      lens = static_cast<int>(unknowns.dimensions.size());
+      unknowns.dimensions.push_back(static_cast<int>(bundle.intrinsics[term.camera].sigma.size()));
+    }
+    for (PoseIndex pose : {term.rig, term.cam, term.body, term.tag}) {
+      if (unknowns.of_pose[pose] >= 0) unknowns.couplings.emplace_back(unknowns.of_pose[pose], lens);
+    }
+  }
+}
+
 }  // namespace
 
 Unknowns unknowns_of(const Bundle& bundle) {
@@ -192,6 +233,7 @@ Unknowns unknowns_of(const Bundle& bundle) {
     unknowns.of_scales.push_back(scales.fixed ? -1 : static_cast<int>(unknowns.dimensions.size()));
     if (!scales.fixed) unknowns.dimensions.push_back(scales.unknowns());
   }
+  add_intrinsics(bundle, unknowns);
   for_poses_of_terms(bundle, [&](const auto& poses) {
     for (PoseIndex a : poses) {
       for (PoseIndex b : poses) {
@@ -224,6 +266,7 @@ double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_
   for (const PointDistanceTerm& term : bundle.point_distances) sum(term);
   for (const PointCoordinateTerm& term : bundle.point_coordinates) sum(term);
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
+  for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) sum.prior_of_intrinsics(i);
   return sum.cost();
 }
 
@@ -242,6 +285,14 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
     const int n = bundle.odometry_scales[i].unknowns();
     moved.head(n) += step.segment(system.offset(unknown), n);
     value = OdometryScales::of(moved);
+  }
+  for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) {
+    const int unknown = unknowns.of_intrinsics[i];
+    if (unknown < 0) continue;
+    const Eigen::VectorXd change = step.segment(system.offset(unknown), system.dimension(unknown));
+    const auto moved = with_intrinsics(bundle.cameras[i], intrinsics_of(bundle.cameras[i]) + change);
+    bundle.intrinsics[i].possible = moved.has_value();
+    if (moved) bundle.cameras[i] = *moved;
   }
 }
 

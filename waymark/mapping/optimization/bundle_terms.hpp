@@ -12,6 +12,7 @@ namespace waymark::internal {
 struct Unknowns {
   std::vector<int> of_pose{};  ///< number of the unknown; -1: fixed or in no term
   std::vector<int> of_scales{};
+  std::vector<int> of_intrinsics{};  ///< by camera; empty when all are known
   std::vector<int> dimensions{};
   std::vector<std::pair<int, int>> couplings{};
 };
@@ -22,7 +23,7 @@ struct Unknowns {
 /// as reweighted least squares. The cost; infinite when a corner term in use cannot be seen.
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system);
 
-/// Applies a step of the system: poses by exp on the left, scales by addition.
+/// Applies a step of the system: poses by exp on the left, scales and intrinsics by addition.
 void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::VectorXd& step, Bundle& bundle);
 
 }  // namespace waymark::internal

@@ -190,7 +190,9 @@ bool SchurSystem::factorize(double damping, double floor) {
     factor.A.compute(A);
     if (factor.A.info() != Eigen::Success) return false;
     factor.A.matrixL().solveInPlace(factor.W);
-    if (group.size == 6 && group.kept_size == 6 * static_cast<int>(group.kept.size())) {
+    const bool among_poses =
+        std::ranges::all_of(group.kept, [&](int unknown) { return system_.dimension(unknown) == 6; });
+    if (group.size == 6 && among_poses) {
       subtract_pose(plan_, group, factor.W, S);
       continue;
     }

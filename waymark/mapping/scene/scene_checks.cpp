@@ -115,6 +115,20 @@ void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>&
         map.size_scale, std::abs(map.size_scale - 1) / kSizeSigma));
 }
 
+void say_which_cameras_differ(const SceneMap& map, std::vector<std::string>& words) {
+  constexpr double kGate = 3;
+  for (const FoundIntrinsics& lens : map.intrinsics) {
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
+      const double off = lens.found[i] - lens.given[i];
+      if (std::abs(off) > kGate * lens.prior_sigma[i])
+        words.push_back(
+            fmt::format("camera {}: {} is {:.6g} in the map and was given as {:.6g}, {:.1f} sigma",
+                        map.scene.cameras[lens.camera].name, lens.names[static_cast<std::size_t>(i)],
+                        lens.found[i], lens.given[i], std::abs(off) / lens.prior_sigma[i]));
+    }
+  }
+}
+
 void say_which_tags_contradict(const SceneMap& map, std::vector<std::string>& words) {
   const std::vector<Counts> counts = counts_of(map);
   struct Line {
@@ -171,6 +185,7 @@ std::vector<std::string> scene_doubts(const SceneMap& map) {
   std::vector<std::string> words;
   say_what_priors_suffer(map, words);
   say_what_measurements_suffer(map, words);
+  say_which_cameras_differ(map, words);
   say_which_tags_contradict(map, words);
   say_what_hangs_loosely(map, words);
   return words;

@@ -8,6 +8,7 @@
 #include "waymark/mapping/optimization/confirmed_observations.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
@@ -77,16 +78,25 @@ class Search {
     find(0, options_.search.max_iterations, "adjusting");
   }
 
-  /// Until the set of observations in use and the noise agree with each other.
+  /// Corner noise, and what is free besides poses, from the observations themselves.
   void with_own_noise() {
+    settle();
+    if (options_.free_intrinsics) {
+      free_intrinsics(map_);
+      settle();
+    }
+    find_size_of_tags();
+    find(0, options_.search.max_iterations, "adjusting");
+  }
+
+  /// Until the set of observations in use and the noise agree with each other.
+  void settle() {
     for (int round = 0; round < kRounds && goes_on(); ++round) {
       own_noise(noise_px_ * noise_ratio());
       const bool changed = judge();
       if (!changed && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRough);
     }
-    find_size_of_tags();
-    find(0, options_.search.max_iterations, "adjusting");
   }
 
   /// Where distances are given, the size of all tags is not: one factor for all of them, by the minimum of
@@ -331,6 +341,9 @@ std::optional<SE3> SceneMap::map_T_tag(std::size_t body, std::size_t tag) const 
 Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recording,
                            const SceneMapOptions& options, const MapProgress& progress) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
+  if (options.free_intrinsics && options.model == SceneModel::Tagslam)
+    return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
+                {.key = "free_intrinsics"}, "Leave it out, or take the model waymark.");
   SceneMap map{.scene = scene};
   map.observations = observations_of(recording, map.scene);
   if (options.model == SceneModel::Waymark) believe(scene, options, map);

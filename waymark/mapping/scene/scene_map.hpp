@@ -24,6 +24,7 @@ struct SceneMapOptions {
   SceneModel model = SceneModel::Waymark;
   SearchOptions search{};
   int min_observations = 2;
+  bool free_intrinsics = false;  ///< cameras are found as well, near what is given (model waymark only)
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -39,6 +40,13 @@ struct SceneCut {
   std::vector<TagId> beyond{};  ///< what hangs
   std::vector<TagId> by{};      ///< on observations of these
   int observations = 0;
+};
+
+/// The numbers of a camera: as given, as found.
+struct FoundIntrinsics {
+  std::size_t camera = 0;
+  std::vector<std::string> names{};
+  Eigen::VectorXd given{}, prior_sigma{}, found{}, sigma{};
 };
 
 struct SceneMap {
@@ -57,8 +65,9 @@ struct SceneMap {
   std::vector<SceneCut> left_out_cuts{};  ///< of the unconnected: tied by observations that nothing confirms
   std::vector<SceneCut> thin_cuts{};      ///< of what is in the map, the largest part first
   std::vector<TagId> undetermined{};      ///< in the map, but nothing determines where
-  double size_scale = 1;                  ///< of all tags, found where distances are given
-  std::vector<TagId> rejected_tags{};     ///< on no list and hardly seen, or contradicted: not in the map
+  std::vector<FoundIntrinsics> intrinsics{};  ///< of cameras that were free; `scene` has them as found
+  double size_scale = 1;                      ///< of all tags, found where distances are given
+  std::vector<TagId> rejected_tags{};         ///< on no list and hardly seen, or contradicted: not in the map
 
   /// Where a tag of a static body is; nothing when it is not in the map.
   [[nodiscard]] std::optional<SE3> map_T_tag(std::size_t body, std::size_t tag) const;

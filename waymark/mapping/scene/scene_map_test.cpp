@@ -2,11 +2,18 @@
 // nothing.
 #include "waymark/mapping/scene/scene_map.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
 #include "waymark/base/random.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
+#include "waymark/mapping/scene/scene_checks.hpp"
 #include "waymark/mapping/scene/scene_values.hpp"
 #include "waymark/samples/visibility.hpp"
 
@@ -175,6 +182,161 @@ TEST(SceneMap, ErrorsAreWhatTheCovarianceSays) {
   // Errors of one draw hang together through the anchor, so the bounds are wide for 120 times 6 squares.
   EXPECT_GT(sum / count, 4.0);
   EXPECT_LT(sum / count, 8.0);
+}
+
+/// Of all tags but the known one, in the frame of the map.
+double worst_tag_m(const Stage& stage, const SceneMap& map) {
+  double worst = 0;
+  for (std::size_t t = 0; t < map.scene.bodies[0].tags.size(); ++t) {
+    const auto id = static_cast<std::size_t>(map.scene.bodies[0].tags[t].id.number);
+    const auto map_T_tag = map.map_T_tag(0, t);
+    if (map_T_tag)
+      worst = std::max(worst, (map_T_tag->translation() - stage.tags[0][id].translation()).norm());
+  }
+  return worst;
+}
+
+TEST(SceneMap, CamerasThatAreGivenWrongAreFoundWithTheirCovariance) {
+  double sum = 0;
+  int count = 0;
+  for (std::uint64_t seed = 200; seed < 205; ++seed) {
+    Stage stage = rig_stage(seed, 0.1);
+    std::vector<Eigen::VectorXd> truth;
+    for (CameraOnBody& camera : stage.scene.cameras) {
+      truth.push_back(intrinsics_of(camera.model));
+      Eigen::VectorXd given = truth.back();
+      given.head<2>() *= 1.008;
+      given.segment<2>(2) += Eigen::Vector2d(3, -2);
+      camera.model = with_intrinsics(camera.model, given).value();
+    }
+    const auto held = map_scene(stage.scene, stage.recording);
+    const auto map = map_scene(stage.scene, stage.recording, {.free_intrinsics = true});
+    ASSERT_TRUE(held && map) << seed;
+    EXPECT_TRUE(held->intrinsics.empty());
+    EXPECT_LT(worst_tag_m(stage, *map), worst_tag_m(stage, *held)) << seed;
+    EXPECT_LT(map->reprojection_mean_px, held->reprojection_mean_px) << seed;
+    ASSERT_EQ(map->intrinsics.size(), 2U);
+    for (const FoundIntrinsics& lens : map->intrinsics) {
+      EXPECT_EQ(intrinsics_of(map->scene.cameras[lens.camera].model), lens.found);
+      for (Eigen::Index i = 0; i < lens.found.size(); ++i) {
+        const double off = (lens.found[i] - truth[lens.camera][i]) / lens.sigma[i];
+        EXPECT_LT(lens.sigma[i], lens.prior_sigma[i]);
+        EXPECT_LT(std::abs(off), 4.5) << seed << " " << lens.names[static_cast<std::size_t>(i)];
+        sum += off * off;
+        ++count;
+      }
+    }
+  }
+  EXPECT_GT(sum / count, 0.4) << "80 squares of which many hang together";
+  EXPECT_LT(sum / count, 1.8);
+}
+
+TEST(SceneMap, AFocalLengthThatIsFarFromTheGivenOneIsNamed) {
+  Stage stage = rig_stage(210, 0.1);
+  Eigen::VectorXd given = intrinsics_of(stage.scene.cameras[0].model);
+  given.head<2>() *= 1.05;
+  stage.scene.cameras[0].model = with_intrinsics(stage.scene.cameras[0].model, given).value();
+  const auto map = map_scene(stage.scene, stage.recording, {.free_intrinsics = true});
+  ASSERT_TRUE(map);
+  EXPECT_THAT(scene_doubts(*map), testing::Contains(testing::HasSubstr("camera cam0: fx is")));
+}
+
+TEST(SceneMap, TagslamsModelTakesCamerasAsGiven) {
+  const Stage stage = rig_stage(211, 0.1);
+  EXPECT_FALSE(
+      map_scene(stage.scene, stage.recording, {.model = SceneModel::Tagslam, .free_intrinsics = true}));
+}
+
+/// Everything given in the map's frame moved by one motion.
+Stage moved(Stage stage, const SE3& by) {
+  const auto move = [&](ScenePrior& prior) { prior.mean = by * prior.mean; };
+  for (SceneBody& body : stage.scene.bodies) {
+    if (body.map_T_body) move(*body.map_T_body);
+  }
+  return stage;
+}
+
+TEST(SceneMap, AMovedFrameMovesTheMapAndNothingElse) {
+  const Stage stage = rig_stage(11, 0.2);
+  const SE3 by = at(3, -2, 1, 0.4, -0.3, 1.1);
+  const auto map = map_scene(stage.scene, stage.recording);
+  const auto other = map_scene(moved(stage, by).scene, stage.recording);
+  ASSERT_TRUE(map && other);
+  EXPECT_NEAR(other->cost, map->cost, 1e-4 * map->cost);
+  for (std::size_t t = 0; t < 10; ++t)
+    EXPECT_LT(error_of(*other->map_T_tag(0, t), by * *map->map_T_tag(0, t)), 1e-5) << t;
+}
+
+TEST(SceneMap, TheOrderOfDetectionsDoesNotMatter) {
+  const Stage stage = rig_stage(12, 0.2);
+  Stage mixed = stage;
+  Random random(13);
+  for (SceneFrame& frame : mixed.recording.frames) {
+    for (SceneView& view : frame.views) {
+      for (std::size_t i = view.detections.size(); i > 1; --i)
+        std::swap(view.detections[i - 1], view.detections[random.index(i)]);
+    }
+    std::ranges::reverse(frame.views);
+  }
+  const auto map = map_scene(stage.scene, stage.recording);
+  const auto other = map_scene(mixed.scene, mixed.recording);
+  ASSERT_TRUE(map && other);
+  EXPECT_NEAR(other->cost, map->cost, 1e-5 * map->cost);
+  std::map<TagId, SE3> tags;
+  for (std::size_t t = 0; t < 10; ++t) tags[map->scene.bodies[0].tags[t].id] = *map->map_T_tag(0, t);
+  for (std::size_t t = 0; t < 10; ++t)
+    EXPECT_LT(error_of(*other->map_T_tag(0, t), tags.at(other->scene.bodies[0].tags[t].id)), 1e-5) << t;
+}
+
+TEST(SceneMap, ASceneOfTwiceTheSizeHasAMapOfTwiceTheSize) {
+  const Stage stage = rig_stage(14, 0.2);
+  Stage large = stage;
+  const auto grow = [](SE3& pose) { pose = SE3(pose.rotation(), 2 * pose.translation()); };
+  for (SceneBody& body : large.scene.bodies) {
+    body.default_tag_size_m *= 2;
+    if (body.map_T_body) grow(body.map_T_body->mean);
+    for (SceneTag& tag : body.tags) {
+      tag.size_m *= 2;
+      if (tag.body_T_tag) grow(tag.body_T_tag->mean);
+    }
+  }
+  for (CameraOnBody& camera : large.scene.cameras) {
+    if (camera.body_T_cam) grow(camera.body_T_cam->mean);
+  }
+  const auto map = map_scene(stage.scene, stage.recording);
+  const auto other = map_scene(large.scene, large.recording);
+  ASSERT_TRUE(map && other);
+  EXPECT_NEAR(other->cost, map->cost, 1e-2 * map->cost);  // priors keep their sigma, and so weigh differently
+  for (std::size_t t = 0; t < 10; ++t) {
+    SE3 expected = *map->map_T_tag(0, t);
+    grow(expected);
+    EXPECT_LT(error_of(*other->map_T_tag(0, t), expected), 1e-3) << t;
+  }
+}
+
+TEST(SceneMap, CornersThatAreNoNumbersAreCountedAndLeftOut) {
+  Stage stage = rig_stage(15, 0.2);
+  for (std::size_t f = 0; f < 3; ++f)
+    stage.recording.frames[f].views[0].detections.front().corners_px[f].x() = std::nan("");
+  const auto map = map_scene(stage.scene, stage.recording);
+  ASSERT_TRUE(map);
+  EXPECT_EQ(map->observations.broken, 3);
+  for (std::size_t t = 0; t < 10; ++t) EXPECT_TRUE(map->map_T_tag(0, t)->translation().allFinite());
+}
+
+TEST(SceneMap, SquaresThatAreNoImagesOfSquaresDoNotMoveTheMap) {
+  const Stage stage = rig_stage(16, 0.1);
+  Stage torn = stage;
+  Random random(17);
+  for (std::size_t f = 0; f < torn.recording.frames.size(); f += 4) {
+    for (Eigen::Vector2d& corner : torn.recording.frames[f].views[0].detections.back().corners_px)
+      corner = {random.uniform(0, 640), random.uniform(0, 480)};
+  }
+  const auto clean = map_scene(stage.scene, stage.recording);
+  const auto map = map_scene(torn.scene, torn.recording);
+  ASSERT_TRUE(clean && map);
+  EXPECT_GE(map->rejected.size(), clean->rejected.size() + 8);
+  EXPECT_LT(worst_tag_m(torn, *map), worst_tag_m(stage, *clean) + 0.003);
 }
 
 TEST(SceneMap, IdsThatBelongToNothingAndWrongOnesChangeNothing) {

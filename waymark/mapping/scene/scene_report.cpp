@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/thin_cuts.hpp"
 
 namespace waymark {
@@ -164,6 +165,7 @@ void list_what_hangs_loosely(SceneMap& map) {
 
 void report_scene(const SceneRecording& recording, SceneMap& map) {
   map.covariance = covariance(map.problem.bundle);
+  report_intrinsics(map);
   measure_reprojection(map);
   list_rejected(recording, map);
   take_out_the_contradicted(map);
