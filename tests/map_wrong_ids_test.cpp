@@ -214,6 +214,19 @@ TEST(WrongIds, CovariancesOfWhatIsKeptHold) {
   EXPECT_LT(sum / count, 16.0);
 }
 
+TEST(WrongIds, CovariancesOfALongMapHold) {
+  const WideScene wide = test::aisles(320, 3);
+  SceneMap map;
+  mapped(wide, &map);
+  EXPECT_TRUE(map.undetermined.empty());
+  for (std::size_t t = 20; t < 320; t += 50) {
+    const Matrix6& P = map.covariance.poses[map.problem.tags[0][t]];
+    const Vector6 e = minus(wide.truth.at(map.scene.bodies[0].tags[t].id.number), *map.map_T_tag(0, t));
+    EXPECT_GT(P.diagonal().minCoeff(), 0) << t;
+    EXPECT_LT(e.dot(P.llt().solve(e)), 22.46) << t << ": 0.999 quantile of chi-square";
+  }
+}
+
 /// Distances between these tags as they are, that good.
 void measure(WideScene& wide, double sigma_m, const std::vector<std::pair<int, int>>& pairs) {
   for (const auto& [a, b] : pairs) {

@@ -26,6 +26,10 @@ void add_block(Target& F, int row, int column, const Block& block) {
   }
 }
 
+void make_symmetric(Eigen::Ref<Eigen::MatrixXd> A) {
+  for (Eigen::Index c = 1; c < A.cols(); ++c) A.col(c).head(c) = A.row(c).head(c).transpose();
+}
+
 }  // namespace
 
 FrontCholesky::FrontCholesky(const BlockSystem& system, const FrontPlan& plan)
@@ -138,6 +142,8 @@ Eigen::VectorXd FrontCholesky::solve(const Eigen::VectorXd& rhs) const {
 }
 
 // With the front's columns [L; B] and W = B L^-1: Z_rows,own = -Z_rows W, Z_own = (L L^T)^-1 + W^T Z_rows W.
+// Z is kept symmetric to the last digit: a symmetric error goes from front to front by [-W^T I], as what is
+// known does, and stays small; one that is not would meet its own mirror image and grow without bound.
 FrontCholesky::Matrix FrontCholesky::inverse_of_front(std::size_t front, const Matrix& of_rows) const {
   const FrontPlan::Front& shape = plan_.fronts[front];
   const int own = shape.own_size;
@@ -147,6 +153,7 @@ FrontCholesky::Matrix FrontCholesky::inverse_of_front(std::size_t front, const M
   Matrix L_inverse = Matrix::Identity(own, own);
   L.solveInPlace(L_inverse);
   Z.topLeftCorner(own, own).noalias() = L_inverse.transpose() * L_inverse;
+  make_symmetric(Z.topLeftCorner(own, own));
   if (rows == 0) return Z;
   Matrix W = L_[front].bottomRows(rows);
   L.solveInPlace<Eigen::OnTheRight>(W);
@@ -154,6 +161,7 @@ FrontCholesky::Matrix FrontCholesky::inverse_of_front(std::size_t front, const M
   Z.bottomLeftCorner(rows, own).noalias() = -of_rows * W;
   Z.topRightCorner(own, rows) = Z.bottomLeftCorner(rows, own).transpose();
   Z.topLeftCorner(own, own).noalias() -= W.transpose() * Z.bottomLeftCorner(rows, own);
+  make_symmetric(Z.topLeftCorner(own, own));
   return Z;
 }
 

@@ -97,6 +97,39 @@ TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
   }
 }
 
+/// Each unknown measured against the five before it and the first one known: what is known of the last rests
+/// on hundreds of fronts, one on another.
+TEST(FrontCholesky, InvertsALongChainAsItSolvesIt) {
+  constexpr int kLength = 600;
+  constexpr int kBack = 5;
+  Random random(3);
+  std::vector<std::pair<int, int>> couplings;
+  for (int i = 1; i < kLength; ++i) {
+    for (int k = 1; k <= std::min(i, kBack); ++k) couplings.emplace_back(i, i - k);
+  }
+  BlockSystem system(std::vector<int>(kLength, 6), couplings);
+  const Eigen::MatrixXd known = 1e3 * Eigen::MatrixXd::Identity(6, 6);
+  system.add(std::array<BlockSystem::Part, 1>{{{0, known}}}, Eigen::VectorXd::Zero(6));
+  for (const auto& [i, before] : couplings) {
+    const Eigen::MatrixXd J = Eigen::MatrixXd::NullaryExpr(8, 6, [&] { return 30 * random.normal(); });
+    const Eigen::MatrixXd back = -J;
+    system.add(std::array<BlockSystem::Part, 2>{{{i, J}, {before, back}}}, Eigen::VectorXd::Zero(8));
+  }
+  const FrontPlan plan = front_plan(system);
+  FrontCholesky cholesky(system, plan);
+  ASSERT_TRUE(cholesky.factorize(0, 0));
+  std::vector<std::pair<int, int>> diagonal;
+  for (int u = 0; u < kLength; ++u) diagonal.emplace_back(u, u);
+  const std::vector<Eigen::MatrixXd> blocks = cholesky.inverse_blocks(diagonal);
+  for (int u = 0; u < kLength; u += 7) {
+    const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(u)];
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(system.gradient().size(), system.offset(u));
+    const Eigen::VectorXd column = cholesky.solve(unit).segment<6>(system.offset(u));
+    EXPECT_LT((block.col(0) - column).norm(), 1e-6 * column.norm()) << u;
+    EXPECT_EQ(block, block.transpose()) << u;
+  }
+}
+
 TEST(FrontCholesky, EachUnknownIsEliminatedOnceAndChildrenComeFirst) {
   Random random(2);
   const BlockSystem system = system_of({"lap", 60, 12, 4, true, true}, random);
