@@ -33,6 +33,8 @@ Result<std::string> replace_folder(const fs::path& folder, const fs::path& fresh
   }
   if (!error) fs::rename(fresh, folder, error);
   if (!error) return kept.string();
+  std::error_code ignored;
+  if (!kept.empty() && !fs::exists(folder, ignored)) fs::rename(kept, folder, ignored);  // as it was
   return fail(ErrorCode::Unwritable, "cannot put the new map in its place: " + error.message(),
               {.source = folder.string()});
 }
@@ -57,7 +59,11 @@ bool MapInTheMaking::ready() const {
 }
 
 Result<std::string> MapInTheMaking::take() {
-  if (Status made = made_.get(); !made) return tl::unexpected(made.error());
+  if (Status made = made_.get(); !made) {
+    std::error_code ignored;
+    fs::remove_all(beside(folder_), ignored);
+    return tl::unexpected(made.error());
+  }
   return replace_folder(folder_, beside(folder_));
 }
 
