@@ -75,7 +75,11 @@ void Localizer::add(const Sample& sample) {
 
 std::vector<LocalizationEstimate> Localizer::smoothed() const {
   if (!smooths_) return {};
-  return smooth(filter_->tracker().trace());
+  std::vector<LocalizationEstimate> run = smooth(filter_->tracker().trace());
+  const bool lags = method_.get() != filter_;  // the filter is inside of it
+  const auto said = lags ? estimate() : std::nullopt;
+  if (said) std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= said->stamp; });
+  return run;
 }
 
 }  // namespace waymark

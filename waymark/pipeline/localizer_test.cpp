@@ -1,0 +1,135 @@
+#include "waymark/pipeline/localizer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/samples/camera_body.hpp"
+#include "waymark/samples/visibility.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr double kSize_m = 0.16;
+
+CameraModel some_camera() {
+  return CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value();
+}
+
+/// The camera sits 0.2 m above the base and looks ahead.
+SE3 mounting() { return {body_R_optical(), {0.05, 0, 0.2}}; }
+
+/// A wall of tags three metres ahead, all facing the robot.
+TagMap wall() {
+  TagMap map;
+  for (int i = 0; i < 5; ++i) {
+    const SO3 map_R_tag = body_R_optical();  // as the camera: x right, y down, z into the wall
+    map.tags[{FamilyId::Tag36h11, i}] = {.map_T_tag = SE3(map_R_tag, {3, 0.5 * (i - 2), 0.3}),
+                                         .size_m = kSize_m};
+  }
+  return map;
+}
+
+LocalizerSetup setup_with(const std::string& method) {
+  return {
+      .landmarks = Landmarks(wall()), .tags = wall(), .eye = {some_camera(), mounting()}, .method = method};
+}
+
+TagFrame frame_from(const SE2& map_T_base, SensorTime stamp) {
+  TagFrame frame{.stamp = stamp};
+  const SE3 cam_T_map = (lift(map_T_base) * mounting()).inverse();
+  for (const auto& [id, tag] : wall().tags)
+    if (const auto corners = visible_corners(some_camera(), cam_T_map * tag.map_T_tag, tag.size_m))
+      frame.detections.push_back({.tag = id, .corners_px = *corners});
+  return frame;
+}
+
+SensorTime at(int step) { return SensorTime(std::chrono::milliseconds(50 * step)); }
+
+/// Drives towards the wall at 0.3 m/s in a gentle bend; where it is in the end.
+SE2 drive(Localizer& localizer, int steps) {
+  SE2 map_T_base(0.2, -0.1, 0.05);
+  const SE2 start = map_T_base;
+  for (int i = 0; i < steps; ++i) {
+    localizer.add(Odometry{at(i), start.inverse() * map_T_base, 0.3, 0.05});
+    localizer.add(frame_from(map_T_base, at(i)));
+    if (i + 1 < steps) map_T_base = map_T_base * SE2::exp({0.05 * 0.3, 0, 0.05 * 0.05});
+  }
+  return map_T_base;
+}
+
+TEST(Localizer, EveryMethodFindsTheRobotByTheTagsOfTheMap) {
+  for (const std::string& method : localization_methods()) {
+    Result<Localizer> localizer = Localizer::make(setup_with(method));
+    ASSERT_TRUE(localizer) << method << ": " << to_string(localizer.error());
+    EXPECT_FALSE(localizer->estimate()) << method << " knows nothing before the first sample";
+    const SE2 truth = drive(*localizer, 60);
+    const auto estimate = localizer->estimate();
+    ASSERT_TRUE(estimate) << method;
+    EXPECT_TRUE(estimate->certain) << method;
+    EXPECT_LT((estimate->map_T_base.translation() - truth.translation()).norm(), 0.02) << method;
+    EXPECT_NEAR(estimate->map_T_base.yaw(), truth.yaw(), 0.02) << method;
+    EXPECT_EQ(localizer->filter() == nullptr, method == "anchor");
+    EXPECT_EQ(localizer->smoothed().empty(), method != "smoother") << method;
+  }
+}
+
+TEST(Localizer, TheSmootherWithALagSaysTheEndInHindsight) {
+  LocalizerSetup setup = setup_with("smoother");
+  setup.filter.lag_s = 0.5;
+  Result<Localizer> localizer = Localizer::make(setup);
+  ASSERT_TRUE(localizer) << to_string(localizer.error());
+  const SE2 truth = drive(*localizer, 60);
+  ASSERT_TRUE(localizer->estimate());
+  EXPECT_LE(localizer->estimate()->stamp, at(59 - 9)) << "of a lag ago";
+  const auto end = localizer->smoothed();
+  ASSERT_FALSE(end.empty());
+  EXPECT_GT(end.front().stamp, localizer->estimate()->stamp) << "what estimate() has not said";
+  EXPECT_LT((end.back().map_T_base.translation() - truth.translation()).norm(), 0.02);
+}
+
+TEST(Localizer, SamplesThatAreNoMeasurementsChangeNothing) {
+  Result<Localizer> plain = Localizer::make(setup_with("riekf"));
+  Result<Localizer> told = Localizer::make(setup_with("riekf"));
+  ASSERT_TRUE(plain && told);
+  told->add(TruthPose{at(0), lift(SE2(5, 5, 1))});
+  told->add(StampedCommand{at(0), {1, 1}});
+  told->add(CameraFrame{.stamp = at(0)});
+  told->add(LaserScan{.stamp = at(0)});
+  EXPECT_FALSE(told->estimate());
+  drive(*plain, 30);
+  drive(*told, 30);
+  told->add(TruthPose{at(31), lift(SE2(5, 5, 1))});
+  EXPECT_EQ(plain->estimate()->map_T_base.translation(), told->estimate()->map_T_base.translation());
+  EXPECT_EQ(plain->estimate()->covariance, told->estimate()->covariance);
+}
+
+TEST(Localizer, WhatCannotWorkIsRefusedInWords) {
+  const auto refused = [](const LocalizerSetup& setup) {
+    const auto localizer = Localizer::make(setup);
+    EXPECT_FALSE(localizer);
+    return localizer ? Error{} : localizer.error();
+  };
+  const Error typo = refused(setup_with("riek"));
+  EXPECT_EQ(typo.place.key, "--method");
+  EXPECT_THAT(typo.hint, HasSubstr("riekf"));
+  LocalizerSetup empty = setup_with("riekf");
+  empty.landmarks = {};
+  EXPECT_THAT(refused(empty).message, HasSubstr("no tag"));
+  LocalizerSetup blind = setup_with("anchor");
+  blind.eye.camera = {};
+  EXPECT_THAT(refused(blind).hint, HasSubstr("riekf"));
+  TagMap twice = wall();
+  twice.tags[{FamilyId::Tag36h11, 9}] = twice.tags.at({FamilyId::Tag36h11, 2});
+  LocalizerSetup contradicting = setup_with("riekf");
+  contradicting.landmarks = Landmarks(twice);
+  EXPECT_THAT(refused(contradicting).message, HasSubstr("tag36h11:9"));
+  LocalizerSetup absurd = setup_with("riekf");
+  absurd.filter.camera_latency_s = -1e9;
+  EXPECT_EQ(refused(absurd).code, ErrorCode::InvalidArgument);
+}
+
+}  // namespace
+}  // namespace waymark
