@@ -39,21 +39,30 @@ bool LineReader::fill() {
   return true;
 }
 
+void LineReader::skip_rest() {
+  cut_ = false;
+  do {
+    const std::size_t end = window_.find('\n', at_);
+    at_ = end == std::string::npos ? window_.size() : end + 1;
+    if (end != std::string::npos) return;
+  } while (fill());
+}
+
 std::optional<Line> LineReader::next() {
+  if (cut_) skip_rest();
   std::size_t end = window_.find('\n', at_);
-  bool cut = false;
-  while (end == std::string::npos && !cut) {
+  while (end == std::string::npos && window_.size() - at_ <= max_line_bytes_) {
     const std::size_t seen = window_.size() - at_;
-    cut = seen >= max_line_bytes_;
-    if (cut) break;
     if (!fill()) break;
     end = window_.find('\n', at_ + seen);
   }
   if (end == std::string::npos && at_ == window_.size()) return std::nullopt;
   Line line{.offset = read_ - (window_.size() - at_), .number = ++number_};
-  const std::size_t size = (end == std::string::npos ? window_.size() : end) - at_;
+  const std::size_t whole = (end == std::string::npos ? window_.size() : end) - at_;
+  cut_ = whole > max_line_bytes_;
+  const std::size_t size = std::min(whole, max_line_bytes_);
   line.text = std::string_view(window_).substr(at_, size);
-  at_ += size + (end == std::string::npos ? 0 : 1);
+  at_ += size + (end == std::string::npos || cut_ ? 0 : 1);
   if (line.text.ends_with('\r')) line.text.remove_suffix(1);
   return line;
 }

@@ -27,6 +27,8 @@ class LineReader {
 
  private:
   bool fill();
+  /// To the beginning of the next line.
+  void skip_rest();
 
   const ByteSource& source_;
   std::uint64_t size_;
@@ -35,6 +37,7 @@ class LineReader {
   std::string window_;
   std::size_t at_ = 0;
   std::int64_t number_ = 0;
+  bool cut_ = false;  ///< the last line: its rest is still to be passed over
 };
 
 /// The cells of a line, blanks and plain quotes around them dropped.

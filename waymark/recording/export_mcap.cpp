@@ -171,6 +171,11 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
   for (const auto& [name, values] : blocks_of(log, report, options)) {
     if (status) status = recorder->add_metadata(name, values);
   }
+  if (status)
+    status = log.visit_attachments([&](const MessageLog::Attachment& attachment) {
+      return recorder->add_attachment(attachment.name, attachment.media_type,
+                                      SensorTime(Duration(attachment.log_time)), as_text(attachment.data));
+    });
   if (status) status = recorder->close();
   if (!status) return tl::unexpected(status.error());
   return report;

@@ -28,7 +28,7 @@ class TumExport {
       : log_(log), sink_(std::move(sink)), options_(options), progress_(log, options) {}
 
   Result<ExportReport> run() {
-    const bool samples = log_.format() == LogFormat::Lcm || log_.format() == LogFormat::Csv;
+    const bool samples = poses_are_samples(log_);
     const Status status = samples ? from_samples() : from_messages();
     if (!status) return tl::unexpected(status.error());
     if (samples) report_.problems = log_.problems();

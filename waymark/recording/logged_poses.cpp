@@ -16,10 +16,6 @@ namespace {
 constexpr const char* kOdometryOfSamples = "/odom";
 constexpr const char* kTruthOfSamples = "/truth/pose";
 
-bool is_log_of_samples(const MessageLog& log) {
-  return log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv;
-}
-
 bool has_poses(std::string_view type) {
   return type == ros2::Odometry::kType || type == ros2::PoseStamped::kType ||
          type == ros2::PoseWithCovarianceStamped::kType;
@@ -99,8 +95,14 @@ Status visit_samples_of(MessageLog& log, const std::string& topic, const LogSele
 
 }  // namespace
 
+bool poses_are_samples(const MessageLog& log) {
+  if (log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv) return true;
+  return log.format() == LogFormat::Merged &&
+         std::ranges::none_of(log.channels(), [](const LogChannel& c) { return has_poses(c.type); });
+}
+
 std::vector<std::string> pose_topics(const MessageLog& log) {
-  if (is_log_of_samples(log)) return {kOdometryOfSamples, kTruthOfSamples};
+  if (poses_are_samples(log)) return {kOdometryOfSamples, kTruthOfSamples};
   std::vector<std::string> topics;
   for (const LogChannel& channel : log.channels())
     if (has_poses(channel.type) && std::ranges::find(topics, channel.topic) == topics.end())
@@ -111,8 +113,8 @@ std::vector<std::string> pose_topics(const MessageLog& log) {
 Status visit_poses(MessageLog& log, const std::string& topic, LogSelection selection,
                    const PoseVisitor& visit, std::vector<LogProblem>& problems, const LogTimeVisitor& at) {
   LogProblems noted;
-  selection.topics = is_log_of_samples(log) ? std::set<std::string>{} : std::set{topic};
-  const Status status = is_log_of_samples(log) ? visit_samples_of(log, topic, selection, visit, at)
+  selection.topics = poses_are_samples(log) ? std::set<std::string>{} : std::set{topic};
+  const Status status = poses_are_samples(log) ? visit_samples_of(log, topic, selection, visit, at)
                                                : visit_messages(log, selection, visit, noted, at);
   for (const LogProblem& problem : log.problems()) problems.push_back(problem);
   noted.append_to(problems);

@@ -9,8 +9,12 @@
 
 namespace waymark {
 
+/// Whether the poses of a log are found among its samples: those of LCM and CSV, and of several files of
+/// which none has messages of poses.
+[[nodiscard]] bool poses_are_samples(const MessageLog& log);
+
 /// The topics of a log whose messages are poses: nav_msgs/Odometry, geometry_msgs/PoseStamped and
-/// PoseWithCovarianceStamped; of a log of samples (LCM, CSV) "/odom" and "/truth/pose", whether or not they
+/// PoseWithCovarianceStamped; where poses_are_samples() "/odom" and "/truth/pose", whether or not they
 /// have any.
 [[nodiscard]] std::vector<std::string> pose_topics(const MessageLog& log);
 

@@ -1,0 +1,168 @@
+#include "waymark/recording/recorded_lap.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "waymark/geometry/planar.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+SensorTime ms(int value) { return SensorTime(std::chrono::milliseconds(value)); }
+
+CameraModel lap_camera() {
+  return CameraModel::make(PinholeRadtan{.fx = 40, .fy = 40, .cx = 16, .cy = 12}, 32, 24).value();
+}
+
+struct Lap {
+  bool tags = true;
+  bool pictures = false;
+  bool cut = false;
+  bool damaged = false;
+};
+
+Bytes record(const Lap& lap) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file), {.chunk_size_bytes = 2000});
+  EXPECT_TRUE(recorder);
+  EXPECT_TRUE(recorder->add_camera(ms(0), lap_camera(), SE3(SO3(), {0.1, 0, 0.2})));
+  EXPECT_TRUE(recorder->add_attachment("robot.yaml", "application/yaml", ms(0), "name: limo\n"));
+  for (int i = 1; i <= 100; ++i) {
+    EXPECT_TRUE(recorder->add(Odometry{ms(10 * i), SE2(0.01 * i, 0, 0), 1, 0}));
+    EXPECT_TRUE(recorder->add(ImuSample{ms(10 * i), {0, 0, 0.1}, {0, 0, 9.8}}));
+    EXPECT_TRUE(recorder->add(TruthPose{ms(10 * i), lift(SE2(0.01 * i, 0, 0))}));
+    if (lap.tags) {
+      TagFrame frame{.stamp = ms(10 * i), .detections = std::vector<TagDetection>(1)};
+      frame.detections[0].tag.number = 7;
+      EXPECT_TRUE(recorder->add(frame));
+    }
+    if (lap.pictures && i % 10 == 0)
+      EXPECT_TRUE(recorder->add(CameraFrame{.stamp = ms(10 * i), .image = Image(32, 24)}));
+  }
+  EXPECT_TRUE(recorder->close());
+  if (lap.cut) file.resize(file.size() * 2 / 3);
+  if (lap.damaged)
+    for (std::size_t i = 0; i < 40; ++i) file[file.size() / 2 + i] ^= 0x5AU;
+  return file;
+}
+
+Result<RecordedLap> lap_of(const Bytes& file, const FrameFinder& find = {},
+                           TagSource source = TagSource::AsRecorded) {
+  auto log = open_log(memory_source(file, "lap.mcap"));
+  if (!log) return tl::unexpected(log.error());
+  return read_lap(**log, find, source);
+}
+
+/// Says that it saw tag 3 in every picture.
+struct Finder {
+  int asked = 0;
+  bool had_camera = false;
+  FrameFinder function() {
+    return [this](const CameraFrame& picture, const CameraModel* camera) -> Result<TagFrame> {
+      ++asked;
+      had_camera = camera != nullptr;
+      TagFrame frame{.stamp = picture.stamp, .detections = std::vector<TagDetection>(1)};
+      frame.detections[0].tag.number = 3;
+      return frame;
+    };
+  }
+};
+
+TEST(ReadLap, EverythingAMapNeedsIsThere) {
+  const Bytes file = record({});
+  const auto lap = lap_of(file);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_EQ(lap->frames.size(), 100U);
+  EXPECT_EQ(lap->odometry.size(), 100U);
+  EXPECT_EQ(lap->imu.size(), 100U);
+  EXPECT_EQ(lap->truth.size(), 100U);
+  EXPECT_THAT(lap->tag_poses, IsEmpty());
+  EXPECT_EQ(lap->attachments.at("robot.yaml"), "name: limo\n");
+  EXPECT_TRUE(lap->setup.camera);
+  EXPECT_NEAR(lap->setup.base_T_cam->translation().z(), 0.2, 1e-12);
+  EXPECT_THAT(lap->setup.problems, IsEmpty());
+  EXPECT_EQ(lap->odometry.back().stamp, ms(1000));
+}
+
+TEST(ReadLap, PicturesAreSearchedOnlyWhereThereAreNoTags) {
+  Finder finder;
+  const Bytes with_tags = record({.pictures = true});
+  const auto recorded = lap_of(with_tags, finder.function());
+  ASSERT_TRUE(recorded);
+  EXPECT_EQ(finder.asked, 0);
+  EXPECT_EQ(recorded->frames[0].detections[0].tag.number, 7);
+  const Bytes without = record({.tags = false, .pictures = true});
+  const auto found = lap_of(without, finder.function());
+  ASSERT_TRUE(found) << to_string(found.error());
+  EXPECT_EQ(finder.asked, 10);
+  EXPECT_TRUE(finder.had_camera);
+  ASSERT_EQ(found->frames.size(), 10U);
+  EXPECT_EQ(found->frames[0].detections[0].tag.number, 3);
+  const auto unasked = lap_of(without);
+  ASSERT_TRUE(unasked);
+  EXPECT_THAT(unasked->frames, IsEmpty()) << "nobody looks for tags";
+}
+
+TEST(ReadLap, WhereThePicturesAreAskedForTheTagsDoNotCount) {
+  Finder finder;
+  const Bytes file = record({.pictures = true});
+  const auto lap = lap_of(file, finder.function(), TagSource::Pictures);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  ASSERT_EQ(lap->frames.size(), 10U);
+  EXPECT_EQ(lap->frames[0].detections[0].tag.number, 3);
+  const Bytes none = record({});
+  const auto missing = lap_of(none, finder.function(), TagSource::Pictures);
+  ASSERT_FALSE(missing);
+  EXPECT_EQ(missing.error().code, ErrorCode::NotFound);
+}
+
+TEST(ReadLap, AFinderThatFailsEndsIt) {
+  int asked = 0;
+  const Bytes file = record({.tags = false, .pictures = true});
+  const auto lap = lap_of(file, [&](const CameraFrame&, const CameraModel*) -> Result<TagFrame> {
+    if (++asked == 3) return fail(ErrorCode::Unreadable, "stopped");
+    return TagFrame{};
+  });
+  ASSERT_FALSE(lap);
+  EXPECT_EQ(lap.error().message, "stopped");
+  EXPECT_EQ(asked, 3);
+}
+
+TEST(ReadLap, OfACutRecordingWhatCameBeforeIsUsedAndTheCutIsSaid) {
+  const Bytes file = record({.cut = true});
+  const auto lap = lap_of(file);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_GT(lap->frames.size(), 10U);
+  EXPECT_LT(lap->frames.size(), 100U);
+  EXPECT_TRUE(lap->setup.camera);
+  ASSERT_FALSE(lap->setup.problems.empty());
+  EXPECT_EQ(lap->setup.problems[0].place.source, "lap.mcap");
+}
+
+TEST(ReadLap, ADamagedChunkIsPassedOverAndSaid) {
+  const Bytes file = record({.damaged = true});
+  const auto lap = lap_of(file);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_LT(lap->odometry.size(), 100U);
+  EXPECT_EQ(lap->odometry.back().stamp, ms(1000)) << "what comes after the damage is read";
+  ASSERT_FALSE(lap->setup.problems.empty());
+  EXPECT_TRUE(lap->setup.problems[0].place.byte) << to_string(lap->setup.problems[0]);
+}
+
+TEST(ReadLap, AnEmptyRecordingIsALapOfNothing) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file));
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(recorder->close());
+  const auto lap = lap_of(file);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_THAT(lap->frames, IsEmpty());
+  EXPECT_FALSE(lap->setup.camera);
+}
+
+}  // namespace
+}  // namespace waymark
