@@ -60,6 +60,29 @@ class Detect(InFolder):
             self.assert_tags(record, pictures.SCENE_TAGS)
         self.assertEqual((outcome.records[3]["width_px"], outcome.records[3]["detections"]), (64, []))
 
+    def test_annotated_pictures_become_a_video_that_is_read(self):
+        outcome = self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")
+        self.assertEqual(outcome.code, 0, outcome.err)
+        seen = self.run_here("detect", "--json", "walk.mp4")
+        self.assertEqual(seen.code, 0, seen.err)
+        (record,) = seen.records
+        self.assertEqual((record["image"], record["stamp_s"]), ("walk.mp4#0.000000000", 0))
+        self.assertEqual((record["width_px"], record["height_px"]), (320, 240))
+        converted = self.run_here("convert", "walk.mp4", "walk.mcap", "--pictures", "jpeg")
+        self.assertEqual(converted.code, 0, converted.err)
+        self.assertIn("1 pictures", converted.out)
+        again = self.run_here("convert", "walk.mp4", "walk.mcap")
+        self.assertEqual(again.code, 1)
+        self.assertIn("exists already", again.err)
+
+    def test_a_video_is_mapped_only_with_its_camera(self):
+        self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")
+        for flags, words in (([], "--camera"), (["--camera", "c.yaml"], "--tag-size-m"),
+                             (["--camera", "c.yaml", "--tag-size-m", "0.16", "--robot", "limo"], "no effect on videos")):
+            outcome = self.run_here("map", "walk.mp4", "-o", "map", *flags)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(words, outcome.err)
+
     def test_smallest_and_widest(self):
         pictures.write_pgm(self.folder / "one.pgm", [bytes([7])])
         far = [("tag36h11", 7, 19900, 20, 8)]

@@ -126,7 +126,7 @@ Result<MapSceneJob> MapArgs::make_scene_job() const {
 }
 
 void MapArgs::add_to(CLI::App& verb) {
-  verb.add_option("LAP", lap, "Recording of a taught lap, or with --tagslam of tags and odometry")
+  verb.add_option("LAP", lap, "Recording of a taught lap, with --tagslam of tags and odometry; or a video")
       ->type_name("");
   verb.add_option("MORE", more,
                   "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")

@@ -18,11 +18,13 @@ namespace waymark::cli {
 namespace {
 
 struct CalibrateCameraArgs {
-  explicit CalibrateCameraArgs(CLI::App& app) : fitting(app, "Fit"), detector(app) {}
+  explicit CalibrateCameraArgs(CLI::App& app)
+      : fitting(app, "Fit"), views(app, "Views of a video"), detector(app) {}
 
   CalibrateCameraJob job{};
   bool json = false;
   OptionFlags<CameraCalibrationOptions> fitting;
+  OptionFlags<VideoViewOptions> views;
   DetectorFlags detector;
 };
 
@@ -33,6 +35,8 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
   };
   CalibrateCameraJob job = args.job;
   if (const Status usable = args.fitting.apply(job.options); !usable)
+    return failed(usable.error(), ExitCode::Usage);
+  if (const Status usable = args.views.apply(job.views); !usable)
     return failed(usable.error(), ExitCode::Usage);
   if (job.sources.empty() == job.detections.empty())
     return failed(
@@ -54,7 +58,7 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
 Run prepare_calibrate_camera(CLI::App& app) {
   const auto args = std::make_shared<CalibrateCameraArgs>(app);
   app.add_option("SOURCE", args->job.sources,
-                 "Pictures of the board: files, folders, quoted patterns, recordings")
+                 "Pictures of the board: files, folders, quoted patterns, recordings, videos")
       ->type_name("");
   app.add_option(
          "--detections", args->job.detections,
@@ -107,6 +111,7 @@ Verb calibrate_camera_verb() {
       .help =
           R"(Print a board (`waymark tags board --style separate`), glue it on something flat, and take fifteen
 pictures: near and far, in all corners of the image, tilted to the left, right, up and down by 30 degrees.
+Of a video those pictures are taken that stand still and show the board where it was not yet.
 Each number comes with its standard deviation; pictures that are left out of the fit and foretold by it say how
 good the camera really is. What is missing is said in words.
 

@@ -9,6 +9,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
 #include "waymark/cli/map_text.hpp"
+#include "waymark/cli/map_video_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -28,8 +29,11 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-ExitCode map(const MapArgs& args, Console& console) {
+ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) {
   if (Status status = args.check(); !status)
+    return console.failed(naming_flag(status.error()), ExitCode::Usage);
+  if (MapVideoFlags::takes(args)) return video.map(args, console);
+  if (Status status = video.check_unused(); !status)
     return console.failed(naming_flag(status.error()), ExitCode::Usage);
   if (!args.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = args.make_job();
@@ -57,7 +61,8 @@ ExitCode map(const MapArgs& args, Console& console) {
 Run prepare_map(CLI::App& app) {
   const auto args = std::make_shared<MapArgs>(app);
   args->add_to(app);
-  return [args](Console& console) { return map(*args, console); };
+  const auto video = std::make_shared<MapVideoFlags>(app);
+  return [args, video](Console& console) { return map(*args, *video, console); };
 }
 
 }  // namespace
@@ -86,6 +91,11 @@ files in that folder say; no floor, wheels or route are needed. It writes map.ya
 trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as TagSLAM reads them, and summary.json
 (docs/formats/tagslam.md).
 
+A video (mp4, mkv, webm, avi) of a camera that is carried by hand is mapped without robot, odometry and floor, in six
+degrees of freedom; --camera and --tag-size-m are needed. Tags must be in one picture with tags that lead to the anchor.
+It writes map.yaml, layout.json (WPILib), poses.yaml (TagSLAM), trajectory.txt (of the camera) and summary.json.
+With --prior the anchor stands where that map has it, and each tag is held against it.
+
 Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
 
 Examples:
@@ -97,6 +107,7 @@ Examples:
   waymark map bag --camera-frame camera_color_optical_frame --tag-size-m 0.16 --anchor 0 -o map
   waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
   waymark map tags.bag --tagslam config -o scene
+  waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map
 )",
       .prepare = prepare_map,
       .verbs = {map_convert_verb()}};

@@ -13,6 +13,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/jobs/staged_folder.hpp"
+#include "waymark/media/video_format.hpp"
 #include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
@@ -58,15 +59,43 @@ Status add_picture(PictureReport& report, SeenPictures& seen) {
   return {};
 }
 
+std::vector<std::size_t> views_of_video(const std::vector<PictureReport>& filmed,
+                                        const VideoViewOptions& options) {
+  std::vector<StampedTags> pictures;
+  for (const PictureReport& report : filmed)
+    pictures.push_back({report.stamp.value_or(SensorTime()), report.detections});
+  const double diagonal_px =
+      filmed.empty() ? 0 : std::hypot(filmed.front().width_px, filmed.front().height_px);
+  return choose_views(pictures, diagonal_px, options);
+}
+
 Result<SeenPictures> from_pictures(const CalibrateCameraJob& job, const TagFinder& finder,
                                    const JobControl& control) {
   SeenPictures seen;
   Status fits;
-  const DetectSummary summary = detect_all(find_inputs(job.sources, job.recursive), finder, control,
-                                           [&](std::size_t, PictureReport& report, const ImageView&) {
-                                             if (fits) fits = add_picture(report, seen);
-                                             return true;
-                                           });
+  const std::vector<Input> inputs = find_inputs(job.sources, job.recursive);
+  std::vector<PictureReport> filmed;  // of the video that is being read
+  std::size_t video = inputs.size();
+  const auto end_video = [&] {
+    const std::vector<std::size_t> chosen = views_of_video(filmed, job.views);
+    if (!filmed.empty())
+      control.note(fmt::format("{}: {} of {} pictures stand still and show the board anew",
+                               inputs[video].path, chosen.size(), filmed.size()));
+    for (const std::size_t i : chosen)
+      if (fits) fits = add_picture(filmed[i], seen);
+    filmed.clear();
+  };
+  const DetectSummary summary =
+      detect_all(inputs, finder, control, [&](std::size_t index, PictureReport& report, const ImageView&) {
+        if (index != video) end_video();
+        video = index;
+        if (report.stamp && looks_like_video(inputs[index].path))
+          filmed.push_back(report);
+        else if (fits)
+          fits = add_picture(report, seen);
+        return fits.has_value();
+      });
+  end_video();
   if (!fits) return tl::unexpected(fits.error());
   if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
   return seen;

@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/jobs/detect_all.hpp"
+#include "waymark/jobs/video_views.hpp"
 #include "waymark/mapping/calibration/camera_calibration.hpp"
 
 /// `waymark calibrate camera`: the intrinsics of a camera from pictures of a printed board.
@@ -25,6 +26,7 @@ struct CalibrateCameraJob {
   std::string output{};       ///< calibration.yaml; empty: none
   std::string camera_info{};  ///< the camera as ROS writes it; empty: none
   CameraCalibrationOptions options{};
+  VideoViewOptions views{};  ///< which pictures of a video count
 };
 
 struct CalibrateCameraReport {

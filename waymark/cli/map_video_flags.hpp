@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/App.hpp>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/jobs/map_video.hpp"
+
+namespace waymark::cli {
+
+struct MapArgs;
+
+/// The flags of `waymark map` that are about videos: --camera, --camera-name. Must stay where it is while the
+/// command line is parsed.
+class MapVideoFlags {
+ public:
+  explicit MapVideoFlags(CLI::App& app);
+
+  /// Whether the lap is a video.
+  [[nodiscard]] static bool takes(const MapArgs& args);
+  /// Fails where one of them was given: the lap is no video.
+  [[nodiscard]] Status check_unused() const;
+  /// Maps the tags of videos, and says what became of it.
+  [[nodiscard]] ExitCode map(const MapArgs& args, Console& console) const;
+
+ private:
+  [[nodiscard]] Result<MapVideoJob> job_of(const MapArgs& args) const;
+
+  std::string camera_;
+  std::string camera_name_;
+};
+
+/// What `waymark map` prints of a map that was made from videos.
+[[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
+
+}  // namespace waymark::cli

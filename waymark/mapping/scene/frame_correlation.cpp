@@ -1,0 +1,63 @@
+#include "waymark/mapping/scene/frame_correlation.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+namespace waymark {
+namespace {
+
+using Residual = Eigen::Matrix<double, 8, 1>;
+using Series = std::map<std::size_t, Residual>;  ///< by frame
+
+/// The residuals in use, one series for each camera and tag.
+std::map<std::pair<std::size_t, PoseIndex>, Series> residuals_in_use(const SceneMap& map) {
+  std::map<std::pair<std::size_t, PoseIndex>, Series> all;
+  const Bundle& bundle = map.problem.bundle;
+  for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
+    const CornerTerm& term = bundle.corners[i];
+    if (!term.used) continue;
+    const auto r = corner_residual(term.factor, bundle.cameras[term.camera],
+                                   {bundle.poses[term.rig].value, bundle.poses[term.cam].value,
+                                    bundle.poses[term.body].value, bundle.poses[term.tag].value});
+    if (r) all[{term.camera, term.tag}].emplace(map.observations.seen[i].frame, *r);
+  }
+  return all;
+}
+
+}  // namespace
+
+double correlated_frames(const SceneMap& map) {
+  const auto all = residuals_in_use(map);
+  double square = 0;
+  std::size_t count = 0;
+  std::size_t longest = 0;
+  for (const auto& [key, series] : all) {
+    for (const auto& [frame, r] : series) square += r.squaredNorm();
+    count += series.size();
+    longest = std::max(longest, series.size());
+  }
+  if (count == 0 || !(square > 0)) return 1;
+  square /= static_cast<double>(count);
+  constexpr double kNone = 0.05;
+  double factor = 1;
+  for (std::size_t lag = 1; lag < longest; ++lag) {
+    double product = 0;
+    std::size_t pairs = 0;
+    for (const auto& [key, series] : all) {
+      for (const auto& [frame, r] : series) {
+        const auto later = series.find(frame + lag);
+        if (later == series.end()) continue;
+        product += r.dot(later->second);
+        ++pairs;
+      }
+    }
+    if (pairs == 0) break;
+    const double rho = product / static_cast<double>(pairs) / square;
+    if (rho < kNone) break;
+    factor += 2 * rho * (1 - static_cast<double>(lag) / static_cast<double>(longest));
+  }
+  return std::clamp(factor, 1.0, static_cast<double>(longest));
+}
+
+}  // namespace waymark
