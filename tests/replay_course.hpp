@@ -49,7 +49,8 @@ struct Outcome {
   double keep_out_breach_m = 0;        ///< how far the robot drove into the keep-out about the true tags
   double after_carry_m = 0;            ///< driven since it was carried last
   std::vector<StampedCommand> commands{};
-  double reaction_m = 0;  ///< what it needs for a standstill at best, from its speed
+  std::vector<std::string> problems{};  ///< in words, at the end
+  double reaction_m = 0;                ///< what it needs for a standstill at best, from its speed
 };
 
 struct Trial {
@@ -130,7 +131,8 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   if (!trial.odometry.empty()) stage.robot.sensors.odometry = trial.odometry;
   LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
                        .tags = course.world.tags,
-                       .eye = {stage.camera, stage.model.base_T_cam}};
+                       .eye = {stage.camera, stage.model.base_T_cam},
+                       .live = true};
   setup.filter.camera_latency_s = -trial.late_stamps_s;
   Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
                     trial.replay);
@@ -172,6 +174,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
   // A jump of the clock would have the truth's stamps go back; the judge looks at places alone.
   const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
   if (judged) outcome.judged = *judged;
+  outcome.problems = replayer.problems();
   outcome.keep_out_breach_m = keep_out.breach_m();
   outcome.after_carry_m = keep_out.after_carry_m();
   outcome.reaction_m = keep_out.needs().way_m;

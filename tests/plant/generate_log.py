@@ -43,6 +43,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--map-sigma-rad", type=float, default=0.002)
     parser.add_argument("--no-covariance", action="store_true", help="map.yaml does not say how good it is")
     parser.add_argument("--coarse", action="store_true", help="ranges and bearings with noise that is not told, instead of corners")
+    parser.add_argument("--encoder-stuck", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
+                        help="the encoders stand still meanwhile")
     parser.add_argument("--laps", type=float, default=1.0)
     return parser.parse_args()
 
@@ -101,6 +103,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
         now = ticks * TICK_S
         plant.advance(*command, TICK_S, Disturbance(grip=bursts.grip(TICK_S)))
         motion = plant.motion()
+        sensing.encoder_stuck = any(start <= now < start + lasts for start, lasts in args.encoder_stuck)
         sensing.advance(motion, TICK_S)
         if ticks % 2 == 0:
             imu = sensing.imu(motion)

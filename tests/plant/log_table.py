@@ -31,6 +31,7 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
     "mounting 2 cm, 3 cm, 2 deg off": (["--mounting", "0.02", "0.03", "0", "0", "0", "2"], []),
     "latency 60 ms, untold": (["--latency-s", "0.06"], []),
     "latency 60 ms, told": (["--latency-s", "0.06"], ["--camera-latency-s", "0.06"]),
+    "encoders stuck twice for 3 s": (["--encoder-stuck", "15", "3", "--encoder-stuck", "35", "3"], []),
     "ranges and bearings, noise untold": (["--coarse"], []),
 }
 

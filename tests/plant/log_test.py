@@ -47,6 +47,12 @@ class Numbers(unittest.TestCase):
     def test_a_latency_is_found_and_used(self) -> None:
         self.named("latency 60 ms, untold", "camera latency is 0.0", "--camera-latency-s", 6)
 
+    def test_encoders_that_stand_still_are_not_believed(self) -> None:
+        for seed in range(1, 7 if FULL else 2):
+            errors, _ = localised("encoders stuck twice for 3 s", seed)
+            self.assertLessEqual(errors.nees, 20)
+            self.assertLessEqual(errors.ate.rmse_m, 0.012)
+
     @unittest.skipUnless(FULL, "long")
     def test_a_wrong_focal_length_is_named_and_covered(self) -> None:
         self.named("focal length + 3 %", "wrong focal length", "waymark calibrate camera", 8)

@@ -24,7 +24,8 @@ RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, MountedSensor eye, const Rie
       timeline_(1024, 128),
       tracker_(std::move(landmarks), std::move(eye), options, error),
       snapshots_(kSnapshots, tracker_.state()),
-      latency_(std::llround(options.camera_latency_s * 1e9)) {}
+      latency_(std::llround(options.camera_latency_s * 1e9)),
+      given_latency_(latency_) {}
 
 void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) {
   tracker_.start_from(map_T_base, sigma_m, sigma_rad);
@@ -103,8 +104,22 @@ void RiekfLocalizer::cover(SensorTime stamp) {
   timeline_.add(input_.guess(covered, stamp));
 }
 
+/// One Gauss-Newton step each time that the innovations are sure of it; they are then collected anew.
+void RiekfLocalizer::correct_latency() {
+  constexpr Eigen::Index kLatency = 7;
+  constexpr Duration kFarthest = std::chrono::milliseconds(300);
+  const auto& suspect = tracker_.suspect();
+  if (!estimates_latency_ || !suspect || suspect->suspect != Suspect::Latency || !tracker_.sees_corners())
+    return;
+  const Duration found = latency_ + Duration(std::llround(suspect->fit.value[kLatency] * 1e9));
+  if (found - given_latency_ > kFarthest || given_latency_ - found > kFarthest) return;
+  latency_ = found;
+  tracker_.forget_systematic();
+}
+
 void RiekfLocalizer::add(const TagFrame& frame) {
   ++frames_;
+  correct_latency();
   const SensorTime stamp = frame.stamp - latency_;
   Look* look = place(stamp);
   if (look == nullptr) return;
@@ -225,6 +240,12 @@ std::vector<std::string> RiekfLocalizer::problems() const {
     all.emplace_back(
         "the tags that were seen do not agree with the assumed start: the robot was localised from the tags "
         "alone");
+  if (latency_ != given_latency_)
+    all.push_back(fmt::format(
+        "the camera latency is {:.3f} s by the innovations, not {:.3f} s: that is used since it was found. "
+        "Set "
+        "it with --camera-latency-s, or run `waymark calibrate robot` and give the result with --calibration",
+        to_seconds(latency_), to_seconds(given_latency_)));
   if (const auto& suspect = tracker_.suspect()) {
     all.push_back(words_of(*suspect, tracker_.sees_corners()));
   } else if (const auto lasting = tracker_.lasting_nis(); lasting && *lasting > kLastingTooLarge) {

@@ -29,6 +29,11 @@ class RiekfLocalizer final : public LocalizationMethod {
   /// For a robot whose place is known when it is switched on.
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
 
+  /// From now on a camera latency that the innovations show to be another than was given is estimated, and
+  /// used.
+  void estimate_latency() { estimates_latency_ = true; }
+  [[nodiscard]] double latency_s() const { return to_seconds(latency_); }
+
   [[nodiscard]] Tracker& tracker() { return tracker_; }
   [[nodiscard]] const Tracker& tracker() const { return tracker_; }
   [[nodiscard]] int too_late() const { return too_late_; }
@@ -45,6 +50,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   void snapshot();
   bool rewind(SensorTime before);
   void cover(SensorTime stamp);
+  void correct_latency();
 
   MotionInput input_;
   Timeline timeline_;
@@ -53,6 +59,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   std::size_t snapshot_first_ = 0;
   std::size_t snapshot_count_ = 0;
   Duration latency_;
+  Duration given_latency_;
+  bool estimates_latency_ = false;
   bool moved_ = false;  ///< there was odometry
   Look* open_ = nullptr;
   Look newest_{};  ///< picture, as it was seen

@@ -200,5 +200,67 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
   EXPECT_FALSE(certain(nonsense));
 }
 
+/// Encoders that stand still for three seconds while the robot drives: the tags say that it moves.
+TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
+  RiekfLocalizer filter(Landmarks(ring()), eye());
+  Robot robot;
+  Random random(8);
+  run(filter, robot, {}, 3, random);
+  ASSERT_TRUE(certain(filter));
+  double squares = 0;
+  int looks = 0;
+  double worst_m = 0;
+  for (int i = 0; i < 250; ++i) {
+    const SE2 stood = robot.odom;
+    Odometry odometry = robot.drive(0.02, random);
+    const bool stuck = i < 150;
+    if (stuck) odometry.odom_T_base = robot.odom = stood;
+    filter.add(odometry);
+    if (robot.steps % 4 != 0) continue;
+    filter.add(look({}, robot.truth, robot.seconds, random));
+    worst_m = std::max(worst_m, off_m(filter, robot));
+    const auto estimate = filter.estimate();
+    ASSERT_TRUE(estimate);
+    const Eigen::Vector2d off = estimate->map_T_base.translation() - robot.truth.translation();
+    squares += off.dot(estimate->covariance.topLeftCorner<2, 2>().inverse() * off) / 2;
+    ++looks;
+  }
+  EXPECT_LT(worst_m, 0.05);
+  EXPECT_LT(squares / looks, 3) << "NEES of two, over two";
+}
+
+/// Pictures that are stamped 80 ms too late: found while the robot drives, and used from then on.
+TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
+  for (const bool estimates : {false, true}) {
+    RiekfLocalizer filter(Landmarks(ring()), eye());
+    if (estimates) filter.estimate_latency();
+    Robot robot;
+    Random random(9);
+    std::vector<std::pair<int, TagFrame>> waiting;
+    for (int i = 0; i < 6000; ++i) {
+      const double way = 0.02 * (0.3 + 0.25 * std::sin(0.02 * i));
+      robot.truth = robot.truth * SE2::exp({way, 0, way});
+      robot.odom = robot.odom * SE2::exp({1.02 * way, 0, way + 1e-4 * random.normal()});
+      robot.seconds += 0.02;
+      filter.add(Odometry{.stamp = at(robot.seconds), .odom_T_base = robot.odom});
+      if (i % 4 != 0) continue;
+      TagFrame frame = look({}, robot.truth, robot.seconds, random);
+      frame.stamp += std::chrono::milliseconds(80);
+      waiting.emplace_back(i + 4, frame);
+      if (waiting.front().first <= i) {
+        filter.add(waiting.front().second);
+        waiting.erase(waiting.begin());
+      }
+      filter.clear_comparisons();
+    }
+    if (!estimates) {
+      EXPECT_DOUBLE_EQ(filter.latency_s(), 0);
+      continue;
+    }
+    EXPECT_NEAR(filter.latency_s(), 0.08, 0.02);
+    EXPECT_TRUE(says(filter, "camera latency is"));
+  }
+}
+
 }  // namespace
 }  // namespace waymark

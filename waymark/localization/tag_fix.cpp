@@ -1,5 +1,6 @@
 #include "waymark/localization/tag_fix.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -38,11 +39,17 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   ++sum.tags;
 }
 
+/// Whether a tag counts: all count where none of a picture is free of suspicion.
+bool counts(const Observation& observation, std::span<const Observation> seen, const TagWatch& watch) {
+  if (watch.usable(observation.landmark)) return true;
+  return std::ranges::none_of(seen, [&](const Observation& other) { return watch.usable(other.landmark); });
+}
+
 Normal normal_at(const SE2& map_T_base, std::span<const Observation> seen, const Landmarks& landmarks,
                  const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options) {
   Normal sum;
   for (const Observation& observation : seen) {
-    if (!watch.usable(observation.landmark)) continue;
+    if (!counts(observation, seen, watch)) continue;
     if (const auto z = linearise(observation, landmarks, eye, map_T_base))
       add(*z, landmarks[observation.landmark], options, sum);
   }

@@ -103,5 +103,25 @@ TEST(TagFix, NothingWithoutTags) {
   EXPECT_FALSE(wall.fix({}, wall.truth));
 }
 
+// A tag that was moved and hangs still shows how the robot moves, when no other is in view.
+TEST(TagFix, ATagThatIsSuspectedCountsWhereItIsAlone) {
+  Wall wall;
+  for (int i = 0; i < 20; ++i) {
+    wall.watch.add({.landmark = 0, .map_p_implied = {2, -0.5}});
+    wall.watch.confirm();
+  }
+  ASSERT_FALSE(wall.watch.usable(0));
+  Random random(4);
+  const auto before = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);
+  EXPECT_EQ(wall.fix(wall.seen(4, random, 0, 0.1), wall.truth)->tags, 3) << "the others say more";
+  const SE2 moved(0.2, 0.02, 0.05);
+  wall.truth = wall.truth * moved;
+  const auto after = wall.fix(wall.seen(1, random, 0, 0.1), wall.truth);
+  ASSERT_TRUE(before && after);
+  const SE2 found = before->map_T_base.inverse() * after->map_T_base;
+  EXPECT_LT((found.translation() - moved.translation()).norm(), 0.01);
+  EXPECT_NEAR(found.yaw(), moved.yaw(), 0.005);
+}
+
 }  // namespace
 }  // namespace waymark

@@ -12,6 +12,7 @@ namespace waymark {
 namespace {
 
 constexpr std::size_t kComparisonsKept = 4096;
+constexpr Duration kLongAgo = std::chrono::seconds(1);
 
 std::vector<Eigen::Matrix<double, 6, 6>> covariances(const Landmarks& landmarks,
                                                      const RiekfOptions& options) {
@@ -39,7 +40,7 @@ Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& opt
       systematic_(landmarks_.size()) {
   for (std::size_t n = 1; n < gates_.size(); ++n)
     gates_[n] = chi_square_quantile(options.gate, static_cast<double>(n));
-  state_.filter = filter_.state();
+  state_.filter = before_doubt_ = filter_.state();
   comparisons_.reserve(kComparisonsKept);
 }
 
@@ -68,8 +69,20 @@ void Tracker::start_from(const SE2& map_T_base, double sigma_m, double sigma_rad
   ++state_.starts;
 }
 
-void Tracker::advance(const MotionStep& step, SensorTime to) {
+void Tracker::advance(const MotionStep& told, SensorTime to) {
+  constexpr double kNoWay_m = 1e-7;
+  MotionStep step = told;
   state_.stamp = to;
+  if (state_.wheels_stuck) step.jumped = false;  // encoders that go on: their step is a gap
+  state_.no_way = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
+  state_.wheels_stuck = state_.wheels_stuck && state_.no_way;
+  if (state_.wheels_stuck) {  // a random walk that is 2 cm from picture to picture
+    constexpr double kWalk_m2_s = 6e-3;
+    constexpr double kWalk_rad2_s = 1e-3;
+    step.standing = false;
+    step.extra_m2 += kWalk_m2_s * step.dt_s;
+    step.extra_rad2 += kWalk_rad2_s * step.dt_s;
+  }
   if (step.jumped) {  // what was accepted is of another place, or of another drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
@@ -147,6 +160,13 @@ void Tracker::learn_systematic(const Linearised& z, int place) {
   next_verdict_ = systematic_.count() + kBetweenVerdicts;
   const auto verdict = judge_systematic(systematic_);
   if (verdict || !suspected_before_) suspect_ = verdict;
+}
+
+void Tracker::forget_systematic() {
+  systematic_.clear();
+  suspect_.reset();
+  suspected_before_ = false;
+  next_verdict_ = 0;
 }
 
 void Tracker::report_contradiction(const Look& look, const Observation& observation) {
@@ -228,7 +248,41 @@ void Tracker::update(const Verdict& verdict) {
   }
 }
 
+/// Whether all tags of a look that are free of suspicion fit the estimate; or most do not.
+bool Tracker::all_fit(const Look& look, bool most_contradict) {
+  int fits = 0;
+  int usable = 0;
+  for (std::size_t i = 0; i < look.count; ++i) {
+    const Observation& observation = look.seen[i];
+    if (!watch_.usable(observation.landmark)) continue;
+    ++usable;
+    const auto z = linearise(observation, landmarks_, eye_, filter_.state().map_T_base);
+    if (z && filter_.nis(*z, 0) <= gates_[static_cast<std::size_t>(z->rows)]) ++fits;
+  }
+  constexpr int kFewest = 2;
+  return usable >= kFewest && (most_contradict ? 2 * fits < usable : fits == usable);
+}
+
+/// Encoders that stand still while the robot drives: when most tags contradict a standstill, and all agree
+/// that the robot went some centimetres since they were seen last, then it did.
+void Tracker::doubt_standstill(const Look& look, double since_s) {
+  constexpr double kFastest_m_s = 0.5;
+  constexpr double kFastest_rad_s = 0.5;
+  constexpr double kMoment_s = 0.3;
+  if (believes_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
+      state_.mode != TrackMode::Certain)
+    return;
+  if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(look, true)) return;
+  before_doubt_ = filter_.state();
+  filter_.propagate(
+      {.extra_m2 = std::pow(kFastest_m_s * since_s, 2), .extra_rad2 = std::pow(kFastest_rad_s * since_s, 2)});
+  state_.wheels_stuck = all_fit(look, false);
+  if (!state_.wheels_stuck) return filter_.set_state(before_doubt_);
+  if (tracing_) keep_step(state_.stamp);
+}
+
 void Tracker::look(Look& look) {
+  doubt_standstill(look, to_seconds(look.stamp - std::max(state_.look_stamp, look.stamp - kLongAgo)));
   state_.look_stamp = look.stamp;
   state_.look_number = look.number;
   if (state_.mode == TrackMode::Lost) {

@@ -34,6 +34,8 @@ struct TrackState {
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
+  bool no_way = false;        ///< odometry tells of none since the step before …
+  bool wheels_stuck = false;  ///< … and tags show that the robot moves all the same
   PoseHypotheses pose_hypotheses;
 };
 
@@ -97,6 +99,11 @@ class Tracker {
     suspect_ = verdict;
     suspected_before_ = true;
   }
+  /// Odometry that tells of a standstill is right, whatever tags say: for who judges by other means who
+  /// moved.
+  void believe_standstill() { believes_standstill_ = true; }
+  /// A number that was suspected is another now: what was learnt of it counts no more.
+  void forget_systematic();
   [[nodiscard]] bool sees_corners() const { return sees_corners_; }
   /// Keeps every step from now on, …
   void keep_trace() { tracing_ = true; }
@@ -111,6 +118,8 @@ class Tracker {
     std::size_t rejected_count = 0;
   };
   [[nodiscard]] Verdict judge(Look& look);
+  void doubt_standstill(const Look& look, double since_s);
+  [[nodiscard]] bool all_fit(const Look& look, bool most_contradict);
   void update(const Verdict& verdict);
   void judge_mode(const Verdict& verdict, const Look& look);
   void agree(const Verdict& verdict);
@@ -136,6 +145,8 @@ class Tracker {
   std::array<Observation, Look::kMost> usable_{};
   std::array<Linearised, Look::kMost> judged_{};  ///< what is accepted, at the estimate it was judged by
   std::vector<NisRecord> comparisons_;
+  RiekfState before_doubt_{};
+  bool believes_standstill_ = false;
   bool tracing_ = false;
   std::optional<Duration> trace_kept_{};  ///< nothing: all of it
   std::vector<TraceStep> trace_;

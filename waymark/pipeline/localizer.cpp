@@ -47,6 +47,10 @@ Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const Local
         new FixedLagSmoother(setup.landmarks, setup.eye, setup.filter));
   const ErrorState error = setup.method == "ekf" ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
+  if (setup.live) {
+    filter->estimate_latency();
+    filter->tracker().believe_standstill();
+  }
   if (setup.method == "smoother") filter->tracker().keep_trace();
   return std::unique_ptr<LocalizationMethod>(std::move(filter));
 }

@@ -17,6 +17,9 @@ struct LocalizerSetup {
   std::string method = "riekf";
   RiekfOptions filter{};
   AnchorOptions anchor{};
+  /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_latency()), and who
+  /// moved a robot that stands is for the replay to judge (Tracker::believe_standstill()).
+  bool live = false;
 };
 
 /// The names of the methods, as `--method` takes them: riekf, ekf, anchor, smoother.
