@@ -107,10 +107,11 @@ def main() -> int:
     parser.add_argument("--kinds", nargs="+", choices=list(fault_script.KINDS), default=list(fault_script.KINDS))
     parser.add_argument("--each", action="store_true", help="each kind in turn instead of at random")
     parser.add_argument("--yaw-gain", type=float, help="kinematic plant: of all scripts, instead of one of 0.3, 0.6, 1.0 at random")
+    parser.add_argument("--only", type=int, nargs="+", metavar="NUMBER", help="of the scripts, to drive one again")
     parser.add_argument("--jobs", type=int, default=1, help="scripts at a time")
     parser.add_argument("--test", action="store_true", help="as ctest runs it: a stuck feed and an unplugged camera on the kinematic plant; with "
                         "WAYMARK_FULL 300 scripts on MuJoCo, as many at a time as there are processors")
-    parser.add_argument("--folder", type=pathlib.Path, help="keep the files here")
+    parser.add_argument("--folder", type=pathlib.Path, help="keep the files here; a map that is there is used again")
     parser.add_argument("--write", type=pathlib.Path, help="replace the table of this plant in this file")
     parser.add_argument("--may-fail", action="store_true", help="exit 0 whatever was found")
     args = parser.parse_args()
@@ -128,10 +129,10 @@ def main() -> int:
 
 
 def run_all(args: argparse.Namespace, folder: pathlib.Path) -> list[Verdict]:
-    scripts = [drawn(args, number) for number in range(args.scripts)]
-    places = {gain: taught(args, gain, folder) for gain in sorted({gain for gain, _ in scripts})}
+    scripts = {number: drawn(args, number) for number in args.only or range(args.scripts)}
+    places = {gain: taught(args, gain, folder) for gain in sorted({gain for gain, _ in scripts.values()})}
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        return list(pool.map(lambda number: run_one(args, number, places[scripts[number][0]], *scripts[number]), range(args.scripts)))
+        return list(pool.map(lambda number: run_one(args, number, places[scripts[number][0]], *scripts[number]), scripts))
 
 
 def drawn(args: argparse.Namespace, number: int) -> tuple[float, str]:
@@ -148,6 +149,8 @@ def options_of(args: argparse.Namespace, gain: float) -> list[str]:
 
 def taught(args: argparse.Namespace, gain: float, folder: pathlib.Path) -> Place:
     place = Place(args.program, folder / f"gain-{gain}")
+    if (place.folder / "map" / "map.yaml").exists():
+        return place
     if place.teach_fast([*options_of(args, gain), "--seed", "1"]).code or place.map().code:
         raise RuntimeError("the lap was not taught and mapped")
     return place
