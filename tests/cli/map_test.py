@@ -10,7 +10,7 @@ import xml.etree.ElementTree
 from laps import MAP_KEYS, WithLap
 
 MAP_FILES = {"map.yaml", "route.yaml", "trajectory.txt", "trajectory_covariance.csv", "truth_trajectory.txt",
-             "robot.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
+             "robot.yaml", "odometry.yaml", "summary.json", "map.svg", "before_after.svg", "error.svg", "tags_in_view.svg"}
 
 
 class Map(WithLap):

@@ -105,6 +105,7 @@ const std::vector<std::string>& calibration_names() {
                                                  "mounting_yaw_rad",
                                                  "odometry_scale",
                                                  "yaw_gain",
+                                                 "yaw_noise_rad_sqrt_m",
                                                  "gyro_gain",
                                                  "gyro_bias_rad_s",
                                                  "side_slip_s",

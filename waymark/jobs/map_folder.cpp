@@ -1,9 +1,12 @@
+#include <algorithm>
+#include <cmath>
 #include <system_error>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/config/calibration_file.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
@@ -111,6 +114,25 @@ Route noted_route(const RecordedLap& recorded, const MapFile& map, const MapRepo
   return route;
 }
 
+/// What the lap tells of the robot's odometry, as a calibration; nothing from a lap without any.
+std::optional<Calibration> odometry_of(const RecordedLap& recorded, const MappedLap& lap) {
+  if (!lap.bundle || !(lap.bundle->odometry_scales_sigma.yaw > 0) || !lap.bundle->turn_noise)
+    return std::nullopt;
+  const OdometryScales& scales = lap.bundle->odometry_scales;
+  const OdometryScales& sigma = lap.bundle->odometry_scales_sigma;
+  const TurnNoise& noise = *lap.bundle->turn_noise;
+  Calibration found{.provenance = {{"method", "map"}}};
+  if (const auto yaml = robot_yaml_of(recorded)) {
+    if (const auto robot = parse_robot(*yaml, "robot.yaml"))
+      found.provenance.emplace_back("robot", robot->model.name);
+  }
+  found.values["odometry_scale"] = {.value = scales.distance, .sigma = sigma.distance};
+  found.values["yaw_gain"] = {.value = scales.yaw, .sigma = std::max(sigma.yaw, noise.scale_sigma)};
+  found.values["yaw_noise_rad_sqrt_m"] = {.value = noise.rad_sqrt_m,
+                                          .sigma = noise.rad_sqrt_m / std::sqrt(2.0 * noise.stretches)};
+  return found;
+}
+
 /// The robot's file, with the camera where the lap has it.
 Result<std::string> robot_as_found(const std::string& robot, const MappedLap& lap) {
   if (!lap.bundle || !lap.bundle->mounting_used) return robot;
@@ -139,6 +161,9 @@ Status write_texts(const RecordedLap& recorded, const MapJob& job, const MapFile
   if (status) status = keep(of_route("trajectory", ".txt"), text(to_tum(report.lap.trajectory)));
   if (status && !report.lap.trajectory_covariance.empty())
     status = keep(of_route("trajectory_covariance", ".csv"), text(covariance_csv(report.lap)));
+  if (const auto odometry = odometry_of(recorded, report.lap); status && odometry)
+    status = keep(of_route("odometry", ".yaml"),
+                  [&](const fs::path& path) { return write_calibration(path, *odometry); });
   if (const auto robot = robot_yaml_of(recorded); status && robot) {
     const Result<std::string> found = robot_as_found(*robot, report.lap);
     if (!found) return tl::unexpected(found.error());

@@ -13,6 +13,42 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What the lap of the route told of the robot's odometry; of a route that nobody drove, that of the first.
+Result<std::optional<Calibration>> odometry_in(const fs::path& folder, const std::string& route_name) {
+  std::error_code ignored;
+  for (const std::string& route : {route_name, std::string()}) {
+    const fs::path path = folder / file_name_for_route("odometry", route, ".yaml");
+    if (!fs::exists(path, ignored)) continue;
+    Result<Calibration> found = read_calibration(path);
+    if (!found) return tl::unexpected(found.error());
+    return std::optional<Calibration>(std::move(*found));
+  }
+  return std::optional<Calibration>();
+}
+
+/// What the lap told of the odometry of this robot; a calibration that is given counts more, and so does what
+/// differs from the default.
+void take_odometry(const std::optional<Calibration>& found, const RobotModel& robot, ReplayerSetup& setup) {
+  if (!found) return;
+  for (const auto& [key, name] : found->provenance) {
+    if (key == "robot" && name != robot.name) return;
+  }
+  Calibration odometry = *found;
+  if (setup.calibration) {
+    for (const auto& [name, value] : setup.calibration->values) odometry.values[name] = value;
+  }
+  const auto known = [&](const char* name, double& value, double usual) {
+    if (const auto told = odometry.known(name); told && value == usual) value = *told;
+  };
+  const RiekfOptions usual;
+  RiekfOptions& filter = setup.filter;
+  known("odometry_scale", filter.odometry_scale, usual.odometry_scale);
+  known("yaw_gain", filter.yaw_gain, usual.yaw_gain);
+  known("yaw_noise_rad_sqrt_m", filter.motion.wheel_yaw_rad_sqrt_m, usual.motion.wheel_yaw_rad_sqrt_m);
+  known("yaw_gain", setup.replay.actuators.turn_gain, ActuatorOptions{}.turn_gain);
+  setup.replay.odometry = odometry_prior(odometry);
+}
+
 /// How far a person puts the robot from the beginning of the route, standard deviations.
 constexpr double kPlaced_m = 0.25;
 constexpr double kPlaced_rad = 0.25;
@@ -51,7 +87,10 @@ Result<MapFolder> read_map_and_route(const fs::path& folder, const std::string& 
   if (!route) return tl::unexpected(route.error());
   status = check_map(*route, map->tags, route_file.string());
   if (!status) return tl::unexpected(status.error());
-  return MapFolder{.path = folder, .map = std::move(*map), .route = std::move(*route)};
+  Result<std::optional<Calibration>> odometry = odometry_in(folder, route_name);
+  if (!odometry) return tl::unexpected(odometry.error());
+  return MapFolder{
+      .path = folder, .map = std::move(*map), .route = std::move(*route), .odometry = std::move(*odometry)};
 }
 
 Result<MapFolder> read_map_folder(const fs::path& folder, const std::string& route_name) {
@@ -64,7 +103,9 @@ Result<MapFolder> read_map_folder(const fs::path& folder, const std::string& rou
 }
 
 Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const RobotDescription& robot,
-                                                const ReplayerSetup& setup) {
+                                                const ReplayerSetup& asked) {
+  ReplayerSetup setup = asked;
+  take_odometry(folder.odometry, robot.model, setup);
   const MountedSensor mounted = camera_of(robot, setup.calibration);
   const TagMap& tags = folder.map.tags;
   Result<std::unique_ptr<LocalizationMethod>> method = make_localization_method({.landmarks = Landmarks(tags),
@@ -72,7 +113,8 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
                                                                                  .eye = mounted,
                                                                                  .method = setup.method,
                                                                                  .filter = setup.filter,
-                                                                                 .anchor = setup.anchor});
+                                                                                 .anchor = setup.anchor,
+                                                                                 .live = true});
   if (!method) return tl::unexpected(method.error());
   // Placed where the route begins: then one tag is enough to say where exactly. Tags that contradict outweigh
   // the placement.

@@ -21,6 +21,7 @@ struct MapFolder {
   MapFile map{};
   Route route{};
   std::optional<RobotDescription> robot{};  ///< of robot.yaml; nothing when the folder holds none
+  std::optional<Calibration> odometry{};    ///< what the lap told of it; nothing in folders of older maps
 };
 
 /// Reads map.yaml, a route (empty: route.yaml; else route-NAME.yaml) and robot.yaml. Fails, with the file,
@@ -40,6 +41,8 @@ struct ReplayerSetup {
 };
 
 /// A replayer of the folder's route for this robot, which is expected to start near the route's first point.
+/// What the lap told of the odometry is used for a robot of the same name, where the setup leaves it at its
+/// default.
 [[nodiscard]] Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder,
                                                               const RobotDescription& robot,
                                                               const ReplayerSetup& setup = {});

@@ -20,10 +20,11 @@ namespace fs = std::filesystem;
 constexpr std::string_view kPrefix = "route-";
 
 /// The files that belong to one route of a map.
-constexpr std::array<std::pair<const char*, const char*>, 10> kOfRoute = {{{"route", ".yaml"},
+constexpr std::array<std::pair<const char*, const char*>, 11> kOfRoute = {{{"route", ".yaml"},
                                                                            {"route", ".svg"},
                                                                            {"trajectory", ".txt"},
                                                                            {"trajectory_covariance", ".csv"},
+                                                                           {"odometry", ".yaml"},
                                                                            {"truth_trajectory", ".txt"},
                                                                            {"summary", ".json"},
                                                                            {"map", ".svg"},

@@ -30,6 +30,7 @@ MotionStep MotionSegment::part(SensorTime begin, SensorTime end) const {
 MotionInput::MotionInput(const RiekfOptions& options)
     : use_gyro_(options.rotation != "odometry"),
       bias_sigma_rad_s_(options.motion.yaw_bias_sigma_rad_s),
+      wheel_yaw_rad_sqrt_m_(options.motion.wheel_yaw_rad_sqrt_m),
       odometry_scale_(options.odometry_scale),
       yaw_gain_(options.yaw_gain),
       gyro_gain_(options.gyro_gain),
@@ -114,6 +115,8 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
   if (turned_a && turned_b) {
     step.twist.z() = *turned_b - *turned_a;
     step.yaw_dispute_rad = dispute(wheel_turn, step);
+  } else {
+    step.extra_rad2 = wheel_yaw_rad_sqrt_m_ * wheel_yaw_rad_sqrt_m_ * step.twist.head<2>().norm();
   }
   const bool still = stands_still(step, wheel_turn);
   standing_s_ = still ? standing_s_ + step.dt_s : 0;

@@ -51,6 +51,7 @@ class MotionInput {
   static constexpr std::size_t kKept = 256;
   bool use_gyro_;
   double bias_sigma_rad_s_;
+  double wheel_yaw_rad_sqrt_m_;
   double odometry_scale_;
   double yaw_gain_;
   double gyro_gain_;

@@ -14,6 +14,7 @@ struct MotionNoise {
   double yaw_rad_sqrt_m = 0.005;
   double yaw_rad_sqrt_rad = 0.01;
   double yaw_rad_sqrt_s = 0.001;
+  double wheel_yaw_rad_sqrt_m = 0;
   double drift_m_sqrt_s = 0.0002;
   double slide_m_s = 0;
   double slide_time_s = 0.05;
@@ -42,6 +43,11 @@ struct MotionNoise {
           Field{"yaw_rad_sqrt_rad", "Heading noise of turning, rad per square root of a radian.", 0, 10});
     visit(self.yaw_rad_sqrt_s,
           Field{"yaw_rad_sqrt_s", "Heading noise while moving, rad per square root of a second.", 0, 10});
+    visit(self.wheel_yaw_rad_sqrt_m,
+          Field{"wheel_yaw_rad_sqrt_m",
+                "Heading noise of driving that is added where the odometry tells the rotation, and not a "
+                "gyro, rad per square root of a metre.",
+                0, 10});
     visit(self.drift_m_sqrt_s,
           Field{"drift_m_sqrt_s", "Noise of x and y at rest and in motion, m per square root of a second.", 0,
                 10});

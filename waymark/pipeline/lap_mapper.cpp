@@ -178,6 +178,7 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .loop = loop_closure(input, *map),
                                            .mounting = map->mounting,
                                            .mounting_used = map->mounting_used,
+                                           .turn_noise = map->turn_noise,
                                            .turns_by_gyro = map->turns_by_gyro}};
 }
 

@@ -41,6 +41,7 @@ struct BundleFigures {
   std::optional<LoopClosure> loop{};
   std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
   bool mounting_used = false;                  ///< the map rests on it
+  std::optional<TurnNoise> turn_noise{};       ///< of the wheels as they were recorded
   bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
 };
 

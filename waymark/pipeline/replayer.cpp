@@ -34,7 +34,7 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
       follower_(options.follower),
       stations_(route_),
       watch_(options.watch),
-      consistency_(options.consistency, options.actuators) {}
+      consistency_(options.consistency, options.actuators, options.odometry) {}
 
 void Replayer::add(const TagFrame& frame) {
   newest_picture_ = frame.stamp;

@@ -32,6 +32,7 @@ struct ReplayOptions {
   GoToPoseOptions goal{};
   WatchOptions watch{};
   ConsistencyOptions consistency{};
+  OdometryPrior odometry{};
   SafetyOptions safety{};
   SE2 base_T_lidar{};
 };

@@ -1,6 +1,7 @@
 #include "waymark/replay/motion_consistency.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace waymark {
 namespace {
@@ -12,8 +13,9 @@ constexpr double kLongWindow_s = 3;
 
 }  // namespace
 
-MotionConsistency::MotionConsistency(const ConsistencyOptions& options, const ActuatorOptions& actuators)
-    : options_(options), sums_(actuators, std::max(options.window_s, kLongWindow_s)) {}
+MotionConsistency::MotionConsistency(const ConsistencyOptions& options, const ActuatorOptions& actuators,
+                                     const OdometryPrior& odometry)
+    : options_(options), sums_(actuators, odometry, std::max(options.window_s, kLongWindow_s)) {}
 
 void MotionConsistency::add(const Odometry& odometry) {
   if (sums_.add(odometry)) return;
@@ -81,6 +83,7 @@ void MotionConsistency::look_for_delay() {
   constexpr std::size_t kEvery = 8;
   constexpr std::size_t kKept = 120;
   constexpr double kMost_s = 0.8;
+  constexpr double kBeyondNoise = 3;
   if (headings_.size() < kKept) return;
   std::vector<HeadingAt> turned;
   const bool gyro = sums_.scales().gyro;
@@ -89,6 +92,10 @@ void MotionConsistency::look_for_delay() {
   const auto found = find_delay(headings_, turned, kMost_s);
   headings_.erase(headings_.begin(), headings_.begin() + kEvery);
   if (!found || found->delay_s < options_.late_pictures_s) return;
+  // A random walk of turns by wheels fits one delay or another better, too.
+  const double path_m = sums_.history().back().sums.path_m - sums_.history().front().sums.path_m;
+  const double walk_rad = gyro ? 0.0 : sums_.scales().turn_noise_sqrt_m * std::sqrt(path_m / 6);
+  if (found->rms_undelayed_rad < kBeyondNoise * walk_rad) return;
   late_ = Contradiction{.one = gyro ? MotionSource::Gyro : MotionSource::Wheels,
                         .other = MotionSource::Tags,
                         .turning = true,
@@ -101,7 +108,7 @@ std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() cons
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;
   const double now = pictures_.back().moving_s;
-  for (const double longer : {1.0, 1.5, 2.0, 3.0}) {
+  for (const double longer : {1.0, 1.5, 2.0, 2.5, 3.0}) {
     const double begin = now - longer * options_.window_s;
     const auto first = std::ranges::upper_bound(pictures_, begin + 1e-9, {}, &MotionSample::moving_s);
     if (first == pictures_.begin()) return std::nullopt;
@@ -134,6 +141,12 @@ std::optional<Contradiction> MotionConsistency::push_of_pictures() const {
 
 std::optional<Contradiction> MotionConsistency::contradiction() const {
   if (carried_) return carried_;
+  if (const double repeats_s = sums_.gyro_repeats_s(); repeats_s >= options_.window_s)
+    return Contradiction{.one = MotionSource::Gyro,
+                         .other = MotionSource::Commands,
+                         .turning = true,
+                         .repeats_s = repeats_s,
+                         .culprit = MotionSource::Gyro};
   const std::deque<MotionSample>& samples = sums_.samples();
   if (samples.empty()) return std::nullopt;
   const auto newest = std::ranges::lower_bound(samples, samples.back().moving_s - options_.window_s - 1e-9,

@@ -15,7 +15,8 @@ namespace waymark {
 /// that slip do not move them as they move an estimate.
 class MotionConsistency {
  public:
-  MotionConsistency(const ConsistencyOptions& options, const ActuatorOptions& actuators);
+  MotionConsistency(const ConsistencyOptions& options, const ActuatorOptions& actuators,
+                    const OdometryPrior& odometry = {});
 
   void add(const Odometry& odometry);
   void add(const ImuSample& imu) { sums_.add(imu); }

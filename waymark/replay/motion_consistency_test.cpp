@@ -101,6 +101,63 @@ TEST(MotionConsistency, WhatIsUncertainIsAllowedFor) {
   EXPECT_FALSE(find_contradiction(doubtful, kLearnt, kLimits));
 }
 
+// Without a gyro turns are those of wheels that slip, and what a calibration says of them counts.
+TEST(MotionConsistency, TurnsByWheelsAreAllowedTheNoiseOfTheirCalibration) {
+  const std::vector<MotionSample> window =
+      second_of({.commanded_rad_s = 0.05, .wheels_rad_s = 0.05, .gyro_rad_s = 0.05, .tags = {0.3, 0, 0.25}});
+  const MotionScales exact{.turn_share = 0.35};
+  MotionScales noisy = exact;
+  noisy.turn_noise_sqrt_m = 0.13;
+  ASSERT_TRUE(find_contradiction(window, exact, kLimits));
+  EXPECT_FALSE(find_contradiction(window, noisy, kLimits));
+  const std::vector<MotionSample> stuck = second_of({.wheels_rad_s = 0.3, .tags = {0, 0, 0}});
+  EXPECT_TRUE(find_contradiction(stuck, noisy, kLimits)) << "a way that is not driven shows all the same";
+}
+
+/// Five seconds of a bend, wheels that tell `told` of each true turn, and a picture every tenth of a second.
+std::optional<Contradiction> bend_by_wheels(double told, const OdometryPrior& prior) {
+  MotionConsistency consistency({}, {}, prior);
+  SE2 odom;
+  SE2 truth;
+  std::optional<Contradiction> found;
+  constexpr double kDt_s = 0.05;
+  const Eigen::Matrix3d P = Eigen::Vector3d(4e-6, 4e-6, 4e-6).asDiagonal();
+  for (int i = 0; i < 100; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(50 * i));
+    consistency.add(Odometry{.stamp = stamp, .odom_T_base = odom});
+    consistency.command({0.3, 0.5 * told}, kDt_s);
+    consistency.observe(truth, P, true);
+    if (i % 2 == 0) consistency.observe_picture(stamp, truth, P, true);
+    if (!found) found = consistency.contradiction();
+    odom = odom * SE2::exp({0.3 * kDt_s, 0, 0.5 * told * kDt_s});
+    truth = truth * SE2::exp({0.3 * kDt_s, 0, 0.5 * kDt_s});
+  }
+  return found;
+}
+
+TEST(MotionConsistency, BeginsWithTheCalibratedScaleOfTurns) {
+  for (const double gain : {0.2, 0.6, 1.2}) {
+    const OdometryPrior right{.distance_share = 0.02, .turn_scale = gain, .turn_share = 0.05};
+    const OdometryPrior wrong{.distance_share = 0.02, .turn_scale = 4 * gain, .turn_share = 0.05};
+    EXPECT_FALSE(bend_by_wheels(1 / gain, right)) << gain;
+    EXPECT_TRUE(bend_by_wheels(1 / gain, wrong)) << gain;
+  }
+}
+
+TEST(MotionConsistency, TheCalibrationOfAMapBecomesItsPrior) {
+  Calibration found;
+  found.values["odometry_scale"] = {.value = 0.97, .sigma = 0.001};
+  found.values["yaw_gain"] = {.value = 0.3, .sigma = 0.006};
+  found.values["yaw_noise_rad_sqrt_m"] = {.value = 0.03, .sigma = 0.002};
+  const OdometryPrior prior = odometry_prior(found);
+  EXPECT_DOUBLE_EQ(prior.distance_scale, 0.97);
+  EXPECT_DOUBLE_EQ(prior.turn_scale, 0.3);
+  EXPECT_NEAR(prior.turn_share, 0.06, 1e-12);
+  EXPECT_DOUBLE_EQ(prior.turn_noise_sqrt_m, 0.03);
+  found.values["yaw_gain"].verdict = CalibrationVerdict::Unobservable;
+  EXPECT_DOUBLE_EQ(odometry_prior(found).turn_scale, 1);
+}
+
 TEST(MotionConsistency, APushIsWhatSlippingWheelsCannotExplain) {
   const auto push = [](const Motion& m) {
     const std::vector<MotionSample> window = second_of(m);
@@ -136,6 +193,34 @@ TEST(MotionConsistency, ARobotThatDoesNotTurnAsItIsAskedContradicts) {
   EXPECT_EQ(found->one, MotionSource::Commands);
   EXPECT_TRUE(found->turning && !found->carried);
   EXPECT_FALSE(found_in({.commanded_rad_s = 0.45})) << "a floor that turns it by a third less";
+}
+
+/// Two seconds of a bend that is driven as the command says; the gyro by `gyro_rad_s` of the step.
+template <class Gyro>
+std::optional<Contradiction> bend_by_gyro(double commanded_change_rad_s, const Gyro& gyro_rad_s) {
+  MotionConsistency consistency({}, {});
+  std::optional<Contradiction> found;
+  for (int i = 0; i < 40; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(50 * i));
+    consistency.add(Odometry{.stamp = stamp, .odom_T_base = SE2(0.015 * i, 0, 0)});
+    consistency.add(ImuSample{.stamp = stamp, .angular_velocity_rad_s = {0, 0, gyro_rad_s(i)}});
+    consistency.command({0.3, 0.01 + commanded_change_rad_s * i}, 0.05);
+    consistency.observe(SE2(0.015 * i, 0, 0), 1e-4 * Eigen::Matrix3d::Identity(), false);
+    if (!found) found = consistency.contradiction();
+  }
+  return found;
+}
+
+TEST(MotionConsistency, AGyroThatRepeatsItselfToTheLastBitIsNamed) {
+  const auto stuck = [](int) { return 0.02; };
+  const auto noisy = [](int i) { return 0.02 + 1e-4 * (i % 2); };
+  const auto found = bend_by_gyro(0.005, stuck);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->culprit, MotionSource::Gyro);
+  EXPECT_NEAR(found->repeats_s, 1, 0.1);
+  EXPECT_NE(to_words(*found).find("the gyro has repeated the same value for 1.0 s"), std::string::npos);
+  EXPECT_FALSE(bend_by_gyro(0.005, noisy));
+  EXPECT_FALSE(bend_by_gyro(0, stuck)) << "nothing asked it to turn otherwise";
 }
 
 TEST(MotionConsistency, LatePicturesAreNamed) {

@@ -64,7 +64,8 @@ std::optional<Contradiction> wheels_and_gyro(const std::array<Cut, 4>& cuts, con
   const auto difference = [&](const Cut& c) { return gyro(c) - wheels(c); };
   const Cut& all = cuts[0];
   const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
-  const double limit = options.contradiction_rad + scales.turn_share * larger;
+  const double limit =
+      options.contradiction_rad + scales.turn_share * larger + internal::turn_noise(all, scales);
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Gyro,
@@ -85,9 +86,8 @@ std::optional<Contradiction> turns_and_tags(const std::array<Cut, 4>& cuts, cons
                                             const ConsistencyOptions& options) {
   const Cut& all = cuts[0];
   const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
-  const double share = scales.gyro ? 0.05 : scales.turn_share;
-  const double turned = all.to.turned_rad - all.from.turned_rad;
-  const double limit = options.contradiction_rad + share * turned + scales.sigmas * yaw_sigma(all);
+  const double limit =
+      options.contradiction_rad + doubt_of_turn(all, scales) + scales.sigmas * yaw_sigma(all);
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                       .other = MotionSource::Tags,
@@ -132,14 +132,11 @@ double beyond(double value, double turn) {
 /// A turn that the gyro does not know of, or that slipping wheels cannot have made.
 std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& scales,
                                            const ConsistencyOptions& options) {
-  constexpr double kGyroShare = 0.05;
   const double by_tags = turned_by_tags(cut);
   const double by_odometry = turned_by_odometry(cut);
-  const double turned = cut.to.turned_rad - cut.from.turned_rad;
   const double apart_rad =
       scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
-  const double share = scales.gyro ? kGyroShare : scales.turn_share;
-  if (!(apart_rad > options.pushed_rad + share * turned + scales.sigmas * yaw_sigma(cut)))
+  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales) + scales.sigmas * yaw_sigma(cut)))
     return std::nullopt;
   return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .other = MotionSource::Tags,

@@ -64,7 +64,8 @@ struct Contradiction {
   double other_moved = 0;
   double apart = 0;  ///< difference of both, as vectors
   double over_s = 0;
-  double late_s = 0;  ///< turns of the other follow those of the one by this time; 0: that is not it
+  double late_s = 0;     ///< turns of the other follow those of the one by this time; 0: that is not it
+  double repeats_s = 0;  ///< so long the one has repeated itself to the last bit; 0: that is not it
   std::optional<MotionSource> culprit{};  ///< where a third source decides
 };
 

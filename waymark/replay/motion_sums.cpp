@@ -11,15 +11,28 @@ namespace {
 constexpr double kWayPrior = 0.25;
 constexpr double kTurnPrior = 0.05;
 constexpr double kForget_m = 8;
-/// An encoder of unknown scale, until it has been compared.
-constexpr double kUnknownWay = 0.06;
-constexpr double kUnknownTurn = 0.8;
 /// Share of the commanded turn that an unknown robot turns, and how uncertain that is.
 constexpr double kCommandGain = 0.7;
 constexpr double kUnknownCommand = 0.6;
 constexpr Duration kHistory = std::chrono::seconds(10);
 
 }  // namespace
+
+OdometryPrior odometry_prior(const Calibration& calibration) {
+  constexpr double kWithin = 3;         // standard deviations
+  constexpr double kLeastShare = 0.02;  // the way is another, and so is the load
+  OdometryPrior prior;
+  const auto take = [&](const char* name, double& scale, double& share) {
+    const auto known = calibration.known(name);
+    if (!known || !(*known > 0)) return;
+    scale = *known;
+    share = std::min(share, std::max(kLeastShare, kWithin * calibration.values.at(name).sigma / *known));
+  };
+  take("odometry_scale", prior.distance_scale, prior.distance_share);
+  take("yaw_gain", prior.turn_scale, prior.turn_share);
+  prior.turn_noise_sqrt_m = calibration.known("yaw_noise_rad_sqrt_m").value_or(0);
+  return prior;
+}
 
 bool MotionSums::add(const Odometry& odometry) {
   bool follows = true;
@@ -49,10 +62,23 @@ bool MotionSums::add(const Odometry& odometry) {
 void MotionSums::add(const ImuSample& imu) {
   const double dt_s = imu_ ? to_seconds(imu.stamp - *imu_) : 0;
   imu_ = imu.stamp;
+  ++repeats_;
+  if (imu.angular_velocity_rad_s.z() != repeated_.angular_velocity_rad_s.z() || dt_s <= 0) {
+    repeated_ = imu;
+    repeats_ = 0;
+    ramp_before_ = now_.ramp_rad_s;
+  }
   if (!(dt_s > 0 && dt_s < kMotionGap_s)) return;
   const double turned = imu.angular_velocity_rad_s.z() * dt_s;
   now_.gyro_rad += turned;
   now_.odom_T_base = now_.odom_T_base * SE2(0, 0, turned);
+}
+
+double MotionSums::gyro_repeats_s() const {
+  constexpr int kFewest = 10;
+  constexpr double kOtherwise_rad_s = 0.1;
+  const bool otherwise = now_.ramp_rad_s - ramp_before_ > kOtherwise_rad_s;
+  return imu_ && otherwise && repeats_ >= kFewest ? to_seconds(*imu_ - repeated_.stamp) : 0;
 }
 
 void MotionSums::command(const VelocityCommand& sent, double dt_s) {
@@ -129,7 +155,9 @@ void MotionSums::learn(const MotionSample& gone) {
   const double keep = std::exp(-path / kForget_m);
   way_way_ = keep * way_way_ + way * way;
   way_tags_ = keep * way_tags_ + way * way_by_tags;
-  distance_scale_ = std::clamp((way_tags_ + kWayPrior) / (way_way_ + kWayPrior), 0.85, 1.15);
+  const double known = odometry_prior_.distance_scale;
+  const double scale = (way_tags_ + known * kWayPrior) / (way_way_ + kWayPrior);
+  distance_scale_ = std::clamp(scale, 0.85 * known, 1.15 * known);
   const double wheels = cut.to.wheels_rad - cut.from.wheels_rad;
   const double truly = scales().gyro ? cut.to.gyro_rad - cut.from.gyro_rad : internal::turned_by_tags(cut);
   turn_turn_ = keep * turn_turn_ + wheels * wheels;
@@ -144,9 +172,11 @@ void MotionSums::learn(const MotionSample& gone) {
 MotionScales MotionSums::scales() const {
   MotionScales scales;
   scales.gyro = imu_ && odometry_ && std::abs(to_seconds(odometry_->stamp - *imu_)) < kMotionGap_s;
-  scales.distance_share += kUnknownWay * kWayPrior / (kWayPrior + way_way_);
-  scales.turn_share += kUnknownTurn * kTurnPrior / (kTurnPrior + turn_turn_);
-  scales.turn_scale = (turn_true_ + kTurnPrior) / (turn_turn_ + kTurnPrior);
+  const OdometryPrior& prior = odometry_prior_;
+  scales.distance_share += prior.distance_share * kWayPrior / (kWayPrior + way_way_);
+  scales.turn_share += prior.turn_share * kTurnPrior / (kTurnPrior + turn_turn_);
+  scales.turn_scale = (turn_true_ + prior.turn_scale * kTurnPrior) / (turn_turn_ + kTurnPrior);
+  scales.turn_noise_sqrt_m = prior.turn_noise_sqrt_m;
   scales.command_scale = (command_true_ + kCommandGain * kTurnPrior) / (command_command_ + kTurnPrior);
   scales.command_share += kUnknownCommand * kTurnPrior / (kTurnPrior + command_command_);
   return scales;

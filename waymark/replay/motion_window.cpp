@@ -42,10 +42,24 @@ double largest_sigma(const MotionSample& sample) {
   return std::sqrt(std::max(0.0, axes.eigenvalues().maxCoeff()));
 }
 
+double turn_noise(const Cut& cut, const MotionScales& scales) {
+  return scales.sigmas * scales.turn_noise_sqrt_m * std::sqrt(std::max(0.0, cut.to.path_m - cut.from.path_m));
+}
+
+double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
+  constexpr double kGyroShare = 0.05;
+  const double turned = cut.to.turned_rad - cut.from.turned_rad;
+  if (scales.gyro) return kGyroShare * turned;
+  return scales.turn_share * std::abs(scales.turn_scale) * turned + turn_noise(cut, scales);
+}
+
 double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
   const Eigen::Vector2d way = (cut.from.odom_T_base.inverse() * cut.to.odom_T_base).translation();
   const Eigen::Vector2d across(-way.y(), way.x());
-  const double bend = scales.gyro ? 0.0 : scales.turn_share * (cut.to.turned_rad - cut.from.turned_rad) / 2;
+  constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
+  const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
+  const double bend =
+      scales.gyro ? 0.0 : scales.turn_share * std::abs(turned) / 2 + kEvenly * turn_noise(cut, scales);
   const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
   const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
   constexpr double kHeadingShare = 0.02;  // wheels that are not aligned

@@ -34,6 +34,7 @@ struct MotionScales {
   bool gyro = false;             ///< the robot has one
   double distance_share = 0.02;  ///< uncertainty of the distance of the wheels, as a share
   double turn_share = 0.35;      ///< uncertainty of turns by odometry: the floor may change
+  double turn_noise_sqrt_m = 0;  ///< random walk of turns by odometry, rad per square root of a metre
   double turn_scale = 1;         ///< true turn over that of odometry
   double command_scale = 1;      ///< turn of the robot over the commanded one
   double command_share = 0.5;    ///< its uncertainty
@@ -59,6 +60,10 @@ struct Cut {
 [[nodiscard]] double yaw_sigma(const Cut& cut);
 /// Larger deviation of the position of a pose [m].
 [[nodiscard]] double largest_sigma(const MotionSample& sample);
+/// What noise makes of the turn by odometry of a cut, in as many deviations as count [rad].
+[[nodiscard]] double turn_noise(const Cut& cut, const MotionScales& scales);
+/// What its scale and its noise make of the turn of odometry [rad], by gyro where there is one.
+[[nodiscard]] double doubt_of_turn(const Cut& cut, const MotionScales& scales);
 /// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
 /// the ways by tags and by odometry, along a direction of the base at the beginning [m].
 [[nodiscard]] double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction,

@@ -35,6 +35,12 @@ std::string explanation(const Contradiction& found) {
 }  // namespace
 
 std::string to_words(const Contradiction& found) {
+  if (found.repeats_s > 0)
+    return fmt::format(
+        "the {} has repeated the same value for {:.1f} s while the robot was asked to turn otherwise: does "
+        "it "
+        "stand still? Look at the robot, then resume",
+        name_of(found.one), found.repeats_s);
   if (found.late_s > 0)
     return fmt::format(
         "turns seen by tags follow those of the {} by {:.2f} s: the pictures are stamped too late. Stamp "

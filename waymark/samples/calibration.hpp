@@ -33,11 +33,12 @@ struct Calibration {
   /// By name: "fx_px", "fy_px", "cx_px", "cy_px", "k1" … of the camera (their uncertainty; centres of pixels
   /// at +1/2); "mounting_x_m" … "mounting_yaw_rad" of the camera's body on the base (straight ahead when
   /// zero); "odometry_scale" (true distance = scale * that of the wheels), "yaw_gain" (true turn = gain *
-  /// that of the wheels), "gyro_gain" (the same of the gyro), "gyro_bias_rad_s" (what it says at rest),
-  /// "side_slip_s" (sideways speed per speed and yaw rate, outwards when negative),
-  /// "camera_latency_s" (a picture is so much older than its stamp), "sight_scale" (true distance of a tag =
-  /// scale * as it looks), "focal_scale" (by which the focal length of `camera` was multiplied; it is in it
-  /// already), "corner_sigma_px"; "turn_lead_s", "odometry_yaw_bias_rad_s" of odometry.
+  /// that of the wheels), "yaw_noise_rad_sqrt_m" (of that, over the way), "gyro_gain" (the same of the gyro),
+  /// "gyro_bias_rad_s" (what it says at rest), "side_slip_s" (sideways speed per speed and yaw rate, outwards
+  /// when negative), "camera_latency_s" (a picture is so much older than its stamp), "sight_scale" (true
+  /// distance of a tag = scale * as it looks), "focal_scale" (by which the focal length of `camera` was
+  /// multiplied; it is in it already), "corner_sigma_px"; "turn_lead_s", "odometry_yaw_bias_rad_s" of
+  /// odometry.
   std::map<std::string, CalibratedValue> values{};
   /// Where it comes from, in words, in the order of the file.
   std::vector<std::pair<std::string, std::string>> provenance{};

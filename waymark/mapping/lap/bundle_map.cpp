@@ -334,6 +334,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   scale_by(rough, result.odometry_scales, result.odometry_scales_sigma);
   if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
   result.turns_by_gyro = rough.turns_by_gyro;
+  result.turn_noise =
+      turn_noise(result.trajectory, result.trajectory_covariance, given.odometry, result.odometry_scales.yaw);
   return result;
 }
 

@@ -8,6 +8,7 @@
 
 #include "waymark/mapping/lap/lap_bundle.hpp"
 #include "waymark/mapping/lap/mounting_estimate.hpp"
+#include "waymark/mapping/lap/turn_noise.hpp"
 #include "waymark/mapping/optimization/map_progress.hpp"
 #include "waymark/mapping/optimization/rejected_observation.hpp"
 #include "waymark/mapping/optimization/search_options.hpp"
@@ -58,6 +59,7 @@ struct BundleMap {
   double noise_ratio = 1;  ///< corner noise found over what the detector claims
   OdometryScales odometry_scales{};
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
+  std::optional<TurnNoise> turn_noise{};       ///< of the wheels as they were recorded
   bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
   std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
   std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says

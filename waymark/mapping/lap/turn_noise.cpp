@@ -1,0 +1,90 @@
+#include "waymark/mapping/lap/turn_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+/// Way and turn of odometry up to a moment.
+struct Driven {
+  SensorTime stamp{};
+  double way_m = 0;
+  double turned_rad = 0;
+};
+
+double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
+
+std::vector<Driven> sums_of(const std::vector<Odometry>& odometry) {
+  std::vector<Driven> sums;
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Driven next{.stamp = odometry[i].stamp};
+    if (i > 0) {
+      const SE2 moved = odometry[i - 1].odom_T_base.inverse() * odometry[i].odom_T_base;
+      next.way_m = sums.back().way_m + moved.translation().norm();
+      next.turned_rad = sums.back().turned_rad + moved.yaw();
+    }
+    sums.push_back(next);
+  }
+  return sums;
+}
+
+std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
+  const auto after = std::ranges::lower_bound(sums, stamp, {}, &Driven::stamp);
+  if (after == sums.begin() || after == sums.end()) return std::nullopt;
+  const Driven& a = *std::prev(after);
+  const Driven& b = *after;
+  constexpr double kGap_s = 0.3;
+  const double gap_s = to_seconds(b.stamp - a.stamp);
+  if (gap_s > kGap_s) return std::nullopt;
+  const double share = to_seconds(stamp - a.stamp) / gap_s;
+  return Driven{stamp, a.way_m + share * (b.way_m - a.way_m),
+                a.turned_rad + share * (b.turned_rad - a.turned_rad)};
+}
+
+}  // namespace
+
+std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                    const std::vector<Odometry>& odometry, double yaw_scale) {
+  constexpr double kStretch_s = 1;
+  constexpr double kLongest_s = 1.5;
+  constexpr double kKnown_rad = 0.009;
+  constexpr double kLeastWay_m = 0.05;
+  constexpr int kFewest = 10;
+  if (covariance.size() != trajectory.size()) return std::nullopt;
+  const std::vector<Driven> sums = sums_of(odometry);
+  double squares = 0;
+  double way = 0;
+  double worth = 0;
+  int stretches = 0;
+  std::optional<Driven> from;
+  double from_yaw = 0;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    const SensorTime stamp = trajectory[i].stamp;
+    if (from && to_seconds(stamp - from->stamp) < kStretch_s) continue;
+    if (std::sqrt(std::max(0.0, covariance[i](5, 5))) > kKnown_rad) continue;
+    const auto to = at(sums, stamp);
+    if (!to) continue;
+    const double yaw = project_to_plane(trajectory[i].map_T_base).yaw();
+    if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m) {
+      const double turned = to->turned_rad - from->turned_rad;
+      const double d = to->way_m - from->way_m;
+      const double off = straight(yaw - from_yaw - yaw_scale * turned);
+      squares += off * off;
+      way += d;
+      worth += turned * turned / d;
+      ++stretches;
+    }
+    from = to;
+    from_yaw = yaw;
+  }
+  if (stretches < kFewest) return std::nullopt;
+  TurnNoise noise{.rad_sqrt_m = std::sqrt(squares / way), .stretches = stretches};
+  noise.scale_sigma = worth > 0 ? noise.rad_sqrt_m / std::sqrt(worth) : 0;
+  return noise;
+}
+
+}  // namespace waymark

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "waymark/factors/pose_factors.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/trajectory.hpp"
+
+namespace waymark {
+
+/// How far turns by odometry, times a scale, are from those of a trajectory.
+struct TurnNoise {
+  double rad_sqrt_m = 0;   ///< density of a random walk of the heading over the way
+  double scale_sigma = 0;  ///< standard deviation that it gives the scale
+  int stretches = 0;       ///< that it was taken from
+};
+
+/// Over stretches of a second in motion, each end of which is known to half a degree. Nothing from fewer than
+/// ten. `covariance`: of each pose of the trajectory, left tangent in map.
+[[nodiscard]] std::optional<TurnNoise> turn_noise(const Trajectory& trajectory,
+                                                  const std::vector<Matrix6>& covariance,
+                                                  const std::vector<Odometry>& odometry, double yaw_scale);
+
+}  // namespace waymark

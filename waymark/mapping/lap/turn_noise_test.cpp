@@ -1,0 +1,65 @@
+#include "waymark/mapping/lap/turn_noise.hpp"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+/// A minute of bends: the wheels tell turns `1 / scale` times too large, with a random walk of the true
+/// heading beside them.
+struct Drive {
+  Trajectory trajectory{};
+  std::vector<Matrix6> covariance{};
+  std::vector<Odometry> odometry{};
+};
+
+Drive drive(double scale, double noise_rad_sqrt_m, std::uint64_t seed) {
+  constexpr double kDt_s = 0.02;
+  constexpr double kSpeed_m_s = 0.3;
+  Drive made;
+  Random random(seed);
+  SE2 truth;
+  SE2 odom;
+  for (int i = 0; i <= 6000; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(20 * i));
+    made.odometry.push_back({.stamp = stamp, .odom_T_base = odom});
+    if (i % 4 == 2) {
+      made.trajectory.push_back({stamp, lift(truth)});
+      made.covariance.emplace_back(1e-6 * Matrix6::Identity());
+    }
+    const double turn = kDt_s * 0.4 * std::sin(0.02 * i);
+    const double slip = noise_rad_sqrt_m * std::sqrt(kSpeed_m_s * kDt_s) * random.normal();
+    odom = odom * SE2::exp({kDt_s * kSpeed_m_s, 0, turn / scale});
+    truth = truth * SE2::exp({kDt_s * kSpeed_m_s, 0, turn + slip});
+  }
+  return made;
+}
+
+TEST(TurnNoise, IsWhatWheelsAndTrajectoryDifferInAfterTheScale) {
+  for (const double noise : {0.01, 0.13}) {
+    for (const double scale : {0.2, 1.2}) {
+      const Drive made = drive(scale, noise, 7);
+      const auto found = turn_noise(made.trajectory, made.covariance, made.odometry, scale);
+      ASSERT_TRUE(found);
+      EXPECT_GT(found->stretches, 100);
+      EXPECT_NEAR(found->rad_sqrt_m, noise, 0.2 * noise) << scale;
+      EXPECT_GT(found->scale_sigma, 0);
+      EXPECT_LT(found->scale_sigma, 0.2 * scale);
+    }
+  }
+}
+
+TEST(TurnNoise, SaysNothingWhereTheHeadingsAreNotKnown) {
+  Drive made = drive(1, 0.01, 7);
+  for (Matrix6& P : made.covariance) P(5, 5) = 0.1;
+  EXPECT_FALSE(turn_noise(made.trajectory, made.covariance, made.odometry, 1));
+  EXPECT_FALSE(turn_noise({}, {}, {}, 1));
+}
+
+}  // namespace
+}  // namespace waymark
