@@ -217,26 +217,17 @@ Result<std::vector<TagDetection>> AprilTagDetector::detect_with(apriltag_detecto
   return detections;
 }
 
-Result<std::vector<FamilyId>> chosen_families(const DetectorOptions& options) {
-  std::vector<FamilyId> ids;
-  for (const std::string& name : options.families) {
-    const Result<FamilyId> id = parse_family(name);
-    if (!id) return fail(id.error().code, id.error().message, {.key = "families"}, id.error().hint);
-    // A family listed twice would report each tag twice.
-    if (std::find(ids.begin(), ids.end(), *id) == ids.end()) ids.push_back(*id);
-  }
-  if (ids.empty()) {
-    return fail(ErrorCode::InvalidArgument, "no tag family given", {.key = "families"},
-                "Name at least one, e.g. tag36h11.");
-  }
-  return ids;
-}
-
 Status check_decimation(double factor) {
   const bool known = factor == 1.5 || factor == std::floor(factor);
   if (known) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("cannot decimate by {}", factor),
               {.key = "quad_decimate"}, "Use 1, 1.5 or a whole number up to 8.");
+}
+
+Status check_library_options(const DetectorOptions& options) {
+  if (!options.find_inverted) return {};
+  return fail(ErrorCode::InvalidArgument, "AprilTag 3 finds no inverted tags", {.key = "find_inverted"},
+              "Use the detector waymark.");
 }
 
 Status check_memory(const std::vector<FamilyId>& ids, const DetectorOptions& options) {
@@ -266,6 +257,7 @@ std::int64_t decode_table_bytes(const Family& family, int max_hamming) {
 
 Result<std::unique_ptr<Detector>> make_apriltag_detector(const DetectorOptions& options) {
   if (const Status ranges = check_ranges(options); !ranges) return tl::unexpected<Error>(ranges.error());
+  if (const Status ours = check_library_options(options); !ours) return tl::unexpected<Error>(ours.error());
   if (const Status known = check_decimation(options.quad_decimate); !known)
     return tl::unexpected<Error>(known.error());
   const Result<std::vector<FamilyId>> ids = chosen_families(options);

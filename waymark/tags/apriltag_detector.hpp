@@ -2,76 +2,13 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "waymark/base/error.hpp"
-#include "waymark/base/fields.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/tags/detector.hpp"
+#include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
-
-/// What the AprilTag 3 detector is asked to do. The defaults were chosen on photographs and rendered images,
-/// see docs/concepts/detection.md.
-struct DetectorOptions {
-  std::vector<std::string> families = {"tag36h11"};
-  /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
-  /// quad pass for a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
-  /// Trajectory Tracking for the LIMOS Robot", section 2.3.1).
-  int max_hamming = 1;
-  double min_decision_margin = 0;
-  double quad_decimate = 1;
-  double quad_sigma = 0;
-  bool refine_edges = true;
-  double decode_sharpening = 0.8;
-  int min_white_black_diff = 15;
-  int threads = 1;
-  int memory_limit_mib = 512;
-
-  template <class Self, class Visitor>
-  static void fields(Self& self, Visitor&& visit) {
-    visit(self.families,
-          Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
-    visit(self.max_hamming,
-          Field{"max_hamming",
-                "Maximum number of corrected bits of a tag, 0 to 2 (the limit of the library). Each further "
-                "bit finds slightly more tags and many more false ones.",
-                0, 2});
-    visit(self.min_decision_margin,
-          Field{"min_decision_margin",
-                "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
-                "sharpening; raise it against false detections.",
-                0, 2000});
-    visit(self.quad_decimate,
-          Field{"quad_decimate",
-                "Downscaling of the image in which quads are searched: 1, 1.5 or a whole number to 8. 2 is "
-                "two to four times as fast and loses tags with less than 3 px a bit.",
-                1, 8});
-    visit(self.quad_sigma,
-          Field{"quad_sigma",
-                "Standard deviation in pixels of a blur before quads are searched; about 0.8 for very noisy "
-                "images. With quad_decimate 1 the bits are read from the blurred image too.",
-                0, 2});
-    visit(self.refine_edges,
-          Field{"refine_edges",
-                "Move each edge of a quad to the strongest gradient nearby (the library's own refinement)."});
-    visit(self.decode_sharpening,
-          Field{"decode_sharpening",
-                "Sharpening of the data bits before decoding; helps small and blurred tags.", 0, 4});
-    visit(self.min_white_black_diff,
-          Field{"min_white_black_diff",
-                "Minimum difference of black and white in grey levels; lower it for faint prints in the "
-                "dark, at the price of time wherever the image noise exceeds an eighth of it.",
-                1, 255});
-    visit(self.threads,
-          Field{"threads",
-                "Number of threads for one image. Two about halve the time of a large image on two cores.", 1,
-                64});
-    visit(self.memory_limit_mib,
-          Field{"memory_limit_mib", "Largest total size of the decoding tables, in MiB.", 1, 16384});
-  }
-};
 
 /// A detector with libapriltag 3.3 behind it. Errors: a value out of range or an unknown family
 /// (InvalidArgument), tables beyond memory_limit_mib (LimitExceeded). Takes milliseconds for tag36h11, up to

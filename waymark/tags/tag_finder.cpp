@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "waymark/tags/waymark_detector.hpp"
+
 namespace waymark {
 
 Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const RefinementOptions& refinement) {
@@ -14,7 +16,7 @@ Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const Refi
 }
 
 Result<TagFinder> make_tag_finder(const DetectorOptions& detector, const RefinementOptions& refinement) {
-  auto made = make_apriltag_detector(detector);
+  auto made = make_detector(detector);
   if (!made) return tl::unexpected(made.error());
   return make_tag_finder(std::move(*made), refinement);
 }

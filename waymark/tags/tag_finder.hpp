@@ -8,8 +8,8 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
-#include "waymark/tags/apriltag_detector.hpp"
 #include "waymark/tags/detector.hpp"
+#include "waymark/tags/detector_options.hpp"
 #include "waymark/tags/refinement.hpp"
 
 namespace waymark {

@@ -1,0 +1,43 @@
+#include "waymark/tags/code_index.hpp"
+
+#include <bit>
+
+#include <gtest/gtest.h>
+
+#include "waymark/base/random.hpp"
+
+namespace waymark::search {
+namespace {
+
+TEST(CodeIndex, FindsWhatALookAtEveryCodeFinds) {
+  Random random(11);
+  for (const FamilyId id : kAllFamilies) {
+    const Family& kind = family(id);
+    const auto bits = static_cast<unsigned>(kind.bits.size());
+    for (int most = 0; most <= 3; ++most) {
+      const CodeIndex index(kind, most);
+      for (int round = 0; round < 40; ++round) {
+        std::uint64_t code = kind.codes[random.index(kind.codes.size())];
+        const std::uint64_t flips = random.index(5);
+        for (std::uint64_t i = 0; i < flips; ++i) code ^= std::uint64_t{1} << random.index(bits);
+        int best = 99;
+        int number = -1;
+        for (std::size_t i = 0; i < kind.codes.size(); ++i) {
+          const int distance = std::popcount(kind.codes[i] ^ code);
+          if (distance < best) {
+            best = distance;
+            number = static_cast<int>(i);
+          }
+        }
+        const auto found = index.find(code);
+        ASSERT_EQ(found.has_value(), best <= most) << kind.name;
+        if (!found) continue;
+        EXPECT_EQ(found->distance, best) << kind.name;
+        EXPECT_EQ(found->number, number) << kind.name;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace waymark::search

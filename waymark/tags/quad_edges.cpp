@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "waymark/tags/quads.hpp"
+
+namespace waymark::search {
+namespace {
+
+/// Points (x, y) with normal . (x, y) = offset.
+struct Line {
+  Eigen::Vector2d normal{0, 0};
+  double offset = 0;
+};
+
+/// An edge as a function of the coordinate along which it is longer: y(x) or x(y).
+struct Course {
+  bool level = true;  ///< along x
+  float from = 0;     ///< [px] the lesser end
+  float length = 0;   ///< [px] along that coordinate
+  float slope = 0;
+  float base = 0;
+  int outward = 1;  ///< direction in which the other coordinate leaves the quad
+
+  Course(const Eigen::Vector2f& a, const Eigen::Vector2f& b) {
+    const Eigen::Vector2f d = b - a;
+    level = std::abs(d.x()) >= std::abs(d.y());
+    const int along = level ? 0 : 1;
+    const int across = 1 - along;
+    length = std::abs(d[along]);
+    from = std::min(a[along], b[along]);
+    slope = length > 0 ? d[across] / d[along] : 0;
+    base = a[across] - slope * a[along];
+    outward = level ? (d.x() > 0 ? -1 : 1) : (d.y() > 0 ? 1 : -1);  // the quad runs clockwise
+  }
+};
+
+/// Sums of a weighted straight line through points (t, m).
+struct LineSums {
+  double w = 0, t = 0, m = 0, tt = 0, tm = 0;
+  int count = 0;
+
+  void add(double weight, double at, double value) {
+    w += weight;
+    t += weight * at;
+    m += weight * value;
+    tt += weight * at * at;
+    tm += weight * at * value;
+    ++count;
+  }
+};
+
+/// The mean place of the squared steps outwards along one row or column of pixels.
+struct Crossing {
+  float weight = 0;
+  float place = 0;  ///< weighted sum
+};
+
+Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int low, int high, int outward) {
+  Crossing sum;
+  int before = *pixel;
+  for (int k = low; k < high; ++k) {
+    pixel += step;
+    const int rise = (*pixel - before) * outward;
+    before = *pixel;
+    if (rise <= 0) continue;
+    const auto weight = static_cast<float>(rise * rise);
+    sum.weight += weight;
+    sum.place += weight * static_cast<float>(k + 1);
+  }
+  return sum;
+}
+
+bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
+  constexpr float kTrim = 0.12F;       // of the edge at each end, where the corner is round
+  constexpr float kMostWeight = 4000;  // of one crossing: a glint must not outweigh the edge
+  constexpr float kLeastWeight = 9;    // a step of 3 grey levels
+  constexpr int kMostCrossings = 20;
+  if (course.length < 3) return false;
+  const float trim = std::max(0.5F, kTrim * course.length);
+  int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
+  int last = static_cast<int>(std::floor(course.from + course.length - trim - 0.5F));
+  if (last - first < 1) {
+    first = static_cast<int>(course.from + 0.25F * course.length);
+    last = static_cast<int>(course.from + 0.75F * course.length);
+  }
+  const int step = std::max(1, (last - first + 1) / kMostCrossings);
+  const int reach = static_cast<int>(std::ceil(search.reach_px * std::sqrt(1 + course.slope * course.slope)));
+  const int along_limit = course.level ? image.width : image.height;
+  const int across_limit = course.level ? image.height : image.width;
+  const std::ptrdiff_t stride = course.level ? image.stride : 1;
+  LineSums sums;
+  for (int t = std::max(first, 0); t <= std::min(last, along_limit - 1); t += step) {
+    const float middle = course.base + course.slope * (static_cast<float>(t) + 0.5F);
+    const int near = static_cast<int>(std::floor(middle - 0.5F));
+    const int low = std::max(near - reach, 0);
+    const int high = std::min(near + 1 + reach, across_limit - 1);
+    if (high - low < 2) continue;
+    const std::uint8_t* pixel = course.level ? image.row(low) + t : image.row(t) + low;
+    const Crossing found = crossing(pixel, stride, low, high, course.outward * search.sign);
+    if (found.weight < kLeastWeight) continue;
+    sums.add(std::min(found.weight, kMostWeight), t + 0.5, found.place / found.weight);
+  }
+  const double spread = sums.w * sums.tt - sums.t * sums.t;
+  if (sums.count < 2 || spread < 1e-6) return false;
+  const double slope = (sums.w * sums.tm - sums.t * sums.m) / spread;
+  const double base = (sums.m - slope * sums.t) / sums.w;
+  line.normal = course.level ? Eigen::Vector2d(-slope, 1) : Eigen::Vector2d(1, -slope);
+  line.offset = base;
+  return true;
+}
+
+}  // namespace
+
+bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad) {
+  std::array<Line, 4> lines;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!find_line(image, Course(quad[i], quad[(i + 1) % 4]), search, lines[i])) return false;
+  }
+  constexpr float kMore = 1.5F;  // [px] a corner may move further than its edges
+  Quad moved;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Line& a = lines[(i + 3) % 4];
+    const Line& b = lines[i];
+    const double det = a.normal.x() * b.normal.y() - a.normal.y() * b.normal.x();
+    if (std::abs(det) < 1e-4) return false;
+    const double x = (a.offset * b.normal.y() - a.normal.y() * b.offset) / det;
+    const double y = (a.normal.x() * b.offset - a.offset * b.normal.x()) / det;
+    moved[i] = {static_cast<float>(x), static_cast<float>(y)};
+    if ((moved[i] - quad[i]).cwiseAbs().maxCoeff() > search.reach_px + kMore) return false;
+  }
+  quad = moved;
+  return true;
+}
+
+}  // namespace waymark::search

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "waymark/image/image.hpp"
+#include "waymark/tags/run_components.hpp"
+
+namespace waymark::search {
+
+/// Corners clockwise as seen in the image, in pixels with centres at +1/2.
+using Quad = std::array<Eigen::Vector2f, 4>;
+
+/// Twice the area of the triangle a b c, positive when they run clockwise as seen in the image.
+[[nodiscard]] inline float cross_at(const Eigen::Vector2f& a, const Eigen::Vector2f& b,
+                                    const Eigen::Vector2f& c) {
+  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+}
+[[nodiscard]] inline float area(const Quad& quad) {
+  return 0.5F * (cross_at(quad[0], quad[1], quad[2]) + cross_at(quad[0], quad[2], quad[3]));
+}
+
+/// The quad that a component's convex hull is, if it is one. A workspace: no allocation once it has grown.
+class QuadFitter {
+ public:
+  /// False where the hull is no quad, or the component no frame with something in it. O(rows + runs).
+  bool fit(const RunComponents& components, const Component& component, Quad& quad);
+
+ private:
+  void make_hull(const std::vector<Run>& runs, const Component& component);
+  [[nodiscard]] int farthest(int from, int to) const;
+  [[nodiscard]] bool choose_corners(float hull_area, Quad& quad) const;
+
+  std::vector<float> left_, right_;
+  std::vector<Eigen::Vector2f> left_chain_, hull_;
+};
+
+/// How edges are searched.
+struct EdgeSearch {
+  float reach_px = 2;  ///< to both sides of the edge
+  int sign = 1;        ///< 1: brighter outside the quad, -1: darker
+};
+
+/// Moves the four edges to where the image changes most (lines through the means of the squared gradients
+/// across them) and intersects them. False where an edge is not seen or a corner moved too far: `quad` is
+/// then as it was.
+bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad);
+
+}  // namespace waymark::search

@@ -1,0 +1,278 @@
+#include "waymark/tags/tag_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace waymark::search {
+namespace {
+
+constexpr float kHalf = 0.5F;
+
+/// Homography from cells (the border square is [0, width]^2) to the quad.
+bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
+  const Eigen::Vector2f u = q[1] - q[2];
+  const Eigen::Vector2f v = q[3] - q[2];
+  const Eigen::Vector2f s = q[0] - q[1] + q[2] - q[3];
+  const float det = u.x() * v.y() - u.y() * v.x();
+  if (std::abs(det) < 1e-6F) return false;
+  const float g = (s.x() * v.y() - s.y() * v.x()) / det;
+  const float h = (u.x() * s.y() - u.y() * s.x()) / det;
+  const float scale = 1 / static_cast<float>(width);
+  px_H_cell.col(0) << (q[1] - q[0] + g * q[1]) * scale, g * scale;
+  px_H_cell.col(1) << (q[3] - q[0] + h * q[3]) * scale, h * scale;
+  px_H_cell.col(2) << q[0], 1;
+  return true;
+}
+
+int side_of(const ReadableFamily& family) { return family.width + 2 * family.margin; }
+
+/// Calls visit(inner x, inner y, outer x, outer y) for the cells along the border and those outside it.
+template <class Visit>
+void for_border_pairs(int width, Visit&& visit) {
+  for (int k = 0; k < width; ++k) {
+    visit(k, 0, k, -1);
+    visit(k, width - 1, k, width);
+    visit(0, k, -1, k);
+    visit(width - 1, k, width, k);
+  }
+}
+
+/// Least squares plane over cells that lie symmetrically about the middle: its three sums are independent.
+class PlaneFit {
+ public:
+  explicit PlaneFit(int width) : middle_(kHalf * static_cast<float>(width - 1)) {}
+  void add(int x, int y, float level) {
+    const float u = static_cast<float>(x) - middle_;
+    const float v = static_cast<float>(y) - middle_;
+    n_ += 1;
+    uu_ += u * u;
+    vv_ += v * v;
+    sum_ += level;
+    su_ += u * level;
+    sv_ += v * level;
+  }
+  [[nodiscard]] std::array<float, 3> plane() const { return {sum_ / n_, su_ / uu_, sv_ / vv_}; }
+
+ private:
+  float middle_;
+  float n_ = 0, uu_ = 0, vv_ = 0, sum_ = 0, su_ = 0, sv_ = 0;
+};
+
+}  // namespace
+
+ReadableFamily::ReadableFamily(const Family& family, int max_hamming)
+    : id(family.id),
+      width(family.width_at_border),
+      bright_border(family.reversed_border),
+      codes(family, max_hamming) {
+  for (const BitCell& bit : family.bits) {
+    margin = std::max({margin, -bit.x, -bit.y, bit.x - width + 1, bit.y - width + 1});
+  }
+  const int side = width + 2 * margin;
+  for (int turn = 0; turn < 4; ++turn) {
+    for (const BitCell& bit : family.bits) {
+      int x = bit.x;
+      int y = bit.y;
+      for (int k = 0; k < turn; ++k) {  // TL of the print is one corner of the quad further on
+        const int before = x;
+        x = width - 1 - y;
+        y = before;
+      }
+      cells[static_cast<std::size_t>(turn)].push_back(
+          static_cast<std::uint16_t>((y + margin) * side + x + margin));
+    }
+  }
+}
+
+float& TagReader::cell(const ReadableFamily& family, int x, int y) {
+  return levels_[static_cast<std::size_t>((y + family.margin) * side_of(family) + x + family.margin)];
+}
+
+/// Bilinear, at a place given in cells; beyond the image its nearest pixel counts. Times sign_.
+float TagReader::sample(const ImageView& image, float u, float v) const {
+  const Eigen::Vector3f p = px_H_cell_ * Eigen::Vector3f(u, v, 1);
+  const float w = 1 / p.z();
+  const float x = std::clamp(p.x() * w - kHalf, 0.0F, static_cast<float>(image.width - 1));
+  const float y = std::clamp(p.y() * w - kHalf, 0.0F, static_cast<float>(image.height - 1));
+  const int x0 = static_cast<int>(x);
+  const int y0 = static_cast<int>(y);
+  const int right = x0 + 1 < image.width ? 1 : 0;
+  const std::uint8_t* top = image.data + static_cast<std::ptrdiff_t>(y0) * image.stride + x0;
+  const std::uint8_t* bottom = y0 + 1 < image.height ? top + image.stride : top;
+  const float du = x - static_cast<float>(x0);
+  const float dv = y - static_cast<float>(y0);
+  const float above = static_cast<float>(top[0]) + du * static_cast<float>(top[right] - top[0]);
+  const float below = static_cast<float>(bottom[0]) + du * static_cast<float>(bottom[right] - bottom[0]);
+  return sign_ * (above + dv * (below - above));
+}
+
+int TagReader::steps_outwards(const ImageView& image, const ReadableFamily& family) const {
+  constexpr float kStep = 4;  // grey levels
+  const auto width = static_cast<float>(family.width);
+  int steps = 0;
+  for (const float k : {0.3F * width - kHalf, 0.7F * width}) {
+    const auto step = [&](float u0, float v0, float u1, float v1) {
+      steps += sample(image, u1, v1) > sample(image, u0, v0) + kStep ? 1 : 0;
+    };
+    step(k, kHalf, k, -kHalf);
+    step(k, width - kHalf, k, width + kHalf);
+    step(kHalf, k, -kHalf, k);
+    step(width - kHalf, k, width + kHalf, k);
+  }
+  return steps;
+}
+
+bool TagReader::place(const Quad& quad, const ReadableFamily& family, bool inverted) {
+  sign_ = family.bright_border != inverted ? -1.0F : 1.0F;
+  return homography(quad, family.width, px_H_cell_);
+}
+
+bool TagReader::may_be_a_border(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                bool inverted) {
+  constexpr int kEnough = 5;  // of 8
+  return place(quad, family, inverted) && steps_outwards(image, family) >= kEnough;
+}
+
+TagReader::Levels TagReader::sample_border(const ImageView& image, const ReadableFamily& family) {
+  const auto fill = [&](int x, int y) {
+    return cell(family, x, y) = sample(image, static_cast<float>(x) + kHalf, static_cast<float>(y) + kHalf);
+  };
+  const int w = family.width;
+  PlaneFit border(w);
+  PlaneFit around(w);
+  for (int y = -1; y <= w; ++y) {
+    for (int x = -1; x <= w; ++x) {
+      const bool outer = x == -1 || y == -1 || x == w || y == w;
+      const bool inner = !outer && (x == 0 || y == 0 || x == w - 1 || y == w - 1);
+      if (outer) around.add(x, y, fill(x, y));
+      if (inner) border.add(x, y, fill(x, y));
+    }
+  }
+  return {border.plane(), around.plane()};
+}
+
+int TagReader::border_pairs(const ReadableFamily& family, float step) const {
+  const int side = side_of(family);
+  const auto level = [&](int x, int y) {
+    return levels_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)];
+  };
+  int pairs = 0;
+  for_border_pairs(family.width, [&](int x, int y, int out_x, int out_y) {
+    pairs += level(out_x, out_y) > level(x, y) + step ? 1 : 0;
+  });
+  return pairs;
+}
+
+void TagReader::sample_inside(const ImageView& image, const ReadableFamily& family) {
+  const int w = family.width;
+  for (int y = -family.margin; y < w + family.margin; ++y) {
+    for (int x = -family.margin; x < w + family.margin; ++x) {
+      const bool inside = x > 0 && y > 0 && x < w - 1 && y < w - 1;
+      const bool outside = x < -1 || y < -1 || x > w || y > w;
+      if (!inside && !outside) continue;
+      cell(family, x, y) = sample(image, static_cast<float>(x) + kHalf, static_cast<float>(y) + kHalf);
+    }
+  }
+}
+
+/// Distances of the cells from the threshold, after each was moved away from the mean of its neighbours.
+void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
+  const int side = side_of(family);
+  const float middle = kHalf * static_cast<float>(side - 1);
+  Plane mean{};
+  for (std::size_t i = 0; i < 3; ++i) mean[i] = kHalf * (levels.border[i] + levels.around[i]);
+  const auto at = [side](int x, int y) { return static_cast<std::size_t>(y * side + x); };
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const float here = levels_[at(x, y)];
+      float around = 0;
+      around += y > 0 ? levels_[at(x, y - 1)] : here;
+      around += y + 1 < side ? levels_[at(x, y + 1)] : here;
+      around += x > 0 ? levels_[at(x - 1, y)] : here;
+      around += x + 1 < side ? levels_[at(x + 1, y)] : here;
+      const float threshold =
+          mean[0] + mean[1] * (static_cast<float>(x) - middle) + mean[2] * (static_cast<float>(y) - middle);
+      distances_[at(x, y)] = here + amount * kHalf * (4 * here - around) - threshold;
+    }
+  }
+}
+
+/// Whether the bits that would have to be wrong are ones that were nearly undecided. `margin`: mean distance
+/// of the bits from the threshold, wrong ones counted as negative.
+bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+                           float& margin) const {
+  constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
+  float right = 0;
+  float wrong = 0;
+  int wrong_count = 0;
+  const std::vector<std::uint16_t>& cells = family.cells[turn];
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const bool is_wrong = ((wrong_bits >> (cells.size() - 1 - k)) & 1U) != 0;
+    const float distance = std::abs(distances_[cells[k]]);
+    (is_wrong ? wrong : right) += distance;
+    wrong_count += is_wrong ? 1 : 0;
+  }
+  const auto count = static_cast<float>(cells.size());
+  margin = (right - wrong) / count;
+  const float mean_right = right / std::max(1.0F, count - static_cast<float>(wrong_count));
+  return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
+}
+
+std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFamily& family) {
+  // In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
+  // bright one, inverted or not.
+  const bool one_is_high = !family.bright_border;
+  std::optional<TagDetection> best;
+  for (std::size_t turn = 0; turn < 4; ++turn) {
+    std::uint64_t code = 0;
+    for (const std::uint16_t at : family.cells[turn]) {
+      const bool high = distances_[at] > 0;
+      code = (code << 1U) | (high == one_is_high ? 1U : 0U);
+    }
+    const std::optional<NearestCode> near = family.codes.find(code);
+    if (!near || (best && near->distance >= best->hamming)) continue;
+    const std::uint64_t wrong =
+        code ^ waymark::family(family.id).codes[static_cast<std::size_t>(near->number)];
+    float margin = 0;
+    if (!believable(family, turn, wrong, margin) || !(margin >= static_cast<float>(options_.min_margin)))
+      continue;
+    TagDetection detection;
+    detection.tag = {family.id, near->number};
+    detection.hamming = near->distance;
+    detection.decision_margin = margin;
+    for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = quad[(i + turn) % 4].cast<double>();
+    best = detection;
+  }
+  return best;
+}
+
+std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
+                                            const ReadableFamily& family, bool inverted,
+                                            ReadProgress& progress) {
+  constexpr int kEnoughSteps = 6;     // of 8
+  constexpr float kPairStep = 0.25F;  // of the contrast
+  constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
+  progress = {.border_cells = 4 * family.width};
+  if (!place(quad, family, inverted)) return std::nullopt;
+  const int side = side_of(family);
+  levels_.resize(static_cast<std::size_t>(side * side));
+  distances_.resize(levels_.size());
+  if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
+  const Levels levels = sample_border(image, family);
+  if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;
+  progress.border_pairs = border_pairs(family, kPairStep * levels.contrast());
+  if (4 * progress.border_pairs < 3 * progress.border_cells) return std::nullopt;
+  sample_inside(image, family);
+  progress.bits_read = true;
+  std::optional<TagDetection> best;
+  for (const float amount : kSharpening) {
+    sharpen(family, levels, amount);
+    const std::optional<TagDetection> found = decode(quad, family);
+    if (found && (!best || found->hamming < best->hamming)) best = found;
+    if (best && best->hamming <= 1) break;
+  }
+  return best;
+}
+
+}  // namespace waymark::search

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "waymark/families/family.hpp"
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/code_index.hpp"
+#include "waymark/tags/quads.hpp"
+
+namespace waymark::search {
+
+/// A family as it is read: which cells, in which order after each quarter turn.
+struct ReadableFamily {
+  FamilyId id = FamilyId::Tag36h11;
+  int width = 0;   ///< [cell] of the border square
+  int margin = 1;  ///< [cell] sampled around it: the surroundings of the border, and data bits there
+  bool bright_border = false;
+  /// For each quarter turn of the print, the sampled cell (row by row from the quad's first corner) of each
+  /// bit, most significant first.
+  std::array<std::vector<std::uint16_t>, 4> cells;
+  CodeIndex codes;
+
+  ReadableFamily(const Family& family, int max_hamming);
+};
+
+struct ReaderOptions {
+  double min_contrast = 5;  ///< [grey level] between the border and its surroundings
+  double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
+};
+
+/// How far the best attempt at a quad came; tells whether another attempt may help.
+struct ReadProgress {
+  int border_pairs = 0;  ///< of border cells that differ from their surroundings as they should
+  int border_cells = 0;
+  bool bits_read = false;
+};
+
+/// Reads tags from quads: levels of black and white as planes fitted to the border and its surroundings, so
+/// that light may change across the tag; bits held against their mean; sharpened by several amounts.
+class TagReader {
+ public:
+  explicit TagReader(const ReaderOptions& options) : options_(options) {}
+
+  /// Whether there is a step outwards at most of a few places of the quad's edges. Cheap, for the outline of
+  /// a component, which is a pixel off at worst.
+  [[nodiscard]] bool may_be_a_border(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                     bool inverted);
+
+  /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
+  /// black and white exchanged. O(cells).
+  std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                   bool inverted, ReadProgress& progress);
+
+ private:
+  /// Levels across the tag: constant, change per cell along x and along y, from its middle.
+  using Plane = std::array<float, 3>;
+  struct Levels {
+    Plane border{};
+    Plane around{};
+    [[nodiscard]] float contrast() const { return around[0] - border[0]; }
+  };
+
+  /// Of eight pairs of cells, two at each side, those that differ as a border's do.
+  [[nodiscard]] int steps_outwards(const ImageView& image, const ReadableFamily& family) const;
+  bool place(const Quad& quad, const ReadableFamily& family, bool inverted);
+  Levels sample_border(const ImageView& image, const ReadableFamily& family);
+  [[nodiscard]] int border_pairs(const ReadableFamily& family, float step) const;
+  void sample_inside(const ImageView& image, const ReadableFamily& family);
+  void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
+  std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
+  [[nodiscard]] bool believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+                                float& margin) const;
+  [[nodiscard]] float sample(const ImageView& image, float u, float v) const;
+  [[nodiscard]] float& cell(const ReadableFamily& family, int x, int y);
+
+  ReaderOptions options_;
+  float sign_ = 1;  ///< -1 where the border is bright: levels are then negative, and the border is low again
+  Eigen::Matrix3f px_H_cell_ = Eigen::Matrix3f::Identity();
+  std::vector<float> levels_;     ///< of the sampled cells
+  std::vector<float> distances_;  ///< of the sharpened cells from the threshold
+};
+
+}  // namespace waymark::search

@@ -1,0 +1,184 @@
+#include "waymark/tags/tag_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace waymark::search {
+namespace {
+
+/// A share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings, is
+/// still below when its paper is not.
+constexpr std::array<int, 2> kShares = {128, 72};
+
+bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2d edge = corners[(i + 1) % 4] - corners[i];
+    const Eigen::Vector2d to = point - corners[i];
+    if (edge.x() * to.y() - edge.y() * to.x() <= 0) return false;
+  }
+  return true;
+}
+
+double area_of(const std::array<Eigen::Vector2d, 4>& c) {
+  const Eigen::Vector2d a = c[2] - c[0];
+  const Eigen::Vector2d b = c[3] - c[1];
+  return 0.5 * (a.x() * b.y() - a.y() * b.x());
+}
+
+/// The quad with each corner moved away from the middle by so many pixels along its diagonal.
+Quad grown(const Quad& quad, float by_px) {
+  constexpr float kLeastRadius = 4;  // px
+  const Eigen::Vector2f middle = 0.25F * (quad[0] + quad[1] + quad[2] + quad[3]);
+  Quad out;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Eigen::Vector2f from = quad[i] - middle;
+    out[i] = middle + from * (1 + by_px / std::max(kLeastRadius, from.norm()));
+  }
+  return out;
+}
+
+}  // namespace
+
+TagSearch::TagSearch(const SearchOptions& options, const PlaneKernels& kernels)
+    : options_(options),
+      kernels_(&kernels),
+      reader_({.min_contrast = std::max(5.0, options.min_white_black_diff / 2.0),
+               .min_margin = options.min_decision_margin}) {}
+
+const std::vector<TagDetection>& TagSearch::run(const ImageView& image,
+                                                const std::vector<ReadableFamily>& families) {
+  found_.clear();
+  counts_ = {};
+  measure_tiles(image, *kernels_, tiles_);
+  gate_ = noise_gate(tiles_, options_.min_white_black_diff);
+  for (const Polarity polarity : {Polarity::Dark, Polarity::Bright}) {
+    wanted_.clear();
+    least_width_ = 0;
+    for (const ReadableFamily& family : families) {
+      const bool upright = family.bright_border == (polarity == Polarity::Bright);
+      if (!upright && !options_.find_inverted) continue;
+      wanted_.push_back({&family, !upright});
+      least_width_ = least_width_ == 0 ? family.width : std::min(least_width_, family.width);
+    }
+    if (!wanted_.empty()) search_polarity(image, polarity);
+  }
+  return found_;
+}
+
+void TagSearch::search_polarity(const ImageView& image, Polarity polarity) {
+  boxes_.clear();
+  for (const int share : kShares) {
+    threshold(image, tiles_, {.polarity = polarity, .share_256 = share, .gate = gate_}, *kernels_, plane_);
+    search_plane(image, polarity);
+  }
+}
+
+void TagSearch::search_plane(const ImageView& image, Polarity polarity) {
+  components_.label(plane_);
+  counts_.runs += components_.runs().size();
+  counts_.components += components_.components().size();
+  search_components(image, polarity, false);
+  components_.join_diagonals();
+  search_components(image, polarity, true);
+}
+
+void TagSearch::search_components(const ImageView& image, Polarity polarity, bool joined) {
+  const auto count = static_cast<std::int32_t>(components_.components().size());
+  for (std::int32_t i = 0; i < count; ++i) {
+    if (!components_.is_root(i)) continue;
+    const Component& component = components_.components()[static_cast<std::size_t>(i)];
+    if (joined && !component.joined_diagonally) continue;
+    // The same frame again, from the other threshold or with what touches it inside.
+    if (worth_a_look(image, component) && boxes_.insert(component))
+      search_component(image, polarity, component);
+  }
+}
+
+/// By the box and the area alone: a frame of one cell's width around a tag of a pixel a cell or more.
+bool TagSearch::worth_a_look(const ImageView& image, const Component& component) const {
+  constexpr double kBoxShare = 0.12;
+  constexpr int kFrame = 3;           // px along the frame
+  constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
+  constexpr double kMostRunsARow = 8;
+  const int width = component.x1 - component.x0;
+  const int height = component.y1 - component.y0;
+  if (width < 5 || height < 5 || width + height < 2 * least_width_) return false;
+  if (component.run_count < kRunsARow * height || component.run_count > kMostRunsARow * height) return false;
+  if (component.area < std::min(kBoxShare * width * height, 1.0 * kFrame * (width + height))) return false;
+  return width < 0.95 * image.width || height < 0.95 * image.height;
+}
+
+/// Whether a tag was found where this quad is. A tag printed inside another one is much smaller than it.
+bool TagSearch::known(const Quad& quad) const {
+  constexpr double kMuchSmaller = 0.05;
+  const Eigen::Vector2d middle = (0.5F * (quad[0] + quad[2])).cast<double>();
+  const double size = area(quad);
+  return std::ranges::any_of(found_, [&](const TagDetection& tag) {
+    return inside(tag.corners_px, middle) && size > kMuchSmaller * area_of(tag.corners_px);
+  });
+}
+
+void TagSearch::search_component(const ImageView& image, Polarity polarity, const Component& component) {
+  Attempt attempt;
+  if (!fitter_.fit(components_, component, attempt.outline)) return;
+  ++counts_.quads;
+  if (known(attempt.outline)) return;
+  constexpr float kWidestReach = 2.5F;  // px
+  constexpr float kPreciseCell = 2;     // px; of smaller ones the outline says too little
+  attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
+  if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.outline)) return;
+  const int sign = polarity == Polarity::Dark ? 1 : -1;
+  const float reach = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
+  attempt.sharpened = attempt.outline;
+  attempt.has_sharpened = sharpen_edges(image, {reach, sign}, attempt.sharpened);
+  ReadProgress progress;
+  if (attempt.has_sharpened) {
+    if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.sharpened)) return;
+    sharpen_edges(image, {std::min(1.5F, reach), sign}, attempt.sharpened);
+    if (read_any(image, attempt.sharpened, progress)) return;
+  }
+  read_varied(image, attempt, progress);
+}
+
+bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
+  return std::ranges::any_of(wanted_, [&](const Wanted& wanted) {
+    return reader_.may_be_a_border(image, quad, *wanted.family, wanted.inverted);
+  });
+}
+
+bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress& best) {
+  for (const Wanted& wanted : wanted_) {
+    ReadProgress progress;
+    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, progress);
+    counts_.borders += progress.bits_read ? 1 : 0;
+    if (progress.border_pairs * std::max(best.border_cells, 1) >= best.border_pairs * progress.border_cells)
+      best = progress;
+    if (tag) {
+      found_.push_back(*tag);
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Small and blurred tags: their outline is off by a part of a cell, and a pixel more or less makes them
+/// readable.
+bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt, const ReadProgress& progress) {
+  constexpr float kSmallCell = 4;      // px
+  constexpr float kVerySmallCell = 3;  // px
+  constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
+  const bool half = 2 * progress.border_pairs >= progress.border_cells;
+  const bool promising = progress.bits_read || (half && attempt.cell_px < kSmallCell);
+  if (attempt.has_sharpened ? !promising : attempt.cell_px >= kVerySmallCell) return false;
+  ReadProgress ignored;
+  if (read_any(image, attempt.outline, ignored)) return true;
+  for (std::size_t i = 0; i < kGrowth.size(); ++i) {
+    const bool from_outline = i % 2 == 0 || !attempt.has_sharpened;
+    const Quad quad = grown(from_outline ? attempt.outline : attempt.sharpened, 1.414F * kGrowth[i]);
+    if (read_any(image, quad, ignored)) return true;
+  }
+  return false;
+}
+
+}  // namespace waymark::search

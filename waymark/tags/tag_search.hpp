@@ -1,0 +1,82 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "waymark/image/image.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/bit_planes.hpp"
+#include "waymark/tags/box_set.hpp"
+#include "waymark/tags/quads.hpp"
+#include "waymark/tags/run_components.hpp"
+#include "waymark/tags/tag_reader.hpp"
+
+namespace waymark::search {
+
+struct SearchOptions {
+  int min_white_black_diff = 15;
+  double min_decision_margin = 0;
+  bool find_inverted = false;
+};
+
+/// What one search did, for tests of its cost.
+struct SearchCounts {
+  std::size_t runs = 0;
+  std::size_t components = 0;
+  std::size_t quads = 0;
+  std::size_t borders = 0;  ///< quads whose bits were read
+};
+
+/// The search for tags in one image, with the memory it needs: one for each thread. Threshold in bit planes,
+/// connected components, quads, bits (docs/concepts/detection.md).
+class TagSearch {
+ public:
+  explicit TagSearch(const SearchOptions& options, const PlaneKernels& kernels = best_plane_kernels());
+
+  /// The tags of these families, in the order in which they were found. Valid until the next call. No
+  /// allocation once the workspace has grown. O(pixels / 64 + runs + quads).
+  const std::vector<TagDetection>& run(const ImageView& image, const std::vector<ReadableFamily>& families);
+
+  [[nodiscard]] const SearchCounts& counts() const { return counts_; }
+
+ private:
+  /// A family as it is looked for in one polarity.
+  struct Wanted {
+    const ReadableFamily* family = nullptr;
+    bool inverted = false;
+  };
+  /// An attempt at a quad, and what to try next.
+  struct Attempt {
+    Quad outline;
+    Quad sharpened;
+    bool has_sharpened = false;
+    float cell_px = 0;
+  };
+
+  void search_polarity(const ImageView& image, Polarity polarity);
+  void search_plane(const ImageView& image, Polarity polarity);
+  void search_components(const ImageView& image, Polarity polarity, bool joined);
+  void search_component(const ImageView& image, Polarity polarity, const Component& component);
+  bool may_be_a_border(const ImageView& image, const Quad& quad);
+  bool read_any(const ImageView& image, const Quad& quad, ReadProgress& best);
+  bool read_varied(const ImageView& image, const Attempt& attempt, const ReadProgress& progress);
+  [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
+  [[nodiscard]] bool known(const Quad& quad) const;
+
+  SearchOptions options_;
+  const PlaneKernels* kernels_;
+  Tiles tiles_;
+  BitPlane plane_;
+  RunComponents components_;
+  QuadFitter fitter_;
+  TagReader reader_;
+  std::vector<Wanted> wanted_;
+  int least_width_ = 1;  ///< [cell] of the wanted families
+  int gate_ = 0;
+  BoxSet boxes_;  ///< of this polarity's components so far
+  std::vector<TagDetection> found_;
+  SearchCounts counts_;
+};
+
+}  // namespace waymark::search
