@@ -24,7 +24,8 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/evaluation/detections.hpp"
 #include "waymark/tags/apriltag_detector.hpp"
-#include "waymark/tags/refining_detector.hpp"
+#include "waymark/tags/tag_finder.hpp"
+#include "waymark/tags/waymark_detector.hpp"
 #ifdef WAYMARK_OPENCV_ARUCO
 #include <opencv2/aruco.hpp>
 #endif
@@ -50,6 +51,12 @@ struct Flags {
 Peer peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
   std::shared_ptr<Detector> detector = std::move(made).value();
   return {std::move(name), [detector](const Image& image) { return detector->detect(image).value(); }};
+}
+
+Peer refined_peer_of(std::string name, Result<std::unique_ptr<Detector>> made) {
+  const auto finder = std::make_shared<TagFinder>(make_tag_finder(std::move(made).value()).value());
+  return {std::move(name),
+          [finder](const Image& image) { return find_tags(image, *finder).value().detections; }};
 }
 
 /// libapriltag with its own settings but for what is named.
@@ -87,8 +94,13 @@ std::vector<TagDetection> detect_aruco(const Image& image) {
 
 std::vector<Peer> peers() {
   std::vector<Peer> all;
-  all.push_back(
-      peer_of("apriltag3, as set here, refined", make_refining_detector(make_apriltag_detector().value())));
+  DetectorOptions ours;
+  ours.max_hamming = 2;
+  all.push_back(peer_of("waymark", make_waymark_detector(ours)));
+  all.push_back(refined_peer_of("waymark, refined", make_waymark_detector(ours)));
+  ours.find_inverted = true;
+  all.push_back(peer_of("waymark, find_inverted", make_waymark_detector(ours)));
+  all.push_back(refined_peer_of("apriltag3, as set here, refined", make_apriltag_detector()));
   all.push_back(peer_of("AprilTag 3.3.0, decimate 1", make_apriltag_detector(library(1, 5))));
   all.push_back(
       peer_of("AprilTag 3.3.0, decimate 1, min_white_black_diff 20", make_apriltag_detector(library(1, 20))));

@@ -1,0 +1,118 @@
+// The project's own detector beside AprilTag 3 on the first pictures of the rendered sets, and on the clean
+// set.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
+#include "tests/support/degraded_tags.hpp"
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/evaluation/detections.hpp"
+#include "waymark/tags/waymark_detector.hpp"
+
+namespace waymark {
+namespace {
+
+DetectorOptions two_bits(const std::string& detector) {
+  DetectorOptions options;
+  options.detector = detector;
+  options.max_hamming = 2;
+  if (detector == "apriltag3") {  // its own settings
+    options.decode_sharpening = 0.25;
+    options.min_white_black_diff = 5;
+  }
+  return options;
+}
+
+struct Scored {
+  DetectionScores own;
+  DetectionScores library;
+};
+
+/// Both detectors on the same pictures, two bits corrected.
+template <class MakePicture>
+Scored score_both(std::size_t pictures, MakePicture&& make_picture, bool find_inverted = false) {
+  DetectorOptions own_options = two_bits("waymark");
+  own_options.find_inverted = find_inverted;
+  const auto own = make_detector(own_options).value();
+  const auto library = make_detector(two_bits("apriltag3")).value();
+  std::vector<ImageDetections> by_own;
+  std::vector<ImageDetections> by_library;
+  for (std::size_t i = 0; i < pictures; ++i) {
+    const testing::TagPicture picture = make_picture(i);
+    by_own.push_back({own->detect(picture.image).value(), picture.truth});
+    by_library.push_back({library->detect(picture.image).value(), picture.truth});
+  }
+  return {score_detections(by_own), score_detections(by_library)};
+}
+
+void print(const std::string& set, const Scored& scored) {
+  std::cout << set << ": waymark " << scored.own.correct << ", AprilTag 3 " << scored.library.correct
+            << " of " << scored.own.truth << ", seed " << testing::kSetSeed << "\n";
+}
+
+struct Expected {
+  const char* set;
+  std::size_t pictures;
+  double least_share;  ///< of the tags
+};
+
+class RenderedSet : public ::testing::TestWithParam<Expected> {};
+INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
+                         ::testing::Values(Expected{"mixed", 3, 0.55}, Expected{"single", 6, 0.7},
+                                           Expected{"grid", 2, 0.9}, Expected{"shadow", 1, 0.8},
+                                           Expected{"bar", 1, 0.3}, Expected{"inverted", 1, 0.9}),
+                         [](const auto& info) { return std::string(info.param.set); });
+
+TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
+  const Expected& expected = GetParam();
+  const std::string set = expected.set;
+  const Scored scored = score_both(
+      expected.pictures, [&](std::size_t i) { return testing::tag_picture(set, 5 * i); }, set == "inverted");
+  print(set, scored);
+  EXPECT_GE(static_cast<double>(scored.own.correct),
+            expected.least_share * static_cast<double>(scored.own.truth));
+  EXPECT_GT(scored.own.correct, scored.library.correct);
+  EXPECT_EQ(scored.own.wrong_ids, 0U);
+}
+
+TEST(TagFreePictures, HoldNoTags) {
+  const auto detector = make_detector(two_bits("waymark")).value();
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
+}
+
+// One tag of 15 px in A_016_2 is found or not by how the compiler rounds: a class may be one tag below.
+TEST(CleanSet, NoClassOfSizeAndTiltIsMoreThanOneTagBelowAprilTag3) {
+  WAYMARK_REAL_DATA(folder, "synth-tags/clean");
+  std::ifstream file(folder / "truth.csv");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const DetectionTruth truth = parse_truth(text, "truth.csv").value();
+  const std::vector<std::pair<std::string, std::vector<TrueTag>>> list(truth.begin(), truth.end());
+  const Scored scored = score_both(list.size(), [&](std::size_t i) {
+    testing::TagPicture picture;
+    picture.image = read_image(folder / (list[i].first + ".png")).value();
+    picture.truth = list[i].second;
+    return picture;
+  });
+  print("clean", scored);
+  EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U);
+  EXPECT_GE(scored.own.correct, scored.library.correct + 100);
+  for (std::size_t s = 0; s < scored.own.by_size_and_tilt.size(); ++s) {
+    for (std::size_t t = 0; t < scored.own.by_size_and_tilt[s].size(); ++t) {
+      const ClassScores& ours = scored.own.by_size_and_tilt[s][t];
+      EXPECT_GE(ours.found + 1, scored.library.by_size_and_tilt[s][t].found)
+          << "of " << ours.truth << " tags from " << scored.own.by_size[s].low << " px, tilt from "
+          << ours.low << " deg";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace waymark
