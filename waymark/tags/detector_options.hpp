@@ -33,7 +33,7 @@ struct DetectorOptions {
     visit(
         self.detector,
         Field{"detector",
-              "Detector to use: apriltag3 (libapriltag 3.3.0), or waymark (this project's own, many times as "
+              "Detector to use: apriltag3 (libapriltag 3.3.0), or waymark (this project's own, several times as "
               "fast, without options of its own below find_inverted)."});
     visit(self.families,
           Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
