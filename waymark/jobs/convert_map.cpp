@@ -53,6 +53,7 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("a map of form {} is YAML", map_form_names()[static_cast<std::size_t>(job.form)]),
                 {.source = job.output}, "End the name in .yaml, or write transforms with --to tf.");
+  if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
                         : job.form == MapForm::Waymark ? write_map(job.output, read->map)
                                                        : write_text_file(job.output, *text);

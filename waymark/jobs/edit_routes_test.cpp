@@ -102,8 +102,8 @@ TEST_F(EditRoutes, AnOptimisedRouteStandsBesideTheTaughtOne) {
   EXPECT_TRUE(fs::exists(folder_ / "route-fast.yaml"));
   EXPECT_TRUE(fs::exists(folder_ / "route-fast.svg"));
   EXPECT_EQ(test::file_text(folder_ / "route.yaml"), taught);
-  for (const RoutePoint& point : read_route(folder_ / "route-fast.yaml").value().points)
-    EXPECT_EQ(std::abs(point.speed_m_s), 0.5);
+  const Route fast = read_route(folder_ / "route-fast.yaml").value();
+  for (const RoutePoint& point : fast.points) EXPECT_EQ(std::abs(point.speed_m_s), 0.5);
   EXPECT_THAT(drive_command(job), HasSubstr("--route fast"));
   job.profile.speed_m_s = 0.4;
   const auto second = optimize_route_of(job);

@@ -68,7 +68,7 @@ struct EvaluationInputs {
 [[nodiscard]] Result<std::vector<std::string>> write_evaluation_figures(const EvaluationInputs& inputs,
                                                                         const TrajectoryReport& report,
                                                                         const std::string& folder);
-/// From the first pose to the last, for a robot that came back to where it began.
+/// From the first pose to the last, for a robot that came back to where it began; 0 without poses.
 [[nodiscard]] double end_to_start_m(const EstimatedTrajectory& poses);
 [[nodiscard]] double end_to_start_deg(const EstimatedTrajectory& poses);
 

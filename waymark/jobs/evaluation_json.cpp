@@ -68,10 +68,12 @@ Json row_json(const TrajectoryRow& row, const TrajectoryReport& report) {
 }  // namespace
 
 double end_to_start_m(const EstimatedTrajectory& poses) {
+  if (poses.empty()) return 0;
   return (poses.back().map_T_base.translation() - poses.front().map_T_base.translation()).norm();
 }
 
 double end_to_start_deg(const EstimatedTrajectory& poses) {
+  if (poses.empty()) return 0;
   const SE3 start_T_end = poses.front().map_T_base.inverse() * poses.back().map_T_base;
   return to_degrees(project_to_plane(start_T_end).yaw());
 }

@@ -25,6 +25,11 @@ struct JobControl {
   /// True once the job is to end. It then fails and leaves what it would have written as it was before.
   std::function<bool()> cancelled = [] { return false; };
 
+  /// An error once the job is to end, for the steps of a job that cannot be half done.
+  [[nodiscard]] Status go_on() const {
+    return cancelled() ? Status(fail(ErrorCode::Unreadable, "stopped: nothing was written")) : Status();
+  }
+
   /// The options with which a job opens a recording: cancelling ends also the unpacking of a packed one.
   [[nodiscard]] LogOptions log_options(LogOptions options = {}) const {
     options.unpack.stop = cancelled;

@@ -80,6 +80,7 @@ Result<std::vector<Eigen::Vector2d>> points_of_recording(const std::string& path
   std::vector<Eigen::Vector2d> truth;
   std::vector<Eigen::Vector2d> odometry;
   const Status status = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
+    if (Status wanted = control.go_on(); !wanted) return wanted;
     if (const auto* pose = std::get_if<TruthPose>(&sample))
       truth.push_back(pose->map_T_base.translation().head<2>());
     if (const auto* pose = std::get_if<Odometry>(&sample))
@@ -141,6 +142,7 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
   const TagCameraOptions tag_camera{.max_range_m = job.layout.max_range_m};
   const auto check = check_world(*world, model, job.robot.camera, tag_camera);
   if (!check) return tl::unexpected(check.error());
+  if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
   if (Status status = write_text_file(job.output, to_yaml(*world)); !status)
     return tl::unexpected(status.error());
   return LayWorldReport{.world = std::move(*world), .check = *check};

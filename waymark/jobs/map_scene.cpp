@@ -31,6 +31,14 @@ std::string words_of(const std::vector<TagId>& tags) {
                      all > kMost ? fmt::format(" and {} more", all - kMost) : "");
 }
 
+/// The sum of what is not known of a body and of a tag on it is no more than not knowing: readers refuse
+/// numbers that are out of all proportion.
+Matrix6 at_most_unknown(const Matrix6& P) {
+  constexpr double kUnknown = 1e6;
+  const double largest = P.diagonal().maxCoeff();
+  return largest > kUnknown ? Matrix6(P * (kUnknown / largest)) : P;
+}
+
 MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
   MapFile file{.provenance = {{"method", "bundle"},
                               {"recording", std::filesystem::path(job.recording).filename().string()}}};
@@ -47,9 +55,9 @@ MapFile map_file(const MapSceneJob& job, const SceneMap& map) {
       if (!pose || observations == 0) continue;
       const PoseIndex of_body = map.problem.bodies[b].front();
       const Matrix6 Ad = map.problem.bundle.poses[of_body].value.adjoint();
-      file.tags.tags[body.tags[t].id] = {
-          *pose, body.tags[t].size_m,
-          map.covariance.poses[of_body] + Ad * map.covariance.poses[of_tag] * Ad.transpose()};
+      file.tags.tags[body.tags[t].id] = {*pose, body.tags[t].size_m,
+                                         at_most_unknown(map.covariance.poses[of_body] +
+                                                         Ad * map.covariance.poses[of_tag] * Ad.transpose())};
       file.observations[body.tags[t].id] = observations;
       const bool known = map.problem.bundle.poses[of_tag].fixed || body.tags[t].body_T_tag.has_value();
       const int merit = observations + (known ? 1'000'000'000 : 0);

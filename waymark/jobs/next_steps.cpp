@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/jobs/recording_info.hpp"
+#include "waymark/jobs/shell_word.hpp"
 
 namespace waymark {
 namespace {
@@ -37,22 +38,23 @@ NextStep map_step(const RecordingInfo& info) {
   if (!needs.missing.empty()) {
     return {fmt::format("Make a map of the tags: the robot's file says what the recording lacks, {}.",
                         fmt::join(needs.missing, " and ")),
-            fmt::format("waymark map {} {} -o map", info.file, fmt::join(needs.flags, " "))};
+            fmt::format("waymark map {} {} -o map", shell_word(info.file), fmt::join(needs.flags, " "))};
   }
   return {detects ? "Find the tags in its pictures and make a map of them." : "Make a map of the tags.",
-          fmt::format("waymark map {}{}{} -o map", info.file, needs.flags.empty() ? "" : " ",
+          fmt::format("waymark map {}{}{} -o map", shell_word(info.file), needs.flags.empty() ? "" : " ",
                       fmt::join(needs.flags, " "))};
 }
 
 /// A new file in the folder one stands in: beside the recording it may not be allowed.
 std::string here(const RecordingInfo& info, const char* suffix) {
-  return std::filesystem::path(info.file).filename().string() + suffix;
+  return shell_word(std::filesystem::path(info.file).filename().string() + suffix);
 }
 
 std::string recover_command(const RecordingInfo& info) {
   const std::filesystem::path path(info.file);
-  if (!path.has_parent_path()) return "waymark recover " + info.file;
-  return fmt::format("waymark recover {} -o {}.recovered.mcap", info.file, path.stem().string());
+  if (!path.has_parent_path()) return "waymark recover " + shell_word(info.file);
+  return fmt::format("waymark recover {} -o {}", shell_word(info.file),
+                     shell_word(path.stem().string() + ".recovered.mcap"));
 }
 
 }  // namespace
@@ -64,8 +66,9 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
     steps.push_back({"Give it the index it lost.", recover_command(info)});
   if (info.format != LogFormat::Mcap && !info.contents.empty())
     steps.push_back({"Make an MCAP recording of it, which opens quickly and in every tool.",
-                     fmt::format("waymark convert {} {}", info.file, here(info, ".mcap"))});
-  if (has("pictures")) steps.push_back({"Find the tags in its pictures.", "waymark detect " + info.file});
+                     fmt::format("waymark convert {} {}", shell_word(info.file), here(info, ".mcap"))});
+  if (has("pictures"))
+    steps.push_back({"Find the tags in its pictures.", "waymark detect " + shell_word(info.file)});
   const bool moves = has("odometry");
   const bool corners = has("tags") || has("pictures");
   if (corners && moves) {
@@ -79,24 +82,25 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
                                                    fmt::join(missing, " and "))),
          fmt::format("waymark map {} odometry.csv --robot robot.yaml --tag-size-m 0.16 --anchor "
                      "tag36h11:0 -o map",
-                     info.file)});
+                     shell_word(info.file))});
   } else if (moves && has("tag_poses")) {
-    steps.push_back({"Make a map of the tags from the poses its robot gave them.",
-                     fmt::format("waymark map {} --tag-size-m 0.16 --anchor tag36h11:0 -o map", info.file)});
+    steps.push_back(
+        {"Make a map of the tags from the poses its robot gave them.",
+         fmt::format("waymark map {} --tag-size-m 0.16 --anchor tag36h11:0 -o map", shell_word(info.file))});
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
   if (moves && (corners || has("tag_poses") || has("range_bearing"))) {
     steps.push_back({"Localise it in a map of what it saw.",
-                     fmt::format("waymark localize {} --map map{}", info.file, robot)});
+                     fmt::format("waymark localize {} --map map{}", shell_word(info.file), robot)});
   } else if (has("odometry") || has("imu")) {
     steps.push_back({"Localise with it: give what was seen on the same drive as a further file.",
-                     fmt::format("waymark localize {} detections.csv --map map", info.file)});
+                     fmt::format("waymark localize {} detections.csv --map map", shell_word(info.file))});
   }
   if (!info.contents.empty())
-    steps.push_back({"Watch what it says, as it was said.", "waymark play " + info.file});
+    steps.push_back({"Watch what it says, as it was said.", "waymark play " + shell_word(info.file)});
   if (info.contents.empty() && info.report.messages > 0)
-    steps.push_back(
-        {"None of its messages are of a kind that Waymark uses.", "waymark play --messages " + info.file});
+    steps.push_back({"None of its messages are of a kind that Waymark uses.",
+                     "waymark play --messages " + shell_word(info.file)});
   return steps;
 }
 

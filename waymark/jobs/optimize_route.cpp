@@ -15,6 +15,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/jobs/figure_files.hpp"
 #include "waymark/jobs/route_files.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/safety_limiter.hpp"
@@ -69,7 +70,7 @@ Status write_route_files(const OptimizeJob& job, const Route& taught, const TagM
 
 std::string drive_command(const OptimizeJob& job) {
   const ProfileOptions& profile = job.profile;
-  std::string command = fmt::format("waymark replay {} --route {}", job.folder, job.name);
+  std::string command = fmt::format("waymark replay {} --route {}", shell_word(job.folder), job.name);
   const SafetyOptions usual;
   if (profile.speed_m_s > usual.max_speed_m_s)
     command += fmt::format(" --max-speed-m-s {}", profile.speed_m_s);

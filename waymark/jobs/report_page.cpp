@@ -29,7 +29,7 @@ Status add_drive(const std::string& file, Runs& runs, const JobControl& control)
   }
   for (const Error& problem : lap->setup.problems) runs.warnings.push_back(file + ": " + to_string(problem));
   DriveRun drive{.file = file, .lap = std::move(*lap)};
-  if (Result<EstimatedTrajectory> estimate = read_estimate(file, topics::kEstimate); estimate)
+  if (Result<EstimatedTrajectory> estimate = read_estimate(file, topics::kEstimate, control); estimate)
     drive.estimate = std::move(*estimate);
   runs.drives.push_back(std::move(drive));
   return {};
@@ -76,6 +76,7 @@ Status add_folder(const fs::path& folder, Runs& runs, const JobControl& control)
     if (Status status = add_map(place, runs); !status) return status;
   }
   for (const std::string& file : recordings_in(folder)) {
+    if (Status status = control.go_on(); !status) return status;
     if (Status status = add_drive(file, runs, control); !status) return status;
   }
   if (runs.drives.size() + runs.maps.size() > before) return {};
@@ -103,7 +104,8 @@ Result<Runs> read_runs(const std::vector<std::string>& paths, const JobControl& 
   Runs runs;
   for (const std::string& path : paths) {
     std::error_code ignored;
-    Status status;
+    Status status = control.go_on();
+    if (!status) return tl::unexpected(status.error());
     if (fs::is_directory(path, ignored))
       status = add_folder(path, runs, control);
     else if (fs::path(path).filename() == "map.yaml")
@@ -152,6 +154,7 @@ Result<ReportSummary> write_report(const std::vector<std::string>& paths, const 
   const Result<plot::Page> page = report_page(*runs, control);
   const Result<std::string> html = page ? plot::to_html(*page) : tl::unexpected(page.error());
   if (!html) return tl::unexpected(html.error());
+  if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
   if (Status status = write_text_file(output, *html); !status) return tl::unexpected(status.error());
   return ReportSummary{.sections = page->sections.size(), .bytes = html->size()};
 }

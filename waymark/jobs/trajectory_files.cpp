@@ -98,7 +98,7 @@ Result<EstimatedTrajectory> poses_of_log(const std::string& path, const std::str
       **log, *topic, {},
       [&](const EstimatedPose& pose) -> Status {
         poses.push_back(pose);
-        return {};
+        return control.go_on();
       },
       problems);
   if (!read) return tl::unexpected(read.error());
@@ -187,7 +187,7 @@ Result<Motion> read_motion(const std::string& path, const JobControl& control) {
   const Status read = (*log)->visit_samples({}, [&](const Sample& sample) -> Status {
     if (const auto* odometry = std::get_if<Odometry>(&sample)) motion.odometry.push_back(*odometry);
     if (const auto* imu = std::get_if<ImuSample>(&sample)) motion.imu.push_back(*imu);
-    return {};
+    return control.go_on();
   });
   if (!read) return tl::unexpected(read.error());
   if (motion.odometry.empty())
