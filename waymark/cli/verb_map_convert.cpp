@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_map.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -26,7 +27,8 @@ ExitCode convert(const ConvertMapArgs& args, Console& console) {
   ConvertMapJob job = args.job;
   job.form = *form;
   const Result<ReadMap> done = convert_map(job, control_from(console));
-  if (!done) return console.failed(done.error(), ExitCode::SomeFailed);
+  if (!done)
+    return console.failed(done.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   const std::string from = map_form_names()[static_cast<std::size_t>(done->form)];
   const std::size_t tags = done->map.tags.tags.size();
   console.print(args.json

@@ -7,6 +7,7 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/report_page.hpp"
 
@@ -28,7 +29,8 @@ ExitCode report(const ReportArgs& args, Console& console) {
     return ExitCode::Usage;
   }
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
-  if (!summary) return console.failed(summary.error(), ExitCode::SomeFailed);
+  if (!summary)
+    return console.failed(summary.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
                             summary->sections, static_cast<double>(summary->bytes) / 1e6));
   return ExitCode::Ok;

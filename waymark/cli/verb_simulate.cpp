@@ -92,7 +92,8 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
   Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const Result<RecordingProfile> like = profile_of(args.like, silent_control());
-  if (!like) return console.failed(like.error(), ExitCode::SomeFailed);
+  if (!like)
+    return console.failed(like.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   stage->simulated.robot = options_like(*like, stage->simulated.robot);
   const Result<RecordingProfile> made = simulate_like(*stage, *like, args, console);
   if (!made) return console.failed(made.error(), ExitCode::SomeFailed);

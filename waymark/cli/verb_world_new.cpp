@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/share.hpp"
@@ -54,7 +55,8 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   const Result<LayWorldJob> job = job_of(args);
   if (!job) return console.failed(job.error(), ExitCode::Usage);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
-  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  if (!report)
+    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
   return ExitCode::Ok;
 }
