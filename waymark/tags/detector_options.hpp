@@ -30,11 +30,10 @@ struct DetectorOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(
-        self.detector,
-        Field{"detector",
-              "Detector to use: apriltag3 (libapriltag 3.3.0), or waymark (this project's own, several times as "
-              "fast, without options of its own below find_inverted)."});
+    visit(self.detector, Field{"detector",
+                               "Detector to use: apriltag3 (libapriltag 3.3.0), or waymark (this project's "
+                               "own, several times as "
+                               "fast, without options of its own below find_inverted)."});
     visit(self.families,
           Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
     visit(self.max_hamming,
