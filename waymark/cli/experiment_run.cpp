@@ -49,7 +49,7 @@ Result<ExperimentRun> replay_cell(Stage stage, const ExperimentGrid& grid, const
   }
   ReplayJob job{.folder = map};
   job.replay.laps = grid.laps;
-  job.controller = cell.controller;
+  job.replay.controller = *parse_controller(cell.controller);  // the grid was checked
   job.replay.profile.speed_m_s = cell.speed_m_s;
   job.replay.safety.max_speed_m_s = std::max(job.replay.safety.max_speed_m_s, 1.2 * cell.speed_m_s);
   const auto report = replay_route(stage, job, console);

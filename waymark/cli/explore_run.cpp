@@ -135,7 +135,6 @@ Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console&
   auto localizer = Localizer::make({.landmarks = Landmarks(*tags),
                                     .tags = *tags,
                                     .eye = {simulated.camera, simulated.model.base_T_cam},
-                                    .method = "riekf",
                                     .filter = job.filter});
   if (!localizer) return tl::unexpected(localizer.error());
   auto recorder = recorder_of(stage, job);

@@ -27,9 +27,7 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const Stage& stage, const R
                                                      std::function<void(const ReplayStep&)> on_step,
                                                      SessionRequests requests) {
   std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(stage, files.map), files));
-  const Result<ReplayerSetup> setup = replayer_setup(job);
-  if (!setup) return tl::unexpected(setup.error());
-  auto replayer = make_replayer(files, stage.robot(), *setup);
+  auto replayer = make_replayer(files, stage.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
   auto recorder = record_replay(live->known_, job);
   if (!recorder) return tl::unexpected(recorder.error());

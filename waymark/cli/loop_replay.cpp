@@ -26,21 +26,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostMapBytes = std::size_t{1} << 26U;
 
-Status check_name(const std::string& name, const std::vector<std::string>& known, const char* what,
-                  const char* flag) {
-  if (std::ranges::find(known, name) != known.end()) return {};
-  return fail(ErrorCode::InvalidArgument, fmt::format("there is no {} '{}'", what, name), {.key = flag},
-              suggestion(name, known));
-}
-
-Status check_controller(const std::string& name) {
-  const Result<ReplayController> controller = parse_controller(name);
-  if (controller) return {};
-  Error error = controller.error();
-  error.place.key = "--controller";
-  return tl::unexpected(std::move(error));
-}
-
 /// A route that nobody drove is held against itself; closed, a little beyond its end.
 Trajectory path_of(const Route& route) {
   Trajectory path;
@@ -83,12 +68,15 @@ void judge(const Stage& stage, ReplayReport& report) {
     report.warnings.push_back("not judged: " + to_string(judgement.error()));
 }
 
-std::vector<std::string> replay_methods() { return {"riekf", "ekf", "anchor"}; }
+Result<LocalizationKind> parse_replay_method(const std::string& name) {
+  std::vector<std::string> known = localization_methods();
+  std::erase(known, to_string(LocalizationKind::Smoother));
+  if (std::ranges::find(known, name) != known.end()) return parse_localization_method(name);
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+              suggestion(name, known));
+}
 
 Result<ReplayFiles> load_replay(const ReplayJob& job) {
-  Status status = check_name(job.method, replay_methods(), "method", "--method");
-  if (status) status = check_controller(job.controller);
-  if (!status) return tl::unexpected(status.error());
   Result<MapFolder> folder = read_map_and_route(job.folder, job.route);
   if (!folder) return tl::unexpected(folder.error());
   Result<Trajectory> taught = taught_path(job);
@@ -114,16 +102,12 @@ Status take_calibration(const std::string& path, ReplayJob& job) {
   return {};
 }
 
-Result<ReplayerSetup> replayer_setup(const ReplayJob& job) {
-  const Result<ReplayController> controller = parse_controller(job.controller);
-  if (!controller) return tl::unexpected(controller.error());
-  ReplayerSetup setup{.method = job.method,
-                      .filter = job.filter,
-                      .anchor = job.anchor,
-                      .calibration = job.calibration,
-                      .replay = job.replay};
-  setup.replay.controller = *controller;
-  return setup;
+ReplayerSetup replayer_setup(const ReplayJob& job) {
+  return {.method = job.method,
+          .filter = job.filter,
+          .anchor = job.anchor,
+          .calibration = job.calibration,
+          .replay = job.replay};
 }
 
 namespace {
@@ -143,10 +127,10 @@ Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const Re
   Result<SampleRecorder> recorder = start_recording(
       job.output,
       {.verb = "replay",
-       .driver = job.controller,
-       .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", job.method, job.replay.laps) +
-                  (job.method == "anchor" ? "anchor:\n" + write_fields(job.anchor, 2)
-                                          : "filter:\n" + write_fields(job.filter, 2)) +
+       .driver = std::string(to_string(job.replay.controller)),
+       .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", to_string(job.method), job.replay.laps) +
+                  (job.method == LocalizationKind::Anchor ? "anchor:\n" + write_fields(job.anchor, 2)
+                                                          : "filter:\n" + write_fields(job.filter, 2)) +
                   replay_options_yaml(job.replay),
        .durable = job.durable},
       stage);
@@ -184,9 +168,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
   Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());
-  const Result<ReplayerSetup> setup = replayer_setup(job);
-  if (!setup) return tl::unexpected(setup.error());
-  const auto replayer = make_replayer(*loaded, stage.robot(), *setup);
+  const auto replayer = make_replayer(*loaded, stage.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal = goal_m(loaded->route, job);
   ReplayLog log(std::move(*recorder), job.images, goal, console);

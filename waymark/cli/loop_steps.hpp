@@ -59,16 +59,15 @@ struct TeachReport {
 struct ReplayJob {
   std::filesystem::path folder;  ///< with map.yaml and route.yaml
   std::string route{};           ///< name of another route of the folder (route-NAME.yaml)
-  std::string method = "riekf";
-  std::string controller = "follower";  ///< one of waymark::replay_controllers()
-  std::string output{};                 ///< recording to write; empty: none
-  bool durable = false;                 ///< of the recording: also a power cut loses at most a second
-  std::string images{};                 ///< how pictures are recorded: raw, jpeg; empty: not at all
+  LocalizationKind method = LocalizationKind::Riekf;
+  std::string output{};  ///< recording to write; empty: none
+  bool durable = false;  ///< of the recording: also a power cut loses at most a second
+  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
   std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
                          ///< in the folder; a route without one (an optimised one) is held against itself
   RiekfOptions filter{};
   AnchorOptions anchor{};
-  ReplayOptions replay{};  ///< laps, follower, limits; its controller is taken from the name above
+  ReplayOptions replay{};                    ///< laps, controller, limits
   std::optional<Calibration> calibration{};  ///< of the robot's camera
   LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
 };
@@ -77,20 +76,21 @@ struct ReplayJob {
 /// where the follower begins to learn the turn gain. An empty name changes nothing.
 [[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
 
-/// The names that --method takes; for --controller see waymark::replay_controllers().
-[[nodiscard]] std::vector<std::string> replay_methods();
+/// A method that a replay can use, by name. Fails on a name that is none, and on the smoother, which speaks
+/// of the past.
+[[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
 
 /// What a replay needs from its files.
 struct ReplayFiles : MapFolder {
   Trajectory taught{};  ///< the true way of the teach lap; empty when not known
 };
 
-/// Reads the folder of the job; fails, in words, also on names of methods and controllers that are none.
+/// Reads the folder of the job; fails in words.
 [[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job);
 /// Fails when several laps, or a part of one, are asked for on an open route.
 [[nodiscard]] Status check_laps(const ReplayJob& job, const Route& route);
-/// How the job drives a robot. Fails on a name of a controller that is none.
-[[nodiscard]] Result<ReplayerSetup> replayer_setup(const ReplayJob& job);
+/// How the job drives a robot.
+[[nodiscard]] ReplayerSetup replayer_setup(const ReplayJob& job);
 
 struct ReplayReport {
   ReplayEnd end{};

@@ -61,7 +61,7 @@ Status MapArgs::check() const {
 }
 
 Result<MapJob> MapArgs::make_job() const {
-  MapJob made{.lap = lap, .folder = folder, .options = {.method = method}};
+  MapJob made{.lap = lap, .folder = folder, .options = {}};
   made.more = more;
   made.robot = robot;
   made.frames = frames;
@@ -70,10 +70,9 @@ Result<MapJob> MapArgs::make_job() const {
   if (Status status = chain.apply(made.options.chain); !status) return tl::unexpected(status.error());
   if (Status status = points.apply(made.points); !status) return tl::unexpected(status.error());
   if (Status status = route.apply(made.options.route); !status) return tl::unexpected(status.error());
-  const std::vector<std::string> methods = map_methods();
-  if (std::ranges::find(methods, method) == methods.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", method),
-                {.key = "--method"}, suggestion(method, methods));
+  const Result<MapMethod> known_method = parse_map_method(method);
+  if (!known_method) return tl::unexpected(known_method.error());
+  made.options.method = *known_method;
   if (!extend.empty() && (!anchor.empty() || !anchor_pose.empty()))
     return fail(ErrorCode::InvalidArgument, "the map that is extended says where its tags stand",
                 {.key = anchor.empty() ? "--anchor-pose" : "--anchor"}, "Leave it out.");

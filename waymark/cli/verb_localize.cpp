@@ -21,6 +21,7 @@ struct LocalizeArgs {
       : filter(app, "Filters"), motion(app, "Filters: motion"), anchor(app, "Method anchor") {}
 
   LocalizeJob job{};
+  std::string method = "riekf";
   bool json = false;
   bool no_adapt = false;
   OptionFlags<RiekfOptions> filter;
@@ -30,6 +31,9 @@ struct LocalizeArgs {
 
 ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   LocalizeJob job = args.job;
+  const Result<LocalizationKind> method = parse_localization_method(args.method);
+  if (!method) return console.failed(method.error(), ExitCode::Usage);
+  job.method = *method;
   Status flags = args.filter.apply(job.filter);
   if (flags) flags = args.motion.apply(job.filter.motion);
   if (flags) flags = args.anchor.apply(job.anchor);
@@ -83,7 +87,7 @@ Run prepare_localize(CLI::App& app) {
   add_frame_flags(app, job.frames);
   app.add_option("--calibration", job.calibration, "Calibration of this robot (calibration.yaml)")
       ->type_name("FILE");
-  app.add_option("--method", job.method,
+  app.add_option("--method", args->method,
                  "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
                  "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)")
       ->capture_default_str()

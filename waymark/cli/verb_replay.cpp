@@ -43,6 +43,8 @@ struct ReplayArgs {
   LiveFlags live{};
   PictureFlags pictures;
   ReplayJob job{};
+  std::string method = "riekf";
+  std::string controller = "follower";
   std::string folder;
   std::string calibration;
   bool json = false;
@@ -62,6 +64,15 @@ struct ReplayArgs {
 /// Flags count more than the calibration that the job knows.
 Result<ReplayJob> with_flags(const ReplayArgs& args, ReplayJob job) {
   job.folder = args.folder;
+  const Result<LocalizationKind> method = parse_replay_method(args.method);
+  if (!method) return tl::unexpected(method.error());
+  job.method = *method;
+  Result<ReplayController> controller = parse_controller(args.controller);
+  if (!controller) {
+    controller.error().place.key = "--controller";
+    return tl::unexpected(std::move(controller.error()));
+  }
+  job.replay.controller = *controller;
   if (!(job.replay.laps > 0 && job.replay.laps <= 1000))
     return fail(ErrorCode::InvalidArgument, fmt::format("{} is outside (0, 1000]", job.replay.laps),
                 {.key = "--laps"});
@@ -149,12 +160,12 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
 Run prepare_replay(CLI::App& app) {
   const auto args = std::make_shared<ReplayArgs>(app);
   app.add_option("MAP", args->folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  app.add_option("--method", args->job.method,
+  app.add_option("--method", args->method,
                  "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
                  "filter) or anchor (nearest tag and odometry)")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--controller", args->job.controller,
+  app.add_option("--controller", args->controller,
                  "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) "
                  "or pose (goal to goal)")
       ->capture_default_str()

@@ -107,7 +107,7 @@ Result<std::optional<SampleRecorder>> open_output(const LocalizeJob& job, const 
   Status status = recorder->add_metadata(
       "waymark", {{"verb", "localize"},
                   {"version", WAYMARK_VERSION},
-                  {"method", job.method},
+                  {"method", std::string(to_string(job.method))},
                   {"source", std::filesystem::path(job.logs.front()).filename().string()},
                   {"map", std::filesystem::path(job.map).filename().string()}});
   if (status)
@@ -185,7 +185,7 @@ class NisSums {
 FirstRun first_run(const LocalizerSetup& setup, const std::vector<Sample>& samples,
                    const JobControl& control) {
   LocalizerSetup plain = setup;
-  plain.method = setup.method == "ekf" ? "ekf" : "riekf";
+  if (setup.method != LocalizationKind::Ekf) plain.method = LocalizationKind::Riekf;
   Result<Localizer> localizer = Localizer::make(plain);
   if (!localizer) return {};
   NisSums nis(setup.landmarks);
@@ -276,20 +276,21 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   const Stopwatch watch;
   if (Status status = check_output(job); !status) return tl::unexpected(status.error());
   LocalizerSetup setup = inputs.setup;
-  FirstRun first = setup.method == "anchor" ? FirstRun{} : first_run(setup, inputs.samples, control);
+  FirstRun first =
+      setup.method == LocalizationKind::Anchor ? FirstRun{} : first_run(setup, inputs.samples, control);
   const std::vector<std::string> adapted =
       job.adapt ? adapt(inputs.samples, setup, first, control) : std::vector<std::string>{};
   Result<Localizer> localizer = Localizer::make(setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (first.suspect && localizer->filter() != nullptr) localizer->filter()->tracker().suspect(*first.suspect);
   if (job.start.size() == 3) {
-    if (RiekfLocalizer* filter = localizer->filter())
-      filter->start_from(SE2(job.start[0], job.start[1], to_radians(job.start[2])), 0.05, 0.05);
+    const SE2 map_T_base(job.start[0], job.start[1], to_radians(job.start[2]));
+    localizer->method().start_from(map_T_base, 0.05, 0.05);
   }
   Result<std::optional<SampleRecorder>> recorder = open_output(job, setup);
   if (!recorder) return tl::unexpected(recorder.error());
   RunOutput output(std::move(*recorder), stamp_of(inputs.samples.front()), writes_tum(job));
-  const bool hindsight = job.method == "smoother" && job.filter.lag_s <= 0;
+  const bool hindsight = job.method == LocalizationKind::Smoother && job.filter.lag_s <= 0;
   Status status = run(*localizer, inputs, hindsight, control, output);
   Result<LocalizeReport> report = output.close();
   if (status && writes_tum(job)) status = write_text_file(job.output, to_tum(output.trajectory()));
@@ -319,7 +320,7 @@ nlohmann::ordered_json to_json(const LocalizeJob& job, const LocalizeReport& rep
             {"y_m", report.last->map_T_base.y()},
             {"yaw_rad", report.last->map_T_base.yaw()},
             {"certain", report.last->certain}};
-  return {{"method", job.method},
+  return {{"method", to_string(job.method)},
           {"estimates", report.estimates},
           {"certain", report.certain},
           {"first_fix_s", report.first_fix_s ? Json(*report.first_fix_s) : Json(nullptr)},

@@ -27,7 +27,7 @@ struct LocalizeJob {
   CameraChoice frames{};              ///< of a recording that holds several cameras
   std::vector<double> sensor_pose{};  ///< x, y [m], yaw [deg] of a sensor in the plane; empty: none
   std::vector<double> start{};        ///< x, y [m], yaw [deg]; empty: found out
-  std::string method = "riekf";
+  LocalizationKind method = LocalizationKind::Riekf;
   double map_sigma_m = 0.01;  ///< of tags of a map that says of none how well it knows it; calibration by lap
   bool adapt =
       true;  ///< noise of motion and observations from the recording, where what is assumed does not fit

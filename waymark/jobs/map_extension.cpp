@@ -119,7 +119,7 @@ MapFile map_file_of(const MapJob& job, const TagId& anchor, const MappedLap& lap
   MapFile map{.tags = lap.map,
               .observations = lap.observations,
               .anchor = anchor,
-              .provenance = {{"method", job.options.method},
+              .provenance = {{"method", std::string(to_string(job.options.method))},
                              {"recording", std::filesystem::path(job.lap).filename().string()}}};
   if (!job.extend) return map;
   for (const auto& [tag, count] : job.extend->observations) {

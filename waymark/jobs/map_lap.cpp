@@ -56,7 +56,7 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
   Result<MappedLap> lap =
       map_lap({recorded.frames, recorded.odometry, recorded.imu}, *setup, options, progress);
   if (!lap) return tl::unexpected(lap.error());
-  report.method = options.method;
+  report.method = to_string(options.method);
   report.lap = std::move(*lap);
   if (Status status = compare_with_truth(recorded, job, *setup, report); !status)
     return tl::unexpected(status.error());

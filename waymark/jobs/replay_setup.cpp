@@ -118,8 +118,7 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
   if (!method) return tl::unexpected(method.error());
   // Placed where the route begins: then one tag is enough to say where exactly. Tags that contradict outweigh
   // the placement.
-  if (auto* filter = dynamic_cast<RiekfLocalizer*>(method->get()))
-    filter->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
+  (*method)->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
   Route route = folder.route;
   if (!route.longest_without_tags_m)
     route.longest_without_tags_m =

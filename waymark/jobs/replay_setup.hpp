@@ -33,7 +33,7 @@ struct MapFolder {
                                                    const std::string& route = {});
 
 struct ReplayerSetup {
-  std::string method = "riekf";  ///< of localisation: riekf, ekf, anchor
+  LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
   std::optional<Calibration> calibration{};  ///< of camera and mounting; what is in it replaces the robot's

@@ -41,7 +41,8 @@ MadeOf look_back(const MapRun& run, const DriveRun& drive, const JobControl& con
   const Result<TeachSetup> teach = setup_of(drive.lap, {});
   if (!teach) return made;
   control.progress({"before optimisation: the chain of " + drive.file});
-  Result<MappedLap> chain = map_lap({drive.lap.frames, drive.lap.odometry}, *teach, {.method = "chain"});
+  Result<MappedLap> chain =
+      map_lap({drive.lap.frames, drive.lap.odometry}, *teach, {.method = MapMethod::Chain});
   if (chain) made.chain = std::move(*chain);
   return made;
 }

@@ -83,7 +83,7 @@ TEST(AllocationOfTheFilter, NorOfTheSmootherWithALag) {
   RiekfOptions options;
   options.lag_s = 0.4;
   FixedLagSmoother smoother(Landmarks(place.map), place.sensor, options);
-  expect_none(smoother, smoother.filter(), place);
+  expect_none(smoother, *smoother.filter(), place);
   ASSERT_TRUE(smoother.estimate());
 }
 

@@ -215,11 +215,11 @@ TEST(Smoother, WithALagSaysWhatItWouldSayInTheEnd) {
         return e;
     return LocalizationEstimate{};
   };
-  robot.drive(live.filter(), 0.4);
+  robot.drive(*live.filter(), 0.4);
   twin.drive(whole, 0.4);
   EXPECT_FALSE(live.estimate()) << "nothing is settled before the lag has passed";
   for (int i = 0; i < 200; ++i) {
-    robot.drive(live.filter(), 0.1);
+    robot.drive(*live.filter(), 0.1);
     twin.drive(whole, 0.1);
     if (i < 10 || i % 20 != 0) continue;
     const auto settled = live.estimate();

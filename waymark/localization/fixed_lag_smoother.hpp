@@ -24,9 +24,10 @@ class FixedLagSmoother final : public LocalizationMethod {
   [[nodiscard]] std::optional<TagFix> tag_fix() const override { return filter_.tag_fix(); }
   [[nodiscard]] std::vector<std::string> problems() const override { return filter_.problems(); }
 
-  /// What it stands on.
-  [[nodiscard]] RiekfLocalizer& filter() { return filter_; }
-  [[nodiscard]] const RiekfLocalizer& filter() const { return filter_; }
+  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) override {
+    filter_.start_from(map_T_base, sigma_m, sigma_rad);
+  }
+  [[nodiscard]] RiekfLocalizer* filter() override { return &filter_; }
 
  private:
   Duration lag_;

@@ -46,6 +46,8 @@ struct TagFix {
   int tags = 0;
 };
 
+class RiekfLocalizer;
+
 /// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.
 class LocalizationMethod {
  public:
@@ -66,6 +68,11 @@ class LocalizationMethod {
     return kNone;
   }
   virtual void clear_comparisons() {}
+  /// For a robot whose place is known when it is switched on, with standard deviations of x, y and of the
+  /// heading; a method that always starts from tags does not use it.
+  virtual void start_from(const SE2& /*map_T_base*/, double /*sigma_m*/, double /*sigma_rad*/) {}
+  /// The filter that the method is or stands on; nullptr when there is none.
+  [[nodiscard]] virtual RiekfLocalizer* filter() { return nullptr; }
   /// Of the newest picture; nothing when its tags do not suffice, or from a method that cannot tell.
   [[nodiscard]] virtual std::optional<TagFix> tag_fix() const { return std::nullopt; }
   [[nodiscard]] virtual std::vector<std::string> problems() const { return {}; }

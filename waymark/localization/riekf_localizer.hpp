@@ -26,8 +26,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   [[nodiscard]] std::optional<TagFix> tag_fix() const override;
   [[nodiscard]] std::vector<std::string> problems() const override;
 
-  /// For a robot whose place is known when it is switched on.
-  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
+  void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) override;
+  [[nodiscard]] RiekfLocalizer* filter() override { return this; }
 
   /// From now on a camera latency that the innovations show to be another than was given is estimated, and
   /// used.

@@ -1,6 +1,7 @@
 #include "waymark/pipeline/lap_mapper.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -16,6 +17,7 @@ namespace waymark {
 namespace {
 
 constexpr double kManyWithoutPose = 0.02;
+constexpr std::array<std::string_view, 2> kMethods{"bundle", "chain"};
 
 void warn_of_gaps(MappedLap& lap) {
   if (lap.frames_without_pose > kManyWithoutPose * lap.frames) {
@@ -184,16 +186,20 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
 
 }  // namespace
 
-std::vector<std::string> map_methods() { return {"bundle", "chain"}; }
+std::vector<std::string> map_methods() { return {kMethods.begin(), kMethods.end()}; }
+
+std::string_view to_string(MapMethod method) { return kMethods[static_cast<std::size_t>(method)]; }
+
+Result<MapMethod> parse_map_method(std::string_view name) {
+  const auto* const found = std::ranges::find(kMethods, name);
+  if (found != kMethods.end()) return static_cast<MapMethod>(found - kMethods.begin());
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+              suggestion(std::string(name), map_methods()));
+}
 
 Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, const MapLapOptions& options,
                           const MapProgress& progress) {
-  const std::vector<std::string> methods = map_methods();
-  if (std::ranges::find(methods, options.method) == methods.end()) {
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", options.method),
-                {.key = "method"}, suggestion(options.method, methods));
-  }
-  if (options.prior && options.method == "chain")
+  if (options.prior && options.method == MapMethod::Chain)
     return fail(ErrorCode::InvalidArgument, "the chain weighs nothing, so it cannot extend a map",
                 {.key = "method"}, "Leave --method at bundle.");
   if (taught.frames.empty())
@@ -202,14 +208,14 @@ Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& given, cons
   TeachSetup setup = given;
   const Result<std::string> stance = place_anchor(taught, options, setup);
   if (!stance) return tl::unexpected(stance.error());
-  Result<MappedLap> lap = options.method == "chain" ? by_chain(taught, setup, options)
-                                                    : by_bundle(taught, setup, options, progress);
+  Result<MappedLap> lap = options.method == MapMethod::Chain ? by_chain(taught, setup, options)
+                                                             : by_bundle(taught, setup, options, progress);
   if (!lap) return lap;
   if (lap->map.find(setup.anchor) == nullptr) return lost_anchor(setup);
   if (!stance->empty()) lap->warnings.push_back(*stance);
   if (const std::string words = lean_in_words(given, *lap->map.find(setup.anchor)); !words.empty())
     lap->warnings.push_back(words);
-  if (options.method == "chain") lap->map.floor = driven_floor(lap->trajectory);
+  if (options.method == MapMethod::Chain) lap->map.floor = driven_floor(lap->trajectory);
   Result<Route> route = build_route(along_the_floor(*lap), options.route);
   if (!route) return tl::unexpected(route.error());
   lap->route = std::move(*route);

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/mapping/lap/bundle_map.hpp"
@@ -14,8 +16,14 @@
 
 namespace waymark {
 
+/// How tags are placed.
+enum class MapMethod : std::uint8_t {
+  Bundle,  ///< map_by_bundle()
+  Chain,   ///< map_by_chain()
+};
+
 struct MapLapOptions {
-  std::string method = "bundle";  ///< how tags are placed: "bundle" (map_by_bundle) or "chain" (map_by_chain)
+  MapMethod method = MapMethod::Bundle;
   ChainOptions chain{};
   BundleMapOptions bundle{};
   RouteOptions route{};
@@ -24,6 +32,9 @@ struct MapLapOptions {
 
 /// The names of the methods, as `--method` takes them.
 [[nodiscard]] std::vector<std::string> map_methods();
+[[nodiscard]] std::string_view to_string(MapMethod method);
+/// Fails (InvalidArgument, with a suggestion) on a name that is none of them.
+[[nodiscard]] Result<MapMethod> parse_map_method(std::string_view name);
 
 /// What optimising says beside the map.
 struct BundleFigures {
@@ -66,9 +77,9 @@ struct TaughtLap {
   std::vector<ImuSample> imu{};      ///< may be empty
 };
 
-/// The map phase: a taught lap in, a map of the tags, the way the base went and a route out. Fails on an
-/// unknown method (or chain, to extend a map), on a lap without frames, without the anchor, or too short for
-/// a route.
+/// The map phase: a taught lap in, a map of the tags, the way the base went and a route out. Fails with
+/// MapMethod::Chain where a map is to be extended, on a lap without frames, without the anchor, or too short
+/// for a route.
 [[nodiscard]] Result<MappedLap> map_lap(const TaughtLap& taught, const TeachSetup& setup,
                                         const MapLapOptions& options = {}, const MapProgress& progress = {});
 

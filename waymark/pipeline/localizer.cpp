@@ -1,6 +1,7 @@
 #include "waymark/pipeline/localizer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <type_traits>
 #include <variant>
 
@@ -12,11 +13,9 @@
 namespace waymark {
 namespace {
 
+constexpr std::array<std::string_view, 4> kMethods{"riekf", "ekf", "anchor", "smoother"};
+
 Status check(const LocalizerSetup& setup) {
-  const std::vector<std::string> known = localization_methods();
-  if (std::ranges::find(known, setup.method) == known.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", setup.method),
-                {.key = "--method"}, suggestion(setup.method, known));
   if (setup.landmarks.size() == 0)
     return fail(ErrorCode::InvalidArgument, "the map holds no tag", {},
                 "Without a map nobody knows where he is.");
@@ -27,7 +26,7 @@ Status check(const LocalizerSetup& setup) {
                             to_string(setup.landmarks[a].tag), to_string(setup.landmarks[b].tag)),
                 {}, "Remove or move one of them.");
   }
-  if (setup.method == "anchor" && (setup.tags.tags.empty() || !setup.eye.camera))
+  if (setup.method == LocalizationKind::Anchor && (setup.tags.tags.empty() || !setup.eye.camera))
     return fail(ErrorCode::InvalidArgument, "the method anchor needs tags with poses and a camera", {},
                 "Use --method riekf.");
   return check_ranges(setup.filter);
@@ -35,35 +34,40 @@ Status check(const LocalizerSetup& setup) {
 
 }  // namespace
 
-std::vector<std::string> localization_methods() { return {"riekf", "ekf", "anchor", "smoother"}; }
+std::vector<std::string> localization_methods() { return {kMethods.begin(), kMethods.end()}; }
+
+std::string_view to_string(LocalizationKind method) { return kMethods[static_cast<std::size_t>(method)]; }
+
+Result<LocalizationKind> parse_localization_method(std::string_view name) {
+  const auto* const found = std::ranges::find(kMethods, name);
+  if (found != kMethods.end()) return static_cast<LocalizationKind>(found - kMethods.begin());
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+              suggestion(std::string(name), localization_methods()));
+}
 
 Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const LocalizerSetup& setup) {
   if (Status status = check(setup); !status) return tl::unexpected(status.error());
-  if (setup.method == "anchor")
-    return std::unique_ptr<LocalizationMethod>(
-        new AnchorLocalizer(setup.tags, *setup.eye.camera, setup.eye.base_T_sensor, setup.anchor));
-  if (setup.method == "smoother" && setup.filter.lag_s > 0)
+  if (setup.method == LocalizationKind::Anchor)
+    return std::unique_ptr<LocalizationMethod>(new AnchorLocalizer(
+        setup.tags, *setup.eye.camera, setup.eye.base_T_sensor, setup.anchor, setup.eye.more_cameras));
+  if (setup.method == LocalizationKind::Smoother && setup.filter.lag_s > 0)
     return std::unique_ptr<LocalizationMethod>(
         new FixedLagSmoother(setup.landmarks, setup.eye, setup.filter));
-  const ErrorState error = setup.method == "ekf" ? ErrorState::Coordinates : ErrorState::RightInvariant;
+  const ErrorState error =
+      setup.method == LocalizationKind::Ekf ? ErrorState::Coordinates : ErrorState::RightInvariant;
   auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
   if (setup.live) {
     filter->estimate_latency();
     filter->tracker().believe_standstill();
   }
-  if (setup.method == "smoother") filter->tracker().keep_trace();
+  if (setup.method == LocalizationKind::Smoother) filter->tracker().keep_trace();
   return std::unique_ptr<LocalizationMethod>(std::move(filter));
-}
-
-Localizer::Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths)
-    : method_(std::move(method)), filter_(dynamic_cast<RiekfLocalizer*>(method_.get())), smooths_(smooths) {
-  if (auto* smoother = dynamic_cast<FixedLagSmoother*>(method_.get())) filter_ = &smoother->filter();
 }
 
 Result<Localizer> Localizer::make(const LocalizerSetup& setup) {
   auto method = make_localization_method(setup);
   if (!method) return tl::unexpected(method.error());
-  return Localizer(std::move(*method), setup.method == "smoother");
+  return Localizer(std::move(*method), setup.method == LocalizationKind::Smoother);
 }
 
 void Localizer::add(const Sample& sample) {
@@ -79,8 +83,9 @@ void Localizer::add(const Sample& sample) {
 
 std::vector<LocalizationEstimate> Localizer::smoothed() const {
   if (!smooths_) return {};
-  std::vector<LocalizationEstimate> run = smooth(filter_->tracker().trace());
-  const bool lags = method_.get() != filter_;  // the filter is inside of it
+  RiekfLocalizer* const filter = method_->filter();
+  std::vector<LocalizationEstimate> run = smooth(filter->tracker().trace());
+  const bool lags = method_.get() != filter;  // the filter is inside of it
   const auto said = lags ? estimate() : std::nullopt;
   if (said) std::erase_if(run, [&](const LocalizationEstimate& past) { return past.stamp <= said->stamp; });
   return run;

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "waymark/localization/anchor_localizer.hpp"
@@ -10,11 +13,18 @@
 
 namespace waymark {
 
+enum class LocalizationKind : std::uint8_t {
+  Riekf,     ///< right-invariant extended Kalman filter
+  Ekf,       ///< the same with its error in coordinates
+  Anchor,    ///< nearest tag and odometry
+  Smoother,  ///< the right-invariant filter with a backward pass
+};
+
 struct LocalizerSetup {
   Landmarks landmarks{};
   TagMap tags{};  ///< the same as tags with poses; empty when the map has none (then no method anchor)
   MountedSensor eye{};
-  std::string method = "riekf";
+  LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};
   /// A robot drives by it: the latency is estimated meanwhile (RiekfLocalizer::estimate_latency()), and who
@@ -24,8 +34,11 @@ struct LocalizerSetup {
 
 /// The names of the methods, as `--method` takes them: riekf, ekf, anchor, smoother.
 [[nodiscard]] std::vector<std::string> localization_methods();
+[[nodiscard]] std::string_view to_string(LocalizationKind method);
+/// Fails (InvalidArgument, with a suggestion) on a name that is none of them.
+[[nodiscard]] Result<LocalizationKind> parse_localization_method(std::string_view name);
 
-/// Fails on an unknown method, on an empty map, on tags that hang in one another, and when the method needs
+/// Fails on an empty map, on tags that hang in one another, and when the method needs
 /// what the map or the sensor does not have.
 [[nodiscard]] Result<std::unique_ptr<LocalizationMethod>> make_localization_method(
     const LocalizerSetup& setup);
@@ -45,15 +58,15 @@ class Localizer {
   /// said); else empty.
   [[nodiscard]] std::vector<LocalizationEstimate> smoothed() const;
   /// The filter inside, where there is one.
-  [[nodiscard]] RiekfLocalizer* filter() { return filter_; }
+  [[nodiscard]] RiekfLocalizer* filter() { return method_->filter(); }
 
   [[nodiscard]] LocalizationMethod& method() { return *method_; }
   [[nodiscard]] const LocalizationMethod& method() const { return *method_; }
 
  private:
-  explicit Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths);
+  Localizer(std::unique_ptr<LocalizationMethod> method, bool smooths)
+      : method_(std::move(method)), smooths_(smooths) {}
   std::unique_ptr<LocalizationMethod> method_;
-  RiekfLocalizer* filter_ = nullptr;
   bool smooths_;
 };
 
