@@ -1,5 +1,9 @@
 #include "waymark/config/robot_file.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
@@ -48,16 +52,73 @@ Status read_model(const YamlCursor& root, RobotModel& model) {
     model.wheel_radius_m = value.positive("radius_m");
     model.track_m = value.positive("track_m");
   });
-  if (!status) return status;
-  return part(root, "camera_mounting", {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"},
-              [&](auto& value) {
-                model.base_T_cam = base_T_camera({.x_m = value("x_m"),
-                                                  .y_m = value("y_m"),
-                                                  .z_m = value("z_m"),
-                                                  .roll_rad = to_radians(value("roll_deg")),
-                                                  .pitch_rad = to_radians(value("pitch_deg")),
-                                                  .yaw_rad = to_radians(value("yaw_deg"))});
-              });
+  return status;
+}
+
+constexpr const char* kMounting = "camera_mounting";
+constexpr const char* kInfo = "camera_info";
+
+/// Lens and mounting, of the root or of an entry of `cameras`.
+Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) {
+  SE3 base_T_cam;
+  const Status status =
+      part(entry, kMounting, {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"}, [&](auto& value) {
+        base_T_cam = base_T_camera({.x_m = value("x_m"),
+                                    .y_m = value("y_m"),
+                                    .z_m = value("z_m"),
+                                    .roll_rad = to_radians(value("roll_deg")),
+                                    .pitch_rad = to_radians(value("pitch_deg")),
+                                    .yaw_rad = to_radians(value("yaw_deg"))});
+      });
+  if (!status) return tl::unexpected(status.error());
+  const auto info = entry.read_at(kInfo, &internal::read_camera_info);
+  if (!info) return tl::unexpected(info.error());
+  return MountedCamera{.name = std::move(name), .camera = info->camera, .base_T_cam = base_T_cam};
+}
+
+/// A name goes into topics and frames.
+Result<std::string> read_camera_name(const YamlCursor& entry, const std::vector<MountedCamera>& before) {
+  Result<std::string> name = entry.read_at("name", &YamlCursor::text);
+  if (!name) return name;
+  const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+  if (name->empty() || name->size() > 40 || !std::ranges::all_of(*name, allowed))
+    return entry.at("name")->fail_here(ErrorCode::InvalidArgument,
+                                       fmt::format("'{}' is no name of a camera", *name),
+                                       "Use lower case letters, digits and underscores: front, rear_left.");
+  if (std::ranges::find(before, *name, &MountedCamera::name) != before.end())
+    return entry.at("name")->fail_here(ErrorCode::InvalidArgument,
+                                       fmt::format("two cameras are named '{}'", *name));
+  return name;
+}
+
+/// The cameras of the list, or the only one, which needs no name.
+Result<std::vector<MountedCamera>> read_robot_cameras(const YamlCursor& root) {
+  constexpr std::size_t kMost = 16;
+  std::vector<MountedCamera> cameras;
+  const auto list = root.find("cameras");
+  if (!list) {
+    Result<MountedCamera> only = read_camera_at(root, "cam");
+    if (!only) return tl::unexpected(only.error());
+    return std::vector<MountedCamera>{std::move(*only)};
+  }
+  for (const char* single : {kMounting, kInfo}) {
+    if (const auto both = root.find(single))
+      return both->fail_here(ErrorCode::InvalidArgument, "stands beside the list 'cameras'",
+                             "Write it into an entry of the list.");
+  }
+  if (!list->is_sequence() || list->children().empty() || list->children().size() > kMost)
+    return list->fail_here(ErrorCode::InvalidArgument, fmt::format("is not a list of 1 to {} cameras", kMost),
+                           "cameras: [{name: front, camera_mounting: {…}, camera_info: {…}}, …]");
+  for (const YamlCursor& entry : list->children()) {
+    if (Status status = entry.check_keys({"name", kMounting, kInfo}); !status)
+      return tl::unexpected(status.error());
+    const Result<std::string> name = read_camera_name(entry, cameras);
+    if (!name) return tl::unexpected(name.error());
+    Result<MountedCamera> camera = read_camera_at(entry, *name);
+    if (!camera) return tl::unexpected(camera.error());
+    cameras.push_back(std::move(*camera));
+  }
+  return cameras;
 }
 
 std::string mounting_line(const SE3& base_T_cam) {
@@ -80,6 +141,22 @@ std::string indented(const std::string& text) {
   return block;
 }
 
+std::string camera_yaml(const std::string& name, const CameraModel& camera, const SE3& base_T_cam) {
+  return mounting_line(base_T_cam) + "camera_info:\n" +
+         indented(to_camera_info_yaml({.name = name, .camera = camera}));
+}
+
+/// The list of named cameras.
+std::string cameras_yaml(const RobotDescription& robot) {
+  std::vector<MountedCamera> all = {{robot.camera_name, robot.camera, robot.model.base_T_cam}};
+  all.insert(all.end(), robot.more_cameras.begin(), robot.more_cameras.end());
+  std::string text = "cameras:\n";
+  for (const MountedCamera& each : all)
+    text += fmt::format("  - name: {}\n", each.name) +
+            indented(indented(camera_yaml(each.name, each.camera, each.base_T_cam)));
+  return text;
+}
+
 }  // namespace
 
 Result<RobotDescription> parse_robot(std::string_view text, const std::string& source) {
@@ -87,15 +164,18 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
   Status status = root.check_keys(
-      {"name", "hull", "limits", "wheels", "camera_mounting", "camera_info", "simulation", "motion"});
+      {"name", "hull", "limits", "wheels", kMounting, kInfo, "cameras", "simulation", "motion"});
   if (!status) return tl::unexpected(status.error());
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());
   RobotModel model{.name = *name};
   if (status = read_model(root, model); !status) return tl::unexpected(status.error());
-  const auto camera = root.read_at("camera_info", &internal::read_camera_info);
-  if (!camera) return tl::unexpected(camera.error());
-  RobotDescription robot{.model = model, .camera = camera->camera};
+  Result<std::vector<MountedCamera>> cameras = read_robot_cameras(root);
+  if (!cameras) return tl::unexpected(cameras.error());
+  const MountedCamera& first = cameras->front();
+  model.base_T_cam = first.base_T_cam;
+  RobotDescription robot{.model = model, .camera = first.camera, .camera_name = first.name};
+  robot.more_cameras.assign(std::next(cameras->begin()), cameras->end());
   if (const auto simulation = root.find("simulation")) {
     const auto options = read_fields<SimulatedRobotOptions>(*simulation);
     if (!options) return tl::unexpected(options.error());
@@ -121,26 +201,31 @@ Result<std::string> with_camera_mounting(std::string_view text, const SE3& base_
   if (const auto robot = parse_robot(text, source); !robot) return tl::unexpected(robot.error());
   std::string changed;
   bool inside = false;  // of the value, which may go over several lines
+  bool found = false;   // of several cameras the first is meant
+  std::size_t indent = 0;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size() - 1);
     const std::string_view line = text.substr(0, end + 1);
     text.remove_prefix(end + 1);
-    const bool begins = line.starts_with("camera_mounting:");
-    inside = begins || (inside && (line.front() == ' ' || line.front() == '}'));
-    if (begins) changed += mounting_line(base_T_cam);
+    const std::size_t at = std::min(line.find_first_not_of(" -"), line.size());
+    const bool begins = !found && line.substr(at).starts_with("camera_mounting:");
+    found = found || begins;
+    if (begins) indent = at;
+    inside = begins || (inside && (at > indent || line.substr(at).starts_with('}')));
+    if (begins) changed += std::string(line.substr(0, at)) + mounting_line(base_T_cam);
     if (!inside) changed += line;
   }
   const auto robot = parse_robot(changed, source);
   if (!robot) return tl::unexpected(robot.error());
   if (!(robot->model.base_T_cam.inverse() * base_T_cam).log().isZero(1e-9))
     return fail(ErrorCode::Unsupported, "the file is written in a way that cannot be changed here",
-                {.source = source, .key = "camera_mounting"},
-                "Write camera_mounting at the start of a line.");
+                {.source = source, .key = "camera_mounting"}, "Write camera_mounting on a line of its own.");
   return changed;
 }
 
 std::string to_yaml(const RobotDescription& robot) {
   const auto& [name, hull, limits, wheel_radius_m, track_m, base_T_cam] = robot.model;
+  const bool named = robot.camera_name != "cam" || !robot.more_cameras.empty();
   const auto n = yaml_number;
   return fmt::format("name: {}\n", yaml_text(name)) +
          fmt::format("hull: {{front_m: {}, rear_m: {}, width_m: {}, height_m: {}}}\n", n(hull.front_m),
@@ -151,8 +236,7 @@ std::string to_yaml(const RobotDescription& robot) {
              n(limits.speed_m_s), n(limits.yaw_rate_rad_s), n(limits.acceleration_m_s2),
              n(limits.yaw_acceleration_rad_s2)) +
          fmt::format("wheels: {{radius_m: {}, track_m: {}}}\n", n(wheel_radius_m), n(track_m)) +
-         mounting_line(base_T_cam) + "camera_info:\n" +
-         indented(to_camera_info_yaml({.name = name, .camera = robot.camera})) + "simulation:\n" +
+         (named ? cameras_yaml(robot) : camera_yaml(name, robot.camera, base_T_cam)) + "simulation:\n" +
          write_fields(robot.simulation, 2);
 }
 

@@ -56,6 +56,53 @@ TEST(RobotFile, WhatIsWrittenReadsBack) {
   }
 }
 
+const std::string kTwoCameras = *read_text_file(WAYMARK_SHARE "/robots/limo-front-rear.yaml", 1 << 20);
+
+TEST(RobotFile, SeveralCamerasHaveNamesLensesAndMountingsOfTheirOwn) {
+  const std::string text = replaced(kTwoCameras, "[442.17, 0.0, 323.0", "[500.0, 0.0, 323.0");
+  const auto robot = parse_robot(text, "two.yaml");
+  ASSERT_TRUE(robot) << to_string(robot.error());
+  EXPECT_EQ(robot->camera_name, "front");
+  EXPECT_EQ(std::get<PinholeRadtan>(robot->camera.projection()).fx, 500);
+  ASSERT_EQ(robot->more_cameras.size(), 1U);
+  const MountedCamera& rear = robot->more_cameras[0];
+  EXPECT_EQ(rear.name, "rear");
+  EXPECT_EQ(std::get<PinholeRadtan>(rear.camera.projection()).fx, 442.17);
+  const Eigen::Vector3d behind = rear.base_T_cam.inverse() * Eigen::Vector3d(-2.13, 0, 0.2);
+  EXPECT_TRUE(behind.isApprox(Eigen::Vector3d(0, 0, 2), 1e-12)) << "it looks back";
+
+  const auto back = parse_robot(to_yaml(*robot), "written");
+  ASSERT_TRUE(back) << to_string(back.error());
+  EXPECT_EQ(back->camera_name, "front");
+  EXPECT_EQ(back->camera, robot->camera);
+  ASSERT_EQ(back->more_cameras.size(), 1U);
+  EXPECT_EQ(back->more_cameras[0].camera, rear.camera);
+  EXPECT_LT((back->more_cameras[0].base_T_cam.inverse() * rear.base_T_cam).log().norm(), 1e-7);
+
+  const SE3 moved(robot->model.base_T_cam.rotation(), {0.1, 0.02, 0.3});
+  const auto changed = with_camera_mounting(kTwoCameras, moved);
+  ASSERT_TRUE(changed) << to_string(changed.error());
+  const auto elsewhere = parse_robot(*changed, "changed");
+  ASSERT_TRUE(elsewhere) << to_string(elsewhere.error());
+  EXPECT_TRUE(elsewhere->model.base_T_cam.translation().isApprox(moved.translation(), 1e-9));
+  EXPECT_EQ(elsewhere->more_cameras[0], parse_robot(kTwoCameras, "two")->more_cameras[0]);
+}
+
+TEST(RobotFile, CamerasThatCannotBeToldApartAreRefused) {
+  EXPECT_NE(
+      error_of(replaced(kTwoCameras, "name: rear", "name: front")).find("two cameras are named 'front'"),
+      std::string::npos);
+  EXPECT_NE(error_of(replaced(kTwoCameras, "name: rear", "name: ../rear")).find("is no name of a camera"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(kTwoCameras, "- name: rear", "- nam: rear")).find("Did you mean 'name'"),
+            std::string::npos);
+  EXPECT_NE(error_of(kLimo + "cameras: []\n").find("stands beside the list 'cameras'"), std::string::npos);
+  EXPECT_NE(
+      error_of(replaced(kTwoCameras, kTwoCameras.substr(kTwoCameras.find("\ncameras:")), "\ncameras: []\n"))
+          .find("is not a list of 1 to 16 cameras"),
+      std::string::npos);
+}
+
 TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
   EXPECT_NE(error_of(replaced(kLimo, "front_m", "frnt_m")).find("r.yaml:4 (hull.frnt_m): unknown key"),
             std::string::npos);
