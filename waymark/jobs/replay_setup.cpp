@@ -62,11 +62,17 @@ Result<std::optional<RobotDescription>> robot_in(const fs::path& folder) {
 }
 
 MountedSensor camera_of(const RobotDescription& robot, const std::optional<Calibration>& calibration) {
-  MountedSensor mounted{robot.camera, robot.model.base_T_cam};
+  MountedSensor mounted{robot.camera, robot.model.base_T_cam, robot.more_cameras};
   if (!calibration) return mounted;
   if (calibration->camera) mounted.camera = calibration->camera;
   mounted.base_T_sensor = calibrated_mounting(mounted.base_T_sensor, *calibration);
   return mounted;
+}
+
+std::vector<MountedCamera> cameras_of(const MountedSensor& mounted) {
+  std::vector<MountedCamera> all = {{.camera = *mounted.camera, .base_T_cam = mounted.base_T_sensor}};
+  all.insert(all.end(), mounted.more_cameras.begin(), mounted.more_cameras.end());
+  return all;
 }
 
 SE2 lidar_of(const RobotDescription& robot) {
@@ -121,8 +127,7 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
   (*method)->start_from(folder.route.points.front().map_T_base, kPlaced_m, kPlaced_rad);
   Route route = folder.route;
   if (!route.longest_without_tags_m)
-    route.longest_without_tags_m =
-        longest_without_tags_m(route, tags, *mounted.camera, mounted.base_T_sensor);
+    route.longest_without_tags_m = longest_without_tags_m(route, tags, cameras_of(mounted));
   ReplayOptions options = setup.replay;
   options.base_T_lidar = lidar_of(robot);
   return std::make_unique<Replayer>(std::move(*method), std::move(route), tags, robot.model, options);

@@ -50,22 +50,25 @@ double position_sigma_m(const Uncertain<SE2>& map_X_base) {
 }  // namespace
 
 AnchorLocalizer::AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam,
-                                 const AnchorOptions& options)
-    : map_(std::move(map)), camera_(camera), base_T_cam_(base_T_cam), options_(options) {}
+                                 const AnchorOptions& options, std::vector<MountedCamera> more_cameras)
+    : map_(std::move(map)),
+      cameras_{std::move(camera), base_T_cam, std::move(more_cameras)},
+      options_(options) {}
 
 std::vector<AnchorLocalizer::Observation> AnchorLocalizer::observations(const TagFrame& frame) const {
   std::vector<Observation> seen;
+  const CameraView seen_by = camera_of(cameras_, frame.camera);
   for (const TagDetection& detection : frame.detections) {
     const MappedTag* tag = map_.find(detection.tag);
     if (tag == nullptr) continue;
-    const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, camera_);
+    const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, seen_by.camera);
     if (!pose) continue;
     const double distance_m = pose->best.cam_T_tag.translation().norm();
     if (distance_m > options_.max_tag_distance_m) continue;
     Observation observation{.distance_m = distance_m, .ambiguity_ratio = pose->ambiguity_ratio()};
-    observation.map_X_base.push_back(base_on_floor(*tag, pose->best, base_T_cam_, options_));
+    observation.map_X_base.push_back(base_on_floor(*tag, pose->best, seen_by.base_T_cam, options_));
     if (pose->other)
-      observation.map_X_base.push_back(base_on_floor(*tag, *pose->other, base_T_cam_, options_));
+      observation.map_X_base.push_back(base_on_floor(*tag, *pose->other, seen_by.base_T_cam, options_));
     seen.push_back(std::move(observation));
   }
   return seen;
@@ -191,15 +194,16 @@ void AnchorLocalizer::add(const TagFrame& frame) {
 /// Sections "Choosing the Best Tag" to "Odometry Fusion and Outlier Rejection" and no more.
 void AnchorLocalizer::add_plainly(const TagFrame& frame, const SE2& odom_T_base) {
   std::optional<Fix> fix;
+  const CameraView seen_by = camera_of(cameras_, frame.camera);
   for (const TagDetection& detection : frame.detections) {
     const MappedTag* tag = map_.find(detection.tag);
     if (tag == nullptr) continue;
-    const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, camera_);
+    const Result<TagPose> pose = estimate_tag_pose(detection, tag->size_m, seen_by.camera);
     if (!pose) continue;
     const SE3& cam_T_tag = pose->best.cam_T_tag;
     const double distance_m = cam_T_tag.translation().norm();
     if (distance_m > options_.max_tag_distance_m || (fix && fix->distance_m <= distance_m)) continue;
-    const SE3 map_T_base = tag->map_T_tag * cam_T_tag.inverse() * base_T_cam_.inverse();
+    const SE3 map_T_base = tag->map_T_tag * cam_T_tag.inverse() * seen_by.base_T_cam.inverse();
     const Eigen::Vector3d sigma(options_.map_sigma_m, options_.map_sigma_m, options_.map_sigma_rad);
     fix = Fix{{project_to_plane(map_T_base), Eigen::Matrix3d(sigma.cwiseAbs2().asDiagonal())}, distance_m};
   }

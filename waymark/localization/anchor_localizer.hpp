@@ -10,6 +10,7 @@
 #include "waymark/pose/agreement.hpp"
 #include "waymark/pose/floor_fit.hpp"
 #include "waymark/pose/tag_pose.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/tag_map.hpp"
 
 namespace waymark {
@@ -86,7 +87,9 @@ struct AnchorOptions {
 /// docs/concepts/teach_and_replay.md has the equations.
 class AnchorLocalizer final : public LocalizationMethod {
  public:
-  AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {});
+  /// `more_cameras`: beside the first, which saw every frame that names none of them.
+  AnchorLocalizer(TagMap map, CameraModel camera, const SE3& base_T_cam, const AnchorOptions& options = {},
+                  std::vector<MountedCamera> more_cameras = {});
 
   using LocalizationMethod::add;
   void add(const TagFrame& frame) override;
@@ -121,8 +124,13 @@ class AnchorLocalizer final : public LocalizationMethod {
   [[nodiscard]] bool accepted(const Fix& fix, const SE2& map_X_predicted) const;
 
   TagMap map_;
-  CameraModel camera_;
-  SE3 base_T_cam_;
+  /// As camera_of() wants them.
+  struct Cameras {
+    CameraModel camera;
+    SE3 base_T_cam;
+    std::vector<MountedCamera> more_cameras;
+  };
+  Cameras cameras_;
   AnchorOptions options_;
   std::deque<Odometry> odometry_;  ///< the last second, for frames that arrive late
   std::optional<SE2> map_T_odom_;

@@ -40,12 +40,13 @@ Guesses guesses_of_corners(const Observation& observation, const Landmark& landm
   TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
   const CornerCovariance L = observation.corners.whitening.inverse();
   detection.corner_covariance_px2 = L * L.transpose();
-  const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, *eye.camera);
+  const CameraView seen_by = eye.view(observation.camera);
+  const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, seen_by.camera);
   if (!pose) return guesses;
   constexpr double kImpossible = 40;  // 2 of the corners and 3 of the floor
   const auto add = [&](const TagPoseSolution& solution) {
     double chi2 = solution.chi2;
-    Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, eye.base_T_sensor, &chi2);
+    Guess guess = on_floor(landmark, solution.cam_T_tag, solution.covariance, seen_by.base_T_cam, &chi2);
     if (chi2 > kImpossible || !guess.map_T_base.matrix().allFinite()) return;
     const Eigen::Matrix3d here = internal::coordinate_jacobian(guess.map_T_base, -1);
     guess.covariance += here * floor_of(landmark, observation.distance_m, options) * here.transpose();
@@ -68,9 +69,10 @@ std::optional<Eigen::Vector2d> base_p_landmark(const Observation& observation, c
   if (observation.kind != ObservationKind::Corners) return observation.planar.head<2>();
   const Landmark& landmark = landmarks[observation.landmark];
   const TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
-  const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, *eye.camera);
+  const CameraView seen_by = eye.view(observation.camera);
+  const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, seen_by.camera);
   if (!pose) return std::nullopt;
-  return (eye.base_T_sensor * pose->best.cam_T_tag).translation().head<2>();
+  return (seen_by.base_T_cam * pose->best.cam_T_tag).translation().head<2>();
 }
 
 Guesses guesses_of(const Observation& observation, const Landmarks& landmarks, const MountedSensor& eye,

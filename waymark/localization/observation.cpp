@@ -1,5 +1,6 @@
 #include "waymark/localization/observation.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <variant>
@@ -68,7 +69,7 @@ void linearise_planar(const Observation& observation, const Landmark& landmark, 
     H_tag(2, 5) = 1;
   }
   z.residual.head<3>() = observation.whitening * r;
-  const Eigen::Vector2d from_eye = e.base_p - eye.base_T_sensor.translation().head<2>();
+  const Eigen::Vector2d from_eye = e.base_p - eye.base_T(observation.camera).translation().head<2>();
   z.H_scale.head<2>() = -observation.whitening.topLeftCorner<2, 2>() * from_eye;
   z.H_pose.topRows<3>() = observation.whitening * H;
   z.H_mount.topRows<3>() = observation.whitening * H_mount;
@@ -113,12 +114,13 @@ Eigen::Matrix<double, 8, 1> whitened_from_centre(const CornerFactor& factor, con
 bool linearise_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
                        const SE2& map_T_base, Linearised& z) {
   CornerJacobians J;
+  const CameraView seen_by = eye.view(observation.camera);
   const auto r = corner_residual(
-      observation.corners, *eye.camera,
-      {.map_T_rig = lift(map_T_base), .rig_T_cam = eye.base_T_sensor, .body_T_tag = landmark.map_T_tag}, &J);
+      observation.corners, seen_by.camera,
+      {.map_T_rig = lift(map_T_base), .rig_T_cam = seen_by.base_T_cam, .body_T_tag = landmark.map_T_tag}, &J);
   if (!r || !r->allFinite()) return false;
   z.residual = *r;
-  z.H_scale = *r + whitened_from_centre(observation.corners, *eye.camera);
+  z.H_scale = *r + whitened_from_centre(observation.corners, seen_by.camera);
   z.H_pose.leftCols<2>() = J.rig.leftCols<2>();
   z.H_pose.col(2) = J.rig.col(5);
   z.H_mount = J.cam;
@@ -134,6 +136,21 @@ Eigen::Matrix3d whitening_of_planar(double sigma_m, double sigma_rad) {
 
 }  // namespace
 
+int MountedSensor::camera_named(std::string_view name) const {
+  const auto found = std::ranges::find(more_cameras, name, &MountedCamera::name);
+  return found == more_cameras.end() ? kFirst : static_cast<int>(found - more_cameras.begin());
+}
+
+CameraView MountedSensor::view(int index) const {
+  if (index == kFirst) return {*camera, base_T_sensor};
+  const MountedCamera& other = more_cameras[static_cast<std::size_t>(index)];
+  return {other.camera, other.base_T_cam};
+}
+
+const SE3& MountedSensor::base_T(int index) const {
+  return index == kFirst ? base_T_sensor : more_cameras[static_cast<std::size_t>(index)].base_T_cam;
+}
+
 int Observation::rows() const {
   switch (kind) {
     case ObservationKind::Corners:
@@ -146,22 +163,25 @@ int Observation::rows() const {
 }
 
 std::optional<Observation> observation_of(const TagDetection& detection, const Landmarks& landmarks,
-                                          const MountedSensor& eye, const RiekfOptions& options) {
+                                          const MountedSensor& eye, const RiekfOptions& options, int camera) {
   const int index = landmarks.find(detection.tag);
-  if (index < 0 || !eye.camera || !landmarks[index].oriented) return std::nullopt;
+  if (index < 0 || (camera == MountedSensor::kFirst && !eye.camera) || !landmarks[index].oriented)
+    return std::nullopt;
   const Landmark& landmark = landmarks[index];
   Result<CornerFactor> factor = corner_factor(detection, landmark.size_m, options.corner_sigma_px);
   if (!factor) return std::nullopt;
   factor->whitening /= options.corner_noise_ratio;
-  Observation observation{.kind = ObservationKind::Corners, .landmark = index, .corners = *factor};
+  Observation observation{
+      .kind = ObservationKind::Corners, .landmark = index, .camera = camera, .corners = *factor};
+  const CameraModel& lens = eye.view(camera).camera;
   // From the diagonals, without a pose: good enough to choose and to limit by.
   const auto& c = detection.corners_px;
   const double diagonal_px = std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
-  const auto left = eye.camera->unproject(c[0]);
-  const auto right = eye.camera->unproject(c[2]);
+  const auto left = lens.unproject(c[0]);
+  const auto right = lens.unproject(c[2]);
   if (!left || !right || diagonal_px < 1) return std::nullopt;
-  const auto other_left = eye.camera->unproject(c[1]);
-  const auto other_right = eye.camera->unproject(c[3]);
+  const auto other_left = lens.unproject(c[1]);
+  const auto other_right = lens.unproject(c[3]);
   if (!other_left || !other_right) return std::nullopt;
   const double angle = std::max((*left - *right).norm(), (*other_left - *other_right).norm());
   observation.distance_m = std::numbers::sqrt2 * landmark.size_m / std::max(angle, 1e-9);
@@ -170,12 +190,12 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
 }
 
 std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,
-                                          const MountedSensor& eye, const RiekfOptions& options) {
+                                          const MountedSensor& eye, const RiekfOptions& options, int camera) {
   const int index = landmarks.find(seen.tag);
   if (index < 0 || !seen.cam_T_tag.matrix().allFinite()) return std::nullopt;
   const SE3 cam_T_tag(seen.cam_T_tag.rotation(), options.sight_scale * seen.cam_T_tag.translation());
-  const SE3 base_T_tag = eye.base_T_sensor * cam_T_tag;
-  Observation observation{.kind = ObservationKind::PlanarPoint, .landmark = index};
+  const SE3 base_T_tag = eye.base_T(camera) * cam_T_tag;
+  Observation observation{.kind = ObservationKind::PlanarPoint, .landmark = index, .camera = camera};
   observation.distance_m = cam_T_tag.translation().norm();
   if (too_far(observation.distance_m, options)) return std::nullopt;
   observation.planar.head<2>() = base_T_tag.translation().head<2>();

@@ -3,19 +3,31 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string_view>
+#include <vector>
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/factors/corner_factor.hpp"
 #include "waymark/localization/landmarks.hpp"
 #include "waymark/localization/riekf.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
 
-/// The sensor that sees the landmarks.
+/// The sensor that sees the landmarks; of a robot with several cameras the first, and the others.
 struct MountedSensor {
   std::optional<CameraModel> camera{};  ///< needed for corners only
   SE3 base_T_sensor{};                  ///< optical frame of a camera; x ahead, y left of a laser
+  std::vector<MountedCamera> more_cameras{};
+
+  /// The place among the others of the camera with this name; kFirst for any other name.
+  [[nodiscard]] int camera_named(std::string_view name) const;
+  /// Lens and mounting of a camera; the first one's lens must be known.
+  [[nodiscard]] CameraView view(int camera) const;
+  /// The mounting of a camera.
+  [[nodiscard]] const SE3& base_T(int camera) const;
+  static constexpr int kFirst = -1;
 };
 
 /// How a landmark was seen.
@@ -30,6 +42,7 @@ enum class ObservationKind : std::uint8_t {
 struct Observation {
   ObservationKind kind = ObservationKind::PlanarPoint;
   int landmark = 0;
+  int camera = MountedSensor::kFirst;  ///< of MountedSensor: which one saw it
   double distance_m = 0;
   CornerFactor corners{};
   Eigen::Vector3d planar = Eigen::Vector3d::Zero();  ///< what its kind says; unused numbers are 0
@@ -41,10 +54,11 @@ struct Observation {
 /// Nothing for what is not in the map, too far, or not usable (not finite, behind the camera, …).
 [[nodiscard]] std::optional<Observation> observation_of(const TagDetection& detection,
                                                         const Landmarks& landmarks, const MountedSensor& eye,
-                                                        const RiekfOptions& options);
+                                                        const RiekfOptions& options,
+                                                        int camera = MountedSensor::kFirst);
 [[nodiscard]] std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,
-                                                        const MountedSensor& eye,
-                                                        const RiekfOptions& options);
+                                                        const MountedSensor& eye, const RiekfOptions& options,
+                                                        int camera = MountedSensor::kFirst);
 [[nodiscard]] std::optional<Observation> observation_of(const RangeBearing& seen, const Landmarks& landmarks,
                                                         const MountedSensor& eye,
                                                         const RiekfOptions& options);

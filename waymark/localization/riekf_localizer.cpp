@@ -123,10 +123,11 @@ void RiekfLocalizer::add(const TagFrame& frame) {
   const SensorTime stamp = frame.stamp - latency_;
   Look* look = place(stamp);
   if (look == nullptr) return;
+  const int camera = tracker_.eye().camera_named(frame.camera);
   for (const TagDetection& detection : frame.detections) {
     ++observations_;
     const auto observation =
-        observation_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+        observation_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options(), camera);
     const bool known = tracker_.landmarks().find(detection.tag) >= 0;
     mapped_ += known ? 1 : 0;
     other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
@@ -155,9 +156,11 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
   const SensorTime stamp = frame.stamp - latency_;
   Look* look = place(stamp);
   if (look == nullptr) return;
+  const int camera = tracker_.eye().camera_named(frame.camera);
   for (const SeenTagPose& seen : frame.tags) {
     ++observations_;
-    const auto observation = observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+    const auto observation =
+        observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options(), camera);
     mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
     if (observation && look->count < Look::kMost) look->seen[look->count++] = *observation;
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -37,6 +38,46 @@ TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
   run(filter, robot, {}, 20, random);
   EXPECT_LT(off_m(filter, robot), 0.02);
   EXPECT_TRUE(filter.problems().empty());
+}
+
+/// What a camera saw through another lens, from another place on the robot.
+TagFrame look_with(const MountedCamera& camera, const SE2& map_X_base, double seconds, Random& random) {
+  TagFrame frame{.stamp = at(seconds), .camera = camera.name};
+  const SE3 cam_T_map = (lift(map_X_base) * camera.base_T_cam).inverse();
+  for (const auto& [id, tag] : ring().tags) {
+    const auto corners = visible_corners(camera.camera, cam_T_map * tag.map_T_tag, tag.size_m);
+    if (!corners) continue;
+    TagDetection seen{.tag = id, .corners_px = *corners};
+    for (auto& corner : seen.corners_px) corner += 0.15 * Eigen::Vector2d(random.normal(), random.normal());
+    seen.corner_covariance_px2 = CornerCovariance::Identity() * 0.15 * 0.15;
+    frame.detections.push_back(seen);
+  }
+  return frame;
+}
+
+TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
+  const PinholeRadtan lens{.fx = 380, .fy = 380, .cx = 310, .cy = 250, .k = {}, .coefficients = 0};
+  const MountedCamera rear{
+      .name = "rear",
+      .camera = CameraModel::make(lens, 640, 480).value(),
+      .base_T_cam = base_T_camera({.x_m = -0.12, .z_m = 0.2, .yaw_rad = std::numbers::pi})};
+  MountedSensor eyes = eye();
+  eyes.more_cameras = {rear};
+  const auto drive = [&](const MountedSensor& sensor) {
+    RiekfLocalizer filter(Landmarks(ring()), sensor);
+    Robot robot;
+    Random random(7);
+    for (int i = 0; i < 600; ++i) {
+      filter.add(robot.drive(0.02, random));
+      if (robot.steps % 4 == 0) filter.add(look_with(rear, robot.truth, robot.seconds, random));
+    }
+    return std::pair(certain(filter), off_m(filter, robot));
+  };
+  const auto [sure, off] = drive(eyes);
+  EXPECT_TRUE(sure);
+  EXPECT_LT(off, 0.02);
+  const auto [sure_without, off_without] = drive(eye());
+  EXPECT_FALSE(sure_without && off_without < 0.1) << "by the mounting of the front camera nothing fits";
 }
 
 TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {

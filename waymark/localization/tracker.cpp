@@ -173,7 +173,7 @@ void Tracker::report_contradiction(const Look& look, const Observation& observat
   const auto base_p = base_p_landmark(observation, landmarks_, eye_);
   if (look.reported || !base_p) return;
   const SE2& X = filter_.state().map_T_base;
-  const SE2 map_T_eye = X * project_to_plane(eye_.base_T_sensor);
+  const SE2 map_T_eye = X * project_to_plane(eye_.base_T(observation.camera));
   const Eigen::Vector2d map_p = landmarks_[observation.landmark].map_T_tag.translation().head<2>();
   WatchedObservation seen{.landmark = observation.landmark, .map_p_implied = X * *base_p};
   const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();

@@ -17,7 +17,7 @@ namespace waymark {
 namespace {
 
 constexpr double kManyWithoutPose = 0.02;
-constexpr std::array<std::string_view, 2> kMethods{"bundle", "chain"};
+constexpr std::array<std::string_view, 2> kMapMethods{"bundle", "chain"};
 
 void warn_of_gaps(MappedLap& lap) {
   if (lap.frames_without_pose > kManyWithoutPose * lap.frames) {
@@ -31,7 +31,7 @@ void warn_of_gaps(MappedLap& lap) {
 std::vector<ObservedFrame> observe_all(const TaughtLap& taught, const TeachSetup& setup) {
   std::vector<ObservedFrame> observed;
   observed.reserve(taught.frames.size());
-  for (const TagFrame& frame : taught.frames) observed.push_back(observe(frame, setup.camera, setup.sizes));
+  for (const TagFrame& frame : taught.frames) observed.push_back(observe(frame, setup));
   return observed;
 }
 
@@ -39,7 +39,7 @@ std::vector<ObservedFrame> observe_anchor(const TaughtLap& taught, const TeachSe
   std::vector<ObservedFrame> observed;
   for (TagFrame frame : taught.frames) {
     std::erase_if(frame.detections, [&](const TagDetection& seen) { return seen.tag != setup.anchor; });
-    if (!frame.detections.empty()) observed.push_back(observe(frame, setup.camera, setup.sizes));
+    if (!frame.detections.empty()) observed.push_back(observe(frame, setup));
   }
   return observed;
 }
@@ -157,7 +157,8 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                        .anchor = setup.anchor,
                        .map_T_anchor = setup.map_T_anchor,
                        .imu = taught.imu,
-                       .prior = options.prior};
+                       .prior = options.prior,
+                       .more_cameras = setup.more_cameras};
   Result<BundleMap> map = map_by_bundle(input, options.chain, options.bundle, progress);
   if (!map) return tl::unexpected(map.error());
   return MappedLap{.map = map->map,
@@ -186,13 +187,13 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
 
 }  // namespace
 
-std::vector<std::string> map_methods() { return {kMethods.begin(), kMethods.end()}; }
+std::vector<std::string> map_methods() { return {kMapMethods.begin(), kMapMethods.end()}; }
 
-std::string_view to_string(MapMethod method) { return kMethods[static_cast<std::size_t>(method)]; }
+std::string_view to_string(MapMethod method) { return kMapMethods[static_cast<std::size_t>(method)]; }
 
 Result<MapMethod> parse_map_method(std::string_view name) {
-  const auto* const found = std::ranges::find(kMethods, name);
-  if (found != kMethods.end()) return static_cast<MapMethod>(found - kMethods.begin());
+  const auto* const found = std::ranges::find(kMapMethods, name);
+  if (found != kMapMethods.end()) return static_cast<MapMethod>(found - kMapMethods.begin());
   return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
               suggestion(std::string(name), map_methods()));
 }

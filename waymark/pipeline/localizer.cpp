@@ -13,7 +13,7 @@
 namespace waymark {
 namespace {
 
-constexpr std::array<std::string_view, 4> kMethods{"riekf", "ekf", "anchor", "smoother"};
+constexpr std::array<std::string_view, 4> kLocalizationMethods{"riekf", "ekf", "anchor", "smoother"};
 
 Status check(const LocalizerSetup& setup) {
   if (setup.landmarks.size() == 0)
@@ -34,13 +34,18 @@ Status check(const LocalizerSetup& setup) {
 
 }  // namespace
 
-std::vector<std::string> localization_methods() { return {kMethods.begin(), kMethods.end()}; }
+std::vector<std::string> localization_methods() {
+  return {kLocalizationMethods.begin(), kLocalizationMethods.end()};
+}
 
-std::string_view to_string(LocalizationKind method) { return kMethods[static_cast<std::size_t>(method)]; }
+std::string_view to_string(LocalizationKind method) {
+  return kLocalizationMethods[static_cast<std::size_t>(method)];
+}
 
 Result<LocalizationKind> parse_localization_method(std::string_view name) {
-  const auto* const found = std::ranges::find(kMethods, name);
-  if (found != kMethods.end()) return static_cast<LocalizationKind>(found - kMethods.begin());
+  const auto* const found = std::ranges::find(kLocalizationMethods, name);
+  if (found != kLocalizationMethods.end())
+    return static_cast<LocalizationKind>(found - kLocalizationMethods.begin());
   return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
               suggestion(std::string(name), localization_methods()));
 }

@@ -31,12 +31,15 @@ class Groups {
 
 }  // namespace
 
-void TagLinks::add(std::span<const TagId> tags) {
+void TagLinks::add(std::span<const TagId> tags, std::span<const TagId> beside) {
   for (std::size_t i = 0; i < tags.size(); ++i) {
     ++seen_[tags[i]];
     for (std::size_t k = 0; k < i; ++k) {
       if (tags[i] == tags[k]) continue;
       ++together_[std::minmax(tags[i], tags[k])];
+    }
+    for (const TagId& other : beside) {
+      if (tags[i] != other) ++together_[std::minmax(tags[i], other)];
     }
   }
 }

@@ -21,7 +21,9 @@ struct TagLink {
 class TagLinks {
  public:
   /// The tags of one frame, in any order, each once.
-  void add(std::span<const TagId> tags);
+  void add(std::span<const TagId> tags) { add(tags, {}); }
+  /// `beside`: what another camera showed at the same moment, and was added already.
+  void add(std::span<const TagId> tags, std::span<const TagId> beside);
 
   /// The weakest links that the map cannot do without: those of the maximum spanning forest (Kruskal, "On the
   /// shortest spanning subtree of a graph", Proc. AMS 7, 1956) with fewer than `frames` frames, the weakest

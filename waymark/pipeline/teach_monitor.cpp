@@ -15,7 +15,7 @@ constexpr double kTooManyBlurred = 0.05;
 void TeachMonitor::add(const Sample& sample) {
   if (const auto* odometry = std::get_if<Odometry>(&sample)) follow(*odometry);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-    tags_ = frame->detections.size();
+    tags_[frame->camera] = frame->detections.size();
     ++frames_;
     const double blur = motion_blur_px();
     blurred_frames_ += blur > options_.blur_px ? 1 : 0;
@@ -49,7 +49,9 @@ std::vector<std::string> TeachMonitor::live() const {
   if (motion_blur_px() > options_.blur_px)
     words.push_back(fmt::format("motion blur {:.1f} px: turn more slowly", motion_blur_px()));
   if (abrupt_) words.push_back(fmt::format("abrupt: {:+.1f} m/s2", acceleration_m_s2()));
-  if (tags_ < 2) words.emplace_back(tags_ == 1 ? "one tag only" : "no tag");
+  std::size_t tags = tags_.empty() ? 2 : 0;
+  for (const auto& [camera, in_view] : tags_) tags += in_view;
+  if (tags < 2) words.emplace_back(tags == 1 ? "one tag only" : "no tag");
   return words;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,7 +60,7 @@ class TeachMonitor {
   TeachMonitorOptions options_;
   std::deque<Speed> speeds_{};
   double yaw_rate_rad_s_ = 0;
-  std::size_t tags_ = 2;  ///< of the last frame
+  std::map<std::string, std::size_t> tags_{};  ///< of the last frame of each camera
   bool abrupt_ = false;
   int frames_ = 0;
   int blurred_frames_ = 0;

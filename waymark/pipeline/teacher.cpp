@@ -22,17 +22,24 @@ double TeachSummary::two_tags_fraction() const {
 }
 
 TaughtFrame Teacher::add(const TagFrame& frame) {
-  TaughtFrame taught{.observed = observe(frame, setup_.camera, setup_.sizes)};  // lines 5 and 9
-  taught.low_observability = taught.observed.tags.size() < 2;                   // lines 6 and 7
-  for (const TagPoseObservation& seen : taught.observed.tags) {
-    if (seen.tag == setup_.anchor) {                                      // line 11
-      taught.map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();  // lines 12 and 13, equation 3.1
-    }
-  }
+  TaughtFrame taught{.observed = observe(frame, setup_)};  // lines 5 and 9
+  taught.map_T_cam = anchored(taught.observed);            // lines 11 to 13
   std::vector<TagId> tags;
   for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
-  count(taught.observed.stamp, tags, taught.map_T_cam);  // line 15
+  count(frame, tags, taught.map_T_cam);                        // line 15
+  taught.low_observability = in_view_.count(frame.stamp) < 2;  // lines 6 and 7
   return taught;
+}
+
+/// Equation 3.1, where the anchor is seen: the pose of the first camera, whichever one saw it.
+std::optional<SE3> Teacher::anchored(const ObservedFrame& observed) const {
+  std::optional<SE3> map_T_cam;
+  for (const TagPoseObservation& seen : observed.tags) {
+    if (seen.tag != setup_.anchor) continue;
+    map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();
+    if (observed.base_T_cam) map_T_cam = *map_T_cam * observed.base_T_cam->inverse() * setup_.base_T_cam;
+  }
+  return map_T_cam;
 }
 
 void Teacher::watch(const TagFrame& frame) {
@@ -43,21 +50,21 @@ void Teacher::watch(const TagFrame& frame) {
     tags.push_back(detection.tag);
     if (detection.tag == setup_.anchor) anchor.detections.push_back(detection);
   }
-  std::optional<SE3> map_T_cam;
-  for (const TagPoseObservation& seen : observe(anchor, setup_.camera, setup_.sizes).tags)
-    map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();
-  count(frame.stamp, tags, map_T_cam);
+  count(frame, tags, anchored(observe(anchor, setup_)));
 }
 
-void Teacher::count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam) {
+void Teacher::count(const TagFrame& frame, const std::vector<TagId>& tags,
+                    const std::optional<SE3>& map_T_cam) {
+  const SensorTime stamp = frame.stamp;
   hear(stamp, true);
+  in_view_.add(frame.camera, stamp, tags);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
   ++counters_.frames;
   counters_.detections += static_cast<int>(tags.size());
-  counters_.low_observability_frames += tags.size() < 2 ? 1 : 0;
+  counters_.low_observability_frames += in_view_.count(stamp) < 2 ? 1 : 0;
   for (const TagId& tag : tags) ++counters_.seen[tag];
-  links_.add(tags);
+  links_.add(tags, in_view_.beside(frame.camera, stamp));
   if (!tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
   if (map_T_cam) {

@@ -8,8 +8,10 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/mapping/lap/teach_chain.hpp"
 #include "waymark/pipeline/tag_links.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_sizes.hpp"
+#include "waymark/samples/tags_in_view.hpp"
 
 namespace waymark {
 
@@ -22,13 +24,14 @@ struct TeachSetup {
   SE3 map_T_anchor{};
   bool closed_route = true;       ///< the lap is meant to end where it began
   bool anchor_pose_given = true;  ///< false: mapping places the map by how the anchor stands on the floor
+  std::vector<MountedCamera> more_cameras{};  ///< beside the first, whose frames name none of them
 };
 
 /// What one frame of the teach phase gives: all of it goes into the recording.
 struct TaughtFrame {
   ObservedFrame observed{};        ///< cam_T_tag(t) of every visible tag
-  std::optional<SE3> map_T_cam{};  ///< when the anchor is seen
-  bool low_observability = false;  ///< fewer than two tags; marked, not a reason to abort
+  std::optional<SE3> map_T_cam{};  ///< of the first camera, when the anchor is seen
+  bool low_observability = false;  ///< fewer than two tags in all cameras; marked, not a reason to abort
 };
 
 /// The counters of Algorithm 1, line 15, and what they mean.
@@ -72,7 +75,8 @@ class Teacher {
   [[nodiscard]] TeachSummary summary() const;
 
  private:
-  void count(SensorTime stamp, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
+  void count(const TagFrame& frame, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
+  [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
   void hear(SensorTime stamp, bool is_frame);
   void judge_views(TeachSummary& summary) const;
   void judge_links(TeachSummary& summary) const;
@@ -86,6 +90,7 @@ class Teacher {
   SensorTime last_{};
   std::optional<SensorTime> heard_{};  ///< the last sample of any kind that was not late
   std::optional<SensorTime> newest_frame_{};
+  TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
   std::optional<StampedPose> last_anchored_cam_{};

@@ -212,6 +212,24 @@ TEST(ReplayWatch, SaysJumpsOfClocksRobotsThatAreCarriedAndFrozenCameras) {
   EXPECT_TRUE(eye.alarm().empty());
 }
 
+TEST(ReplayWatch, ACameraThatFrozeIsFoundAmongOthers) {
+  ReplayWatch eyes({});
+  TagFrame front{.camera = "front", .detections = {TagDetection{}}};
+  TagFrame rear{.camera = "rear", .detections = {TagDetection{}}};
+  front.detections[0].corners_px.fill({100, 100});
+  rear.detections[0].corners_px.fill({200, 100});
+  for (int i = 0; i < 80; ++i) {
+    front.stamp = rear.stamp += std::chrono::milliseconds(50);
+    rear.detections[0].corners_px[0].x() += 0.5;
+    eyes.add(Odometry{.stamp = front.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
+    EXPECT_EQ(eyes.add(front), i == 0) << i;
+    EXPECT_TRUE(eyes.add(rear)) << i;
+  }
+  EXPECT_NE(eyes.alarm().find("same picture"), std::string::npos) << "though the rear camera goes on";
+  eyes.forget();
+  EXPECT_TRUE(eyes.alarm().empty());
+}
+
 /// Commands and odometry each 50 ms, but for a second in which nobody is asked.
 class AfterASecond {
  public:

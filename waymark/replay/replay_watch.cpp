@@ -21,7 +21,10 @@ std::string ReplayWatch::alarm() const {
   if (late_)
     return fmt::format("no command was sent for {:.2f} s: this computer was busy, or a clock jumped",
                        to_seconds(late_->to - late_->from));
-  return frozen_words_;
+  for (const auto& [camera, shown] : shown_) {
+    if (!shown.frozen_words.empty()) return shown.frozen_words;
+  }
+  return {};
 }
 
 void ReplayWatch::jumped(Duration by) {
@@ -64,20 +67,18 @@ bool ReplayWatch::add(const TagFrame& frame) {
   constexpr double kMovedMetres = 0.01;
   constexpr double kMovedRadians = 0.005;
   const SE2 odom_T_base = odometry_ ? odometry_->odom_T_base : SE2();
-  const SE2 moved = odom_T_frame_.inverse() * odom_T_base;
-  const bool same = !frame.detections.empty() && same_picture(frame.detections, corners_);
+  Shown& shown = shown_[frame.camera];
+  const SE2 moved = shown.odom_T_frame.inverse() * odom_T_base;
+  const bool same = !frame.detections.empty() && same_picture(frame.detections, shown.corners);
   if (!same) {
-    corners_ = frame.detections;
-    odom_T_frame_ = odom_T_base;
-    same_since_ = frame.stamp;
-    frozen_words_.clear();
+    shown = {.corners = frame.detections, .odom_T_frame = odom_T_base, .since = frame.stamp};
     return true;
   }
   const bool moves = moved.translation().norm() > kMovedMetres || std::abs(moved.yaw()) > kMovedRadians;
   if (!moves) return true;
-  const double since_s = to_seconds(frame.stamp - same_since_);
+  const double since_s = to_seconds(frame.stamp - shown.since);
   if (since_s > options_.frozen_s)
-    frozen_words_ =
+    shown.frozen_words =
         fmt::format("the camera shows the same picture for {:.1f} s while the robot moves", since_s);
   return false;
 }
@@ -100,7 +101,7 @@ void ReplayWatch::check(const SE2& map_T_base) {
 
 void ReplayWatch::forget() {
   alarm_.clear();
-  frozen_words_.clear();
+  for (auto& [camera, shown] : shown_) shown.frozen_words.clear();
   tick_.reset();
   late_.reset();
   silent_.reset();

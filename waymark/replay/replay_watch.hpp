@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,16 +71,20 @@ class ReplayWatch {
 
   WatchOptions options_;
   std::string alarm_{};
-  std::string frozen_words_{};
   std::optional<SensorTime> tick_{};
   std::optional<Gap> late_{};    ///< between two commands, as long as nobody knows why
   std::optional<Gap> silent_{};  ///< the newest between two samples of odometry
   std::optional<Odometry> odometry_{};
   SE2 odom_T_checked_{};
   std::optional<SE2> map_T_checked_{};
-  std::vector<TagDetection> corners_{};
-  SE2 odom_T_frame_{};
-  SensorTime same_since_{};
+  /// What a camera shows, and since when.
+  struct Shown {
+    std::vector<TagDetection> corners{};
+    SE2 odom_T_frame{};
+    SensorTime since{};
+    std::string frozen_words{};
+  };
+  std::map<std::string, Shown> shown_{};  ///< by camera
 };
 
 }  // namespace waymark

@@ -9,10 +9,11 @@ namespace waymark {
 
 double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>& frames, const TagMap& map) {
   const auto sees_tag = [&](SensorTime stamp) {
-    const auto frame = std::ranges::lower_bound(frames, stamp, {}, &TagFrame::stamp);
-    return frame != frames.end() && frame->stamp == stamp &&
-           std::ranges::any_of(frame->detections,
-                               [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    const auto at_once = std::ranges::equal_range(frames, stamp, {}, &TagFrame::stamp);
+    return std::ranges::any_of(at_once, [&](const TagFrame& frame) {
+      return std::ranges::any_of(frame.detections,
+                                 [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    });
   };
   double longest = 0;
   double since = 0;
@@ -24,15 +25,18 @@ double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>
   return longest;
 }
 
-double longest_without_tags_m(const Route& route, const TagMap& map, const CameraModel& camera,
-                              const SE3& base_T_cam) {
+double longest_without_tags_m(const Route& route, const TagMap& map,
+                              const std::vector<MountedCamera>& cameras) {
   double longest = 0;
   double seen_at = 0;
   const SE3 map_T_level = map_T_floor(map.floor);
   for (const RoutePoint& point : route.points) {
     longest = std::max(longest, point.arc_length_m - seen_at);
-    if (!visible_tags(map, camera, map_T_level * lift(point.map_T_base) * base_T_cam).empty())
-      seen_at = point.arc_length_m;
+    const SE3 map_T_base = map_T_level * lift(point.map_T_base);
+    const bool seen = std::ranges::any_of(cameras, [&](const MountedCamera& each) {
+      return !visible_tags(map, each.camera, map_T_base * each.base_T_cam).empty();
+    });
+    if (seen) seen_at = point.arc_length_m;
   }
   return std::max(longest, route.length_m - seen_at);
 }

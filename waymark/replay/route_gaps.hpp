@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "waymark/camera/camera_model.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/route.hpp"
 #include "waymark/samples/tag_map.hpp"
@@ -15,8 +15,9 @@ namespace waymark {
 [[nodiscard]] double longest_without_tags_m(const Trajectory& lap, const std::vector<TagFrame>& frames,
                                             const TagMap& map);
 
-/// The same of a route whose lap is not known, by which tags a camera could see; occlusion is not considered.
-[[nodiscard]] double longest_without_tags_m(const Route& route, const TagMap& map, const CameraModel& camera,
-                                            const SE3& base_T_cam);
+/// The same of a route whose lap is not known, by which tags any of the cameras could see; occlusion is not
+/// considered.
+[[nodiscard]] double longest_without_tags_m(const Route& route, const TagMap& map,
+                                            const std::vector<MountedCamera>& cameras);
 
 }  // namespace waymark

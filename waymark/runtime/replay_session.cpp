@@ -22,7 +22,10 @@ Status ReplaySession::hear(const Sample& sample) {
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     replayer_.add(*frame);
     ++end_.frames;
-    end_.frames_with_two_tags += frame->detections.size() >= 2 ? 1 : 0;
+    std::vector<TagId> tags;
+    for (const TagDetection& seen : frame->detections) tags.push_back(seen.tag);
+    in_view_.add(frame->camera, frame->stamp, std::move(tags));
+    end_.frames_with_two_tags += in_view_.count(frame->stamp) >= 2 ? 1 : 0;
   }
   if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer_.add(*odometry);
   if (const auto* imu = std::get_if<ImuSample>(&sample)) replayer_.add(*imu);

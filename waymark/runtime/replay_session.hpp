@@ -7,6 +7,7 @@
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/runtime/session_request.hpp"
+#include "waymark/samples/tags_in_view.hpp"
 
 namespace waymark {
 
@@ -79,6 +80,7 @@ class ReplaySession {
   ReplaySessionOptions options_;
   SessionRequests requests_;
   ReplayEnd end_{};
+  TagsInView in_view_{};
   std::string ended_by_{};  ///< a request, in words
   bool paused_ = false;
   std::optional<Duration> goes_{};  ///< when it last drove, or was meant to stand

@@ -179,10 +179,10 @@ void read_observations(const LapInput& input, const LapBundle& lap, BundleMap& r
     CornerFactor plain = term.factor;
     plain.whitening.setIdentity();
     const auto& poses = lap.bundle.poses;
-    const auto r = corner_residual(plain, input.camera,
+    const auto r = corner_residual(plain, lap.bundle.cameras[term.camera],
                                    {poses[term.rig].value, poses[term.cam].value, {}, poses[term.tag].value});
     if (r) squares += r->squaredNorm();
-    if (r) add_to_regions(*r, term.factor, input.camera, result);
+    if (r) add_to_regions(*r, term.factor, lap.bundle.cameras[term.camera], result);
     numbers += 8;
   }
   for (ResidualRegion& region : result.regions) {
@@ -204,7 +204,7 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
 std::vector<ObservedFrame> observe_all(const LapInput& input) {
   std::vector<ObservedFrame> observed;
   observed.reserve(input.frames.size());
-  for (const TagFrame& frame : input.frames) observed.push_back(observe(frame, input.camera, input.sizes));
+  for (const TagFrame& frame : input.frames) observed.push_back(observe(frame, input));
   return observed;
 }
 
@@ -227,7 +227,7 @@ void leave_out(const LapInput& input, const std::vector<internal::ObservationInd
                std::vector<ObservedFrame>& observed) {
   const LapInput confirmed = internal::without(input, doubtful);
   for (const internal::ObservationIndex& index : doubtful)
-    observed[index.frame] = observe(confirmed.frames[index.frame], input.camera, input.sizes);
+    observed[index.frame] = observe(confirmed.frames[index.frame], input);
 }
 
 /// Observations in doubt have no say until everything else stands.
@@ -326,6 +326,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
       ++result.frames_without_pose;
       continue;
     }
+    if (i > 0 && lap.bases[i] == lap.bases[i - 1]) continue;  // another camera at the same moment
     result.trajectory.push_back({input.frames[i].stamp, lap.bundle.poses[*lap.bases[i]].value});
     result.trajectory_covariance.push_back(P.poses[*lap.bases[i]]);
   }

@@ -61,19 +61,25 @@ Alternative<SE3> shape_of(const Branch& branch, bool lying, const FloorOptions& 
 
 TagShapes tag_shapes(const std::vector<ObservedFrame>& frames, const SE3& base_T_cam,
                      const FloorOptions& options) {
-  std::map<TagId, std::vector<const TagPoseObservation*>> observations;
+  struct Seen {
+    const TagPoseObservation* observation;
+    SE3 base_T_cam;
+  };
+  std::map<TagId, std::vector<Seen>> observations;
   for (const ObservedFrame& frame : frames) {
-    for (const TagPoseObservation& seen : frame.tags) observations[seen.tag].push_back(&seen);
+    for (const TagPoseObservation& seen : frame.tags)
+      observations[seen.tag].push_back({&seen, frame.base_T_cam.value_or(base_T_cam)});
   }
   TagShapes shapes;
   for (const auto& [tag, seen] : observations) {
     int lying = 0;
-    for (const auto* observation : seen) lying += lies(base_T_cam * observation->cam_T_tag) ? 1 : 0;
+    for (const auto& [observation, base_T_eye] : seen)
+      lying += lies(base_T_eye * observation->cam_T_tag) ? 1 : 0;
     const bool mostly = 2 * lying > static_cast<int>(seen.size());
     std::vector<Vote<SE3>> votes;
-    for (const auto* observation : seen) {
+    for (const auto& [observation, base_T_eye] : seen) {
       Vote<SE3> vote;
-      for (const Branch& branch : branches(*observation, base_T_cam))
+      for (const Branch& branch : branches(*observation, base_T_eye))
         vote.push_back(shape_of(branch, mostly, options));
       votes.push_back(std::move(vote));
     }
@@ -91,7 +97,7 @@ std::vector<FloorFrame> floor_frames(const std::vector<ObservedFrame>& frames, c
       const auto shape = shapes.find(seen.tag);
       if (shape == shapes.end()) continue;
       FloorObservation observation{.tag = seen.tag};
-      for (const Branch& branch : branches(seen, base_T_cam)) {
+      for (const Branch& branch : branches(seen, frame.base_T_cam.value_or(base_T_cam))) {
         FloorFit fit = fit_to_floor(branch.base_T_tag, shape->second, options);
         fit.chi2 += branch.chi2;
         if (fit.chi2 < kGate3) observation.base_X_tag.push_back(fit);

@@ -25,6 +25,7 @@ struct FloorFrame {
 /// on its floor sees them directly from every frame, so they do not add up along a chain.
 using TagShapes = std::map<TagId, SE3>;
 
+/// `base_T_cam`: of the first camera.
 [[nodiscard]] TagShapes tag_shapes(const std::vector<ObservedFrame>& frames, const SE3& base_T_cam,
                                    const FloorOptions& options);
 

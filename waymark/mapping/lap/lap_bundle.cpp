@@ -90,6 +90,17 @@ void add_floor(const LapInput& lap, double z_m, LapBundle& result) {
   result.bundle.priors.push_back({result.floor, floor_prior(map_T_plane, is_level(lap))});
 }
 
+/// 0: the first; of the others one more than its place in more_cameras.
+std::size_t camera_index(const LapInput& lap, const std::string& name) {
+  const auto found = std::ranges::find(lap.more_cameras, name, &MountedCamera::name);
+  return found == lap.more_cameras.end() ? 0 : static_cast<std::size_t>(found - lap.more_cameras.begin()) + 1;
+}
+
+/// Two cameras that are triggered together see from one place.
+bool taken_at_once(const TagFrame& a, const TagFrame& b) {
+  return a.stamp == b.stamp && a.camera != b.camera;
+}
+
 /// A term for an observation of a tag that has a pose, in a frame that has one.
 void add_corners(const LapInput& lap, const LapModelOptions& options,
                  const LapBundle::Observation& observation, LapBundle& result) {
@@ -98,8 +109,10 @@ void add_corners(const LapInput& lap, const LapModelOptions& options,
   if (tag == result.tags.end() || !result.bases[observation.frame]) return;
   const auto factor = corner_factor(detection, *lap.sizes.size_m(detection.tag), options.corner_sigma_px);
   if (!factor) return;
+  const std::size_t camera = camera_index(lap, lap.frames[observation.frame].camera);
+  const PoseIndex cam = camera == 0 ? result.cam : result.more_cams[camera - 1];
   result.bundle.corners.push_back(
-      {*result.bases[observation.frame], result.cam, result.map, tag->second, 0, *factor});
+      {*result.bases[observation.frame], cam, result.map, tag->second, camera, *factor});
   result.observations.push_back(observation);
 }
 
@@ -112,12 +125,24 @@ PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known) {
   return {map_T_floor, sigma.cwiseInverse().asDiagonal()};
 }
 
+std::vector<PoseIndex> LapBundle::base_poses() const {
+  std::vector<PoseIndex> poses;
+  for (const auto& base : bases) {
+    if (base && (poses.empty() || poses.back() != *base)) poses.push_back(*base);
+  }
+  return poses;
+}
+
 LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapModelOptions& options) {
   LapBundle result;
   Bundle& bundle = result.bundle;
   bundle.cameras = {lap.camera};
   result.map = bundle.add({}, true);
   result.cam = bundle.add(lap.base_T_cam, true);
+  for (const MountedCamera& other : lap.more_cameras) {
+    bundle.cameras.push_back(other.camera);
+    result.more_cams.push_back(bundle.add(other.base_T_cam, true));
+  }
   MaybePoses poses = chain_poses(lap, start.trajectory);
   const auto first = std::ranges::find_if(poses, [](const auto& pose) { return pose.has_value(); });
   const double floor_z = first == poses.end() ? 0 : (*first)->translation().z();
@@ -135,6 +160,10 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
   result.bases.resize(lap.frames.size());
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     if (!poses[i]) continue;
+    if (i > 0 && result.bases[i - 1] && taken_at_once(lap.frames[i - 1], lap.frames[i])) {
+      result.bases[i] = result.bases[i - 1];
+      continue;
+    }
     result.bases[i] = bundle.add(*poses[i]);
     bundle.on_floor.push_back(
         {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});

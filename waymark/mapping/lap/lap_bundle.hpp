@@ -67,20 +67,23 @@ struct LapInput {
   TagSizes sizes{};
   TagId anchor{};
   SE3 map_T_anchor{};
-  std::vector<ImuSample> imu{};     ///< may be empty
-  std::optional<LapPrior> prior{};  ///< then the anchor is one of its tags, where it has it
+  std::vector<ImuSample> imu{};               ///< may be empty
+  std::optional<LapPrior> prior{};            ///< then the anchor is one of its tags, where it has it
+  std::vector<MountedCamera> more_cameras{};  ///< beside the first, whose frames name none of them
 };
 
 /// The bundle of a lap, and where to find what in it.
 struct LapBundle {
   Bundle bundle{};
-  PoseIndex map = 0;    ///< identity
-  PoseIndex cam = 0;    ///< base_T_cam
-  PoseIndex floor = 0;  ///< map_T_floor: the plane z = 0 of floor is what the robot drives on
+  PoseIndex map = 0;                   ///< identity
+  PoseIndex cam = 0;                   ///< base_T_cam of the first camera
+  std::vector<PoseIndex> more_cams{};  ///< of the others, in the order of LapInput
+  PoseIndex floor = 0;                 ///< map_T_floor: the plane z = 0 of floor is what the robot drives on
   std::map<TagId, PoseIndex> tags{};
   std::optional<PoseIndex> anchor{};  ///< the tag that defines where the map is
   std::vector<std::optional<PoseIndex>>
-      bases{};  ///< of each frame; nothing: neither tags nor odometry place it
+      bases{};  ///< of each frame; nothing: neither tags nor odometry place it. Frames of several cameras
+                ///< with one stamp share theirs
   /// Of each corner term: its frame and the index of its detection there.
   struct Observation {
     std::size_t frame = 0;
@@ -88,6 +91,8 @@ struct LapBundle {
   };
   std::vector<Observation> observations{};
 
+  /// Every base pose, once.
+  [[nodiscard]] std::vector<PoseIndex> base_poses() const;
   /// A tag that stays where it is, whatever most of its observations say.
   [[nodiscard]] bool is_held(PoseIndex tag) const { return bundle.poses[tag].fixed || tag == anchor; }
 };
@@ -99,7 +104,8 @@ struct LapBundle {
 /// Unknown: every tag of the start, every base pose, the height of the floor, the scales of odometry. The map
 /// is level with the floor; the anchor holds its place and its heading, and how it leans is found. Where the
 /// lap extends a map whose floor is not known, the anchor is held and the lean of the floor is found instead.
-/// Frames without a tag are placed by odometry alone. The camera's mounting is taken as known.
+/// Frames without a tag are placed by odometry alone. The mountings of the cameras
+/// are taken as known.
 [[nodiscard]] LapBundle lap_bundle(const LapInput& lap, const ChainResult& start,
                                    const LapModelOptions& options = {});
 

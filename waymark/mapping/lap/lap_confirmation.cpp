@@ -34,15 +34,15 @@ Matrix6 covariance_of(const SE2& motion) {
 
 std::vector<ViewMotion> motions_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
   const OdometryTrack wheels(lap.odometry);
-  const SE3 cam_T_base = lap.base_T_cam.inverse();
-  const Matrix6 Ad = cam_T_base.adjoint();
   std::vector<ViewMotion> motions(observed.size());
   std::optional<SE2> before;
   for (std::size_t f = 0; f < observed.size(); ++f) {
     const std::optional<SE2> now = wheels.at(observed[f].stamp);
     if (before && now) {
       const SE2 motion = before->inverse() * *now;
-      motions[f] = {true, cam_T_base * lift(motion) * lap.base_T_cam,
+      const SE3 cam_T_base = observed[f - 1].base_T_cam.value_or(lap.base_T_cam).inverse();
+      const Matrix6 Ad = cam_T_base.adjoint();
+      motions[f] = {true, cam_T_base * lift(motion) * observed[f].base_T_cam.value_or(lap.base_T_cam),
                     Ad * covariance_of(motion) * Ad.transpose()};
     }
     before = now;

@@ -32,15 +32,16 @@ Reason reason_of(const Vote<SE3>& vote, const MappedTag* tag) {
 
 /// Where an id is twice in a frame, the one that contradicts more is meant.
 Reason reason_of(const RejectedObservation& observation, const LapInput& lap, const BundleMap& map) {
-  const auto frame = std::ranges::lower_bound(lap.frames, observation.stamp, {}, &TagFrame::stamp);
+  const auto frames = std::ranges::equal_range(lap.frames, observation.stamp, {}, &TagFrame::stamp);
   const auto base = std::ranges::lower_bound(map.trajectory, observation.stamp, {}, &StampedPose::stamp);
   Reason reason = Reason::NoPose;
-  if (frame == lap.frames.end() || frame->stamp != observation.stamp) return reason;
   if (base == map.trajectory.end() || base->stamp != observation.stamp) return reason;
-  for (const TagDetection& seen : frame->detections) {
-    if (seen.tag != observation.tag) continue;
-    const Vote<SE3> vote = vote_for_place(seen, lap, base->map_T_base);
-    reason = std::min(reason, reason_of(vote, map.map.find(observation.tag)));
+  for (const TagFrame& frame : frames) {
+    for (const TagDetection& seen : frame.detections) {
+      if (seen.tag != observation.tag) continue;
+      const Vote<SE3> vote = vote_for_place(seen, frame.camera, lap, base->map_T_base);
+      reason = std::min(reason, reason_of(vote, map.map.find(observation.tag)));
+    }
   }
   return reason;
 }

@@ -14,6 +14,7 @@ namespace {
 /// A frame that saw a tag, and where the map has the base then.
 struct Visit {
   const TagDetection* seen = nullptr;
+  const TagFrame* frame = nullptr;
   const StampedPose* base = nullptr;
 };
 using Visits = std::map<TagId, std::vector<Visit>>;
@@ -29,7 +30,7 @@ Visits visits_of(const LapInput& lap, const BundleMap& map) {
     if (base == map.trajectory.end() || base->stamp != frame.stamp) continue;
     for (const TagDetection& seen : frame.detections) {
       if (map.map.find(seen.tag) != nullptr && !rejected.contains({frame.stamp, seen.tag}))
-        visits[seen.tag].push_back({&seen, &*base});
+        visits[seen.tag].push_back({&seen, &frame, &*base});
     }
   }
   return visits;
@@ -40,7 +41,8 @@ std::optional<SE3> place_by(const LapInput& lap, std::vector<Visit>::const_itera
                             std::vector<Visit>::const_iterator last) {
   std::vector<internal::Vote<SE3>> votes;
   for (auto visit = first; visit != last; ++visit)
-    votes.push_back(internal::vote_for_place(*visit->seen, lap, visit->base->map_T_base));
+    votes.push_back(
+        internal::vote_for_place(*visit->seen, visit->frame->camera, lap, visit->base->map_T_base));
   const auto agreed = internal::agree(votes, internal::kPoseGate);
   return agreed ? std::optional(agreed->value.mean) : std::nullopt;
 }

@@ -43,8 +43,8 @@ std::optional<SE3> found_again(const LapInput& input, const LapBundle& lap, Pose
   std::vector<Vote<SE3>> votes;
   for (const std::size_t i : terms) {
     const auto [frame, detection] = lap.observations[i];
-    votes.push_back(vote_for_base(input.frames[frame].detections[detection], input,
-                                  lap.bundle.poses[lap.bundle.corners[i].tag].value));
+    votes.push_back(vote_for_base(input.frames[frame].detections[detection], input.frames[frame].camera,
+                                  input, lap.bundle.poses[lap.bundle.corners[i].tag].value));
   }
   for (const OdometryTerm* wheels : beside) {
     if (!lost.contains(wheels->a == base ? wheels->b : wheels->a))
@@ -64,8 +64,8 @@ bool place_lost_frames_anew(const LapInput& input, const BundleMapOptions& optio
     return std::ranges::count_if(terms[base], [&](auto i) { return chi2[i] < options.search.outlier_chi2; });
   };
   std::vector<PoseIndex> in_order;
-  for (const auto& base : lap.bases) {
-    if (base && 2 * good(*base) < std::ssize(terms[*base])) in_order.push_back(*base);
+  for (const PoseIndex base : lap.base_poses()) {
+    if (2 * good(base) < std::ssize(terms[base])) in_order.push_back(base);
   }
   if (in_order.empty()) return false;
   std::set<PoseIndex> lost(in_order.begin(), in_order.end());
@@ -97,8 +97,8 @@ bool place_lost_tags_anew(const LapInput& input, const BundleMapOptions& options
     std::vector<Vote<SE3>> votes;
     for (std::size_t i : terms[pose]) {
       const auto [frame, detection] = lap.observations[i];
-      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
-                                     lap.bundle.poses[lap.bundle.corners[i].rig].value));
+      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input.frames[frame].camera,
+                                     input, lap.bundle.poses[lap.bundle.corners[i].rig].value));
     }
     const auto agreed = agree(votes, kPoseGate);
     if (!agreed || agreed->votes <= good) continue;
@@ -123,8 +123,8 @@ bool place_unconnected(const LapInput& input, const BundleMapOptions& options, L
   const auto placed = std::erase_if(unconnected, [&](const TagId& tag) {
     std::vector<Vote<SE3>> votes;
     for (const auto& [frame, detection] : observations[tag]) {
-      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input,
-                                     lap.bundle.poses[*lap.bases[frame]].value));
+      votes.push_back(vote_for_place(input.frames[frame].detections[detection], input.frames[frame].camera,
+                                     input, lap.bundle.poses[*lap.bases[frame]].value));
     }
     const auto agreed = agree(votes, kPoseGate);
     if (!input.sizes.size_m(tag) || !agreed || agreed->votes < kEnough) return false;

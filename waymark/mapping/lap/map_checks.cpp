@@ -52,7 +52,8 @@ Split split_of(const TagId& tag, const MappedTag& mapped, const std::set<SensorT
       if (detection.tag != tag) continue;
       const SE3* map_T_base = base_at(map, frame.stamp);
       if (map_T_base == nullptr) continue;
-      Observation observation{frame.stamp, internal::vote_for_place(detection, lap, *map_T_base)};
+      Observation observation{frame.stamp,
+                              internal::vote_for_place(detection, frame.camera, lap, *map_T_base)};
       if (observation.vote.empty()) continue;
       const bool here = !rejected.contains(frame.stamp) || shows(observation, mapped.map_T_tag);
       (here ? split.here : split.there).push_back(std::move(observation));

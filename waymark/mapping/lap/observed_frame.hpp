@@ -22,6 +22,7 @@ struct TagPoseObservation {
 /// What one frame saw.
 struct ObservedFrame {
   SensorTime stamp{};
+  std::optional<SE3> base_T_cam{};  ///< of the camera that saw it; nothing: of the robot's first
   std::vector<TagPoseObservation> tags{};
 };
 

@@ -45,9 +45,7 @@ TagMap tags_of(const LapBundle& lap, const TagMap& prior) {
 void move_all(const SE3& new_T_old, LapBundle& lap) {
   const auto move = [&](PoseIndex i) { lap.bundle.poses[i].value = new_T_old * lap.bundle.poses[i].value; };
   for (const auto& [id, pose] : lap.tags) move(pose);
-  for (const auto& base : lap.bases) {
-    if (base) move(*base);
-  }
+  for (const PoseIndex base : lap.base_poses()) move(base);
   move(lap.floor);
   for (PriorTerm& term : lap.bundle.priors) {
     if (term.pose == lap.floor) term.factor.prior = new_T_old * term.factor.prior;

@@ -86,14 +86,26 @@ std::optional<SE2::Tangent> motion_by_tags(const FloorFrame& from, const FloorFr
   return SE2::Tangent(median(std::move(x)), median(std::move(y)), median(std::move(turn)));
 }
 
-std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
+/// The frames of each camera; a window begins and ends with the same one.
+std::vector<std::vector<ObservedFrame>> by_camera(const LapInput& lap,
+                                                  const std::vector<ObservedFrame>& observed) {
+  std::vector<std::vector<ObservedFrame>> cameras(1 + lap.more_cameras.size());
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    const auto other = std::ranges::find(lap.more_cameras, lap.frames[i].camera, &MountedCamera::name);
+    const bool first = other == lap.more_cameras.end();
+    cameras[first ? 0 : static_cast<std::size_t>(other - lap.more_cameras.begin()) + 1].push_back(
+        observed[i]);
+  }
+  return cameras;
+}
+
+void add_windows(const LapInput& lap, const TagShapes& shapes, const std::vector<ObservedFrame>& observed,
+                 std::vector<Window>& windows) {
   constexpr double kShort_s = 0.8;
   constexpr double kLong_s = 1.2;
-  const TagShapes shapes = tag_shapes(observed, lap.base_T_cam, {});
   const std::vector<FloorFrame> frames = floor_frames(observed, shapes, lap.base_T_cam, {});
   const OdometryTrack wheels(lap.odometry);
   const GyroTrack gyro(lap.imu);
-  std::vector<Window> windows;
   std::size_t j = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     while (j < frames.size() && to_seconds(frames[j].stamp - frames[i].stamp) < kShort_s) ++j;
@@ -108,6 +120,12 @@ std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFr
         2.5;  // the rotation of a second would not be told from one of a turn more
     if (std::abs(window.wheels[2]) < kTooFast_rad) windows.push_back(window);
   }
+}
+
+std::vector<Window> windows_of(const LapInput& lap, const std::vector<ObservedFrame>& observed) {
+  const TagShapes shapes = tag_shapes(observed, lap.base_T_cam, {});
+  std::vector<Window> windows;
+  for (const auto& of_camera : by_camera(lap, observed)) add_windows(lap, shapes, of_camera, windows);
   return windows;
 }
 

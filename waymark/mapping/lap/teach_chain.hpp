@@ -8,6 +8,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/mapping/lap/observed_frame.hpp"
 #include "waymark/pose/floor_fit.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 #include "waymark/samples/tag_map.hpp"
 #include "waymark/samples/tag_sizes.hpp"
@@ -50,12 +51,20 @@ struct ChainResult {
 /// cam_T_tag of every tag of a frame whose size is known (equation 2.13); tags that give no pose are left
 /// out.
 [[nodiscard]] ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const TagSizes& sizes);
+/// The same by the camera of the setup that the frame names (camera_of()).
+template <class Setup>
+[[nodiscard]] ObservedFrame observe(const TagFrame& frame, const Setup& setup) {
+  const CameraView seen_by = camera_of(setup, frame.camera);
+  ObservedFrame observed = observe(frame, seen_by.camera, setup.sizes);
+  if (&seen_by.base_T_cam != &setup.base_T_cam) observed.base_T_cam = seen_by.base_T_cam;
+  return observed;
+}
 
 /// The map and the trajectory by composition alone (Martins and Ramos, "AprilTag-based Trajectory Tracking
 /// for the LIMOS Robot", equation 3.1 and section 3.2): map_T_cam from the anchor where it is seen, and from
-/// tag to tag where two are seen together; for a robot on a level floor. docs/concepts/teach_and_replay.md
-/// says how. Never are two ways to the same tag weighed against each other, and no error is distributed: what
-/// bundle adjustment must beat.
+/// tag to tag where two are seen together; for a robot on a level floor. `base_T_cam`: of the first camera.
+/// docs/concepts/teach_and_replay.md says how. Never are two ways to the same tag weighed against each other,
+/// and no error is distributed: what bundle adjustment must beat.
 ///
 /// Fails when the anchor is never seen. O(frames * tags^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,

@@ -188,7 +188,8 @@ std::map<TagId, std::vector<WheelSite>> wheel_sites(const LapInput& lap,
       const TagPoseObservation& seen = observed[f].tags[next];
       if (detections[d].tag != seen.tag) continue;
       ++next;
-      const SE3 odom_T_tag = lift(now->odom_T_base) * lap.base_T_cam * seen.cam_T_tag;
+      const SE3 odom_T_tag =
+          lift(now->odom_T_base) * observed[f].base_T_cam.value_or(lap.base_T_cam) * seen.cam_T_tag;
       add_to_tracks({{f, d},
                      odom_T_tag.translation().head<2>(),
                      seen.cam_T_tag.translation().norm(),

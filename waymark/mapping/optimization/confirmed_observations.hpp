@@ -18,7 +18,7 @@ struct ViewedTag {
   double size_px = 0;  ///< of its diagonals, the longer; 0: where it is in the image is not considered
 };
 
-/// How a view's camera moved since the view before of the same camera; nothing where nobody measured it.
+/// Where a view's camera is from that of the view before; nothing where nobody measured the motion.
 struct ViewMotion {
   bool known = false;
   SE3 before_T_view{};
