@@ -28,13 +28,19 @@ struct Lap {
   std::vector<ImuSample> imu{};
 };
 
-inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const World& world = circuit()) {
+inline const RobotDescription& limo() {
   static const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
+  return robot;
+}
+
+inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const World& world = circuit(),
+                 const RobotDescription& robot = limo()) {
   Lap lap{.input = {.camera = robot.camera,
                     .base_T_cam = robot.model.base_T_cam,
                     .sizes = {.default_size_m = 0.16},
                     .anchor = world.anchor,
-                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag}};
+                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag,
+                    .more_cameras = robot.more_cameras}};
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) {
     if (const auto* frame = std::get_if<TagFrame>(&sample)) lap.input.frames.push_back(*frame);
@@ -44,7 +50,13 @@ inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const Wor
       lap.truth.push_back({truth->stamp, truth->map_T_base});
     return Status();
   };
-  EXPECT_TRUE(drive_scripted_lap({world, robot.model, robot.camera, {.seed = seed}}, driver, listener));
+  const SimulatedStage stage{.world = world,
+                             .model = robot.model,
+                             .camera = robot.camera,
+                             .robot = {.seed = seed},
+                             .camera_name = robot.camera_name,
+                             .more_cameras = robot.more_cameras};
+  EXPECT_TRUE(drive_scripted_lap(stage, driver, listener));
   return lap;
 }
 

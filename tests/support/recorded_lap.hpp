@@ -54,7 +54,7 @@ inline std::string record_lap(const std::filesystem::path& file, std::uint64_t s
                                        file_text(WAYMARK_SHARE "/robots/limo.yaml")));
   EXPECT_TRUE(recorder->add_attachment(lap_facts::kWorldFile, "application/yaml", {},
                                        file_text(WAYMARK_SHARE "/worlds/circuit24.yaml")));
-  recorder->add_camera_with_first_sample(robot.camera, robot.model.base_T_cam);
+  recorder->add_cameras_with_first_sample({{.camera = robot.camera, .base_T_cam = robot.model.base_T_cam}});
   LapListener listener;
   bool over = false;
   listener.on_sample = [&](const Sample& sample) {

@@ -132,10 +132,11 @@ Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console&
   if (simulated.robot.lidar.rate_hz <= 0) simulated.robot.lidar.rate_hz = kUsualLidar_hz;
   auto tags = tags_of(stage, job);
   if (!tags) return tl::unexpected(tags.error());
-  auto localizer = Localizer::make({.landmarks = Landmarks(*tags),
-                                    .tags = *tags,
-                                    .eye = {simulated.camera, simulated.model.base_T_cam},
-                                    .filter = job.filter});
+  auto localizer =
+      Localizer::make({.landmarks = Landmarks(*tags),
+                       .tags = *tags,
+                       .eye = {simulated.camera, simulated.model.base_T_cam, simulated.more_cameras},
+                       .filter = job.filter});
   if (!localizer) return tl::unexpected(localizer.error());
   auto recorder = recorder_of(stage, job);
   if (!recorder) return tl::unexpected(recorder.error());

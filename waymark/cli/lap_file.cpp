@@ -39,7 +39,8 @@ TeachSetup teach_setup(const SimulatedStage& stage) {
                    .base_T_cam = stage.model.base_T_cam,
                    .anchor = world.anchor,
                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag,
-                   .closed_route = world.path_closed};
+                   .closed_route = world.path_closed,
+                   .more_cameras = stage.more_cameras};
   for (const auto& [tag, mapped] : world.tags.tags) setup.sizes.size_by_tag_m[tag] = mapped.size_m;
   setup.sizes.default_size_m = world.tags.find(world.anchor)->size_m;
   return setup;
@@ -76,7 +77,7 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
     status =
         recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot) + making.options);
   if (!status) return tl::unexpected(status.error());
-  recorder->add_camera_with_first_sample(simulated.camera, simulated.model.base_T_cam);
+  recorder->add_cameras_with_first_sample(simulated.cameras());
   return recorder;
 }
 

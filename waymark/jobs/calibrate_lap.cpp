@@ -103,7 +103,8 @@ Result<LapInput> lap_input(const LocalizeJob& job, double from_s, double to_s, c
                   .sizes = setup->sizes,
                   .anchor = setup->anchor,
                   .map_T_anchor = setup->map_T_anchor,
-                  .prior = std::move(prior)};
+                  .prior = std::move(prior),
+                  .more_cameras = setup->more_cameras};
 }
 
 }  // namespace

@@ -96,7 +96,9 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
         "the recording does not say where the camera sits: it has no transforms (/tf_static, /tf) from the "
         "base to the camera's optical frame",
         {}, "Give a robot's file with --robot. `waymark info` shows what it holds.");
-  TeachSetup setup{.camera = *lap.setup.camera, .base_T_cam = *lap.setup.base_T_cam};
+  TeachSetup setup{.camera = *lap.setup.camera,
+                   .base_T_cam = *lap.setup.base_T_cam,
+                   .more_cameras = lap.setup.more_cameras};
   const std::optional<std::string> recorded = metadata(lap, lap_facts::kTagSize);
   const auto size = overrides.tag_size_m ? overrides.tag_size_m : parse_number(recorded.value_or(""));
   if (!size)

@@ -72,6 +72,7 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   if (setup->camera || setup->base_T_cam || !setup->facts.frames.empty()) inputs.recorded = *setup;
   if (setup->camera) inputs.setup.eye.camera = setup->camera;
   if (setup->base_T_cam) inputs.setup.eye.base_T_sensor = *setup->base_T_cam;
+  if (!setup->more_cameras.empty()) inputs.setup.eye.more_cameras = setup->more_cameras;
   return {};
 }
 
@@ -106,7 +107,7 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, inputs.recorded))
     inputs.warnings.push_back(std::move(words));
-  inputs.setup.eye = {description->camera, description->model.base_T_cam};
+  inputs.setup.eye = {description->camera, description->model.base_T_cam, description->more_cameras};
   const auto motion = read_robot_motion(*path);
   if (!motion) return tl::unexpected(motion.error());
   if (*motion) inputs.setup.filter.motion = **motion;

@@ -31,13 +31,23 @@ struct MadeOf {
   std::map<TagId, TagReprojection> residuals{};
 };
 
+/// The figure of residuals is one picture: that of the first camera.
+std::vector<TagFrame> frames_of_first_camera(const RecordedLap& lap) {
+  std::vector<TagFrame> frames = lap.frames;
+  std::erase_if(frames, [&](const TagFrame& frame) {
+    const auto& others = lap.setup.more_cameras;
+    return std::ranges::find(others, frame.camera, &MountedCamera::name) != others.end();
+  });
+  return frames;
+}
+
 MadeOf look_back(const MapRun& run, const DriveRun& drive, const JobControl& control) {
   MadeOf made;
   if (Result<std::optional<World>> world = true_world(drive.lap); world) made.world = std::move(*world);
   const auto& setup = drive.lap.setup;
   if (setup.camera && setup.base_T_cam)
-    made.residuals =
-        tag_reprojection(drive.lap.frames, run.map.tags, run.trajectory, *setup.camera, *setup.base_T_cam);
+    made.residuals = tag_reprojection(frames_of_first_camera(drive.lap), run.map.tags, run.trajectory,
+                                      *setup.camera, *setup.base_T_cam);
   const Result<TeachSetup> teach = setup_of(drive.lap, {});
   if (!teach) return made;
   control.progress({"before optimisation: the chain of " + drive.file});

@@ -67,6 +67,7 @@ Status take_robot(const std::string& robot, RecordingSetup& setup, std::vector<s
   for (std::string& words : disagreements(*description, setup)) warnings.push_back(std::move(words));
   setup.camera = description->camera;
   setup.base_T_cam = description->model.base_T_cam;
+  setup.more_cameras = description->more_cameras;
   return {};
 }
 

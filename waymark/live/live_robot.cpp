@@ -30,7 +30,9 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command,
                                                    std::vector<MountedCamera> cameras, LiveWords words) {
   auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
-  auto robot = ProcessRobot::start(command);
+  ProcessRobotOptions options;
+  for (const MountedCamera& camera : cameras) options.cameras.push_back(camera.name);
+  auto robot = ProcessRobot::start(command, options);
   if (!robot) return tl::unexpected(robot.error());
   return std::unique_ptr<LiveRobot>(
       new LiveRobot(std::move(*robot), std::move(*finder), std::move(cameras), std::move(words)));

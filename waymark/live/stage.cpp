@@ -57,7 +57,9 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
   return Stage{.simulated = {.world = std::move(*world),
                              .model = robot->model,
                              .camera = robot->camera,
-                             .robot = with_seed(robot->simulation, seed)},
+                             .robot = with_seed(robot->simulation, seed),
+                             .camera_name = robot->camera_name,
+                             .more_cameras = robot->more_cameras},
                .world_yaml = world_file->text,
                .robot_yaml = robot_text->text};
 }

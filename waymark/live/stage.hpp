@@ -18,7 +18,8 @@ struct Stage {
   RobotCommand process{};  ///< what is the robot; empty: it is simulated
 
   [[nodiscard]] RobotDescription robot() const {
-    return {simulated.model, simulated.camera, simulated.robot};
+    return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,
+            simulated.more_cameras};
   }
 };
 

@@ -124,6 +124,7 @@ void Choosing::choose_views() {
     if (view.picture != tags) topics_of_frame[view.frame].push_back(view.topic);
   if (topics_of_frame.size() > 1) {
     std::string list;
+    for (const auto& [name, topics] : topics_of_frame) chosen_.frames.push_back(name);
     for (const auto& [name, topics] : topics_of_frame)
       list += fmt::format("\n  {}  ({})", name, fmt::join(topics, ", "));
     ambiguous(fmt::format("the recording holds {} cameras:{}", topics_of_frame.size(), list),
@@ -336,6 +337,25 @@ void Choosing::turn_imu() {
 
 ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice) {
   return Choosing(facts, choice).run();
+}
+
+std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts, const CameraChoice& choice) {
+  if (!choice.camera_frame.empty() || !choice.camera_topic.empty()) return {};
+  std::vector<std::string> frames = choose_camera(facts, choice).frames;
+  std::ranges::stable_sort(frames, {}, [&](const std::string& frame) {
+    return std::ranges::find(facts.infos, frame, &RecordedCameraInfo::frame) - facts.infos.begin();
+  });
+  std::vector<ChosenCamera> all;
+  for (const std::string& frame : frames) {
+    CameraChoice one = choice;
+    one.camera_frame = frame;
+    ChosenCamera camera = choose_camera(facts, one);
+    const bool calibrated =
+        std::ranges::find(facts.infos, frame, &RecordedCameraInfo::frame) != facts.infos.end();
+    if (camera.ambiguous || !calibrated || !camera.camera || !camera.base_T_cam) return {};
+    all.push_back(std::move(camera));
+  }
+  return all;
 }
 
 }  // namespace waymark

@@ -30,11 +30,17 @@ struct ChosenCamera {
   std::optional<Error> camera_error{};    ///< why there is no calibration
   std::optional<Error> mounting_error{};  ///< why there is no mounting: shows the tree
   std::optional<Error> ambiguous{};       ///< what must be said before the recording can be used at all
+  std::vector<std::string> frames{};      ///< of the cameras, where there are several and none was named
 };
 
 /// Chooses. The base is --base-frame, else what the odometry moves (child_frame_id), else base_link or
 /// base_footprint, below whatever namespace. The camera's frame is --camera-frame, else that of the header of
 /// its tags or pictures, else that of its calibration. The mounting is composed of every link between them.
 [[nodiscard]] ChosenCamera choose_camera(const CameraFacts& facts, const CameraChoice& choice);
+
+/// All cameras of a recording: one for each frame of tags or pictures, in the order of their calibrations.
+/// Empty unless there are several, none was named, and calibration and mounting of each are known.
+[[nodiscard]] std::vector<ChosenCamera> choose_all_cameras(const CameraFacts& facts,
+                                                           const CameraChoice& choice);
 
 }  // namespace waymark

@@ -15,11 +15,10 @@ void keep(const Sample& sample, RecordedLap& lap) {
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
   const LogSelection pictures = log.topics_used(lap.setup, true);
   if (pictures.topics.empty()) return {};
-  const CameraModel* camera = lap.setup.camera ? &*lap.setup.camera : nullptr;
   return log.visit_samples(pictures, [&](const Sample& sample) -> Status {
     const auto* picture = std::get_if<CameraFrame>(&sample);
     if (picture == nullptr) return {};
-    Result<TagFrame> frame = find(*picture, camera);
+    Result<TagFrame> frame = find(*picture, lens_of(lap.setup, picture->camera));
     if (!frame) return tl::unexpected(frame.error());
     lap.frames.push_back(std::move(*frame));
     return {};

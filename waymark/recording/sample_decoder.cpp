@@ -111,7 +111,8 @@ Status SampleDecoder::Impl::on_tags(const Ros2Message& raw) {
 Status SampleDecoder::Impl::on_covariances(const Ros2Message& raw) {
   const auto message = cdr::decode<ros2::TagCornerCovariances>(raw.cdr);
   if (!message) return tl::unexpected(named(message.error(), raw));
-  const bool same_frame = frame_ && frame_->stamp == ros2::from_ros(message->header.stamp);
+  const bool same_frame = frame_ && frame_->stamp == ros2::from_ros(message->header.stamp) &&
+                          frame_->camera == ros2::camera_of_frame(message->header.frame_id);
   return same_frame ? ros2::add_covariances(*frame_, *message) : Status{};
 }
 

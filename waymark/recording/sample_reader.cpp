@@ -1,5 +1,12 @@
 #include "waymark/recording/sample_reader.hpp"
 
+#include <algorithm>
+#include <iterator>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
@@ -10,10 +17,37 @@ std::string_view type_of(const mcap::Index& index, const mcap::Channel& channel)
   return schema == index.schemas.end() ? std::string_view() : schema->second.name;
 }
 
+/// The first of several becomes the chosen one; what none of them needs is not read.
+void use_all(std::vector<ChosenCamera> cameras, RecordingSetup& setup) {
+  setup.chosen = cameras.front();
+  std::vector<std::string> frames;
+  for (const ChosenCamera& camera : cameras) {
+    std::set<std::string> unused;
+    std::ranges::set_intersection(setup.chosen.unused, camera.unused, std::inserter(unused, unused.end()));
+    setup.chosen.unused = std::move(unused);
+    frames.push_back(camera.camera_frame);
+  }
+  for (auto camera = cameras.begin() + 1; camera != cameras.end(); ++camera)
+    setup.more_cameras.push_back(
+        {ros2::camera_of_frame(camera->camera_frame), *camera->camera, *camera->base_T_cam});
+  setup.chosen.notes = {fmt::format("all {} cameras are used: {} (--camera-frame chooses one)", frames.size(),
+                                    fmt::join(frames, ", "))};
+}
+
 }  // namespace
 
+const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera) {
+  const auto found = std::ranges::find(setup.more_cameras, camera, &MountedCamera::name);
+  if (found != setup.more_cameras.end()) return &found->camera;
+  return setup.camera ? &*setup.camera : nullptr;
+}
+
 void choose(RecordingSetup& setup, const CameraChoice& choice) {
-  setup.chosen = choose_camera(setup.facts, choice);
+  setup.more_cameras.clear();
+  if (auto all = choose_all_cameras(setup.facts, choice); !all.empty())
+    use_all(std::move(all), setup);
+  else
+    setup.chosen = choose_camera(setup.facts, choice);
   setup.camera = setup.chosen.camera;
   setup.base_T_cam = setup.chosen.base_T_cam;
 }

@@ -12,6 +12,7 @@
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/camera_choice.hpp"
 #include "waymark/recording/mcap_reader.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -20,13 +21,17 @@ namespace waymark {
 struct RecordingSetup {
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
+  std::vector<MountedCamera> more_cameras{};  ///< beside that one, where all cameras are used
   std::map<std::string, std::map<std::string, std::string>> metadata{};  ///< by name
   std::vector<Error> problems{};  ///< damage in the file; what could be read is read
   CameraFacts facts{};            ///< all that a recording of ROS says of cameras and frames
   ChosenCamera chosen{};          ///< which of it `camera` and `base_T_cam` are
 };
 
-/// Chooses the camera among the facts.
+/// The lens of the camera that a sample names; nullptr: not known.
+[[nodiscard]] const CameraModel* lens_of(const RecordingSetup& setup, std::string_view camera);
+
+/// Chooses the camera among the facts; of several that are all known, all of them.
 void choose(RecordingSetup& setup, const CameraChoice& choice = {});
 
 /// Turns what an IMU says into the axes of the base, where the recording says how they lie.

@@ -81,23 +81,21 @@ Status SampleRecorder::add_tags(const TagFrame& frame) {
                      ros2::covariances_to_ros(frame));
 }
 
-void SampleRecorder::add_camera_with_first_sample(const CameraModel& camera, const SE3& base_T_cam) {
-  camera_.emplace(camera, base_T_cam);
-}
-
-Status SampleRecorder::add_waiting_camera(SensorTime stamp) {
-  if (!camera_) return {};
-  const auto [camera, base_T_cam] = *std::exchange(camera_, std::nullopt);
-  return add_camera(stamp, camera, base_T_cam);
+Status SampleRecorder::add_waiting_cameras(SensorTime stamp) {
+  for (const MountedCamera& camera : std::exchange(cameras_, {})) {
+    if (Status status = add_camera(stamp, camera.camera, camera.base_T_cam, camera.name); !status)
+      return status;
+  }
+  return {};
 }
 
 Status SampleRecorder::close() {
-  if (Status status = add_waiting_camera({}); !status) return status;
+  if (Status status = add_waiting_cameras({}); !status) return status;
   return writer_.close();
 }
 
 Status SampleRecorder::add(const Sample& sample) {
-  if (Status status = add_waiting_camera(stamp_of(sample)); !status) return status;
+  if (Status status = add_waiting_cameras(stamp_of(sample)); !status) return status;
   const bool seen = std::holds_alternative<TagFrame>(sample) || std::holds_alternative<CameraFrame>(sample) ||
                     std::holds_alternative<TagPoseFrame>(sample);
   delay_ = seen ? camera_latency_ : Duration{};

@@ -2,13 +2,13 @@
 
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "waymark/camera/camera_model.hpp"
 #include "waymark/recording/mcap_writer.hpp"
 #include "waymark/recording/ros2_convert.hpp"
+#include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
@@ -47,8 +47,9 @@ class SampleRecorder {
   /// What a reader needs before the first frame: the camera and where it sits.
   Status add_camera(SensorTime stamp, const CameraModel& camera, const SE3& base_T_cam,
                     const std::string& name = "cam");
-  /// The same with the stamp of the first sample that is added, which may be anything on a robot's clock.
-  void add_camera_with_first_sample(const CameraModel& camera, const SE3& base_T_cam);
+  /// The same of all cameras with the stamp of the first sample that is added, which may be anything on a
+  /// robot's clock.
+  void add_cameras_with_first_sample(std::vector<MountedCamera> cameras) { cameras_ = std::move(cameras); }
   /// A message of ours on any topic.
   template <class Message>
   Status add_message(const std::string& topic, SensorTime stamp, const Message& message);
@@ -65,7 +66,7 @@ class SampleRecorder {
   Status close();
 
  private:
-  Status add_waiting_camera(SensorTime stamp);
+  Status add_waiting_cameras(SensorTime stamp);
   Status add_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
@@ -73,8 +74,8 @@ class SampleRecorder {
   mcap::Writer writer_;
   std::map<std::string, std::uint16_t> channels_;
   Duration camera_latency_{};
-  Duration delay_{};                                     ///< of what is being added
-  std::optional<std::pair<CameraModel, SE3>> camera_{};  ///< waits for the first sample
+  Duration delay_{};                      ///< of what is being added
+  std::vector<MountedCamera> cameras_{};  ///< wait for the first sample
 };
 
 }  // namespace waymark

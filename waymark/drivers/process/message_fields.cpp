@@ -1,9 +1,11 @@
 #include "waymark/drivers/process/message_fields.hpp"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/suggest.hpp"
@@ -87,7 +89,20 @@ bool MessageFields::flag_or_false(const char* key) {
   return value->is_boolean() && value->get<bool>();
 }
 
-SensorTime MessageFields::stamp() {
+std::string MessageFields::camera() {
+  const std::vector<std::string>& known = reader_.cameras_;
+  const bool named = has("camera");
+  std::string name = named ? text("camera") : std::string();
+  if (!named && known.size() < 2) return known.empty() ? "cam" : known.front();
+  if (known.empty() || std::ranges::find(known, name) != known.end()) return name;
+  unknown_camera_ = true;
+  leave_out(fmt::format("{}; the robot has {}",
+                        named ? fmt::format("there is no camera '{}'", name) : "no camera is named",
+                        fmt::join(known, ", ")));
+  return name;
+}
+
+SensorTime MessageFields::stamp(const std::string& camera) {
   constexpr std::int64_t kMost_ns = std::int64_t{1} << 62U;
   constexpr double kMost_s = 4e9;
   SensorTime stamp{};
@@ -96,7 +111,7 @@ SensorTime MessageFields::stamp() {
   else
     stamp = SensorTime(Duration(std::llround(number("stamp_s", 0, kMost_s) * 1e9)));
   if (!status_) return stamp;
-  auto& newest = reader_.newest_.try_emplace(type_, stamp).first->second;
+  auto& newest = reader_.newest_.try_emplace(type_ + "/" + camera, stamp).first->second;
   if (stamp < newest)
     wrong("stamp_s",
           fmt::format("the robot's clock went back by {:.3f} s since the last line of this type",

@@ -8,7 +8,7 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
                                                           const ProcessRobotOptions& options) {
   auto wire = WatchedProcess::start(command, options.watchdog);
   if (!wire) return tl::unexpected(wire.error());
-  std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command));
+  std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command, options.cameras));
   const Duration deadline = steady_now() + options.hello_within;
   while (steady_now() < deadline) {
     const auto message = robot->next_message(deadline - steady_now());

@@ -15,7 +15,8 @@ namespace waymark {
 
 struct ProcessRobotOptions {
   Duration hello_within = std::chrono::seconds(15);
-  std::string watchdog{};  ///< its program; found when empty
+  std::string watchdog{};              ///< its program; found when empty
+  std::vector<std::string> cameras{};  ///< names of those the robot has; empty: any
 };
 
 /// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.
@@ -38,8 +39,9 @@ class ProcessRobot final : public Source, public Robot {
   void close() { (void)wire_->close(); }
 
  private:
-  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command)
-      : wire_(std::move(wire)), reader_("process:" + command.text()) {}
+  ProcessRobot(std::unique_ptr<WatchedProcess> wire, const RobotCommand& command,
+               std::vector<std::string> cameras)
+      : wire_(std::move(wire)), reader_("process:" + command.text(), std::move(cameras)) {}
   [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
 
   std::unique_ptr<WatchedProcess> wire_;

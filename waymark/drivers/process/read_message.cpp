@@ -141,7 +141,8 @@ TagDetection detection_of(MessageFields& fields, const json& tag) {
 }
 
 Sample detections_of(MessageFields& fields) {
-  TagFrame frame{.stamp = fields.stamp()};
+  const std::string camera = fields.camera();
+  TagFrame frame{.stamp = fields.stamp(camera), .camera = camera};
   const json* tags = fields.array("tags", 1000);
   if (tags == nullptr) return frame;
   for (const json& tag : *tags) frame.detections.push_back(detection_of(fields, tag));
@@ -149,9 +150,11 @@ Sample detections_of(MessageFields& fields) {
 }
 
 Sample image_of(MessageFields& fields) {
-  CameraFrame frame{.stamp = fields.stamp()};
+  const std::string camera = fields.camera();
+  CameraFrame frame{.stamp = fields.stamp(camera), .camera = camera};
   const std::string path = fields.text("path", false);
   const std::string base64 = fields.text("jpeg_base64", false);
+  if (fields.of_unknown_camera()) return frame;
   Result<Image> image = fail(ErrorCode::Unreadable, "neither 'path' nor 'jpeg_base64' is there");
   const DecodeOptions limits{.max_pixels = kMostPixels};
   if (!path.empty()) {
@@ -185,6 +188,17 @@ void RobotMessageReader::warn_once(const std::string& words) {
   const std::string what = words.substr(words.find(':') == std::string::npos ? 0 : words.find(':'));
   constexpr std::size_t kMostWarnings = 50;
   if (said_.size() < kMostWarnings && said_.insert(what).second) warnings_.push_back(words);
+}
+
+/// Said at once, and again each time their number has doubled.
+void RobotMessageReader::warn_of_left_out(std::int64_t line, const MessageFields& fields) {
+  unsigned& count = fields.of_unknown_camera() ? unknown_cameras_ : unreadable_pictures_;
+  ++count;
+  if ((count & (count - 1)) != 0) return;
+  const char* what = fields.of_unknown_camera() ? "lines of cameras that the robot does not have were"
+                                                : "pictures could not be read and were";
+  warnings_.push_back(
+      fmt::format("line {}: {} {} left out, the last one: {}", line, count, what, fields.left_out()));
 }
 
 Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
@@ -222,12 +236,7 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
   if (!message) return message;
   if (Status status = fields.finish(); !status) return tl::unexpected(status.error());
   if (!fields.left_out().empty()) {
-    ++unreadable_pictures_;
-    // Said at once, and again each time their number has doubled.
-    if ((unreadable_pictures_ & (unreadable_pictures_ - 1)) == 0)
-      warnings_.push_back(
-          fmt::format("line {}: {} pictures could not be read and were left out, the last one: {}",
-                      line.number, unreadable_pictures_, fields.left_out()));
+    warn_of_left_out(line.number, fields);
     return std::optional<RobotMessage>();
   }
   greeted_ = greeted_ || name == "hello";

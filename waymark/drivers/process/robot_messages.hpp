@@ -38,16 +38,19 @@ struct RobotLog {
 
 using RobotMessage = std::variant<RobotHello, RobotStep, RobotLog, Sample>;
 
+class MessageFields;
+
 /// Turns the lines of a robot into messages. Strict: a line that is not understood is an error that names the
 /// line and the key, because a robot that is half understood must not be driven. Keys and types that are not
 /// known are passed over, and said once.
 class RobotMessageReader {
  public:
-  /// `name`: what errors call the robot.
-  explicit RobotMessageReader(std::string name) : name_(std::move(name)) {}
+  /// `name`: what errors call the robot; `cameras`: the names of those it has, empty: any.
+  explicit RobotMessageReader(std::string name, std::vector<std::string> cameras = {})
+      : name_(std::move(name)), cameras_(std::move(cameras)) {}
 
   /// Nothing for an empty line and for an unknown type. Pictures are read and decoded; one that cannot be is
-  /// left out, counted, and named among the warnings.
+  /// left out, counted, and named among the warnings; so is what an unknown camera saw.
   [[nodiscard]] Result<std::optional<RobotMessage>> read(const Line& line);
   /// What was passed over, in words, since the last call.
   [[nodiscard]] std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
@@ -55,13 +58,16 @@ class RobotMessageReader {
  private:
   friend class MessageFields;
   void warn_once(const std::string& words);
+  void warn_of_left_out(std::int64_t line, const MessageFields& fields);
 
   std::string name_;
+  std::vector<std::string> cameras_;
   std::set<std::string> said_{};
   std::vector<std::string> warnings_{};
   bool greeted_ = false;
   unsigned unreadable_pictures_ = 0;
-  std::map<std::string, SensorTime> newest_{};  ///< by type
+  unsigned unknown_cameras_ = 0;                ///< lines of
+  std::map<std::string, SensorTime> newest_{};  ///< by type, and camera
 };
 
 /// The line of a message, with its end. Of a picture the caller gives the bytes of a JPEG or PNG file; a

@@ -111,6 +111,60 @@ TEST(RobotMessages, PicturesComeAsBase64OrFromAFile) {
   EXPECT_THAT(reader.error(R"({"type":"image","stamp_s":1})"), HasSubstr("neither"));
 }
 
+TEST(RobotMessages, DetectionsNameTheirCamera) {
+  RobotMessageReader reader("robot", {"front", "rear"});
+  std::int64_t number = 0;
+  const auto read = [&](const std::string& text) {
+    return reader.read(Line{.number = ++number, .text = text}).value();
+  };
+  (void)read(R"({"type":"hello","protocol_version":1,"name":"two"})");
+  const auto frame_of = [](const std::optional<RobotMessage>& message) {
+    return std::get<TagFrame>(std::get<Sample>(message.value()));
+  };
+  EXPECT_EQ(frame_of(read(R"({"type":"detections","stamp_s":1,"camera":"rear","tags":[]})")).camera, "rear");
+  EXPECT_EQ(frame_of(read(R"({"type":"detections","stamp_s":0.9,"camera":"front","tags":[]})")).camera,
+            "front")
+      << "each camera has a stream of its own";
+  EXPECT_EQ(
+      frame_of(read(to_line(Sample(TagFrame{.stamp = SensorTime(seconds(2)), .camera = "rear"})))).camera,
+      "rear");
+  EXPECT_FALSE(reader.read(
+      Line{.number = ++number, .text = R"({"type":"detections","stamp_s":1,"camera":"rear","tags":[]})"}))
+      << "the stamp went back";
+}
+
+TEST(RobotMessages, WhatAnUnknownCameraSawIsLeftOutAndCounted) {
+  RobotMessageReader reader("robot", {"front", "rear"});
+  std::int64_t number = 0;
+  const auto left_out = [&](const std::string& text) {
+    const auto message = reader.read(Line{.number = ++number, .text = text});
+    EXPECT_TRUE(message && !*message) << text;
+    const auto warnings = reader.take_warnings();
+    return warnings.empty() ? std::string() : warnings.at(0);
+  };
+  (void)reader.read(
+      Line{.number = ++number, .text = R"({"type":"hello","protocol_version":1,"name":"two"})"});
+  const std::string left = R"({"type":"detections","stamp_s":1,"camera":"left","tags":[]})";
+  const std::string first = left_out(left);
+  EXPECT_THAT(first, HasSubstr("there is no camera 'left'; the robot has front, rear"));
+  EXPECT_THAT(first, HasSubstr("1 lines"));
+  EXPECT_THAT(left_out(R"({"type":"image","stamp_s":1,"camera":"left","path":"/no/such"})"),
+              HasSubstr("2 lines"));
+  EXPECT_EQ(left_out(left), "") << "not each time";
+  EXPECT_THAT(left_out(R"({"type":"detections","stamp_s":1,"tags":[]})"), HasSubstr("no camera is named"));
+}
+
+TEST(RobotMessages, WithoutANameTheOnlyCameraIsMeant) {
+  RobotMessageReader reader("robot", {"front"});
+  (void)reader.read(Line{.number = 1, .text = R"({"type":"hello","protocol_version":1,"name":"one"})"});
+  const auto message =
+      reader.read(Line{.number = 2, .text = R"({"type":"detections","stamp_s":1,"tags":[]})"});
+  ASSERT_TRUE(message && *message);
+  EXPECT_EQ(std::get<TagFrame>(std::get<Sample>(**message)).camera, "front");
+  const std::string unnamed = to_line(Sample(TagFrame{}));
+  EXPECT_EQ(unnamed.find("camera"), std::string::npos) << "as before there were several";
+}
+
 TEST(RobotMessages, APictureThatCannotBeReadIsLeftOutAndCounted) {
   Reader reader;
   const auto left_out = [&](const std::string& line) {

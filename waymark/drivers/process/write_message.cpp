@@ -72,8 +72,14 @@ ordered_json of(const GamepadState& pad) {
   return line;
 }
 
+/// A robot with one camera need not name it.
+void add_camera(ordered_json& line, const std::string& camera) {
+  if (camera != "cam") line["camera"] = camera;
+}
+
 ordered_json of(const TagFrame& frame) {
   ordered_json line = headed("detections", frame.stamp);
+  add_camera(line, frame.camera);
   ordered_json tags = ordered_json::array();
   for (const TagDetection& detection : frame.detections) {
     ordered_json corners = ordered_json::array();
@@ -120,6 +126,7 @@ std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>
     line = std::visit([](const auto& value) { return of(value); }, *sample);
     if (const auto* frame = std::get_if<CameraFrame>(sample)) {
       line = headed("image", frame->stamp);
+      add_camera(line, frame->camera);
       line["jpeg_base64"] = encode_base64(picture);
     }
   } else {
