@@ -33,8 +33,10 @@ TagMap wall() {
 }
 
 LocalizerSetup setup_with(const std::string& method) {
-  return {
-      .landmarks = Landmarks(wall()), .tags = wall(), .eye = {some_camera(), mounting()}, .method = method};
+  return {.landmarks = Landmarks(wall()),
+          .tags = wall(),
+          .eye = {some_camera(), mounting()},
+          .method = parse_localization_method(method).value()};
 }
 
 TagFrame frame_from(const SE2& map_T_base, SensorTime stamp) {
@@ -106,15 +108,21 @@ TEST(Localizer, SamplesThatAreNoMeasurementsChangeNothing) {
   EXPECT_EQ(plain->estimate()->covariance, told->estimate()->covariance);
 }
 
+TEST(Localizer, MethodsAreKnownByName) {
+  for (const std::string& name : localization_methods())
+    EXPECT_EQ(to_string(parse_localization_method(name).value()), name);
+}
+
 TEST(Localizer, WhatCannotWorkIsRefusedInWords) {
   const auto refused = [](const LocalizerSetup& setup) {
     const auto localizer = Localizer::make(setup);
     EXPECT_FALSE(localizer);
     return localizer ? Error{} : localizer.error();
   };
-  const Error typo = refused(setup_with("riek"));
-  EXPECT_EQ(typo.place.key, "--method");
-  EXPECT_THAT(typo.hint, HasSubstr("riekf"));
+  const auto typo = parse_localization_method("riek");
+  ASSERT_FALSE(typo);
+  EXPECT_EQ(typo.error().place.key, "--method");
+  EXPECT_THAT(typo.error().hint, HasSubstr("riekf"));
   LocalizerSetup empty = setup_with("riekf");
   empty.landmarks = {};
   EXPECT_THAT(refused(empty).message, HasSubstr("no tag"));
