@@ -61,9 +61,13 @@ class Usage(InFolder):
 
     def test_the_examples_in_help_run(self):
         count = 0
+        self.run_here("detect", "photograph.png", "--annotate", "walk.mp4")  # a video, where this build writes one
+        no_video = "walk.mp4" if not (self.folder / "walk.mp4").exists() else None
         for words in (["detect"], ["evaluate", "detections"]):  # those of `evaluate`: evaluate_trajectory_test.py
             text = self.run_here(*words, "--help").out
             for example in re.findall(r"^  (waymark .*)$", text[text.index("Example"):], re.M):
+                if no_video and no_video in example:
+                    continue
                 path = f"{os.path.dirname(PROGRAM)}:{os.environ['PATH']}"
                 done = subprocess.run(["bash", "-c", example], cwd=self.folder, env={**os.environ, "PATH": path},
                                       capture_output=True, text=True, timeout=120, check=False)
