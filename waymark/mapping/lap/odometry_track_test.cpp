@@ -77,11 +77,11 @@ struct Sight {
 
 TEST(TagVotes, OneOfThePosesOfATagIsWhereItStands) {
   const Sight sight;
-  const auto places = internal::vote_for_place(sight.detection, sight.lap, sight.map_T_base);
+  const auto places = internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base);
   ASSERT_FALSE(places.empty());
   EXPECT_LT(minus(places.front().value, sight.map_T_tag).norm(), 1e-6);
   EXPECT_EQ(places.front().chi2, 0);
-  const auto bases = internal::vote_for_base(sight.detection, sight.lap, sight.map_T_tag);
+  const auto bases = internal::vote_for_base(sight.detection, "cam", sight.lap, sight.map_T_tag);
   ASSERT_FALSE(bases.empty());
   EXPECT_LT(minus(bases.front().value, sight.map_T_base).norm(), 1e-6);
 }
@@ -90,7 +90,7 @@ TEST(TagVotes, CornersThatAreNoSquareGiveNone) {
   Sight sight;
   sight.detection.corners_px[1] = sight.detection.corners_px[0];
   sight.detection.corners_px[2] = sight.detection.corners_px[0];
-  EXPECT_TRUE(internal::vote_for_place(sight.detection, sight.lap, sight.map_T_base).empty());
+  EXPECT_TRUE(internal::vote_for_place(sight.detection, "cam", sight.lap, sight.map_T_base).empty());
 }
 
 }  // namespace
