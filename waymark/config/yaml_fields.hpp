@@ -40,6 +40,11 @@ inline constexpr bool kNotReadable = false;
 template <HasFields Options>
 [[nodiscard]] Result<Options> read_fields(const YamlCursor& cursor);
 
+/// The same over options that are there: a missing key keeps its value, also of nested structs. On failure
+/// some may have been read.
+template <HasFields Options>
+[[nodiscard]] Status update_fields(const YamlCursor& cursor, Options& options);
+
 namespace internal {
 
 template <class T>
@@ -84,7 +89,7 @@ Status read_value(const YamlCursor& cursor, const Field& field, T& value) {
     return {};
   };
   if constexpr (HasFields<T>) {
-    return keep(read_fields<T>(cursor));
+    return update_fields(cursor, value);
   } else if constexpr (std::is_same_v<T, bool>) {
     return keep(cursor.boolean());
   } else if constexpr (std::is_arithmetic_v<T>) {
@@ -106,14 +111,19 @@ std::string write_value(const T& value, int indent);
 }  // namespace internal
 
 template <HasFields Options>
-Result<Options> read_fields(const YamlCursor& cursor) {
+Status update_fields(const YamlCursor& cursor, Options& options) {
   Status status = cursor.check_keys(field_names<Options>());
-  Options options;
   Options::fields(options, [&](auto& value, const Field& field) {
     const auto found = cursor.find(field.name);
     if (status && found) status = internal::read_value(*found, field, value);
   });
-  if (!status) return tl::unexpected<Error>(status.error());
+  return status;
+}
+
+template <HasFields Options>
+Result<Options> read_fields(const YamlCursor& cursor) {
+  Options options;
+  if (Status status = update_fields(cursor, options); !status) return tl::unexpected<Error>(status.error());
   return options;
 }
 

@@ -57,6 +57,20 @@ std::string error_of(const std::string& text) {
   return options ? "" : to_string(options.error());
 }
 
+TEST(YamlFields, WhatIsMissingKeepsItsValueWhereOptionsAreUpdated) {
+  Outer options;
+  options.count = 5;
+  options.inner.enabled = false;
+  const auto root = parse_yaml("name: mbot\ninner: {speed_m_s: 1.5}\n", "o.yaml");
+  ASSERT_TRUE(root);
+  ASSERT_TRUE(update_fields(YamlCursor(*root, "o.yaml"), options));
+  Outer expected;
+  expected.name = "mbot";
+  expected.count = 5;
+  expected.inner = {.speed_m_s = 1.5, .enabled = false};
+  EXPECT_EQ(options, expected);
+}
+
 TEST(YamlFields, WhatIsMissingKeepsItsDefault) {
   EXPECT_EQ(must(""), Outer{});
   EXPECT_EQ(must("{}"), Outer{});
