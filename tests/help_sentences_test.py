@@ -10,11 +10,11 @@ import sys
 # A sentence that begins so needs the one before it, or does not name a quantity.
 NEEDS_ANOTHER = re.compile(r"^(Of|The same|It|They|This|That|These|Those|Its|Another|Others?|Further)\b|^(\.\.\.|…)|(\.\.\.|…)$")
 COLUMN = 34  # in which the sentence begins
-FLAG = re.compile(r"^  (-[^ ]+)")
+FLAG = re.compile(r"^  (-[^ ]+|[a-z_.]+\.[a-z0-9_]+=)")  # also a key that --set takes
 
 
 def help_text(program, words):
-    return subprocess.run([program, *words, "--help"], capture_output=True, text=True, check=True).stdout
+    return subprocess.run([program, *words, "--help-all"], capture_output=True, text=True, check=True).stdout
 
 
 def verbs_of(text):

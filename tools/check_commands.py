@@ -7,6 +7,7 @@ photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Comman
   waymark …             run in the scratch folder
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
   mkdir ls cat head     run in the scratch folder
+A block below "<!-- file: NAME -->" is written into the scratch folder under this name before the commands of the document run.
 A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
 they have said their address.
 
@@ -25,6 +26,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests/cli"))
 import pictures  # noqa: E402
 
+FILE = re.compile(r"^<!-- file: ([\w.-]+) -->\n```\w+\n(.*?)^```[ \t]*$", re.M | re.S)
 FENCE = re.compile(r"^( *)```(sh|bash|console)[ \t]*\n(.*?)^\1```[ \t]*$", re.M | re.S)
 RUN_BY_CI = {"./test.sh", "./demo.sh", "./test.sh --full", "./test.sh --quick"}
 IN_REPOSITORY = ("./", "tools/")
@@ -116,7 +118,10 @@ def main():
     for document in documents:
         with tempfile.TemporaryDirectory(prefix="waymark-docs-") as scratch:
             pictures.fill(scratch)
-            for number, command in commands(document.read_text(encoding="utf-8")):
+            text = document.read_text(encoding="utf-8")
+            for name, content in FILE.findall(text):
+                (pathlib.Path(scratch) / name).write_text(content, encoding="utf-8")
+            for number, command in commands(text):
                 problem = run(command, scratch, program)
                 ran += 1
                 if problem:

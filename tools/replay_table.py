@@ -102,7 +102,7 @@ def pictures(bench, args):
     fast = ["--max-speed-m-s", 1, "--max-yaw-rate-rad-s", 2]
     cases = [("", 0.4, args.images_laps, args.images_seeds, []),
              ("", 0.8, 1, min(args.images_seeds, args.images_fast_seeds), fast),
-             (", light halved", 0.4, 1, min(args.images_seeds, args.images_fast_seeds), ["--white-level-dn", 95])]
+             (", light halved", 0.4, 1, min(args.images_seeds, args.images_fast_seeds), ["--set", "camera.white_level_dn=95"])]
     for words, speed, laps, seeds, flags in cases:
         outcomes = []
         for seed in range(1, seeds + 1):

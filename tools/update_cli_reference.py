@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Puts what `waymark … --help` prints into docs/reference/cli.md, below each line "<!-- help: waymark … -->".
+"""Puts what `waymark … --help-all` prints into docs/reference/cli.md, below each line "<!-- help: waymark … -->".
 
 usage: tools/update_cli_reference.py PROGRAM [--check]     --check changes nothing; exit code 1 when the page is stale
 """
@@ -18,7 +18,7 @@ def main():
     text = PAGE.read_text(encoding="utf-8")
 
     def help_of(match):
-        words = [sys.argv[1], *match.group(2).split(), "--help"]
+        words = [sys.argv[1], *match.group(2).split(), "--help-all"]
         printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
         return match.group(1) + printed.strip("\n") + "\n" + match.group(3)
 
@@ -29,7 +29,7 @@ def main():
         return 0
     if fresh == text and count > 0:
         return 0
-    print(f"{PAGE} is not what --help prints. Run: tools/update_cli_reference.py {sys.argv[1]}")
+    print(f"{PAGE} is not what --help-all prints. Run: tools/update_cli_reference.py {sys.argv[1]}")
     return 1
 
 

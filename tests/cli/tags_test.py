@@ -57,9 +57,9 @@ class Sheet(InFolder):
         self.assertEqual(self.names(), ["tags-1.svg", "tags-2.svg"])
 
     def test_same_command_same_bytes(self):
-        for suffix in ("pdf", "svg", "png"):
+        for suffix, dpi in (("pdf", ""), ("svg", ""), ("png", "--dpi 100")):
             for name in ("a", "b"):
-                self.ok(f"tags sheet --ids 0-3 --tag-size-m 0.05 --dpi 100 -o {name}.{suffix}")
+                self.ok(f"tags sheet --ids 0-3 --tag-size-m 0.05 {dpi} -o {name}.{suffix}")
             self.assertEqual((self.folder / f"a.{suffix}").read_bytes(), (self.folder / f"b.{suffix}").read_bytes(), suffix)
 
     def test_detect_reads_every_family_back_in_its_size(self):

@@ -57,7 +57,9 @@ class Teach(InFolder):
                 ([*TEACH, "-o", "x.bag"], 2, "x.bag: recordings are written as MCAP"),
                 ([*TEACH, "-o", "x", "--speed-m-s", "3"], 2, "limo drives at most 1 m/s"),
                 ([*TEACH, "-o", "x", "--speed-m-s", "nan"], 2, "(--speed-m-s): nan is not a number"),
-                ([*TEACH, "-o", "x", "--exposure-ms", "20"], 2, "Add --images"),
+                ([*TEACH, "-o", "x", "--set", "camera.exposure_ms=20"], 2, "Add --images"),
+                ([*TEACH, "-o", "x", "--images", "--set", "camera.exposure=20"], 2, "Did you mean 'exposure_ms'?"),
+                ([*TEACH, "-o", "x", "--exposure-ms", "20"], 2, "unknown flag '--exposure-ms'"),
                 (["teach", "--world", "circuit24"], 2, "--output is required"),
                 (["teach", "-o", "x"], 2, "--world is required")):
             outcome = self.run_here(*words)

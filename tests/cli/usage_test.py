@@ -50,7 +50,7 @@ class Usage(InFolder):
         self.check(write("refinement:\n  max_shift: 2\n"), "(refinement.max_shift)", "'max_shift_px'")
         self.check(write("detektor:\n"), "detect.yaml:1", "'detector'")
         self.check(write("detector: ["), "detect.yaml")
-        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: cannot open: No such file")
+        self.check(["detect", "--config", "none.yaml", "photograph.png"], "none.yaml: there is no such file")
 
     def test_help_and_version(self):
         for words in (["--help"], ["detect", "--help"], ["evaluate", "detections", "-h"], ["help", "detect"]):

@@ -15,22 +15,34 @@
 
 namespace waymark::cli {
 
-ConvertVideoFlags::ConvertVideoFlags(CLI::App& app) : poses_(app), detector_(app) {
-  app.add_option("--pictures", pictures_, "Format in which the pictures of a video are kept: jpeg or raw")
+ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
+    : app_(verb), settings_(verb), poses_(verb), detector_(verb, settings_, kMoreGroup) {
+  verb.add_option("--pictures", pictures_, "Format in which the pictures of a video are kept: jpeg or raw")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("NAME");
 }
 
 Status ConvertVideoFlags::check_unused() const {
-  const auto poses = poses_.make();
-  if (poses && !*poses && !detector_.given() && pictures_.empty()) return {};
-  return fail(ErrorCode::InvalidArgument,
-              "cameras, tag sizes, detectors and --pictures have no effect on recordings", {},
-              "Leave them out, or give one video.");
+  const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
+  const char* hint = "Leave it out, or give one video.";
+  Status status = refuse_flag(app_, "--pictures", why, hint);
+  if (status) status = poses_.refuse_all(why, hint);
+  return status ? detector_.refuse_all(why, hint) : status;
+}
+
+Status ConvertVideoFlags::check_used() const {
+  Status status;
+  for (const char* flag :
+       {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"}) {
+    if (status)
+      status = refuse_flag(app_, flag, "this is about recordings, and the input is a video", "Leave it out.");
+  }
+  return status;
 }
 
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
+  if (const Status used = check_used(); !used) return console.failed(used.error(), ExitCode::Usage);
   const auto poses = poses_.make();
   if (!poses) return console.failed(naming_flag(poses.error()), ExitCode::Usage);
   const auto finder = detector_.make();

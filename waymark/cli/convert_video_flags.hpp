@@ -14,7 +14,7 @@ namespace waymark::cli {
 /// where it is while the command line is parsed.
 class ConvertVideoFlags {
  public:
-  explicit ConvertVideoFlags(CLI::App& app);
+  explicit ConvertVideoFlags(CLI::App& verb);
 
   /// Fails where one of them was given: the input is no video.
   [[nodiscard]] Status check_unused() const;
@@ -23,6 +23,11 @@ class ConvertVideoFlags {
                                  Console& console) const;
 
  private:
+  /// Fails on flags about recordings: the input is a video.
+  [[nodiscard]] Status check_used() const;
+
+  const CLI::App& app_;
+  Settings settings_;
   PoseFlags poses_;
   DetectorFlags detector_;
   std::string pictures_;

@@ -11,33 +11,24 @@
 
 namespace waymark::cli {
 
-/// The configuration file of verbs that detect: "detector:" and "refinement:", and below them their fields.
-struct DetectConfig {
-  DetectorOptions detector;
-  RefinementOptions refinement;
-
-  template <class Self, class Visitor>
-  static void fields(Self& self, Visitor&& visit) {
-    visit(self.detector, Field{"detector", "Method that detects tags in a picture."});
-    visit(self.refinement, Field{"refinement", "Method that refines the corners of detected tags."});
-  }
-};
-
-/// The flags with which a verb chooses and tunes its detector: --family, --config, --no-refine, and one for
-/// every field of DetectorOptions. Must stay where it is while the command line is parsed.
+/// The flags with which a verb chooses and tunes its detector: --family, --no-refine, and the sections
+/// detector and refinement. Must stay where it is while the command line is parsed.
 class DetectorFlags {
  public:
-  explicit DetectorFlags(CLI::App& app);
+  /// `group`: of --family and --no-refine.
+  DetectorFlags(CLI::App& app, Settings& settings, const char* group);
 
-  /// Defaults, then the configuration file, then flags. Fails on an unknown family or key, or a value out of
-  /// range.
+  /// Defaults, then the settings, then flags. Fails on an unknown family, a value out of range, and on
+  /// options of the refinement with --no-refine.
   [[nodiscard]] Result<TagFinder> make() const;
   /// Whether any of them was given.
   [[nodiscard]] bool given() const;
+  /// Fails when one of them is on the command line, where nothing is detected.
+  [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
+  const CLI::App& app_;
   std::vector<std::string> families_;
-  std::string config_path_;
   bool no_refine_ = false;
   OptionFlags<DetectorOptions> detector_;
   OptionFlags<RefinementOptions> refinement_;

@@ -12,13 +12,23 @@ namespace waymark::cli {
 /// whole).
 [[nodiscard]] std::string wrapped(std::string_view text, std::size_t width);
 
-/// Help in 100 columns: descriptions of flags are wrapped, plain words for the kinds of values.
+/// Longest line of a help text.
+inline constexpr std::size_t kHelpColumns = 100;
+
+/// A line of a group of flags, with its sentence in the column of theirs.
+[[nodiscard]] std::string help_line(const std::string& name, const std::string& sentence);
+
+/// Help in 100 columns: descriptions of flags are wrapped, plain words for the kinds of values. --help shows
+/// the group "Options" and says how many flags there are more; --help-all shows all groups.
 class WrappingFormatter : public CLI::Formatter {
  public:
   WrappingFormatter();
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
   std::string make_option_name(const CLI::Option* option, bool is_positional) const override;
   std::string make_option_desc(const CLI::Option* option) const override;
+
+ private:
+  [[nodiscard]] std::string make_first_group(const CLI::App& app) const;
 };
 
 }  // namespace waymark::cli

@@ -9,6 +9,7 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/settings.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
@@ -34,6 +35,7 @@ void add_flags(CLI::App& app, PageFlags& flags, CLI::Option* view) {
   all[3] = app.add_flag("--open", flags.open, "Open the page in the browser");
   if (view == nullptr) return;
   for (CLI::Option* option : all) option->needs(view);
+  for (std::size_t i = 0; i < 3; ++i) all[i]->group(kMoreGroup);
 }
 
 void add_flags(CLI::App& app, LiveFlags& flags) {

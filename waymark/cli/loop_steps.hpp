@@ -119,6 +119,8 @@ void judge(const Stage& stage, ReplayReport& report);
 [[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
 /// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …".
 [[nodiscard]] std::string ending(const ReplayReport& report);
+/// The same with stops, stations and the judgement, a line each.
+[[nodiscard]] std::string table(const ReplayReport& report);
 /// Whether the robot drove the laps it was asked to.
 [[nodiscard]] bool succeeded(const ReplayReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);

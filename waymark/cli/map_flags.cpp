@@ -29,21 +29,39 @@ Result<SE3> anchor_pose_of(const std::vector<double>& p) {
              Eigen::Vector3d(p[0], p[1], p[2]));
 }
 
-/// Flags that scenes have no use for.
-Status check_tagslam_flags(const CLI::App& app) {
-  const std::vector<std::string> known = {"LAP",         "output",         "tagslam",        "model",
-                                          "against",     "json",           "help",           "outlier-chi2",
-                                          "robust-chi2", "max-iterations", "free-intrinsics"};
-  for (const CLI::Option* option : app.get_options()) {
+constexpr const char* kNotOfScenes = "this has no effect on scenes that TagSLAM's files describe";
+constexpr const char* kNoTagslam = "Leave it out, or leave out --tagslam.";
+
+/// Options that scenes have no use for.
+Status check_tagslam_flags(const MapArgs& args) {
+  const std::vector<std::string> known = {
+      "LAP",    "output", "tagslam",  "model",        "against",     "json",           "help",
+      "config", "set",    "help-all", "outlier-chi2", "robust-chi2", "max-iterations", "free-intrinsics"};
+  for (const CLI::Option* option : args.app.get_options()) {
     const std::string name = option->get_single_name();
     if (option->count() > 0 && std::ranges::find(known, name) == known.end())
-      return fail(ErrorCode::InvalidArgument, "this has no effect on scenes that TagSLAM's files describe",
-                  {.key = option->get_name()}, "Leave it out, or leave out --tagslam.");
+      return fail(ErrorCode::InvalidArgument, kNotOfScenes, {.key = option->get_name()}, kNoTagslam);
   }
-  return {};
+  const Status status = args.refuse_lap_options(kNotOfScenes, kNoTagslam);
+  return status ? args.detector.refuse_all(kNotOfScenes, kNoTagslam) : status;
 }
 
 }  // namespace
+
+Status MapArgs::refuse_lap_options(const char* why, const char* hint) const {
+  for (const char* key : {"estimate_noise", "find_mounting", "keep_mounting"}) {
+    if (Status status = refuse(bundle, why, hint, key); !status) return status;
+  }
+  Status status;
+  LapModelOptions of_a_lap;
+  LapModelOptions::fields(of_a_lap, [&](auto&, const Field& field) {
+    if (status) status = refuse(bundle, why, hint, field.name);
+  });
+  if (status) status = refuse(chain, why, hint);
+  if (status) status = refuse(points, why, hint);
+  if (status) status = refuse(route, why, hint);
+  return status;
+}
 
 Status MapArgs::check() const {
   const auto only_with_tagslam = [](const char* flag) {
@@ -53,11 +71,19 @@ Status MapArgs::check() const {
   if (lap.empty())
     return fail(ErrorCode::InvalidArgument, "LAP is required: a recording, or the verb 'convert'");
   if (folder.empty()) return fail(ErrorCode::InvalidArgument, "--output is required");
-  if (!tagslam.empty()) return check_tagslam_flags(app);
+  if (!tagslam.empty()) return check_tagslam_flags(*this);
   if (model != "waymark") return only_with_tagslam("--model");
   if (!against.empty()) return only_with_tagslam("--against");
   if (free_intrinsics) return only_with_tagslam("--free-intrinsics");
-  return {};
+  if (method == "chain") {
+    if (Status status =
+            refuse(bundle, "the method chain does not optimise", "Leave it out, or --method chain.");
+        !status)
+      return status;
+  }
+  if (!extend.empty()) return {};
+  return refuse_flag(app, "--map-sigma", "this is about the map that a lap extends",
+                     "Give it with --extend.");
 }
 
 Result<MapJob> MapArgs::make_job() const {
@@ -175,17 +201,20 @@ void MapArgs::add_to(CLI::App& verb) {
   verb.add_option("--freeze", freeze,
                   "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
       ->delimiter(',')
-      ->type_name("TAGS");
+      ->type_name("TAGS")
+      ->group(kMoreGroup);
   verb.add_option("--remove", remove,
                   "Tags that were removed, with --extend: deleted from the map and from the lap")
       ->delimiter(',')
-      ->type_name("TAGS");
+      ->type_name("TAGS")
+      ->group(kMoreGroup);
   verb.add_option("--map-sigma", map_sigma_m,
                   "Standard deviation of the tags' positions, with --extend, of a map without covariances, "
                   "such as one measured by hand [m]")
       ->capture_default_str()
       ->check(CLI::Range(1e-6, 10.0))
-      ->type_name("NUMBER");
+      ->type_name("NUMBER")
+      ->group(kMoreGroup);
   verb.add_option("--tagslam", tagslam,
                   "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
                   "config.json): cameras and "
@@ -195,16 +224,19 @@ void MapArgs::add_to(CLI::App& verb) {
                   "Cost model with --tagslam: waymark, or tagslam (TagSLAM's noise of every observation and "
                   "of the cameras' poses)")
       ->capture_default_str()
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->group(kMoreGroup);
   verb.add_flag(
-      "--free-intrinsics", free_intrinsics,
-      "With --tagslam, cameras are adjusted too: focal lengths and principal point within 1 % (standard "
-      "deviation) of what is given, distortion k within 0.05 and p within 0.005");
+          "--free-intrinsics", free_intrinsics,
+          "With --tagslam, cameras are adjusted too: focal lengths and principal point within 1 % (standard "
+          "deviation) of what is given, distortion k within 0.05 and p within 0.005")
+      ->group(kMoreGroup);
   verb.add_option("--against", against,
                   "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
                   "frames and "
                   "tags, and its cost is printed")
-      ->type_name("FOLDER");
+      ->type_name("FOLDER")
+      ->group(kMoreGroup);
   verb.add_flag("--json", json, "One JSON object instead of words");
 }
 

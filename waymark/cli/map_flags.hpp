@@ -15,13 +15,15 @@ namespace waymark::cli {
 struct MapArgs {
   explicit MapArgs(CLI::App& verb)
       : app(verb),
-        bundle(verb, "Method bundle"),
-        chain(verb, "Where the search starts, and method chain"),
-        points(verb, "Recordings with poses of tags and no corners"),
-        route(verb, "Route"),
-        detector(verb) {}
+        settings(verb),
+        bundle(verb, settings, "bundle", "Method bundle"),
+        chain(verb, settings, "chain", "Where the search starts, and method chain"),
+        points(verb, settings, "points", "Recordings with poses of tags and no corners"),
+        route(verb, settings, "route", "Route"),
+        detector(verb, settings, "Detector") {}
 
   const CLI::App& app;
+  Settings settings;
   std::string lap;
   std::vector<std::string> more;
   std::string robot;
@@ -57,6 +59,8 @@ struct MapArgs {
   [[nodiscard]] Result<MapJob> make_job() const;
   /// The maps that are named, and what is said of their tags.
   [[nodiscard]] Status read_maps(MapJob& job) const;
+  /// Fails on options of laps of a robot, where the map is made of something else.
+  [[nodiscard]] Status refuse_lap_options(const char* why, const char* hint) const;
   /// With --tagslam.
   [[nodiscard]] Result<MapSceneJob> make_scene_job() const;
 };

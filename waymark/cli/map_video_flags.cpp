@@ -21,17 +21,18 @@
 namespace waymark::cli {
 namespace {
 
-/// Flags that are about robots, their odometry and their routes.
-Status check_video_flags(const CLI::App& app) {
-  constexpr std::array kNot = {"--robot",  "--method", "--world",     "--extend",  "--route-name", "--freeze",
-                               "--remove", "--model",  "--map-sigma", "--against", "--tagslam"};
+/// Options that are about robots, their odometry and their routes.
+Status check_video_flags(const MapArgs& args) {
+  constexpr std::array kNot = {"--robot",        "--method",       "--world",     "--extend",
+                               "--route-name",   "--freeze",       "--remove",    "--model",
+                               "--map-sigma",    "--against",      "--tagslam",   "--base-frame",
+                               "--camera-frame", "--camera-topic", "--imu-topic", "--odometry-topic"};
+  const char* why = "this has no effect on videos";
+  const char* hint = "A video is mapped without a robot and its odometry: leave it out.";
   for (const char* name : kNot) {
-    const CLI::Option* option = app.get_option_no_throw(name);
-    if (option != nullptr && option->count() > 0)
-      return fail(ErrorCode::InvalidArgument, "this has no effect on videos", {.key = name},
-                  "A video is mapped without a robot and its odometry: leave it out.");
+    if (Status status = refuse_flag(args.app, name, why, hint); !status) return status;
   }
-  return {};
+  return args.refuse_lap_options(why, hint);
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ Status MapVideoFlags::check_unused() const {
 }
 
 Result<MapVideoJob> MapVideoFlags::job_of(const MapArgs& args) const {
-  if (Status sound = check_video_flags(args.app); !sound) return tl::unexpected(sound.error());
+  if (Status sound = check_video_flags(args); !sound) return tl::unexpected(sound.error());
   if (camera_.empty())
     return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
                 "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");

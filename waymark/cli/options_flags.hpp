@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 
 #include "waymark/base/fields.hpp"
+#include "waymark/cli/settings.hpp"
 
 namespace waymark::cli {
 
@@ -37,56 +40,155 @@ template <class Value>
   return std::string(field.sentence) + range;
 }
 
-/// Flags for every field of an option struct, made from its fields(): name with dashes, sentence, range,
-/// default. Flags that were given override what a configuration file said. Must stay where it is while the
-/// command line is parsed.
+/// Calls `visit(value, field)` for all fields of a struct and of the structs in it, in order; `enter(field)`
+/// before those of a struct in it and `leave()` after.
+template <HasFields Options, class Visit, class Enter, class Leave>
+void visit_leaves(Options& options, const Visit& visit, const Enter& enter, const Leave& leave) {
+  std::remove_const_t<Options>::fields(options, [&](auto& value, const Field& field) {
+    if constexpr (HasFields<std::remove_cvref_t<decltype(value)>>) {
+      enter(field);
+      visit_leaves(value, visit, enter, leave);
+      leave();
+    } else {
+      visit(value, field);
+    }
+  });
+}
+
+/// How the options of a struct are given.
+enum class Reach : std::uint8_t {
+  Flags,        ///< by flags, --set and --config
+  SettingsOnly  ///< by --set and --config
+};
+
+/// An option struct on the command line, made from its fields(): each field, also of structs in it, is a key
+/// of a section of --set and --config and, unless SettingsOnly, a flag: name with dashes, sentence, range,
+/// default. Must stay where it is while the command line is parsed.
 template <HasFields Options>
 class OptionFlags {
  public:
-  OptionFlags(CLI::App& app, const std::string& group) {
-    Options::fields(given_, [&](auto& value, const Field& field) {
-      using Value = std::remove_cvref_t<decltype(value)>;
-      const std::string flag = flag_name(field.name);
-      CLI::Option* option = nullptr;  // stays null for lists and the like: their verb makes a flag by hand
-      if constexpr (std::is_same_v<Value, bool>) {
-        option = app.add_flag(flag + ",!--no-" + flag.substr(2), value, flag_help(value, field));
-      } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
-        option = app.add_option(flag, value, flag_help(value, field))->capture_default_str();
-      }
-      if (option != nullptr) option->group(group);
-      flags_.push_back(option);
+  /// `title`: the group of the flags in the help; the section is added to it, unless it is "Options".
+  OptionFlags(CLI::App& app, Settings& settings, std::string section, const std::string& title,
+              Reach reach = Reach::Flags)
+      : settings_(settings), section_(std::move(section)) {
+    settings_.add_section(section_, [](const YamlCursor& cursor) {
+      Options read;
+      return update_fields(cursor, read);
     });
+    std::string key = section_;
+    visit_leaves(
+        given_,
+        [&](auto& value, const Field& field) {
+          keys_.push_back(key.substr(std::min(key.size(), section_.size() + 1)) +
+                          (key == section_ ? "" : ".") + std::string(field.name));
+          flags_.push_back(reach == Reach::Flags ? add_flag(app, value, field, group_of(title, key))
+                                                 : nullptr);
+          if (flags_.back() == nullptr)
+            settings_.add_key(
+                {key + "." + std::string(field.name), usual_text(value), flag_help(value, field)});
+        },
+        [&](const Field& field) { key += "." + std::string(field.name); },
+        [&] { key.resize(key.rfind('.')); });
   }
   OptionFlags(const OptionFlags&) = delete;
   OptionFlags& operator=(const OptionFlags&) = delete;
 
-  /// Whether any of them was given.
-  [[nodiscard]] bool given() const {
-    return std::ranges::any_of(flags_,
-                               [](const CLI::Option* flag) { return flag != nullptr && flag->count() > 0; });
+  /// Whether any of them was given, in whatever way.
+  [[nodiscard]] bool given() const { return settings_.given(section_) || !first_argument().empty(); }
+  /// Whether this field was, such as "lag_s" or "motion.slide_m_s".
+  [[nodiscard]] bool given(std::string_view key) const {
+    return settings_.given(section_ + "." + std::string(key)) || !first_argument(key).empty();
   }
-  /// Writes the flags that were given over `options`; fails when one is outside its range.
-  [[nodiscard]] Status apply(Options& options) const {
-    if (Status status = check_ranges(given_); !status) {
-      Error error = status.error();
-      error.place.key = flag_name(error.place.key);
-      return tl::unexpected(error);
+  /// The first of them on the command line, as it was given: "--reach-m" or "--set follower.reach_m=0.4";
+  /// empty when there is none. With `key` only that of this field, such as "lag_s" or "motion.slide_m_s".
+  [[nodiscard]] std::string first_argument(std::string_view key = {}) const {
+    for (std::size_t i = 0; i < flags_.size(); ++i) {
+      if (flags_[i] != nullptr && flags_[i]->count() > 0 && (key.empty() || keys_[i] == key))
+        return flags_[i]->get_name();
     }
-    std::size_t next = 0;
+    return settings_.first_set(section_, std::string(key));
+  }
+  /// Writes what was given over `options`: the file's, then that of --set, then that of flags. Fails when a
+  /// flag is outside its range.
+  [[nodiscard]] Status apply(Options& options) const {
+    if (Status status = check_flags(); !status) return status;
+    if (Status status = settings_.read(section_, options); !status) return status;
     std::vector<const void*> sources;
-    Options::fields(given_, [&](const auto& value, const Field&) { sources.push_back(&value); });
-    Options::fields(options, [&](auto& value, const Field&) {
-      using Value = std::remove_cvref_t<decltype(value)>;
-      if (flags_[next] != nullptr && flags_[next]->count() > 0)
-        value = *static_cast<const Value*>(sources[next]);
-      ++next;
-    });
+    const auto nothing = [](const auto&...) {};
+    visit_leaves(
+        given_, [&](const auto& value, const Field&) { sources.push_back(&value); }, nothing, nothing);
+    std::size_t next = 0;
+    visit_leaves(
+        options,
+        [&](auto& value, const Field&) {
+          using Value = std::remove_cvref_t<decltype(value)>;
+          if (flags_[next] != nullptr && flags_[next]->count() > 0)
+            value = *static_cast<const Value*>(sources[next]);
+          ++next;
+        },
+        nothing, nothing);
     return {};
   }
 
  private:
+  static std::string group_of(const std::string& title, const std::string& key) {
+    return title == kFirstGroup ? title : fmt::format("{} (--set {}.KEY=VALUE)", title, key);
+  }
+  /// nullptr for lists and the like: their verb makes a flag by hand.
+  template <class Value>
+  static CLI::Option* add_flag(CLI::App& app, Value& value, const Field& field, const std::string& group) {
+    const std::string flag = flag_name(field.name);
+    CLI::Option* option = nullptr;
+    if constexpr (std::is_same_v<Value, bool>) {
+      option = app.add_flag(flag + ",!--no-" + flag.substr(2), value, flag_help(value, field));
+    } else if constexpr (std::is_arithmetic_v<Value> || std::is_same_v<Value, std::string>) {
+      option = app.add_option(flag, value, flag_help(value, field))->capture_default_str();
+    }
+    if (option != nullptr) option->group(group);
+    return option;
+  }
+  template <class Value>
+  static std::string usual_text(const Value& value) {
+    std::string text = internal::write_value(value, 0);  // " 8\n"
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text.substr(std::min(text.find_first_not_of(' '), text.size()));
+  }
+  [[nodiscard]] Status check_flags() const {
+    Status status;
+    const auto nothing = [](const auto&...) {};
+    visit_leaves(
+        given_,
+        [&](const auto& value, const Field& field) {
+          if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>) {
+            const auto number = static_cast<double>(value);
+            if (status && !(number >= field.min && number <= field.max))
+              status = fail(ErrorCode::InvalidArgument,
+                            fmt::format("{} is outside [{}, {}]", number, field.min, field.max),
+                            {.key = flag_name(field.name)}, std::string(field.sentence));
+          }
+        },
+        nothing, nothing);
+    return status;
+  }
+
+  Settings& settings_;
+  std::string section_;
   Options given_{};
   std::vector<CLI::Option*> flags_;
+  std::vector<std::string> keys_;  ///< of the fields, such as "motion.slide_m_s"
 };
+
+/// Fails when one of the options is on the command line, where they have no effect; a file may be shared.
+template <HasFields Options>
+[[nodiscard]] Status refuse(const OptionFlags<Options>& flags, const std::string& why,
+                            const std::string& hint, std::string_view key = {}) {
+  const std::string argument = flags.first_argument(key);
+  if (argument.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, why, {.key = argument}, hint);
+}
+
+/// The same of a flag by itself.
+[[nodiscard]] Status refuse_flag(const CLI::App& app, const std::string& flag, const std::string& why,
+                                 const std::string& hint);
 
 }  // namespace waymark::cli

@@ -2,7 +2,8 @@
 
 namespace waymark::cli {
 
-PaperFlags::PaperFlags(CLI::App& app) {
+PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
+  CLI::App& app = verb;
   app.add_option("-o,--output", output,
                  "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)")
       ->required()
@@ -30,10 +31,13 @@ Result<FamilyId> PaperFlags::family() const {
   return id;
 }
 
-CLI::Option* require_tag_size(CLI::App& app) {
-  return app.get_option("--tag-size-m")->required()->default_str("");
+CLI::Option* name_tag_size(CLI::App& app) {
+  return app.get_option("--tag-size-m")->default_str("")->type_name("NUMBER (required)");
 }
 
-Status check_tag_size(const CLI::Option& tag_size) { return plot::check_tag_size(tag_size.as<double>()); }
+Status check_tag_size(const CLI::Option& tag_size, bool given) {
+  if (!given) return fail(ErrorCode::InvalidArgument, "--tag-size-m is required", {}, "For example 0.16.");
+  return tag_size.count() > 0 ? plot::check_tag_size(tag_size.as<double>()) : Status();
+}
 
 }  // namespace waymark::cli

@@ -16,7 +16,7 @@ namespace waymark::cli {
 /// --json.
 class PaperFlags {
  public:
-  explicit PaperFlags(CLI::App& app);
+  explicit PaperFlags(CLI::App& verb);
 
   /// Family, paper and orientation into options that have them; the output must be of a known kind.
   template <class Options>
@@ -27,7 +27,11 @@ class PaperFlags {
     if (!orientation) return tl::unexpected(orientation.error());
     options.paper = *paper;
     options.orientation = *orientation;
-    return plot::format_of(output);
+    Result<plot::FileFormat> format = plot::format_of(output);
+    if (!format || *format == plot::FileFormat::Png) return format;
+    if (Status status = refuse_flag(app_, "--dpi", "only .png has a resolution", "Leave it out."); !status)
+      return tl::unexpected(status.error());
+    return format;
   }
   [[nodiscard]] Result<FamilyId> family() const;
 
@@ -36,16 +40,19 @@ class PaperFlags {
   bool json = false;
 
  private:
+  const CLI::App& app_;
   std::string family_ = "tag36h11";
   std::string paper_ = "A4";
   std::string orientation_ = "auto";
 };
 
-/// Makes --tag-size-m required: a size has no usual value. Call after the option flags were added.
-CLI::Option* require_tag_size(CLI::App& app);
+/// The flag --tag-size-m, without a default: a size has no usual value. Call after the option flags were
+/// added.
+CLI::Option* name_tag_size(CLI::App& app);
 
-/// The given size as a size of a tag, in words that help who gave millimetres.
-[[nodiscard]] Status check_tag_size(const CLI::Option& tag_size);
+/// Fails unless a size was `given`, by the flag or otherwise, and on a flag that is no size, in words that
+/// help who gave millimetres.
+[[nodiscard]] Status check_tag_size(const CLI::Option& tag_size, bool given);
 
 /// What to do with the paper, for the end of every such verb.
 inline constexpr const char* kPrintReminder =

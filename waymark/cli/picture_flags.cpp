@@ -2,41 +2,83 @@
 
 #include <algorithm>
 #include <thread>
+#include <utility>
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 
 #include "waymark/config/faults_file.hpp"
 
 namespace waymark::cli {
 
-PictureFlags::PictureFlags(CLI::App& app)
-    : threads_(static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U))),
-      camera_(app, "Camera (with --images)"),
-      scene_(app, "Scene (with --images)") {
+SceneFlags::SceneFlags(CLI::App& app, Settings& settings, Reach reach)
+    : settings_(settings),
+      camera_(app, settings, "camera", "Camera with --images", reach),
+      scene_(app, settings, "scene", "Scene with --images", reach) {}
+
+Status SceneFlags::apply(bool images, std::optional<SceneEyeOptions>& pictures) const {
+  if (images) {
+    SceneEyeOptions eye;
+    Status status = camera_.apply(eye.camera);
+    if (status) status = scene_.apply(eye.scene);
+    if (status) pictures = eye;
+    return status;
+  }
+  const char* why = "without pictures there is no camera to set";
+  const char* hint = "Add --images, or leave out the options of camera and scene.";
+  Status status = refuse(camera_, why, hint);
+  return status ? refuse(scene_, why, hint) : status;
+}
+
+std::vector<std::string> SceneFlags::as_words() const {
+  std::vector<std::string> words;
+  for (const char* section : {"camera", "scene"}) {
+    for (std::string& assignment : settings_.assignments(section))
+      words.insert(words.end(), {"--set", std::move(assignment)});
+  }
+  return words;
+}
+
+PictureFlags::PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool detects)
+    : app_(app),
+      threads_(static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U))),
+      scene_(app, settings, reach) {
   app.add_flag("--images", images_, "The camera takes pictures, and the detector looks at them");
-  app.add_option("--threads", threads_,
-                 "Number of threads that render pictures and detect tags; the result does not depend on it. "
-                 "Unless given: one per core")
-      ->check(CLI::Range(1, 64))
-      ->type_name("INTEGER");
+  if (detects)
+    app.add_option(
+           "--threads", threads_,
+           "Number of threads that render pictures and detect tags; the result does not depend on it. "
+           "Unless given: one per core")
+        ->check(CLI::Range(1, 64))
+        ->type_name("INTEGER")
+        ->group(kMoreGroup);
   app.add_option("--faults", faults_,
                  "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)")
       ->type_name("FILE");
 }
 
-Status PictureFlags::apply(SimulatedStage& stage) const {
-  stage.threads = threads_;
-  if (images_) {
-    SceneEyeOptions eye;
-    if (Status status = camera_.apply(eye.camera); !status) return status;
-    if (Status status = scene_.apply(eye.scene); !status) return status;
-    stage.pictures = eye;
+Status PictureFlags::check(const Stage& stage) const {
+  Status status;
+  for (const char* flag : {"--images", "--threads", "--faults"}) {
+    if (status && !stage.process.empty())
+      status = refuse_flag(app_, flag, "only a simulated robot is asked for this",
+                           "Leave it out, or --robot process:CMD.");
   }
-  if (!images_ && (camera_.given() || scene_.given()))
-    return fail(ErrorCode::InvalidArgument, "without pictures there is no camera to set", {.key = "--images"},
-                "Add --images, or leave out the flags of camera and scene.");
+  if (status && !images_)
+    status = refuse_flag(app_, "--threads", "without pictures there is nothing to do on threads",
+                         "Add --images, or leave it out.");
+  return status;
+}
+
+Status PictureFlags::apply(Stage& stage) const {
+  Status status = check(stage);
+  if (status) status = scene_.apply(images_, stage.simulated.pictures);
+  if (!status) return status;
+  stage.simulated.threads = threads_;
   if (faults_.empty()) return {};
-  auto faults = read_faults(faults_, stage.world);
+  auto faults = read_faults(faults_, stage.simulated.world);
   if (!faults) return tl::unexpected(faults.error());
-  stage.robot.faults = std::move(*faults);
+  stage.simulated.robot.faults = std::move(*faults);
   return {};
 }
 

@@ -1,29 +1,53 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/live/stage.hpp"
 
 namespace waymark::cli {
 
-/// The flags --images, --threads, --faults and those of the camera. Must stay where it is while the command
-/// line is parsed.
+/// The simulated camera and what it looks at: the sections camera and scene. Must stay where it is while the
+/// command line is parsed.
+class SceneFlags {
+ public:
+  SceneFlags(CLI::App& app, Settings& settings, Reach reach);
+
+  /// The options, where there are pictures; without them one on the command line is refused.
+  [[nodiscard]] Status apply(bool images, std::optional<SceneEyeOptions>& pictures) const;
+  /// What was given again, as "--set SECTION.KEY=VALUE" of another command line.
+  [[nodiscard]] std::vector<std::string> as_words() const;
+
+ private:
+  const Settings& settings_;
+  OptionFlags<SceneCameraOptions> camera_;
+  OptionFlags<SceneOptions> scene_;
+};
+
+/// The flags --images, --threads, --faults, and the camera and the scene. Must stay where it is while the
+/// command line is parsed.
 class PictureFlags {
  public:
-  explicit PictureFlags(CLI::App& app);
+  /// Without `detects` nothing is detected, and there is no --threads.
+  PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool detects = true);
   PictureFlags(const PictureFlags&) = delete;
   PictureFlags& operator=(const PictureFlags&) = delete;
 
-  /// Reads the script of faults and sets what the flags say.
-  [[nodiscard]] Status apply(SimulatedStage& stage) const;
+  /// Reads the script of faults and sets what the flags say. Fails on flags of a simulated robot where the
+  /// robot is a process.
+  [[nodiscard]] Status apply(Stage& stage) const;
 
  private:
+  [[nodiscard]] Status check(const Stage& stage) const;
+
+  const CLI::App& app_;
   bool images_ = false;
   int threads_;
   std::string faults_;
-  OptionFlags<SceneCameraOptions> camera_;
-  OptionFlags<SceneOptions> scene_;
+  SceneFlags scene_;
 };
 
 }  // namespace waymark::cli

@@ -2,27 +2,38 @@
 
 #include <utility>
 
+#include "waymark/cli/options_flags.hpp"
 #include "waymark/config/camera_file.hpp"
 
 namespace waymark::cli {
-PoseFlags::PoseFlags(CLI::App& app) {
+PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) {
+  CLI::App& app = verb;
   app.add_option("--camera", camera_path_,
                  "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of PhotonVision): gives "
                  "the pose of each tag")
-      ->type_name("FILE")
-      ->group("Poses");
+      ->type_name("FILE");
   app.add_option("--camera-name", camera_name_, "Name of the camera, when the file holds several")
-      ->type_name("NAME")
-      ->group("Poses");
+      ->type_name("NAME");
   app.add_option("--tag-size-m", sizes_,
                  "Side of the square where black border meets white [m]; ID=SIZE for a tag of another size "
                  "(repeatable)")
       ->allow_extra_args(false)  // or it would take the pictures that follow for sizes
-      ->type_name("SIZE")
-      ->group("Poses");
+      ->type_name("SIZE");
+}
+
+Status PoseFlags::refuse_all(const std::string& why, const std::string& hint) const {
+  Status status;
+  for (const char* flag : {"--camera", "--camera-name", "--tag-size-m"}) {
+    if (status) status = refuse_flag(app_, flag, why, hint);
+  }
+  return status;
 }
 
 Result<std::optional<PoseSetup>> PoseFlags::make() const {
+  if (camera_path_.empty() && !camera_name_.empty())
+    return fail(ErrorCode::InvalidArgument, "no file is given in which this camera is described",
+                {.key = "--camera-name"},
+                "Give --camera camera.yaml and --tag-size-m 0.16, or leave it out.");
   if (camera_path_.empty() && sizes_.empty()) return std::optional<PoseSetup>();
   if (camera_path_.empty() || sizes_.empty()) {
     return fail(ErrorCode::InvalidArgument, "poses need both the camera and the size of the tags",

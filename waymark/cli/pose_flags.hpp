@@ -15,15 +15,18 @@ namespace waymark::cli {
 /// while the command line is parsed.
 class PoseFlags {
  public:
-  explicit PoseFlags(CLI::App& app);
+  explicit PoseFlags(CLI::App& verb);
   PoseFlags(const PoseFlags&) = delete;
   PoseFlags& operator=(const PoseFlags&) = delete;
 
   /// Nothing when no pose was asked for. Fails when only half of what is needed was given, on a file that
   /// cannot be read and on a size that cannot be.
   [[nodiscard]] Result<std::optional<PoseSetup>> make() const;
+  /// Fails when one of them was given, where no pose is asked for.
+  [[nodiscard]] Status refuse_all(const std::string& why, const std::string& hint) const;
 
  private:
+  const CLI::App& app_;
   std::string camera_path_;
   std::string camera_name_;
   std::vector<std::string> sizes_;

@@ -32,6 +32,7 @@ struct Node {
 Node grow(const Verb& verb, CLI::App& app) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
+  app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
   app.footer(verb.help);
   if (verb.prepare) node.run = verb.prepare(app);
   for (const Verb& child : verb.verbs) {
@@ -139,6 +140,9 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
   try {
     std::reverse(words.begin(), words.end());  // CLI11 wants the last word first
     app.parse(std::move(words));
+  } catch (const CLI::CallForAllHelp&) {
+    console.print(app.help("", CLI::AppFormatMode::All));
+    return console.finish(ExitCode::Ok);
   } catch (const CLI::CallForHelp&) {
     console.print(app.help());
     return console.finish(ExitCode::Ok);

@@ -35,8 +35,9 @@ struct SomeOptions {
 
 /// What the verb of the test program prints: its options as applied over a configuration that says count = 7.
 Run prepare_show(CLI::App& app) {
-  const auto flags = std::make_shared<OptionFlags<SomeOptions>>(app, "Some");
-  return [flags](Console& console) {
+  const auto settings = std::make_shared<Settings>(app);
+  const auto flags = std::make_shared<OptionFlags<SomeOptions>>(app, *settings, "some", "Some");
+  return [settings, flags](Console& console) {
     SomeOptions options{.count = 7};
     if (const Status applied = flags->apply(options); !applied) {
       console.say(applied.error());
@@ -124,11 +125,26 @@ TEST(Program, MisspeltWordsGetTheNearestOne) {
   }
 }
 
-TEST(Program, HelpTeaches) {
+TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {
   for (const auto& words : {std::vector<std::string>{"show", "--help"}, {"show", "-h"}, {"help", "show"}}) {
     const Outcome outcome = run(words);
     EXPECT_EQ(outcome.code, 0);
     EXPECT_EQ(outcome.err, "");
+    for (const char* part : {"Usage: prog show", "--set SECTION.KEY=VALUE", "--help-all",
+                             "4 more: --help-all", "Example:\n  prog show"}) {
+      EXPECT_THAT(outcome.out, HasSubstr(part));
+    }
+    EXPECT_EQ(outcome.out.find("--tag-size-m"), std::string::npos);
+  }
+}
+
+TEST(Program, HelpTeaches) {
+  for (const auto& words : {std::vector<std::string>{"show", "--help-all"}, {"help", "show", "--help-all"}}) {
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.err, "");
+    EXPECT_THAT(outcome.out, HasSubstr("Some (--set some.KEY=VALUE):"));
+    EXPECT_THAT(outcome.out, HasSubstr("some.list=[]"));  // has no flag
     for (const char* part : {"Usage: prog show", "--tag-size-m", "Side of the tag. From 0.1 to 2.", "=0.5",
                              "Look twice. On unless", "--no-careful", "Example:\n  prog show"}) {
       EXPECT_THAT(outcome.out, HasSubstr(part));

@@ -22,6 +22,26 @@ std::string ending(const ReplayReport& report) {
   return "ran out of time " + where;
 }
 
+std::string table(const ReplayReport& report) {
+  const ReplayEnd& end = report.end;
+  std::string text = fmt::format("{}; {:.1f} s, {} stops\n", ending(report), end.lap_s, end.stops);
+  for (const StationVisit& visit : report.visits)
+    text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
+                        visit.arc_length_m, visit.stood_s);
+  if (end.frames > 0)
+    text += fmt::format("two or more tags in view {:.1f} % of the time\n",
+                        100.0 * end.frames_with_two_tags / end.frames);
+  if (!report.judgement) return text;
+  const ReplayJudgement& j = *report.judgement;
+  return text + fmt::format(
+                    "by the truth: {} laps completed, {:.2f} m driven\n"
+                    "  from the taught way  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  heading              {:.2f} deg rmse\n"
+                    "  nearest to a tag     {:.3f} m from the hull\n",
+                    j.laps_completed, j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
+                    j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
+}
+
 bool succeeded(const ReplayReport& report) { return report.end.finished; }
 
 namespace {

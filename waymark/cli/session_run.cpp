@@ -65,7 +65,8 @@ class SessionTasks final : public OperatorTasks {
         start_recording(lap_file_,
                         {.verb = "run",
                          .driver = job_.driver,
-                         .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s)},
+                         .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s),
+                         .durable = job_.replay.durable},
                         stage_);
     if (!recorder) return tl::unexpected(recorder.error());
     lap_ = std::make_unique<RecordedSessionLap>(std::move(*recorder), stage_, job_, console_);

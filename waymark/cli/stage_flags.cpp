@@ -5,12 +5,13 @@
 #include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/options_flags.hpp"
 
 namespace waymark::cli {
 
 StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
-    : processes_(processes), world_(world) {
+    : app_(app), processes_(processes), world_(world) {
   app.add_option("--robot", robot_,
                  processes ? "Robot: sim (simulated) or process:CMD (a program that speaks for the robot, "
                              "docs/formats/robot-process.md)"
@@ -32,6 +33,11 @@ StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"))
       ->type_name("INTEGER");
+}
+
+Status StageFlags::refuse_seed() const {
+  return refuse_flag(app_, "--seed", "nothing is drawn at random for a robot that is a process",
+                     "Leave it out; a simulated process takes a seed of its own.");
 }
 
 std::vector<std::string> StageFlags::as_words() const {

@@ -34,10 +34,13 @@ class StageFlags {
 
   /// `robot_file`: where the robot is described when no flag says so; empty: as load_stage() has it.
   [[nodiscard]] Result<Stage> make(const std::string& robot_file = {}) const;
+  /// Fails when --seed was given and nothing is simulated or scripted.
+  [[nodiscard]] Status refuse_seed() const;
   /// The flags of the simulated robot again, for a command line.
   [[nodiscard]] std::vector<std::string> as_words() const;
 
  private:
+  const CLI::App& app_;
   bool processes_;
   std::string robot_ = "sim";
   std::string world_;

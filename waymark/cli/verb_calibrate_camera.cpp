@@ -18,15 +18,37 @@ namespace waymark::cli {
 namespace {
 
 struct CalibrateCameraArgs {
-  explicit CalibrateCameraArgs(CLI::App& app)
-      : fitting(app, "Fit"), views(app, "Views of a video"), detector(app) {}
+  explicit CalibrateCameraArgs(CLI::App& verb)
+      : app(verb),
+        settings(verb),
+        fitting(verb, settings, "fit", "Fit"),
+        views(verb, settings, "views", "Views of a video"),
+        detector(verb, settings, kMoreGroup) {}
 
+  const CLI::App& app;
+  Settings settings;
   CalibrateCameraJob job{};
   bool json = false;
   OptionFlags<CameraCalibrationOptions> fitting;
   OptionFlags<VideoViewOptions> views;
   DetectorFlags detector;
 };
+
+/// Flags that have no effect on what is given.
+Status check_effects(const CalibrateCameraArgs& args) {
+  Status status;
+  if (!args.job.detections.empty()) {
+    const char* why = "with --detections nothing is detected";
+    status = refuse_flag(args.app, "--recursive", why, "Leave it out, or give pictures.");
+    if (status) status = refuse(args.views, why, "Leave it out, or give a video.");
+    if (status) status = args.detector.refuse_all(why, "Leave it out, or give pictures.");
+  }
+  for (const char* flag : {"--spacing", "--first-id"}) {
+    if (status && !args.job.map.empty())
+      status = refuse_flag(args.app, flag, "this is about a board, and --map names a map", "Leave it out.");
+  }
+  return status;
+}
 
 ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
   const auto failed = [&](const Error& error, ExitCode code) {
@@ -38,6 +60,8 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
     return failed(usable.error(), ExitCode::Usage);
   if (const Status usable = args.views.apply(job.views); !usable)
     return failed(usable.error(), ExitCode::Usage);
+  if (const Status effective = check_effects(args); !effective)
+    return failed(effective.error(), ExitCode::Usage);
   if (job.sources.empty() == job.detections.empty())
     return failed(
         {ErrorCode::InvalidArgument, "give either pictures, or --detections with what was detected", {}, {}},
@@ -65,27 +89,19 @@ Run prepare_calibrate_camera(CLI::App& app) {
          "Use this output of `waymark detect --json --covariance` instead of pictures; - is standard input")
       ->type_name("FILE");
   app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
-  app.add_option("--cols", args->job.columns, "Tags in a row of the board")
-      ->type_name("INTEGER")
-      ->group("Board");
-  app.add_option("--rows", args->job.rows, "Tags in a column of the board")
-      ->type_name("INTEGER")
-      ->group("Board");
+  app.add_option("--cols", args->job.columns, "Tags in a row of the board")->type_name("INTEGER");
+  app.add_option("--rows", args->job.rows, "Tags in a column of the board")->type_name("INTEGER");
   app.add_option("--tag-size-m", args->job.tag_size_m,
                  "Side of the black square of a tag, measured on the print")
-      ->type_name("NUMBER")
-      ->group("Board");
+      ->type_name("NUMBER");
   app.add_option("--spacing", args->job.spacing, "Gap between two tags, as a share of their size")
       ->capture_default_str()
-      ->type_name("NUMBER")
-      ->group("Board");
+      ->type_name("NUMBER");
   app.add_option("--first-id", args->job.first_id, "Number of the lower left tag")
       ->capture_default_str()
-      ->type_name("INTEGER")
-      ->group("Board");
+      ->type_name("INTEGER");
   app.add_option("--map", args->job.map, "Instead of a board: a map of tags whose places are known well")
-      ->type_name("FILE")
-      ->group("Board");
+      ->type_name("FILE");
   app.add_option("--lens", args->job.lens,
                  "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest "
                  "whose cross-validation error is as low as the best)")

@@ -21,13 +21,15 @@ namespace waymark::cli {
 namespace {
 
 struct CalibrateRobotArgs {
-  explicit CalibrateRobotArgs(CLI::App& app) : filter(app, "Filter"), motion(app, "Filter: motion") {}
+  explicit CalibrateRobotArgs(CLI::App& verb)
+      : app(verb), settings(verb), filter(verb, settings, "filter", "Filter") {}
 
+  const CLI::App& app;
+  Settings settings;
   CalibrateRobotJob job{};
   std::string by;
   bool json = false;
   OptionFlags<RiekfOptions> filter;
-  OptionFlags<MotionNoise> motion;
 };
 
 /// A line a number: its value and standard deviation, or what to drive to tell it.
@@ -57,10 +59,14 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   CalibrateRobotJob job = args.job;
   if (args.by == "lap") job.by = CalibrateRobotBy::Lap;
   if (args.by == "innovations") job.by = CalibrateRobotBy::Innovations;
-  Status flags = args.filter.apply(job.drive.filter);
-  if (flags) flags = args.motion.apply(job.drive.filter.motion);
+  Status flags =
+      refuse(args.filter, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
+  if (flags && (job.drive.map.empty() || job.by == CalibrateRobotBy::Innovations))
+    flags = refuse_flag(args.app, "--map-sigma", "this is about a map, where the method is lap",
+                        "Give --map, or leave it out.");
+  if (flags) flags = args.filter.apply(job.drive.filter);
   if (!flags) return tl::unexpected(flags.error());
-  if (!args.filter.given() && !args.motion.given()) return job;
+  if (!args.filter.given()) return job;
   if (job.by == CalibrateRobotBy::Lap || job.drive.map.empty())
     return fail(ErrorCode::InvalidArgument, "flags of the filter mean nothing where no filter runs",
                 {.key = "--by"}, "Leave them out, or give --by innovations and a --map.");

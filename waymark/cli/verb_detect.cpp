@@ -18,8 +18,11 @@ namespace waymark::cli {
 namespace {
 
 struct DetectArgs {
-  explicit DetectArgs(CLI::App& app) : detector(app), poses(app) {}
+  explicit DetectArgs(CLI::App& verb)
+      : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {}
 
+  const CLI::App& app;
+  Settings settings;
   DetectJob job{};
   bool json = false;
   bool covariance = false;
@@ -32,6 +35,12 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     console.say(error);
     return ExitCode::Usage;
   };
+  if (!args.json) {
+    if (const Status effective = refuse_flag(args.app, "--covariance", "tables do not show covariances",
+                                             "Add --json, or leave it out.");
+        !effective)
+      return wrong_usage(effective.error());
+  }
   const auto finder = args.detector.make();
   if (!finder) return wrong_usage(finder.error());
   auto poses = args.poses.make();

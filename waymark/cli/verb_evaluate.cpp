@@ -19,14 +19,34 @@ namespace {
 using namespace std::string_literals;
 
 struct TrajectoryArgs {
-  explicit TrajectoryArgs(CLI::App& app) : scoring(app, "Scoring") {}
+  explicit TrajectoryArgs(CLI::App& verb)
+      : app(verb), settings(verb), scoring(verb, settings, "scoring", "Scoring") {}
 
+  const CLI::App& app;
+  Settings settings;
   EvaluateTrajectoryJob job{};
   std::string alignment = "none";
   std::string figures;
   bool json = false;
   OptionFlags<TrajectoryScoreOptions> scoring;
 };
+
+/// Flags that have no effect on what is compared.
+Status check_effects(const TrajectoryArgs& args, const Reference* reference) {
+  if (args.figures.empty()) {
+    Status status = refuse_flag(args.app, "--map", "no figure is drawn", "Add --figures, or leave it out.");
+    if (!status || reference == nullptr) return status;
+  }
+  Status status;
+  for (const char* flag : {"--alignment", "--time-offset-s"}) {
+    if (status && reference != nullptr && reference->timed.empty())
+      status = refuse_flag(args.app, flag, "of REF only the path is known, and no times", "Leave it out.");
+  }
+  if (status && reference != nullptr && !reference->timed.empty())
+    status = refuse_flag(args.app, "--closed", "REF says when the robot was where: a loop needs no closing",
+                         "Leave it out.");
+  return status;
+}
 
 ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   const auto failed = [&](const Error& error) {
@@ -40,10 +60,14 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
                 "See `waymark evaluate --help`.");
     return ExitCode::Usage;
   }
+  Status usable = check_effects(args, nullptr);
+  if (usable) usable = args.scoring.apply(job.scoring);
+  if (!usable) return console.failed(usable.error(), ExitCode::Usage);
   const JobControl control = control_from(console);
   const Result<EvaluationInputs> inputs = read_evaluation(job, control);
   if (!inputs) return failed(inputs.error());
-  if (const Status usable = args.scoring.apply(job.scoring); !usable) return failed(usable.error());
+  if (usable = check_effects(args, &inputs->reference); !usable)
+    return console.failed(usable.error(), ExitCode::Usage);
   job.alignment = *alignment_kind(args.alignment);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return failed(report.error());

@@ -15,8 +15,14 @@ namespace waymark::cli {
 namespace {
 
 struct EvaluateArgs {
-  explicit EvaluateArgs(CLI::App& app) : matching(app, "Matching"), detector(app) {}
+  explicit EvaluateArgs(CLI::App& verb)
+      : app(verb),
+        settings(verb),
+        matching(verb, settings, "matching", "Matching"),
+        detector(verb, settings, kMoreGroup) {}
 
+  const CLI::App& app;
+  Settings settings;
   EvaluateDetectionsJob job{};
   bool json = false;
   OptionFlags<MatchOptions> matching;
@@ -31,6 +37,12 @@ Result<EvaluateDetectionsJob> job_of(const EvaluateArgs& args) {
   if (job.sources.empty() == job.detections.empty())
     return fail(ErrorCode::InvalidArgument,
                 "give either pictures to detect in, or --detections with what was detected");
+  if (!job.detections.empty()) {
+    const char* why = "with --detections nothing is detected";
+    usable = refuse_flag(args.app, "--recursive", why, "Leave it out, or give pictures.");
+    if (usable) usable = args.detector.refuse_all(why, "Leave it out, or give pictures.");
+  }
+  if (!usable) return tl::unexpected(usable.error());
   return job;
 }
 

@@ -19,7 +19,13 @@ namespace {
 
 struct ExploreArgs {
   explicit ExploreArgs(CLI::App& app)
-      : stage(app, "academy-house"), pictures(app), explore(app, "Wandering"), filter(app, "Localisation") {}
+      : settings(app),
+        stage(app, "academy-house"),
+        pictures(app, settings, Reach::SettingsOnly),
+        explore(app, settings, "explore", "Wandering"),
+        filter(app, settings, "filter", "Localisation") {}
+
+  Settings settings;
   StageFlags stage;
   PictureFlags pictures;
   OptionFlags<ExploreOptions> explore;
@@ -46,14 +52,16 @@ std::string explore_words(const ExploreReport& r) {
 
 ExitCode explore(const ExploreArgs& args, Console& console) {
   ExploreJob job = args.job;
-  Status status = args.explore.apply(job.explore);
+  Status status =
+      refuse(args.filter, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
+  if (status) status = args.explore.apply(job.explore);
   if (status) status = args.filter.apply(job.filter);
   if (!status) {
     console.say(naming_flag(status.error()));
     return ExitCode::Usage;
   }
   Result<Stage> stage = args.stage.make();
-  status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
   if (!status) {
     console.say(status.error());
     return ExitCode::Usage;

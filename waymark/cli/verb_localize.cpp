@@ -17,35 +17,53 @@ namespace waymark::cli {
 namespace {
 
 struct LocalizeArgs {
-  explicit LocalizeArgs(CLI::App& app)
-      : filter(app, "Filters"), motion(app, "Filters: motion"), anchor(app, "Method anchor") {}
+  explicit LocalizeArgs(CLI::App& verb)
+      : app(verb),
+        settings(verb),
+        filter(verb, settings, "filter", "Filters"),
+        anchor(verb, settings, "anchor", "Method anchor") {}
 
+  const CLI::App& app;
+  Settings settings;
   LocalizeJob job{};
   std::string method = "riekf";
   bool json = false;
   bool no_adapt = false;
   OptionFlags<RiekfOptions> filter;
-  OptionFlags<MotionNoise> motion;
   OptionFlags<AnchorOptions> anchor;
 };
+
+/// Options that the method does not use.
+Status check_effects(const LocalizeArgs& args) {
+  const char* hint = "Leave it out, or choose another --method.";
+  if (args.method == "anchor") {
+    const char* why = "the method anchor has no filter";
+    const Status status = refuse(args.filter, why, hint);
+    return status ? refuse_flag(args.app, "--no-adapt", why, hint) : status;
+  }
+  Status status = refuse(args.anchor, "this is an option of the method anchor", hint);
+  if (status && args.method != "smoother")
+    status = refuse(args.filter, "this is an option of the method smoother", hint, "lag_s");
+  return status;
+}
 
 ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   LocalizeJob job = args.job;
   const Result<LocalizationKind> method = parse_localization_method(args.method);
   if (!method) return console.failed(method.error(), ExitCode::Usage);
   job.method = *method;
-  Status flags = args.filter.apply(job.filter);
-  if (flags) flags = args.motion.apply(job.filter.motion);
+  Status flags = check_effects(args);
+  if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
   if (!flags) return console.failed(naming_flag(flags.error()), ExitCode::Usage);
-  job.adapt = !args.no_adapt && !args.filter.given() && !args.motion.given();  // what was asked for is kept
+  job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
   if (!inputs)
     return console.failed(inputs.error(),
                           interrupted() ? ExitCode::Interrupted : exit_code_of(inputs.error()));
   // The robot's file may have said how it moves; what was asked for goes before.
-  if (const Status asked = args.motion.apply(inputs->setup.filter.motion); !asked)
+  if (const Status asked = args.filter.apply(inputs->setup.filter); !asked)
     return console.failed(naming_flag(asked.error()), ExitCode::Usage);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
   if (!report)

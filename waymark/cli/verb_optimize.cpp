@@ -20,8 +20,14 @@ namespace {
 constexpr std::size_t kMostWeightBytes = std::size_t{1} << 16U;
 
 struct OptimizeArgs {
-  explicit OptimizeArgs(CLI::App& app) : weights(app, "Weights"), profile(app, "Speed") {}
+  explicit OptimizeArgs(CLI::App& app)
+      : settings(app),
+        weights(app, settings, "weights", "Weights"),
+        profile(app, settings, "profile", "Speed") {
+    app.get_option("--speed-m-s")->group(kFirstGroup);
+  }
 
+  Settings settings;
   OptimizeJob job{};
   std::string weights_file;
   bool json = false;

@@ -30,6 +30,9 @@ Status check_output(const PlotArgs& args, const std::filesystem::path& output) {
   if (args.figure.empty() && !args.output.empty())
     return fail(ErrorCode::InvalidArgument, "which figure is to be drawn is not said", {.key = "--output"},
                 "Name it with --figure; without -o the figures are listed.");
+  if (args.figure.empty() && args.force)
+    return fail(ErrorCode::InvalidArgument, "nothing is written", {.key = "--force"},
+                "Name a figure with --figure; without it the figures are listed.");
   if (args.figure.empty()) return {};
   std::error_code ignored;
   if (!args.force && std::filesystem::is_regular_file(output, ignored))

@@ -14,7 +14,11 @@ namespace waymark::cli {
 namespace {
 
 struct RobotSimArgs {
-  explicit RobotSimArgs(CLI::App& app) : stage(app), pictures(app) {}
+  explicit RobotSimArgs(CLI::App& verb)
+      : app(verb), settings(verb), stage(verb), pictures(verb, settings, Reach::Flags, false) {}
+
+  const CLI::App& app;
+  Settings settings;
   StageFlags stage;
   PictureFlags pictures;
   SpeakingOptions options{};
@@ -22,7 +26,10 @@ struct RobotSimArgs {
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make();
-  Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  Status status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
+  if (status && !args.options.lockstep)
+    status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
+                         "Add --lockstep, or leave it out.");
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const SimulatedStage& simulated = stage->simulated;
   constexpr double kStep_m = 0.02;

@@ -8,57 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/lap_file.hpp"
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_view.hpp"
 #include "waymark/cli/page_files.hpp"
+#include "waymark/cli/run_args.hpp"
 #include "waymark/cli/session_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/config/map_file.hpp"
 #include "waymark/jobs/json_line.hpp"
-#include "waymark/live/own_robot.hpp"
 
 namespace waymark::cli {
 namespace {
-
-struct RunArgs {
-  explicit RunArgs(CLI::App& app) : stage(app, {}, true) { add_flags(app, live); }
-  StageFlags stage;
-  LiveFlags live{};
-  CLI::Option* driver = nullptr;
-  LoneAnchorFlags anchor;
-  SessionJob job{};
-  std::string folder;
-  std::string calibration;
-  bool images = false;
-  double pace = 1;
-  bool json = false;
-};
-
-/// The tags of the place by the flags, or by the map that is there already. What is wrong with that map is
-/// said where it is read.
-Status know_tags(const RunArgs& args, Stage& stage) {
-  const bool told = !args.anchor.anchor.empty() || args.anchor.tag_size_m != 0;
-  if (args.job.map.empty() || !stage.world_yaml.empty() || told) return check_live_stage(stage, args.anchor);
-  const Result<MapFile> map = read_map(std::filesystem::path(args.job.map) / "map.yaml");
-  if (map) place_lone_anchor(stage.simulated.world, map->anchor, map->tags.tags.at(map->anchor).size_m);
-  return {};
-}
-
-Result<Stage> stage_of(const RunArgs& args) {
-  Result<Stage> stage = args.stage.make();
-  if (!stage) return stage;
-  // A script does not care how fast the time passes; a person does, also one who only watches.
-  const SimulatedTime time{.lockstep = args.job.driver == "scripted" || args.live.view,
-                           .pace = args.live.view ? args.pace : 0};
-  std::vector<std::string> words = args.stage.as_words();
-  if (args.images) words.emplace_back("--images");
-  Status status = stage->process.empty() ? become_the_robot(*stage, std::move(words), time) : Status();
-  if (status) status = know_tags(args, *stage);
-  if (!status) return tl::unexpected(status.error());
-  return stage;
-}
 
 std::string session_words(const SessionReport& report) {
   std::string text = fmt::format("{} laps taught, {} replays\n", report.laps_taught, report.replays.size());
@@ -73,7 +31,7 @@ std::string session_words(const SessionReport& report) {
 }
 
 ExitCode run(const RunArgs& args, Console& console) {
-  Result<Stage> stage = stage_of(args);
+  Result<Stage> stage = args.make_stage();
   SessionJob job = args.job;
   job.folder = args.folder;
   Status status = stage ? Status() : tl::unexpected(stage.error());
@@ -81,13 +39,11 @@ ExitCode run(const RunArgs& args, Console& console) {
     console.say(read.error());
     return exit_code_of(read.error());
   }
+  if (status) status = args.options.apply(job.replay);
   if (status && !job.replay.route.empty() && job.map.empty())
     status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
                   "Give --map with the map that has this route.");
-  if (!status) {
-    console.say(status.error());
-    return ExitCode::Usage;
-  }
+  if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
   const auto view = LiveView::start(args.live, *stage, console);
   if (!view) {
     console.say(view.error());
@@ -116,43 +72,7 @@ ExitCode run(const RunArgs& args, Console& console) {
 
 Run prepare_run(CLI::App& app) {
   const auto args = std::make_shared<RunArgs>(app);
-  app.add_option("-o,--output", args->folder, "Folder for what is written: lap.mcap, map/, replay.mcap")
-      ->required()
-      ->type_name("FOLDER");
-  args->driver = app.add_option(
-      "--driver", args->job.driver,
-      "Source of the operator's commands: gamepad, keyboard, lines (go, stop, quit and drive 0.3 -0.1 on "
-      "standard input), scripted (with --world) or page (with --view, and then the default)");
-  args->driver->capture_default_str()->type_name("NAME");
-  app.add_option("--map", args->job.map, "Folder of an existing map, which makes teaching unnecessary")
-      ->type_name("FOLDER");
-  app.add_option("--route", args->job.replay.route, "With --map: a route of that name (`waymark routes`)")
-      ->type_name("NAME");
-  app.add_option("--record-images", args->job.images,
-                 "Also record the pictures, of laps and replays: jpeg, or raw, ten times as large")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("HOW");
-  app.add_option(
-         "--calibration", args->calibration,
-         "Calibration of this robot (calibration.yaml), also the initial values of what replays learn")
-      ->type_name("FILE");
-  app.add_option("--speed-m-s", args->job.speed_m_s, "Speed at full forward deflection of the stick")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 5.0))
-      ->type_name("FLOAT");
-  app.add_option("--laps", args->job.replay.replay.laps, "Number of laps of a closed route")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 1000.0))
-      ->type_name("NUMBER");
-  app.add_flag("--images", args->images, "Let the simulated robot send pictures");
-  app.add_option("--pace", args->pace,
-                 "Real-time factor with --view and a simulated robot: simulated seconds per second; 0: as "
-                 "fast as possible")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str()
-      ->type_name("FLOAT");
-  add_flags(app, args->anchor);
-  app.add_flag("--json", args->json, "One JSON object instead of words");
+  args->add_to(app);
   return [args](Console& console) { return run(*args, console); };
 }
 

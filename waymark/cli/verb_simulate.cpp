@@ -25,8 +25,10 @@ namespace waymark::cli {
 namespace {
 
 struct SimulateArgs {
-  explicit SimulateArgs(CLI::App& app) : stage(app, "circuit24"), pictures(app) {}
+  explicit SimulateArgs(CLI::App& app)
+      : settings(app), stage(app, "circuit24"), pictures(app, settings, Reach::Flags) {}
 
+  Settings settings;
   StageFlags stage;
   PictureFlags pictures;
   std::string like;
@@ -89,7 +91,7 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<Stage> stage = args.stage.make();
-  Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
+  Status status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const Result<RecordingProfile> like = profile_of(args.like, silent_control());
   if (!like)

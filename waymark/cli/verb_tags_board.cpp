@@ -18,8 +18,10 @@ namespace waymark::cli {
 namespace {
 
 struct BoardArgs {
-  explicit BoardArgs(CLI::App& app) : paper(app), board(app, "Layout"), tag_size(require_tag_size(app)) {}
+  explicit BoardArgs(CLI::App& app)
+      : settings(app), paper(app), board(app, settings, "board", kFirstGroup), tag_size(name_tag_size(app)) {}
 
+  Settings settings;
   std::string style = "aprilgrid";
   bool kalibr_yaml = false;
   PaperFlags paper;
@@ -36,7 +38,8 @@ struct Planned {
 /// Everything that can be wrong before anything is drawn.
 Result<Planned> plan(const BoardArgs& args) {
   plot::BoardOptions options;
-  if (const Status size = check_tag_size(*args.tag_size); !size) return tl::unexpected(size.error());
+  if (const Status size = check_tag_size(*args.tag_size, args.board.given("tag_size_m")); !size)
+    return tl::unexpected(size.error());
   if (const Status applied = args.board.apply(options); !applied) return tl::unexpected(applied.error());
   const auto format = args.paper.apply(options);
   if (!format) return tl::unexpected(format.error());
@@ -51,7 +54,11 @@ Result<Planned> plan(const BoardArgs& args) {
   Planned planned{std::move(*layout), *format, {}};
   if (args.kalibr_yaml) {
     auto target = plot::kalibr_target(options);
-    if (!target) return tl::unexpected(target.error());
+    if (!target) {
+      Error error = target.error();
+      error.place.key = "--kalibr-yaml";
+      return tl::unexpected(std::move(error));
+    }
     planned.kalibr_target = std::move(*target);
   }
   return planned;

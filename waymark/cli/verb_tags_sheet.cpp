@@ -16,8 +16,10 @@ namespace waymark::cli {
 namespace {
 
 struct SheetArgs {
-  explicit SheetArgs(CLI::App& app) : paper(app), sheet(app, "Layout"), tag_size(require_tag_size(app)) {}
+  explicit SheetArgs(CLI::App& app)
+      : settings(app), paper(app), sheet(app, settings, "sheet", kFirstGroup), tag_size(name_tag_size(app)) {}
 
+  Settings settings;
   std::string ids;
   PaperFlags paper;
   OptionFlags<plot::SheetOptions> sheet;
@@ -32,7 +34,8 @@ struct Planned {
 /// Everything that can be wrong before anything is drawn.
 Result<Planned> plan(const SheetArgs& args) {
   plot::SheetOptions options;
-  if (const Status size = check_tag_size(*args.tag_size); !size) return tl::unexpected(size.error());
+  if (const Status size = check_tag_size(*args.tag_size, args.sheet.given("tag_size_m")); !size)
+    return tl::unexpected(size.error());
   if (const Status applied = args.sheet.apply(options); !applied) return tl::unexpected(applied.error());
   const auto format = args.paper.apply(options);
   if (!format) return tl::unexpected(format.error());

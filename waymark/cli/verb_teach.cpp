@@ -7,32 +7,15 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/base/suggest.hpp"
-#include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_view.hpp"
-#include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/stop_request.hpp"
+#include "waymark/cli/teach_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
-
-struct TeachArgs {
-  explicit TeachArgs(CLI::App& app) : stage(app, {}, true), pictures(app) { add_flags(app, live); }
-
-  StageFlags stage;
-  PictureFlags pictures;
-  TeachJob job;
-  const CLI::Option* speed = nullptr;
-  LoneAnchorFlags anchor;
-  LiveFlags live{};
-  bool json = false;
-};
 
 std::string to_text(const TeachReport& report, const std::string& file, bool loop) {
   const TeachSummary& s = report.summary;
@@ -55,49 +38,11 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
   return text;
 }
 
-/// Nobody asked for a speed: the usual one, or what the robot can.
-TeachJob job_of(const TeachArgs& args, const Stage& stage) {
-  TeachJob job = args.job;
-  if (args.speed->count() == 0)
-    job.speed_m_s = std::min(job.speed_m_s, stage.simulated.model.limits.speed_m_s);
-  return job;
-}
-
-Status check_job(const TeachArgs& args, const Stage& stage) {
-  const std::vector<std::string> drivers = teach_drivers();
-  if (std::ranges::find(drivers, args.job.driver) == drivers.end())
-    return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", args.job.driver),
-                {.key = "--driver"}, suggestion(args.job.driver, drivers));
-  const double most = stage.simulated.model.limits.speed_m_s;
-  if (args.speed->count() > 0 && args.job.speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
-                {.key = "--speed-m-s"},
-                "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
-  if (args.job.second_speed_m_s > most)
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
-                {.key = "--second-speed-m-s"}, "Ask for less.");
-  if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !stage.process.empty()))
-    return fail(ErrorCode::InvalidArgument,
-                "only the scripted driver of a simulated robot changes its speed by itself",
-                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
-  if (!args.job.images.empty() && !stage.simulated.pictures && stage.process.empty())
-    return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
-                "Add --images.");
-  return {};
-}
-
 ExitCode teach(const TeachArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make();
-  Status status = stage ? args.pictures.apply(stage->simulated) : tl::unexpected(stage.error());
-  if (status) status = check_live_stage(*stage, args.anchor);
-  if (status) status = check_job(args, *stage);
-  if (!status) {
-    console.say(status.error());
-    return ExitCode::Usage;
-  }
-  TeachJob job = job_of(args, *stage);
+  const Result<Stage> stage = args.make_stage();
+  const Status status = stage ? args.check(*stage) : tl::unexpected(stage.error());
+  if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
+  TeachJob job = args.job_of(*stage);
   const auto view = LiveView::start(args.live, *stage, console);
   if (!view) {
     console.say(view.error());
@@ -125,50 +70,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
 
 Run prepare_teach(CLI::App& app) {
   const auto args = std::make_shared<TeachArgs>(app);
-  app.add_option("-o,--output", args->job.output, "Recording to write (.mcap); never written over another")
-      ->required()
-      ->transform(recording_name())
-      ->type_name("FILE");
-  app.add_option("--driver", args->job.driver,
-                 "Driver: scripted (follows the line of the world), keyboard or gamepad")
-      ->capture_default_str()
-      ->type_name("NAME");
-  args->speed = app.add_option("--speed-m-s", args->job.speed_m_s,
-                               "Cruising speed of the driver. Unless given: limited by the robot's maximum")
-                    ->capture_default_str()
-                    ->check(CLI::Range(0.01, 5.0))
-                    ->type_name("FLOAT");
-  app.add_option("--second-speed-m-s", args->job.second_speed_m_s,
-                 "Second cruising speed, used alternately with the first every three metres: for `waymark "
-                 "calibrate robot`")
-      ->check(CLI::Range(0.01, 5.0))
-      ->type_name("FLOAT");
-  const char* scripted = "Driver scripted";
-  app.add_option("--wander-m", args->job.wander_m,
-                 "Standard deviation of the lateral deviation from the line")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  app.add_option("--wander-time-s", args->job.wander_time_s,
-                 "Correlation time of the lateral deviation; short makes the path wind")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 60.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  app.add_option("--overlap-m", args->job.overlap_m, "Distance driven past the start of a closed lap")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1000.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  app.add_option("--record-images", args->job.images,
-                 "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
-                 "times as large")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("HOW");
-  add_flags(app, args->anchor);
-  app.add_flag("--durable", args->job.durable, kDurableHelp);
-  app.add_flag("--json", args->json, "One JSON object instead of words");
+  args->add_to(app);
   return [args](Console& console) { return teach(*args, console); };
 }
 
@@ -204,7 +106,7 @@ Exit code: 0 a lap that can be mapped, 1 one that cannot, or the file could not 
 Examples:
   waymark teach --robot sim --world circuit24 --driver scripted --seed 1 -o lap.mcap
   waymark teach --world circuit24 --seed 2 -o lap2.mcap --json
-  waymark teach --world circuit24 --images --exposure-ms 20 -o dim.mcap
+  waymark teach --world circuit24 --images --set camera.exposure_ms=20 -o dim.mcap
   waymark teach --world limo-walls --driver keyboard -o mine.mcap
   waymark teach --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 \
     --driver gamepad -o mine.mcap

@@ -18,8 +18,9 @@ namespace waymark::cli {
 namespace {
 
 struct NewArgs {
-  explicit NewArgs(CLI::App& app) : layout(app, "Tags") {}
+  explicit NewArgs(CLI::App& app) : settings(app), layout(app, settings, "layout", kFirstGroup) {}
 
+  Settings settings;
   std::string path;
   std::string robot_file = "limo";
   std::string output;

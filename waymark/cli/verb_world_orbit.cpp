@@ -16,8 +16,9 @@ namespace waymark::cli {
 namespace {
 
 struct OrbitArgs {
-  explicit OrbitArgs(CLI::App& app) : options(app, "Noise") {}
+  explicit OrbitArgs(CLI::App& app) : settings(app), options(app, settings, "orbit", kFirstGroup) {}
 
+  Settings settings;
   std::string world;
   std::string output;
   bool json = false;

@@ -1,0 +1,280 @@
+#!/usr/bin/python3
+"""All flags of all verbs: few at first sight, each option by --set and --config, none accepted that has no effect.
+
+usage: flags_test.py PROGRAM [unittest options]
+"""
+import functools
+import re
+import unittest
+
+from harness import InFolder, waymark
+
+MOST = 20  # flags that --help shows
+
+# What each verb with option structs needs before it looks at them.
+NEEDS = {
+    "demo": "-o demo", "teach": "--world circuit24 -o lap.mcap", "map": "lap.mcap -o map", "replay": "map --world circuit24",
+    "optimize": "map", "run": "--world circuit24 --driver scripted -o session", "explore": "", "localize": "lap.mcap --map map",
+    "simulate": "--like lap.mcap -o like.mcap", "robot-sim": "--world circuit24", "detect": "photograph.png", "evaluate": "est.txt ref.txt",
+    "evaluate detections": "--truth truth.csv", "calibrate camera": "photograph.png --cols 2 --rows 2 --tag-size-m 0.1",
+    "calibrate robot": "lap.mcap", "tags sheet": "--ids 0 -o tags.pdf", "tags board": "-o board.pdf", "world new": "--path line.csv -o world.yaml",
+    "world orbit": "circuit24", "convert": "lap.mcap path.tum"}
+
+PROCESS = "--robot process:true --anchor 0 --tag-size-m 0.16"
+# Flags that have an effect whatever else is given, or none that the command line alone could tell (a topic of a recording).
+EFFECTIVE = set("""
+--help --help-all --version --config --set --json --output --robot --world --robot-file --view --laps --driver --anchor --tag-size-m
+--speed-m-s --method --controller --calibration --route --figure --force --quick --format --topics --from --to --kind --tag-latency-s
+--speed --messages --ids --family --paper --orientation --style --kalibr-yaml --like --lockstep --name --weights --map --minutes --est-topic
+--ref-topic --odometry --figures --truth --detections --size-edges-px --tilt-edges-deg --lens --camera-info --cols --rows --by --path --station
+--remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
+--start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
+--clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive
+""".split())
+
+# (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
+SERVED = {"--port": "8000", "--listen": "0.0.0.0", "--token": "abcdefghijklmnop", "--open": ""}
+WITHOUT_EFFECT = {
+    **{(verb, flag): f"{NEEDS[verb]} {flag} {value}" for verb in ("demo", "teach", "replay", "run") for flag, value in SERVED.items()},
+    **{(verb, "--threads"): f"{NEEDS[verb]} --threads 2" for verb in ("teach", "replay", "explore", "simulate")},
+    **{(verb, flag): f"{NEEDS[verb]} {PROCESS} {flag} {value}".replace("--world circuit24", "")
+       for verb in ("teach",) for flag, value in (("--images", ""), ("--faults", "faults.yaml"), ("--wander-m", "0.1"), ("--wander-time-s", "2"),
+                                                  ("--overlap-m", "2"))},
+    ("teach", "--seed"): f"-o lap.mcap {PROCESS} --driver keyboard --seed 3",
+    ("teach", "--second-speed-m-s"): f"{NEEDS['teach']} --driver keyboard --second-speed-m-s 0.2",
+    ("teach", "--record-images"): f"{NEEDS['teach']} --record-images jpeg",
+    ("teach", "--anchor"): f"{NEEDS['teach']} --anchor 0",
+    ("teach", "--tag-size-m"): f"{NEEDS['teach']} --tag-size-m 0.16",
+    ("replay", "--images"): "map --robot process:true --images",
+    ("replay", "--faults"): "map --robot process:true --faults faults.yaml",
+    ("replay", "--seed"): "map --robot process:true --seed 3",
+    ("replay", "--record-images"): f"{NEEDS['replay']} --record-images jpeg",
+    ("replay", "--durable"): f"{NEEDS['replay']} --durable",
+    ("run", "--images"): f"-o session {PROCESS} --images",
+    ("run", "--seed"): f"-o session {PROCESS} --driver lines --seed 3",
+    ("run", "--pace"): f"{NEEDS['run']} --pace 2",
+    ("run", "--speed-m-s"): "-o session --world circuit24 --driver lines --speed-m-s 0.2",
+    ("run", "--record-images"): f"{NEEDS['run']} --record-images jpeg",
+    ("run", "--route"): f"{NEEDS['run']} --route kitchen",
+    ("run", "--anchor"): f"{NEEDS['run']} --anchor 0",
+    ("run", "--tag-size-m"): f"{NEEDS['run']} --tag-size-m 0.16",
+    ("robot-sim", "--pace"): f"{NEEDS['robot-sim']} --pace 2",
+    ("detect", "--covariance"): "photograph.png --covariance",
+    ("detect", "--camera-name"): "photograph.png --camera-name left",
+    ("evaluate", "--map"): "est.txt ref.txt --map map.yaml",
+    ("evaluate", "--closed"): "est.txt ref.txt --closed",
+    ("evaluate", "--alignment"): "est.txt corners.csv --alignment se2",
+    ("evaluate", "--time-offset-s"): "est.txt corners.csv --time-offset-s 1",
+    ("evaluate detections", "--recursive"): "--truth truth.csv --detections tags.jsonl --recursive",
+    ("evaluate detections", "--family"): "--truth truth.csv --detections tags.jsonl --family tag16h5",
+    ("evaluate detections", "--no-refine"): "--truth truth.csv --detections tags.jsonl --no-refine",
+    ("calibrate camera", "--recursive"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --recursive",
+    ("calibrate camera", "--family"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --family tag16h5",
+    ("calibrate camera", "--no-refine"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --no-refine",
+    ("calibrate camera", "--spacing"): "photograph.png --map map.yaml --spacing 0.2",
+    ("calibrate camera", "--first-id"): "photograph.png --map map.yaml --first-id 3",
+    ("calibrate robot", "--map-sigma"): "lap.mcap --map-sigma 0.1",
+    ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
+    ("map", "--camera"): f"{NEEDS['map']} --camera camera.yaml",
+    ("map", "--camera-name"): f"{NEEDS['map']} --camera-name left",
+    ("map", "--route-name"): f"{NEEDS['map']} --route-name kitchen",
+    ("map", "--freeze"): f"{NEEDS['map']} --freeze 3",
+    ("map", "--remove"): f"{NEEDS['map']} --remove 3",
+    ("map", "--map-sigma"): f"{NEEDS['map']} --map-sigma 0.1",
+    ("map", "--model"): f"{NEEDS['map']} --model tagslam",
+    ("map", "--free-intrinsics"): f"{NEEDS['map']} --free-intrinsics",
+    ("map", "--against"): f"{NEEDS['map']} --against other",
+    **{("map", flag): f"lap.mcap -o map --tagslam folder {flag} {value}" for flag, value in (
+        ("--robot", "limo"), ("--method", "chain"), ("--anchor", "0"), ("--anchor-pose", "0 0 0 0 0 0"), ("--tag-size-m", "0.1"),
+        ("--world", "circuit24"), ("--prior", "map.yaml"), ("--extend", "map"), ("--base-frame", "base"), ("--camera-frame", "camera"),
+        ("--camera-topic", "/camera"), ("--odometry-topic", "/odom"), ("--imu-topic", "/imu"), ("--family", "tag16h5"), ("--no-refine", ""))},
+    **{("convert", flag): f"walk.mp4 walk.mcap {flag} {value}" for flag, value in (
+        ("--format", "csv"), ("--topics", "/odom"), ("--from", "1"), ("--to", "2"), ("--kind", "imu"), ("--robot", "limo"), ("--tag-latency-s", "0.1"))},
+    **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (
+        ("--pictures", "jpeg"), ("--camera", "camera.yaml"), ("--camera-name", "left"), ("--tag-size-m", "0.1"), ("--family", "tag16h5"),
+        ("--no-refine", ""))},
+    ("routes", "--at-m"): "map --at-m 1",
+    ("routes", "--at-tag"): "map --at-tag 3",
+    ("routes", "--pause-s"): "map --pause-s 3",
+    ("plot", "--force"): "demo --force",
+    ("plot", "--output"): "demo -o figure.svg",
+    ("tags sheet", "--dpi"): "--ids 0 --tag-size-m 0.05 -o tags.pdf --dpi 600",
+    ("tags board", "--dpi"): "--tag-size-m 0.02 -o board.pdf --dpi 600",
+    ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
+    # The page of `view` has no --view: its flags always count.
+    **{("view", flag): "" for flag in SERVED}}
+
+# (verb, section): a command line on which none of its options would have an effect. With keys: these alone.
+DETECTIONS = {"evaluate detections": "--truth truth.csv --detections tags.jsonl",
+              "calibrate camera": "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1"}
+FOLLOWER = {"reach_m", "damping", "integral_most_m", "approach_rad"}
+IDLE = [
+    *((verb, section, NEEDS[verb], None) for verb in ("demo", "teach", "replay", "run", "explore", "simulate", "robot-sim")
+      for section in ("camera", "scene")),
+    *((verb, section, words, None) for verb, words in DETECTIONS.items() for section in ("detector", "refinement")),
+    ("calibrate camera", "views", DETECTIONS["calibrate camera"], None),
+    *(("convert", section, NEEDS["convert"], None) for section in ("detector", "refinement")),
+    *((verb, "refinement", f"{NEEDS[verb]} --no-refine", None) for verb in ("detect", "calibrate camera")),
+    *(("map", section, "walk.mp4 -o map --camera camera.yaml --tag-size-m 0.1", None) for section in ("chain", "points", "route")),
+    *(("map", section, f"{NEEDS['map']} --tagslam folder", None) for section in ("chain", "points", "route", "detector", "refinement")),
+    ("map", "bundle", f"{NEEDS['map']} --method chain", None),
+    ("replay", "anchor", NEEDS["replay"], None),
+    ("replay", "filter", f"{NEEDS['replay']} --method anchor", None),
+    ("replay", "pursuit", NEEDS["replay"], None),
+    ("replay", "goal", f"{NEEDS['replay']} --controller pursuit", None),
+    ("replay", "follower", f"{NEEDS['replay']} --controller pursuit", FOLLOWER),
+    ("localize", "anchor", NEEDS["localize"], None),
+    ("localize", "filter", f"{NEEDS['localize']} --method anchor", None),
+    *((verb, "filter", NEEDS[verb], {"lag_s"}) for verb in ("replay", "run", "demo", "explore", "localize", "calibrate robot"))]
+
+
+@functools.lru_cache(maxsize=None)
+def help_of(verb, flag):
+    return waymark(*verb.split(), flag).out
+
+
+def flags_of(text):
+    """The long name of each flag of a help text, in order."""
+    lines = re.findall(r"^  (-[^ ]*)", text, re.M)
+    return [next(name for name in line.split(",") if name.startswith("--")).split("{")[0] for line in lines]
+
+
+def verbs(verb=""):
+    if help_of(verb, "--help-all"):
+        yield verb
+    block = re.search(r"^Verbs:\n((?:  .*\n)+)", help_of(verb, "--help"), re.M)
+    for line in block[1].splitlines() if block else []:
+        if not line.startswith("   "):
+            yield from verbs(f"{verb} {line.split()[0]}".strip())
+
+
+def sections_of(verb):
+    text = help_of(verb, "--help-all")
+    listed = re.search(r"^Sections of --set and --config: ([^.]+)\.", text, re.M)
+    return listed[1].replace("\n", " ").split(", ") if listed else []
+
+
+def run(verb, *words):
+    return waymark(*verb.split(), *NEEDS[verb].split(), *words)
+
+
+@functools.lru_cache(maxsize=None)
+def keys_of(verb, path):
+    """All options of a section, also of structs in it: what an unknown key is answered with."""
+    known = re.search(r"unknown key 'zzzzzzzzzz'. Known: (.*)\. See `", run(verb, "--set", f"{path}.zzzzzzzzzz=1").err)
+    if not known:
+        return [path]
+    return [leaf for key in known[1].split(", ") for leaf in keys_of(verb, f"{path}.{key}")]
+
+
+def all_keys():
+    for verb in NEEDS:
+        for section in sections_of(verb):
+            for key in keys_of(verb, section):
+                yield verb, key
+
+
+class Flags(InFolder):
+    def test_help_shows_few_flags_and_says_how_many_there_are(self):
+        for verb in verbs():
+            shown, all_of_them = flags_of(help_of(verb, "--help")), flags_of(help_of(verb, "--help-all"))
+            self.assertLessEqual(len(shown), MOST, verb)
+            self.assertLessEqual(set(shown), set(all_of_them), verb)
+            more = re.search(r"^(\d+) more: --help-all", help_of(verb, "--help"), re.M)
+            self.assertEqual(int(more[1]) if more else 0, len(all_of_them) - len(shown), verb)
+        self.assertGreater(len(flags_of(help_of("replay", "--help-all"))), 100)
+
+    def test_verbs_that_have_options_by_name_are_in_the_table(self):
+        with_options = {verb for verb in verbs() if sections_of(verb)}
+        self.assertEqual(with_options, set(NEEDS))
+        for verb in verbs():
+            self.assertEqual(verb in with_options, "--set" in flags_of(help_of(verb, "--help")), verb)
+
+    def test_every_option_is_reached_by_set_and_by_a_file(self):
+        count = 0
+        for verb, key in all_keys():
+            count += 1
+            text = help_of(verb, "--help-all")
+            flag = "--" + key.rsplit(".", 1)[1].replace("_", "-")
+            self.assertTrue(flag in flags_of(text) or f"  {key}=" in text, f"{verb}: --help-all does not show {key}")
+            argument = f"{key}={{}}"  # no option is an empty map
+            outcome = run(verb, "--set", argument)
+            self.assertEqual(outcome.code, 2, f"{verb} {argument}")
+            self.assertRegex(outcome.err, rf"\(--set {re.escape(argument)}\): .* is (not|needed)", verb)
+            *path, last = key.split(".")
+            lines = [f"{'  ' * depth}{name}:" for depth, name in enumerate(path)] + [f"{'  ' * len(path)}{last}: {{}}"]
+            file = self.folder / "options.yaml"
+            file.write_text("\n".join(lines) + "\n")
+            outcome = run(verb, "--config", file)
+            self.assertEqual(outcome.code, 2, f"{verb} {key}")
+            self.assertIn(f"options.yaml:{len(lines)} ({key}): ", outcome.err, verb)
+        print(f"{count} options of {len(NEEDS)} verbs")
+        self.assertGreater(count, 400)
+
+    def test_an_unknown_section_is_answered_with_the_nearest(self):
+        for verb in NEEDS:
+            section = sections_of(verb)[0]
+            outcome = run(verb, "--set", f"{section}x.key=1")
+            self.assertEqual(outcome.code, 2, verb)
+            self.assertIn(f"Did you mean '{section}'?", outcome.err)
+            (self.folder / "options.yaml").write_text(f"# mine\n{section}x:\n  key: 1\n")
+            outcome = run(verb, "--config", self.folder / "options.yaml")
+            self.assertEqual(outcome.code, 2, verb)
+            self.assertIn(f"options.yaml:2 ({section}x): unknown key '{section}x'. Did you mean '{section}'?", outcome.err)
+
+    def fill(self):
+        """Files that must be there for a mistake to be found."""
+        (self.folder / "corners.csv").write_text("x_m,y_m\n0,0\n1,0\n1,1\n")
+        for name in ("est.txt", "ref.txt"):
+            (self.folder / name).write_text("".join(f"{t} {t} 0 0 0 0 0 1\n" for t in range(5)))
+        (self.folder / "tags.jsonl").write_text("")
+        (self.folder / "walk.mp4").write_bytes(b"\0\0\0\x18ftypmp42")
+
+    def refused(self, verb, words, *named):
+        outcome = self.run_here(*verb.split(), *words)
+        self.assertEqual((outcome.code, outcome.out), (2, ""), f"waymark {verb} {' '.join(words)}\n{outcome.err}")
+        for name in named:
+            self.assertIn(name, outcome.err, f"waymark {verb} {' '.join(words)}")
+
+    def test_a_flag_without_effect_is_refused(self):
+        self.fill()
+        for (verb, flag), words in WITHOUT_EFFECT.items():
+            self.assertIn(flag, flags_of(help_of(verb, "--help-all")), verb)
+            if words:
+                self.refused(verb, words.split(), flag)
+
+    def test_every_flag_is_known_to_have_an_effect_or_to_be_refused(self):
+        for verb in verbs():
+            options = {"--" + key.rsplit(".", 1)[1].replace("_", "-") for section in sections_of(verb) for key in keys_of(verb, section)}
+            for flag in flags_of(help_of(verb, "--help-all")):
+                self.assertTrue(flag in options or flag in EFFECTIVE or (verb, flag) in WITHOUT_EFFECT,
+                                f"waymark {verb} {flag}: where has it no effect, and is it refused there? Add it to the table.")
+
+    def test_options_of_what_is_not_used_are_refused(self):
+        self.fill()
+        for verb, section, words, keys in IDLE:
+            flags = flags_of(help_of(verb, "--help-all"))
+            for key in keys_of(verb, section):
+                name = key.split(".", 1)[1]
+                if keys and name not in keys:
+                    continue
+                usual = self.usual(verb, key)
+                self.refused(verb, [*words.split(), "--set", f"{key}={usual}"], f"(--set {key}={usual}): ")
+                flag = "--" + name.rsplit(".", 1)[-1].replace("_", "-")
+                if flag in flags and usual not in ("true", "false"):
+                    self.refused(verb, [*words.split(), flag, usual], flag)
+
+    @staticmethod
+    def usual(verb, key):
+        """The default of an option, by the help."""
+        text = help_of(verb, "--help-all")
+        listed = re.search(rf"^  {re.escape(key)}=(\S*)", text, re.M)
+        if listed:
+            return listed[1]
+        flag = key.rsplit(".", 1)[1].replace("_", "-")
+        found = re.search(rf"^  --{flag}(,--no-{flag}\S*)?(?: \S+?=(\S+))?", text, re.M)
+        return "true" if found[1] else found[2]
+
+
+if __name__ == "__main__":
+    unittest.main()

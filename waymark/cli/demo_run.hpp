@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "waymark/cli/loop_steps.hpp"
+
+/// `waymark demo`: the steps of the loop in a row.
+namespace waymark::cli {
+
+struct DemoJob {
+  std::string folder = "demo";
+  bool images = false;
+  ReplayJob replay{};  ///< laps, options; files and noise are the demo's
+};
+
+struct DemoReport {
+  TeachReport teach{};
+  MapReport map{};
+  ReplayReport replay{};
+  std::vector<std::string> figures{};
+  double wall_s = 0;
+};
+
+/// Makes the folder ready: a demo may be run again, and its own recordings of last time go. A lap or a map of
+/// somebody else stays, and fails.
+[[nodiscard]] Status clear_demo_folder(const std::string& folder);
+/// The three steps, figures and the report. What fails is said with the step it failed in.
+[[nodiscard]] Result<DemoReport> run_demo(const Stage& stage, const DemoJob& job, Console& console);
+/// A line a figure: what, and how good.
+[[nodiscard]] std::string table(const DemoReport& report);
+
+}  // namespace waymark::cli

@@ -1,0 +1,65 @@
+#include "waymark/cli/replay_flags.hpp"
+
+namespace waymark::cli {
+namespace {
+
+Status only_with(bool used, const auto& flags, const char* what) {
+  if (used || !flags) return {};
+  return refuse(*flags, std::string("this is an option of ") + what,
+                "Leave it out, or choose what it belongs to (--method, --controller).");
+}
+
+/// Keys of the follower that other controllers use as well.
+bool every_controller_uses(std::string_view key) { return key == "stop_within_m" || key == "brake_m_s2"; }
+
+}  // namespace
+
+ReplayFlags::ReplayFlags(CLI::App& app, Settings& settings, Reach reach)
+    : filter_(app, settings, "filter", "Methods riekf and ekf", reach),
+      follower_(app, settings, "follower", "Controller follower", reach),
+      actuators_(app, settings, "actuators", "Motion of the robot", reach),
+      profile_(app, settings, "profile", "Speed", reach),
+      watch_(app, settings, "watch", "Alarms", reach),
+      consistency_(app, settings, "consistency", "Alarms: sources of motion that contradict each other",
+                   reach),
+      safety_(app, settings, "safety", "Limits", reach) {
+  if (reach == Reach::SettingsOnly) return;
+  anchor_.emplace(app, settings, "anchor", "Method anchor");
+  pursuit_.emplace(app, settings, "pursuit", "Controller pursuit");
+  goal_.emplace(app, settings, "goal", "Controller pose");
+  app.get_option("--speed-m-s")->group(kFirstGroup);
+}
+
+Status ReplayFlags::check(const ReplayJob& job) const {
+  const ReplayController controller = job.replay.controller;
+  const bool by_anchor = job.method == LocalizationKind::Anchor;
+  Status status = only_with(by_anchor, anchor_, "the method anchor");
+  if (status && by_anchor)
+    status = refuse(filter_, "this is an option of the methods riekf and ekf", "Leave it out.");
+  if (status)
+    status = refuse(filter_, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
+  if (status) status = only_with(controller == ReplayController::Pursuit, pursuit_, "the controller pursuit");
+  if (status) status = only_with(controller == ReplayController::Pose, goal_, "the controller pose");
+  for (const std::string& key : field_names<FollowerOptions>()) {
+    if (status && controller != ReplayController::Follower && !every_controller_uses(key))
+      status = refuse(follower_, "this is an option of the controller follower", "Leave it out.", key);
+  }
+  return status;
+}
+
+Status ReplayFlags::apply(ReplayJob& job) const {
+  Status status = check(job);
+  if (status && anchor_) status = anchor_->apply(job.anchor);
+  if (status) status = filter_.apply(job.filter);
+  if (status) status = follower_.apply(job.replay.follower);
+  if (status) status = actuators_.apply(job.replay.actuators);
+  if (status) status = profile_.apply(job.replay.profile);
+  if (status && pursuit_) status = pursuit_->apply(job.replay.pursuit);
+  if (status && goal_) status = goal_->apply(job.replay.goal);
+  if (status) status = watch_.apply(job.replay.watch);
+  if (status) status = consistency_.apply(job.replay.consistency);
+  if (status) status = safety_.apply(job.replay.safety);
+  return status;
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/cli/live_steps.hpp"
+#include "waymark/cli/live_view.hpp"
+#include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/replay_flags.hpp"
+#include "waymark/cli/session_run.hpp"
+#include "waymark/cli/stage_flags.hpp"
+
+namespace waymark::cli {
+
+/// The flags of `waymark run`. Must stay where it is while the command line is parsed.
+struct RunArgs {
+  explicit RunArgs(CLI::App& verb)
+      : app(verb),
+        settings(verb),
+        stage(verb, {}, true),
+        scene(verb, settings, Reach::SettingsOnly),
+        options(verb, settings, Reach::SettingsOnly) {
+    add_flags(verb, live);
+  }
+
+  const CLI::App& app;
+  Settings settings;
+  StageFlags stage;
+  SceneFlags scene;
+  ReplayFlags options;
+  LiveFlags live{};
+  CLI::Option* driver = nullptr;
+  LoneAnchorFlags anchor;
+  SessionJob job{};
+  std::string folder;
+  std::string calibration;
+  bool images = false;
+  double pace = 1;
+  bool json = false;
+
+  void add_to(CLI::App& verb);
+  /// The robot in its world, a process in any case; fails on flags that have no effect on it.
+  [[nodiscard]] Result<Stage> make_stage() const;
+};
+
+}  // namespace waymark::cli

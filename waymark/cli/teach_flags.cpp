@@ -1,0 +1,126 @@
+#include "waymark/cli/teach_flags.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/cli/file_names.hpp"
+
+namespace waymark::cli {
+namespace {
+
+/// Flags of the script that drives a simulated robot.
+Status check_script_flags(const TeachArgs& args, const Stage& stage) {
+  Status status;
+  for (const char* flag : {"--wander-m", "--wander-time-s", "--overlap-m"}) {
+    if (status && (args.job.driver != "scripted" || !stage.process.empty()))
+      status = refuse_flag(args.app, flag, "this is about the scripted driver of a simulated robot",
+                           "Leave it out.");
+  }
+  if (status && args.job.driver != "scripted" && !stage.process.empty()) status = args.stage.refuse_seed();
+  return status;
+}
+
+Status check_speeds(const TeachArgs& args, const Stage& stage) {
+  const double most = stage.simulated.model.limits.speed_m_s;
+  if (args.speed->count() > 0 && args.job.speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                {.key = "--speed-m-s"},
+                "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
+  if (args.job.second_speed_m_s > most)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                {.key = "--second-speed-m-s"}, "Ask for less.");
+  if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !stage.process.empty()))
+    return fail(ErrorCode::InvalidArgument,
+                "only the scripted driver of a simulated robot changes its speed by itself",
+                {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
+  return {};
+}
+
+Status check_driver(const TeachJob& job) {
+  const std::vector<std::string> drivers = teach_drivers();
+  if (std::ranges::find(drivers, job.driver) != drivers.end()) return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", job.driver),
+              {.key = "--driver"}, suggestion(job.driver, drivers));
+}
+
+}  // namespace
+
+Result<Stage> TeachArgs::make_stage() const {
+  if (Status known = check_driver(job); !known) return tl::unexpected(known.error());
+  Result<Stage> made = stage.make();
+  Status status = made ? pictures.apply(*made) : Status();
+  if (made && status) status = check_live_stage(*made, anchor);
+  if (!status) return tl::unexpected(status.error());
+  return made;
+}
+
+TeachJob TeachArgs::job_of(const Stage& on) const {
+  TeachJob made = job;
+  if (speed->count() == 0) made.speed_m_s = std::min(made.speed_m_s, on.simulated.model.limits.speed_m_s);
+  return made;
+}
+
+Status TeachArgs::check(const Stage& on) const {
+  Status status = check_speeds(*this, on);
+  if (status) status = check_script_flags(*this, on);
+  if (!status || job.images.empty() || on.simulated.pictures || !on.process.empty()) return status;
+  return fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
+              "Add --images.");
+}
+
+void TeachArgs::add_to(CLI::App& verb) {
+  verb.add_option("-o,--output", job.output, "Recording to write (.mcap); never written over another")
+      ->required()
+      ->transform(recording_name())
+      ->type_name("FILE");
+  verb.add_option("--driver", job.driver,
+                  "Driver: scripted (follows the line of the world), keyboard or gamepad")
+      ->capture_default_str()
+      ->type_name("NAME");
+  speed = verb.add_option("--speed-m-s", job.speed_m_s,
+                          "Cruising speed of the driver. Unless given: limited by the robot's maximum")
+              ->capture_default_str()
+              ->check(CLI::Range(0.01, 5.0))
+              ->type_name("FLOAT");
+  verb.add_option("--second-speed-m-s", job.second_speed_m_s,
+                  "Second cruising speed, used alternately with the first every three metres: for `waymark "
+                  "calibrate robot`")
+      ->check(CLI::Range(0.01, 5.0))
+      ->type_name("FLOAT")
+      ->group(kMoreGroup);
+  const char* scripted = "Driver scripted";
+  verb.add_option("--wander-m", job.wander_m, "Standard deviation of the lateral deviation from the line")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
+  verb.add_option("--wander-time-s", job.wander_time_s,
+                  "Correlation time of the lateral deviation; short makes the path wind")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 60.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
+  verb.add_option("--overlap-m", job.overlap_m, "Distance driven past the start of a closed lap")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1000.0))
+      ->type_name("FLOAT")
+      ->group(scripted);
+  verb.add_option(
+          "--record-images", job.images,
+          "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
+          "times as large")
+      ->check(CLI::IsMember({"jpeg", "raw"}))
+      ->type_name("HOW")
+      ->group(kMoreGroup);
+  add_flags(verb, anchor);
+  verb.add_flag("--durable", job.durable, kDurableHelp)->group(kMoreGroup);
+  verb.add_flag("--json", json, "One JSON object instead of words");
+}
+
+}  // namespace waymark::cli
