@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
 #include "waymark/config/text_file.hpp"
@@ -155,6 +156,14 @@ std::string table(const DemoReport& report) {
             row("", "nearest tag to the hull", metres(j->min_clearance_m));
   }
   return text;
+}
+
+nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job) {
+  return {{"teach", to_json(report.teach, (fs::path(job.folder) / "lap.mcap").string())},
+          {"map", to_json(report.map)},
+          {"replay", to_json(report.replay)},
+          {"figures", report.figures},
+          {"wall_s", report.wall_s}};
 }
 
 }  // namespace waymark::cli

@@ -29,5 +29,6 @@ struct DemoReport {
 [[nodiscard]] Result<DemoReport> run_demo(const Stage& stage, const DemoJob& job, Console& console);
 /// A line a figure: what, and how good.
 [[nodiscard]] std::string table(const DemoReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job);
 
 }  // namespace waymark::cli

@@ -27,4 +27,21 @@ std::string to_text(const LocalizeReport& report) {
   return text;
 }
 
+std::vector<std::string> doubts_about(const LocalizeReport& report) {
+  std::vector<std::string> doubts;
+  if (report.certain == 0) doubts.emplace_back("never knew where it is");
+  if (report.lasting_nis.value_or(0) > 4)
+    doubts.emplace_back(
+        "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
+        "about "
+        "the robot and the map, and how well");
+  if (report.compared > 0 && 10 * report.accepted < report.compared)
+    doubts.emplace_back(
+        "warning: hardly any observation agrees with the map: is it the map of this place, and the camera of "
+        "this "
+        "robot "
+        "(--robot, --calibration)?");
+  return doubts;
+}
+
 }  // namespace waymark::cli

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "waymark/jobs/localize_log.hpp"
 
@@ -8,5 +9,7 @@ namespace waymark::cli {
 
 /// What `waymark localize` prints: estimates, observations, where the robot was last.
 [[nodiscard]] std::string to_text(const LocalizeReport& report);
+/// What the report gives reason to doubt, and what to do about it.
+[[nodiscard]] std::vector<std::string> doubts_about(const LocalizeReport& report);
 
 }  // namespace waymark::cli

@@ -1,11 +1,11 @@
 #include <memory>
 #include <string>
 
-#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/calibrate_robot_text.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/frame_flags.hpp"
@@ -13,8 +13,6 @@
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/jobs/calibrate_robot.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
@@ -31,29 +29,6 @@ struct CalibrateRobotArgs {
   bool json = false;
   OptionFlags<RiekfOptions> filter;
 };
-
-/// A line a number: its value and standard deviation, or what to drive to tell it.
-std::string to_text(const CalibrateRobotReport& report) {
-  std::string text;
-  for (const std::string& name : calibration_names()) {
-    const auto found = report.calibration.values.find(name);
-    if (found == report.calibration.values.end()) continue;
-    const CalibratedValue& v = found->second;
-    text += v.verdict == CalibrationVerdict::Known
-                ? fmt::format("{:<25}{:>12.5f} +- {:.5f}{}{}\n", name, v.value, v.sigma,
-                              v.advice.empty() ? "" : "    ", v.advice)
-                : fmt::format("{:<25}{:>12}    {}\n", name, "unobservable", v.advice);
-  }
-  if (report.lap)
-    text += fmt::format("found together with the places of {} tags; corners within {:.2f} px (rms)\n",
-                        report.lap->map.map.tags.size(), report.lap->map.rms_px);
-  if (const auto& fit = report.innovations)
-    text += fmt::format(
-        "NIS per degree of freedom: {:.3f} before, {:.3f} after; of the third of the drive that was held "
-        "out: {:.3f} before, {:.3f} after\n",
-        fit->cost_before, fit->cost_after, fit->held_out_before, fit->held_out_after);
-  return text;
-}
 
 Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
   CalibrateRobotJob job = args.job;
@@ -81,7 +56,7 @@ ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
   if (!report)
     return console.failed(report.error(),
                           interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
-  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   if (const Status written = write_robot_calibration(*job, *report); !written)
     return console.failed(written.error(), ExitCode::SomeFailed);

@@ -1,6 +1,6 @@
 #include <algorithm>
-#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -61,25 +61,22 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, Stage& stage, C
       .folder = demo.folder, .driver = "scripted", .replay = demo.replay, .feed = &(*view)->feed()};
   const auto stop = hear_stop("demo into " + demo.folder, console);
   const Result<SessionReport> report = run_session(stage, job, console);
-  if (!report) {
-    console.say(report.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
   if (args.json) console.print(json_line(to_json(*report)));
   return report->interrupted ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
 ExitCode demo(const DemoArgs& args, Console& console) {
   DemoJob job = args.job;
-  Result<Stage> stage = args.stage.make();
-  Status usable =
-      stage ? args.scene.apply(job.images, stage->simulated.pictures) : tl::unexpected(stage.error());
-  if (usable) usable = args.options.apply(job.replay);
-  if (!usable) return console.failed(naming_flag(usable.error()), ExitCode::Usage);
+  std::optional<SceneEyeOptions> pictures;
+  Status usable = args.options.apply(job.replay);  // before files are read
+  if (usable) usable = args.scene.apply(job.images, pictures);
+  Result<Stage> stage = usable ? args.stage.make() : tl::unexpected(usable.error());
+  if (!stage) return console.failed(naming_flag(stage.error()), ExitCode::Usage);
+  stage->simulated.pictures = pictures;
   if (args.live.view) return watched_demo(args, job, *stage, console);
-  if (job.images) {
+  if (job.images)
     stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  }
   const Result<DemoReport> report = run_demo(*stage, job, console);
   if (interrupted()) {
     console.say("stopped: what was recorded is kept");
@@ -90,12 +87,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     return ExitCode::SomeFailed;
   }
   if (args.json) {
-    console.print(json_line(
-        {{"teach", to_json(report->teach, (std::filesystem::path(job.folder) / "lap.mcap").string())},
-         {"map", to_json(report->map)},
-         {"replay", to_json(report->replay)},
-         {"figures", report->figures},
-         {"wall_s", report->wall_s}}));
+    console.print(json_line(to_json(*report, job)));
   } else {
     console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
                               stage->simulated.world.name, stage->simulated.model.name) +

@@ -72,18 +72,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   console.print(args.json ? json_line(to_json(job, *report)) : cli::to_text(*report));
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
-  if (report->certain == 0) console.say("never knew where it is");
-  if (report->lasting_nis.value_or(0) > 4)
-    console.say(
-        "see --sensor-pose, `waymark calibrate robot`, --tag-sigma-m and --mounting-sigma-rad: what is known "
-        "about "
-        "the robot and the map, and how well");
-  if (report->compared > 0 && 10 * report->accepted < report->compared)
-    console.say(
-        "warning: hardly any observation agrees with the map: is it the map of this place, and the camera of "
-        "this "
-        "robot "
-        "(--robot, --calibration)?");
+  for (const std::string& doubt : doubts_about(*report)) console.say(doubt);
   return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

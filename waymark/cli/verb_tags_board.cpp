@@ -7,6 +7,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/board_text.hpp"
 #include "waymark/cli/page_files.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -64,24 +65,6 @@ Result<Planned> plan(const BoardArgs& args) {
   return planned;
 }
 
-nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
-  const plot::BoardOptions& options = layout.options;
-  return {{"pages", 1},
-          {"tags", layout.tags.size()},
-          {"tags_per_page", layout.tags.size()},
-          {"style", std::string(to_string(options.style))},
-          {"family", std::string(to_string(options.family))},
-          {"cols", options.columns},
-          {"rows", options.rows},
-          {"first_id", options.first_id},
-          {"tag_size_m", options.tag_size_m},
-          {"spacing", options.spacing},
-          {"paper", layout.paper.name},
-          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
-          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
-          {"files", files}};
-}
-
 /// board.yaml beside board.pdf.
 Status write_target(const Planned& planned, WrittenPages& written) {
   if (planned.kalibr_target.empty() || written.code != ExitCode::Ok) return {};
@@ -90,15 +73,6 @@ Status write_target(const Planned& planned, WrittenPages& written) {
   Status saved = write_bytes(path, bytes);
   if (saved) written.files.push_back(path);
   return saved;
-}
-
-void tell(const plot::BoardLayout& layout, const WrittenPages& written, Console& console) {
-  const plot::BoardOptions& options = layout.options;
-  console.print(fmt::format("{}: {} board of {} x {} tags, {} of {:g} m, 1 page {}\n", written.files.front(),
-                            to_string(options.style), options.columns, options.rows,
-                            to_string(options.family), options.tag_size_m, layout.paper.name));
-  if (written.files.size() > 1)
-    console.print(fmt::format("{}: the target file for Kalibr\n", written.files.back()));
 }
 
 ExitCode draw(const BoardArgs& args, Console& console) {
@@ -112,7 +86,7 @@ ExitCode draw(const BoardArgs& args, Console& console) {
   }
   if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
   if (written.code != ExitCode::Ok) return written.code;
-  if (!args.paper.json) tell(planned->layout, written, console);
+  if (!args.paper.json) console.print(to_text(planned->layout, written.files));
   if (planned->layout.options.style == plot::BoardStyle::AprilGrid) {
     console.say(
         "Kalibr reads this board; `waymark detect` and AprilTag 3 do not, they want --style separate.");
