@@ -121,6 +121,20 @@ class Loop(InFolder):
         topics = {topic["topic"]: topic for topic in info.records[0]["topics"]}
         self.assertGreater(topics["/tag_detections"]["messages"], 1, "found in the pictures")
 
+    def test_ctrl_c_while_the_robot_has_not_said_hello(self):
+        for words in (["teach", "--world", "circuit24", "-o", "lap.mcap"],
+                      ["run", "--anchor", "0", "--tag-size-m", "0.16", "--driver", "lines", "-o", "session"]):
+            words += ["--robot", "process:sleep 30"]
+            process = subprocess.Popen([PROGRAM, *words], cwd=self.folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE,
+                                       stdin=subprocess.PIPE, text=True)
+            self.assertIn("waiting for the robot's hello", process.stderr.readline())
+            began = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            out, err = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 130, out + err)
+            self.assertLess(time.monotonic() - began, 10)
+            self.assertIn("stopped before the robot said hello", err)
+
     def test_a_short_way_on_pictures_over_the_wire(self):
         """Pictures as base64 JPEG, five a second, and a way of two metres: the detector in the loop of a process."""
         world = (ROOT / "share/worlds/circuit24.yaml").read_text().split("path_closed:")[0]

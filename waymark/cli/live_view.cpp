@@ -113,7 +113,8 @@ std::int64_t host_now_ns() {
 
 LiveWords words_on(Console& console) {
   return {.say = [&console](const std::string& words) { console.say(words); },
-          .progress = [&console](const std::string& line) { console.live(line); }};
+          .progress = [&console](const std::string& line) { console.live(line); },
+          .should_stop = [] { return interrupted(); }};
 }
 
 RobotListener watched(RobotListener listener, LiveFeed* feed) {

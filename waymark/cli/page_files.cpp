@@ -53,6 +53,7 @@ Error naming_flag(Error error) {
 }
 
 ExitCode exit_code_of(const Error& error) {
+  if (interrupted()) return ExitCode::Interrupted;
   return error.place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
 }
 

@@ -27,8 +27,8 @@ struct WrittenPages {
 /// file stays as it is.
 [[nodiscard]] Error naming_flag(Error error);
 
-/// 2 for what the command line says (the error's key is a flag), 1 for a file that is not usable or could not
-/// be written.
+/// 130 after Ctrl-C, 2 for what the command line says (the error's key is a flag), 1 for a file that is not
+/// usable or could not be written.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 
 }  // namespace waymark::cli

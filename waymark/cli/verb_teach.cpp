@@ -52,10 +52,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   const auto stop = stage->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
   const Result<TeachReport> report =
       stage->process.empty() ? teach_lap(*stage, job, console) : teach_live(*stage, job, console);
-  if (!report) {
-    console.say(report.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
   console.print(args.json ? json_line(to_json(*report, args.job.output))
                           : to_text(*report, args.job.output, stage->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);

@@ -32,6 +32,8 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command,
   if (!finder) return tl::unexpected(finder.error());
   ProcessRobotOptions options;
   for (const MountedCamera& camera : cameras) options.cameras.push_back(camera.name);
+  options.should_stop = words.should_stop;
+  options.on_waiting = words.say;
   auto robot = ProcessRobot::start(command, options);
   if (!robot) return tl::unexpected(robot.error());
   return std::unique_ptr<LiveRobot>(

@@ -16,12 +16,13 @@ namespace waymark {
 struct LiveWords {
   std::function<void(const std::string&)> say = [](const std::string&) {};       ///< a sentence
   std::function<void(const std::string&)> progress = [](const std::string&) {};  ///< how far it is, in a line
+  std::function<bool()> should_stop = [] { return false; };  ///< asked while the robot is awaited
 };
 
 /// A robot that is a process, what finds the tags in its pictures, and the loop between samples and commands.
 class LiveRobot {
  public:
-  /// Starts `command` and waits until it greets. `cameras`: those it has.
+  /// Starts `command` and waits until it greets, or the words' should_stop says so. `cameras`: those it has.
   static Result<std::unique_ptr<LiveRobot>> open(const RobotCommand& command,
                                                  std::vector<MountedCamera> cameras, LiveWords words);
 

@@ -1,5 +1,8 @@
 #include "waymark/drivers/process/process_robot.hpp"
 
+#include <algorithm>
+#include <chrono>
+
 #include <fmt/format.h>
 
 namespace waymark {
@@ -9,9 +12,21 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
   auto wire = WatchedProcess::start(command, options.watchdog);
   if (!wire) return tl::unexpected(wire.error());
   std::unique_ptr<ProcessRobot> robot(new ProcessRobot(std::move(*wire), command, options.cameras));
-  const Duration deadline = steady_now() + options.hello_within;
+  constexpr Duration kSlice = std::chrono::milliseconds(100);
+  constexpr Duration kQuiet = std::chrono::seconds(1);
+  const Duration began = steady_now();
+  const Duration deadline = began + options.hello_within;
+  bool told = false;
   while (steady_now() < deadline) {
-    const auto message = robot->next_message(deadline - steady_now());
+    if (options.should_stop())
+      return fail(ErrorCode::Unreadable, "stopped before the robot said hello",
+                  {.source = "process:" + command.text()});
+    if (!told && steady_now() - began > kQuiet) {
+      options.on_waiting(
+          fmt::format("waiting for the robot's hello, for {:g} s at most", to_seconds(options.hello_within)));
+      told = true;
+    }
+    const auto message = robot->next_message(std::min(kSlice, deadline - steady_now()));
     if (!message) return tl::unexpected(message.error());
     if (!*message) continue;
     if (const auto* hello = std::get_if<RobotHello>(&**message)) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,8 +16,11 @@ namespace waymark {
 
 struct ProcessRobotOptions {
   Duration hello_within = std::chrono::seconds(15);
-  std::string watchdog{};              ///< its program; found when empty
-  std::vector<std::string> cameras{};  ///< names of those the robot has; empty: any
+  std::string watchdog{};                                    ///< its program; found when empty
+  std::vector<std::string> cameras{};                        ///< names of those the robot has; empty: any
+  std::function<bool()> should_stop = [] { return false; };  ///< asked while the hello is awaited
+  std::function<void(const std::string&)> on_waiting = [](const std::string&) {
+  };  ///< told once, after a second
 };
 
 /// A robot that is a child process (docs/formats/robot-process.md), behind the watchdog.

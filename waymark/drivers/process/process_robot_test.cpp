@@ -65,5 +65,17 @@ TEST(ProcessRobot, DoesNotStartWithoutAHello) {
   EXPECT_THAT(to_string(silent.error()), HasSubstr("did not say hello"));
 }
 
+TEST(ProcessRobot, IsNotWaitedForWhenItShouldStop) {
+  std::vector<std::string> said;
+  ProcessRobotOptions options = kHere;
+  options.on_waiting = [&](const std::string& words) { said.push_back(words); };
+  options.should_stop = [&] { return !said.empty(); };
+  const auto silent = ProcessRobot::start("exec 3>&1; exec cat > /dev/null", options);
+  ASSERT_FALSE(silent);
+  EXPECT_THAT(to_string(silent.error()), HasSubstr("stopped before the robot said hello"));
+  ASSERT_EQ(said.size(), 1);
+  EXPECT_THAT(said.front(), HasSubstr("waiting for the robot's hello"));
+}
+
 }  // namespace
 }  // namespace waymark
