@@ -37,6 +37,50 @@ class Usage(InFolder):
         self.check(["evaluate", "detections", "--truth", "truth.csv", "--detections", "x", "photograph.png"], "give either")
         self.check(["evaluate", "detections", "--truth", "truth.csv", "--size-edges-px", "9,3", "photos"], "ascending")
 
+    def test_what_is_no_number_is_named_as_it_was_written(self):
+        self.check(["teach", "--world", "circuit24", "-o", "x", "--seed", "abc"], "(--seed): 'abc' is not a number from 0 to 9007199254740992")
+        self.check(["teach", "--world", "circuit24", "-o", "x", "--speed-m-s", "9"], "(--speed-m-s): '9' is not a number from 0.01 to 5")
+        self.check(["replay", "map", "--world", "circuit24", "--laps", "1e"], "(--laps): '1e' is not a number")
+
+    def test_flags_are_read_before_files(self):
+        self.check(["replay", "map", "--world", "none.yaml", "--laps", "0"], "(--laps): 0 is outside")
+        self.check(["replay", "map", "--world", "none.yaml", "--reach-m", "-1"], "(--reach-m): -1 is outside")
+        self.check(["teach", "--world", "none.yaml", "-o", "x", "--driver", "scriptd"], "Did you mean 'scripted'?")
+        self.check(["demo", "--world", "none.yaml", "--set", "camera.exposure_ms=20"], "Add --images")
+
+    def test_an_output_that_is_no_file_is_not_to_be_removed(self):
+        (self.folder / "folder.mcap").mkdir()
+        (self.folder / "folder.txt").mkdir()
+        (self.folder / "folder.yaml").mkdir()
+        for words, code in ((["teach", "--world", "circuit24", "-o", "folder.mcap"], 1),
+                            (["calibrate", "camera", "photograph.png", "--cols", "2", "--rows", "2", "--tag-size-m", "0.1", "-o", "folder.yaml"], 1),
+                            (["world", "new", "--path", "line.csv", "-o", "folder.yaml"], 2)):
+            outcome = self.run_here(*words)
+            self.assertEqual((outcome.code, outcome.out), (code, ""), outcome.err)
+            self.assertIn("this is a folder. Give the name of a file.", outcome.err)
+            self.assertNotIn("remove", outcome.err)
+        outcome = self.run_here("teach", "--world", "circuit24", "-o", "/dev/null")
+        self.assertEqual(outcome.code, 1)
+        self.assertIn("/dev/null: this is a device or a pipe", outcome.err)
+        self.assertNotIn("remove", outcome.err)
+
+    def test_a_missing_input_is_a_failure_and_a_missing_way_to_work_is_wrong_usage(self):
+        for words, code in (("detect none.png", 1), ("detect photograph.png --camera none.yaml --tag-size-m 0.1", 1), ("evaluate none.txt none.txt", 1),
+                            ("evaluate detections --truth none.csv --detections none.jsonl", 1), ("calibrate camera photograph.png --map none.yaml", 1),
+                            ("calibrate robot none.mcap", 1), ("convert none.mcap x.mcap", 1), ("info none.mcap", 1), ("play none.mcap", 1),
+                            ("view none.mcap", 1), ("recover none.mcap", 1), ("report none.mcap", 1), ("plot none.mcap", 1),
+                            ("localize none.mcap --map none", 1), ("map none.mcap -o m", 1), ("map none.mcap -o m --extend none", 1),
+                            ("map none.mcap -o m --world none.yaml", 2), ("map convert none x.yaml", 1), ("replay none --world circuit24", 1),
+                            ("replay none --world none.yaml", 2), ("replay none --world circuit24 --calibration none.yaml", 1),
+                            ("replay none --world circuit24 --faults none.yaml", 2), ("replay none --world circuit24 --config none.yaml", 2),
+                            ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 2), ("experiment none.yaml", 2),
+                            ("run --world circuit24 --driver scripted -o s --map none", 1), ("explore --map none", 1),
+                            ("simulate --like none.mcap -o x.mcap", 1), ("world check none.yaml", 2), ("world new --path none.csv -o x.yaml", 1),
+                            ("world orbit none.yaml", 2), ("teach --world circuit24 -o x --robot-file none.yaml", 2)):
+            outcome = self.run_here(*words.split())
+            self.assertEqual((outcome.code, outcome.out), (code, ""), f"{words}\n{outcome.err}")
+            self.assertIn("none", outcome.err, words)
+
     def test_configuration(self):
         def write(text):
             (self.folder / "detect.yaml").write_text(text)

@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <regex>
 #include <utility>
 
 #include <fmt/format.h>
@@ -84,10 +85,32 @@ std::string unknown_flag(const CLI::App& root) {
   return {};
 }
 
+/// "0.01" for the parser's "0.010000".
+std::string short_number(const std::string& number) {
+  if (number.find('.') == std::string::npos) return number;
+  const std::string shorter = number.substr(0, number.find_last_not_of('0') + 1);
+  return shorter.ends_with('.') ? shorter.substr(0, shorter.size() - 1) : shorter;
+}
+
+/// "(--seed): 'abc' is not a number from 0 to 9" for the parser's "--seed: Value abc not in range 0 to 9",
+/// and
+/// "(--laps): '1e' is not a number" for its "Could not convert: --laps = 1e".
+std::string plain_words(const std::string& words) {
+  static const std::regex kRange("(--[a-z0-9-]+): Value (.*) not in range (.*) to (.*)");
+  static const std::regex kConversion("Could not convert: (--[a-z0-9-]+) = (.*)");
+  std::smatch match;
+  if (std::regex_match(words, match, kRange))
+    return fmt::format("({}): '{}' is not a number from {} to {}", match[1].str(), match[2].str(),
+                       short_number(match[3].str()), short_number(match[4].str()));
+  if (std::regex_match(words, match, kConversion))
+    return fmt::format("({}): '{}' is not a number", match[1].str(), match[2].str());
+  return words;
+}
+
 /// What a ParseError means, with the nearest known flag where one was misspelt.
 std::string explain(const CLI::ParseError& error, const CLI::App& root, const CLI::App& app) {
   const std::string flag = unknown_flag(root);
-  if (flag.empty()) return error.what();
+  if (flag.empty()) return plain_words(error.what());
   const std::string nearest = nearest_word(flag, flags_of(app));
   return fmt::format("unknown flag '{}'.{}", flag,
                      nearest.empty() ? "" : fmt::format(" Did you mean '{}'?", nearest));

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -9,8 +11,10 @@ namespace waymark::cli {
 
 std::string ending(const ReplayReport& report) {
   const ReplayEnd& end = report.end;
+  const double driven_m =
+      std::round(100 * report.end.driven_m) / 100 + 0.0;  // a robot that swayed: no "-0.00"
   const std::string where =
-      fmt::format("after {:.2f} m of a route of {:.2f} m", report.end.driven_m, report.route_length_m);
+      fmt::format("after {:.2f} m of a route of {:.2f} m", driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
   if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", interrupted_by(), where);
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;

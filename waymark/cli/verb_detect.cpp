@@ -44,7 +44,11 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   const auto finder = args.detector.make();
   if (!finder) return wrong_usage(finder.error());
   auto poses = args.poses.make();
-  if (!poses) return wrong_usage(poses.error());
+  if (!poses) {
+    console.say(poses.error());
+    const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
+    return flag ? ExitCode::Usage : ExitCode::SomeFailed;
+  }
   DetectJob job = args.job;
   job.poses = std::move(*poses);
   const auto summary = detect_pictures(

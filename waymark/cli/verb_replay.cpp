@@ -18,6 +18,8 @@ namespace waymark::cli {
 namespace {
 
 ExitCode replay(const ReplayArgs& args, Console& console) {
+  if (const auto known = args.job_of(args.job); !known)  // before files are read
+    return console.failed(naming_flag(known.error()), ExitCode::Usage);
   const Result<Stage> stage = args.make_stage();
   const Status seen = stage ? Status() : tl::unexpected(stage.error());
   ReplayJob calibrated = args.job;

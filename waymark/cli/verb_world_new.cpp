@@ -13,6 +13,7 @@
 #include "waymark/config/share.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/lay_world.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -35,9 +36,11 @@ Result<LayWorldJob> job_of(const NewArgs& args) {
   if (!robot_path) return tl::unexpected(robot_path.error());
   auto robot = read_robot(*robot_path);
   if (!robot) return tl::unexpected(robot.error());
-  if (std::filesystem::exists(args.output))
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(args.output, ignored))
     return fail(ErrorCode::InvalidArgument, "the file exists", {.source = args.output},
                 "Choose another name, or remove it.");
+  if (Status writable = check_output_file(args.output); !writable) return tl::unexpected(writable.error());
   return LayWorldJob{.path = args.path, .output = args.output, .robot = std::move(*robot), .layout = layout};
 }
 

@@ -164,7 +164,10 @@ std::string to_yaml(const Calibration& calibration) {
 
 Status check_calibration_place(const std::filesystem::path& path) {
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored) || read_calibration(path)) return {};
+  if (std::filesystem::is_directory(path, ignored))
+    return fail(ErrorCode::Unwritable, "this is a folder", {.source = path.string()},
+                "Give the name of a file.");
+  if (!std::filesystem::is_regular_file(path, ignored) || read_calibration(path)) return {};
   return fail(ErrorCode::InvalidArgument, "stands there and is no calibration: not written over",
               {.source = path.string()}, "Give another name, or remove it.");
 }

@@ -78,6 +78,12 @@ struct Output {
 Result<Output> output_of(const ConvertJob& job) {
   Output out{.path = job.output, .beside = fmt::format("{}.{}.part", job.output, ::getpid())};
   std::error_code ignored;
+  if (fs::is_directory(out.path, ignored))
+    return fail(ErrorCode::Unwritable, "this is a folder", {.source = job.output},
+                "Give the name of a file.");
+  if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
+    return fail(ErrorCode::Unwritable, "this is a device or a pipe, and the output needs a file of its own",
+                {.source = job.output}, "Give the name of a file.");
   if (fs::exists(out.path, ignored))
     return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
                 "A recording is never overwritten: choose another name or remove it.");

@@ -85,7 +85,7 @@ bool writes_tum(const LocalizeJob& job) { return extension_of(job) == ".txt" || 
 
 Status check_output(const LocalizeJob& job) {
   std::error_code ignored;
-  if (writes_tum(job) && std::filesystem::exists(job.output, ignored))
+  if (writes_tum(job) && std::filesystem::is_regular_file(job.output, ignored))
     return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = job.output},
                 "Give another name, or remove it.");
   if (writes_tum(job)) return check_output_file(job.output);

@@ -88,6 +88,7 @@ std::string drive_command(const OptimizeJob& job) {
 
 Result<OptimizeReport> optimize_route_of(const OptimizeJob& job) {
   const fs::path folder = job.folder;
+  if (Status there = check_map_folder(folder); !there) return tl::unexpected(there.error());
   const auto map = read_map(folder / "map.yaml");
   if (!map) return tl::unexpected(map.error());
   const auto taught = read_route(folder / "route.yaml");

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <system_error>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -151,13 +152,20 @@ class MemorySink final : public ByteSink {
 
 Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-  if (fd < 0) {
-    const bool exists = errno == EEXIST;
-    return fail(ErrorCode::Unwritable, fmt::format("cannot create the file: {}", reason()),
-                {.source = path.string()},
-                exists ? "A recording is never overwritten: choose another name or remove it." : "");
-  }
-  return std::make_unique<FileSink>(fd, path);
+  if (fd >= 0) return std::make_unique<FileSink>(fd, path);
+  const bool exists = errno == EEXIST;
+  const std::string why = fmt::format("cannot create the file: {}", reason());
+  const Place place{.source = path.string()};
+  if (!exists) return fail(ErrorCode::Unwritable, why, place);
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path, ignored);
+  if (std::filesystem::is_directory(status))
+    return fail(ErrorCode::Unwritable, "this is a folder", place, "Give the name of a file.");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return fail(ErrorCode::Unwritable, "this is a device or a pipe, and a recording needs a file of its own",
+                place, "Give the name of a file.");
+  return fail(ErrorCode::Unwritable, why, place,
+              "A recording is never overwritten: choose another name or remove it.");
 }
 
 Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {
