@@ -18,7 +18,7 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/drivers/process/process_robot.hpp"
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pipeline/localizer.hpp"
@@ -36,24 +36,24 @@ constexpr Duration kFramePeriod = std::chrono::microseconds(66'667);
 constexpr int kOdometryPerFrame = 3;
 constexpr Duration kPause = std::chrono::milliseconds(60);
 
-struct Stage {
+struct RobotSetup {
   World world;
   RobotDescription robot;
   std::vector<PathPoint> path;  ///< a point a millimetre
 };
 
-Stage make_stage() {
+RobotSetup make_setup() {
   const std::string share = WAYMARK_SHARE;
-  Stage stage{.world = read_world(share + "/worlds/circuit24.yaml").value(),
-              .robot = read_robot(share + "/robots/limo.yaml").value(),
-              .path = {}};
-  stage.path = sample_path(stage.world.path_m, stage.world.path_closed, 0.001);
-  return stage;
+  RobotSetup setup{.world = read_world(share + "/worlds/circuit24.yaml").value(),
+                   .robot = read_robot(share + "/robots/limo.yaml").value(),
+                   .path = {}};
+  setup.path = sample_path(setup.world.path_m, setup.world.path_closed, 0.001);
+  return setup;
 }
 
-SE2 place(const Stage& stage, Duration time) {
+SE2 place(const RobotSetup& setup, Duration time) {
   const auto at = static_cast<std::size_t>(to_seconds(time) * kSpeed_m_s / 0.001);
-  return stage.path[at % stage.path.size()].map_T_path;
+  return setup.path[at % setup.path.size()].map_T_path;
 }
 
 void write_line(const std::string& line) {
@@ -61,27 +61,28 @@ void write_line(const std::string& line) {
   (void)std::fflush(stdout);
 }
 
-void say_odometry(const Stage& stage, Duration time) {
-  const Odometry odometry{SensorTime(time), place(stage, Duration{}).inverse() * place(stage, time),
+void say_odometry(const RobotSetup& setup, Duration time) {
+  const Odometry odometry{SensorTime(time), place(setup, Duration{}).inverse() * place(setup, time),
                           kSpeed_m_s, 0};
   write_line(to_line(Sample(odometry)));
 }
 
 /// The robot: writes a picture, waits for the order that it causes, and says how long it took.
 int be_the_robot(int pictures) {
-  const Stage stage = make_stage();
-  const auto world = std::make_shared<const World>(stage.world);
-  auto eye =
-      SceneEye::make(world, {{.camera = stage.robot.camera, .base_T_cam = stage.robot.model.base_T_cam}}, {})
+  const RobotSetup setup = make_setup();
+  const auto world = std::make_shared<const World>(setup.world);
+  auto scene_camera =
+      DetectingCamera::make(world,
+                            {{.camera = setup.robot.camera, .base_T_cam = setup.robot.model.base_T_cam}}, {})
           .value();
   std::vector<std::vector<std::uint8_t>> jpegs;
   for (int i = 0; i < pictures; ++i) {
     const Duration time = kFramePeriod * i;
-    const auto seen = eye->look({.stamp = SensorTime(time),
-                                 .world = world,
-                                 .map_T_base = lift(place(stage, time)),
-                                 .twist = {kSpeed_m_s, 0, 0},
-                                 .seed = static_cast<std::uint64_t>(i)});
+    const auto seen = scene_camera->detect({.stamp = SensorTime(time),
+                                            .world = world,
+                                            .map_T_base = lift(place(setup, time)),
+                                            .twist = {kSpeed_m_s, 0, 0},
+                                            .seed = static_cast<std::uint64_t>(i)});
     jpegs.push_back(encode_jpeg(seen->picture.image, 92).value());
   }
   write_line(to_line(RobotHello{.name = "latency"}));
@@ -91,7 +92,7 @@ int be_the_robot(int pictures) {
     std::this_thread::sleep_for(kPause);
     const Duration time = kFramePeriod * i;
     for (int k = kOdometryPerFrame; k-- > 0;) {
-      if (i > 0 || k == 0) say_odometry(stage, time - k * kFramePeriod / kOdometryPerFrame);
+      if (i > 0 || k == 0) say_odometry(setup, time - k * kFramePeriod / kOdometryPerFrame);
     }
     const Duration exposed = steady_now();
     write_line(to_line(Sample(CameraFrame{.stamp = SensorTime(time)}), jpegs[static_cast<std::size_t>(i)]));
@@ -149,17 +150,17 @@ class Meter {
 
 /// The loop of a replay, with a clock between its parts.
 int be_waymark(const std::string& self, int pictures) {
-  const Stage stage = make_stage();
+  const RobotSetup setup = make_setup();
   Trajectory taught;
-  for (std::size_t i = 0; i < stage.path.size(); i += 20)
+  for (std::size_t i = 0; i < setup.path.size(); i += 20)
     taught.push_back(
-        {SensorTime(Duration(static_cast<std::int64_t>(i) * 2'500'000)), lift(stage.path[i].map_T_path)});
-  const RobotModel& model = stage.robot.model;
-  Replayer replayer(make_localization_method({.landmarks = Landmarks(stage.world.tags),
-                                              .tags = stage.world.tags,
-                                              .eye = {stage.robot.camera, model.base_T_cam}})
+        {SensorTime(Duration(static_cast<std::int64_t>(i) * 2'500'000)), lift(setup.path[i].map_T_path)});
+  const RobotModel& model = setup.robot.model;
+  Replayer replayer(make_localization_method({.landmarks = Landmarks(setup.world.tags),
+                                              .tags = setup.world.tags,
+                                              .scene_camera = {setup.robot.camera, model.base_T_cam}})
                         .value(),
-                    build_route(taught).value(), stage.world.tags, model, {});
+                    build_route(taught).value(), setup.world.tags, model, {});
   const auto detector = make_apriltag_detector({}).value();
   auto wire =
       WatchedProcess::start(fmt::format("exec '{}' --robot {}", self, pictures), WAYMARK_WATCHDOG).value();
@@ -186,7 +187,7 @@ int be_waymark(const std::string& self, int pictures) {
       meter.measure(0, since);
       TagFrame frame{picture->stamp, picture->camera, detector->detect(picture->image).value()};
       for (TagDetection& detection : frame.detections) {
-        const RefinedCorners refined = refine_corners(picture->image, detection, {}, &stage.robot.camera);
+        const RefinedCorners refined = refine_corners(picture->image, detection, {}, &setup.robot.camera);
         detection.corners_px = refined.corners_px;
         detection.corner_covariance_px2 = refined.covariance_px2;
       }

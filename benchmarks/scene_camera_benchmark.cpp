@@ -18,12 +18,12 @@
 namespace waymark {
 namespace {
 
-struct Stage {
+struct RobotSetup {
   World world;
   RobotDescription robot;
   std::vector<PathPoint> path;
 
-  Stage()
+  RobotSetup()
       : world(read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value()),
         robot(read_robot(WAYMARK_SHARE "/robots/limo.yaml").value()),
         path(sample_path(world.path_m, world.path_closed, 0.25)) {}
@@ -39,9 +39,9 @@ struct Stage {
   }
 };
 
-const Stage& stage() {
-  static const Stage kStage;
-  return kStage;
+const RobotSetup& setup() {
+  static const RobotSetup kSetup;
+  return kSetup;
 }
 
 SceneCamera camera(double exposure_ms, double readout_ms, bool noise) {
@@ -49,7 +49,7 @@ SceneCamera camera(double exposure_ms, double readout_ms, bool noise) {
   options.exposure_ms = exposure_ms;
   options.readout_ms = readout_ms;
   if (!noise) options.full_well_electrons = 0;
-  return SceneCamera::make(scene_of(stage().world), stage().robot.camera, options).value();
+  return SceneCamera::make(scene_of(setup().world), setup().robot.camera, options).value();
 }
 
 void render(benchmark::State& state, double exposure_ms, double readout_ms, bool noise, bool detect) {
@@ -60,7 +60,7 @@ void render(benchmark::State& state, double exposure_ms, double readout_ms, bool
   double tags = 0;
   double found = 0;
   for ([[maybe_unused]] auto _ : state) {
-    const auto frame = takes.render(stage().motion(i, 0.3), SensorTime(), i).value();
+    const auto frame = takes.render(setup().motion(i, 0.3), SensorTime(), i).value();
     benchmark::DoNotOptimize(frame.image.row(0));
     if (detect) found += static_cast<double>(detector->detect(frame.image)->size());
     tags += static_cast<double>(frame.tags.size());
@@ -72,13 +72,13 @@ void render(benchmark::State& state, double exposure_ms, double readout_ms, bool
 
 /// The exact photograph of the same tags, still.
 void photograph_tags(benchmark::State& state) {
-  const CameraModel& camera = stage().robot.camera;
+  const CameraModel& camera = setup().robot.camera;
   Random random(1);
   std::size_t i = 0;
   for ([[maybe_unused]] auto _ : state) {
     PhotographScene scene;
-    const SE3 cam_T_map = stage().motion(i++, 0)(0).inverse();
-    for (const auto& [id, tag] : stage().world.tags.tags) {
+    const SE3 cam_T_map = setup().motion(i++, 0)(0).inverse();
+    for (const auto& [id, tag] : setup().world.tags.tags) {
       const SE3 cam_T_tag = cam_T_map * tag.map_T_tag;
       if (visible_corners(camera, cam_T_tag, tag.size_m)) scene.tags.push_back({id, cam_T_tag, tag.size_m});
     }

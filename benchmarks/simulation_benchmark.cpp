@@ -11,7 +11,7 @@
 namespace waymark {
 namespace {
 
-SimulatedStage stage() {
+SimulatedSetup setup() {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   return {.world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value(),
           .model = robot.model,
@@ -27,7 +27,7 @@ class NoFile final : public ByteSink {
 };
 
 void lap(benchmark::State& state) {
-  const SimulatedStage circuit = stage();
+  const SimulatedSetup circuit = setup();
   double simulated_s = 0;
   for (auto _ : state) simulated_s += drive_scripted_lap(circuit, {}, {})->lap_s;
   state.counters["times_real_time"] = benchmark::Counter(simulated_s, benchmark::Counter::kIsRate);
@@ -35,7 +35,7 @@ void lap(benchmark::State& state) {
 BENCHMARK(lap)->Name("simulation/lap")->Unit(benchmark::kMillisecond);
 
 void taught(benchmark::State& state) {
-  const SimulatedStage circuit = stage();
+  const SimulatedSetup circuit = setup();
   const World& world = circuit.world;
   double simulated_s = 0;
   for (auto _ : state) {
@@ -61,8 +61,8 @@ BENCHMARK(taught)->Name("simulation/taught")->Unit(benchmark::kMillisecond);
 /// A lap on pictures: 640 x 480 at 15 Hz with distortion, 10 ms of exposure, blur and noise, rendered, looked
 /// at and recorded.
 void pictures(benchmark::State& state) {
-  SimulatedStage circuit = stage();
-  circuit.pictures = SceneEyeOptions{};
+  SimulatedSetup circuit = setup();
+  circuit.pictures = DetectingCameraOptions{};
   circuit.threads = static_cast<int>(state.range(0));
   double simulated_s = 0;
   double frames = 0;

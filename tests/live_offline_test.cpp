@@ -16,15 +16,16 @@
 namespace waymark {
 namespace {
 
-/// A robot drives ahead for a while; what the loop hears is recorded.
+/// A robot drives ahead for a while; what the loop receives is recorded.
 void record(const RobotDescription& description, double seconds, const std::filesystem::path& path) {
   const World world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml").value();
   std::vector<MountedCamera> cameras = {
       {description.camera_name, description.camera, description.model.base_T_cam}};
   cameras.insert(cameras.end(), description.more_cameras.begin(), description.more_cameras.end());
   const SE2 start = sample_path(world.path_m, world.path_closed, 0.02).front().map_T_path;
-  SimulatedRobot robot(world, description.model, cameras, start, {.seed = 4}, Eye::Shots);
-  SimulatedSource source(robot, SceneEye::make(std::make_shared<const World>(world), cameras, {}).value());
+  SimulatedRobot robot(world, description.model, cameras, start, {.seed = 4}, CameraOutput::Shots);
+  SimulatedSource source(robot,
+                         DetectingCamera::make(std::make_shared<const World>(world), cameras, {}).value());
   const TagFinder finder = make_tag_finder().value();
   SampleRecorder recorder = SampleRecorder::open(create_file(path).value()).value();
   recorder.add_cameras_with_first_sample(cameras);

@@ -36,13 +36,13 @@ struct Figures {
 TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   const World& world = test::circuit();
-  SimulatedStage stage{.world = world,
+  SimulatedSetup setup{.world = world,
                        .model = robot.model,
                        .camera = robot.camera,
                        .robot = robot.simulation,
-                       .pictures = SceneEyeOptions{}};
-  stage.robot.seed = 1;
-  stage.robot.camera_rate_hz = 5;
+                       .pictures = DetectingCameraOptions{}};
+  setup.robot.seed = 1;
+  setup.robot.camera_rate_hz = 5;
   std::vector<Sample> samples;
   Trajectory truth;
   LapInput lap{.camera = robot.camera,
@@ -58,7 +58,7 @@ TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
     samples.push_back(sample);
     return Status();
   };
-  const auto end = drive_scripted_lap(stage, {}, listener);
+  const auto end = drive_scripted_lap(setup, {}, listener);
   ASSERT_TRUE(end) << to_string(end.error());
   RiekfLocalizer filter(Landmarks(test::map_of(lap).map), {robot.camera, robot.model.base_T_cam});
   std::vector<LocalizationEstimate> estimates;

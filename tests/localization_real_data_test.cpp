@@ -85,9 +85,9 @@ struct MbotFigures {
   std::vector<std::string> problems{};
 };
 
-MbotFigures run_mbot(const std::vector<Sample>& samples, const Landmarks& map, const MountedSensor& eye,
+MbotFigures run_mbot(const std::vector<Sample>& samples, const Landmarks& map, const MountedSensor& sensor,
                      const RiekfOptions& options) {
-  RiekfLocalizer filter(map, eye, options);
+  RiekfLocalizer filter(map, sensor, options);
   MbotFigures figures;
   std::array<double, 3> squared{};
   std::array<int, 2> count{};

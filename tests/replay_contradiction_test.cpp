@@ -162,8 +162,8 @@ TEST(Contradictions, CleanLapsHaveNoFalseStop) {
   }
 }
 
-// Pictures that come 0.3 s late and are stamped when they come: the delay is found and used, or named before it
-// leads the robot astray.
+// Pictures that come 0.3 s late and are stamped when they come: the delay is found and used, or named before
+// it leads the robot astray.
 TEST(LatePictures, AreNamed) {
   for (const double late_s : {0.0, 0.1, 0.3}) {
     const Outcome outcome = drive(circuit(), {.seed = 5, .replay = at(0.25), .late_stamps_s = late_s});

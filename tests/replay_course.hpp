@@ -120,25 +120,25 @@ class KeepOut {
 };
 
 inline Outcome drive(const Course& course, const Trial& trial) {
-  SimulatedStage stage{.world = course.world,
+  SimulatedSetup setup{.world = course.world,
                        .model = course.robot.model,
                        .camera = course.robot.camera,
                        .robot = course.robot.simulation};
-  stage.robot.seed = trial.seed;
-  stage.robot.camera_latency_s = 0.08 + trial.late_stamps_s;
-  stage.robot.dynamics.yaw_gain = trial.yaw_gain;
-  stage.robot.faults = trial.faults;
-  if (!trial.odometry.empty()) stage.robot.sensors.odometry = trial.odometry;
-  LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
-                       .tags = course.world.tags,
-                       .eye = {stage.camera, stage.model.base_T_cam},
-                       .live = true};
-  setup.filter.camera_latency_s = -trial.late_stamps_s;
-  Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
+  setup.robot.seed = trial.seed;
+  setup.robot.camera_latency_s = 0.08 + trial.late_stamps_s;
+  setup.robot.dynamics.yaw_gain = trial.yaw_gain;
+  setup.robot.faults = trial.faults;
+  if (!trial.odometry.empty()) setup.robot.sensors.odometry = trial.odometry;
+  LocalizerSetup localizer{.landmarks = Landmarks(course.world.tags),
+                           .tags = course.world.tags,
+                           .sensor = {setup.camera, setup.model.base_T_cam},
+                           .live = true};
+  localizer.filter.camera_latency_s = -trial.late_stamps_s;
+  Replayer replayer(make_localization_method(localizer).value(), course.route, course.world.tags, setup.model,
                     trial.replay);
   Outcome outcome;
   KeepOut keep_out(course.world.tags, course.robot.model.hull, trial.replay.safety.min_clearance_m,
-                   reaction(stage.robot, trial.replay.safety, trial.replay.profile.speed_m_s));
+                   reaction(setup.robot, trial.replay.safety, trial.replay.profile.speed_m_s));
   Trajectory way;
   std::optional<SE2> stood_at;
   std::optional<SE2> was_at;
@@ -148,7 +148,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
     const auto* truth = std::get_if<TruthPose>(&sample);
     if (truth == nullptr) return Status();
     way.push_back({truth->stamp, truth->map_T_base});
-    keep_out.add(truth->map_T_base, 1 / stage.robot.truth_rate_hz);
+    keep_out.add(truth->map_T_base, 1 / setup.robot.truth_rate_hz);
     const SE2 here = project_to_plane(truth->map_T_base);
     constexpr double kByHand_m = 0.1;  // between two truths: somebody carried it, it did not drive
     if (stood_at && was_at && (here.translation() - was_at->translation()).norm() > kByHand_m)
@@ -170,7 +170,7 @@ inline Outcome drive(const Course& course, const Trial& trial) {
       outcome.reasons.push_back(*step.reason);
     return Status();
   };
-  outcome.end = drive_replay(stage, replayer, listener, {.timeout_s = trial.timeout_s}).value();
+  outcome.end = drive_replay(setup, replayer, listener, {.timeout_s = trial.timeout_s}).value();
   // A jump of the clock would have the truth's stamps go back; the judge looks at places alone.
   const auto judged = judge_replay(way, course.taught, course.world.tags, course.robot.model.hull);
   if (judged) outcome.judged = *judged;

@@ -26,17 +26,17 @@ constexpr std::array kManoeuvres{Manoeuvre{6, {0.3, 0.18}},   Manoeuvre{1, {0, 0
                                  Manoeuvre{5, {-0.2, -0.12}}, Manoeuvre{1, {0, 0}},
                                  Manoeuvre{5, {0.25, 0.3}},   Manoeuvre{1, {0, 0}}};
 
-SimulatedStage stage_of(const Course& course, std::uint64_t seed) {
-  SimulatedStage stage{.world = course.world,
+SimulatedSetup setup_of(const Course& course, std::uint64_t seed) {
+  SimulatedSetup setup{.world = course.world,
                        .model = course.robot.model,
                        .camera = course.robot.camera,
                        .robot = course.robot.simulation};
-  stage.robot.seed = seed;
-  stage.robot.camera_latency_s = 0.08;
-  return stage;
+  setup.robot.seed = seed;
+  setup.robot.camera_latency_s = 0.08;
+  return setup;
 }
 
-Taught teach(const SimulatedStage& stage) {
+Taught teach(const SimulatedSetup& setup) {
   Taught taught;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) {
@@ -54,18 +54,18 @@ Taught teach(const SimulatedStage& stage) {
     }
     return DriverDecision{.done = true};
   };
-  EXPECT_TRUE(drive_lap(stage, drive, listener).value().finished);
+  EXPECT_TRUE(drive_lap(setup, drive, listener).value().finished);
   return taught;
 }
 
-MappedLap map(const SimulatedStage& stage, const Taught& taught) {
-  const World& world = stage.world;
-  const TeachSetup setup{.camera = stage.camera,
-                         .base_T_cam = stage.model.base_T_cam,
-                         .sizes = {.default_size_m = 0.16},
-                         .anchor = world.anchor,
-                         .map_T_anchor = world.tags.find(world.anchor)->map_T_tag};
-  return map_lap(taught.data, setup).value();
+MappedLap map(const SimulatedSetup& setup, const Taught& taught) {
+  const World& world = setup.world;
+  const TeachSetup taught_with{.camera = setup.camera,
+                               .base_T_cam = setup.model.base_T_cam,
+                               .sizes = {.default_size_m = 0.16},
+                               .anchor = world.anchor,
+                               .map_T_anchor = world.tags.find(world.anchor)->map_T_tag};
+  return map_lap(taught.data, taught_with).value();
 }
 
 double least_distance_m(const Trajectory& way, const Eigen::Vector3d& place) {
@@ -79,8 +79,8 @@ INSTANTIATE_TEST_SUITE_P(Robots, Reversing, ::testing::Values("limo", "limo-acke
 
 TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
   const Course course = circuit24(GetParam());
-  const Taught taught = teach(stage_of(course, 21));
-  const MappedLap mapped = map(stage_of(course, 21), taught);
+  const Taught taught = teach(setup_of(course, 21));
+  const MappedLap mapped = map(setup_of(course, 21), taught);
   std::vector<double> cusps_m;
   for (std::size_t i = 1; i < mapped.route.points.size(); ++i) {
     const RoutePoint& a = mapped.route.points[i - 1];
@@ -92,19 +92,21 @@ TEST_P(Reversing, ALapWithCuspsIsTaughtMappedAndDrivenAgain) {
       judge_replay(taught.truth, taught.truth, course.world.tags, course.robot.model.hull).value();
   ASSERT_GT(itself.min_clearance_m, 0.25) << "the lap that is taught leads past the tags";
 
-  SimulatedStage stage = stage_of(course, 1021);
-  LocalizerSetup setup{
-      .landmarks = Landmarks(mapped.map), .tags = mapped.map, .eye = {stage.camera, stage.model.base_T_cam}};
+  SimulatedSetup setup = setup_of(course, 1021);
+  LocalizerSetup localizer{.landmarks = Landmarks(mapped.map),
+                           .tags = mapped.map,
+                           .sensor = {setup.camera, setup.model.base_T_cam}};
   ReplayOptions options;
   if (std::string(GetParam()) == "limo-ackermann") options.safety.max_curvature_1_m = 2.5;
-  Replayer replayer(make_localization_method(setup).value(), mapped.route, mapped.map, stage.model, options);
+  Replayer replayer(make_localization_method(localizer).value(), mapped.route, mapped.map, setup.model,
+                    options);
   Trajectory way;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) {
     if (const auto* truth = std::get_if<TruthPose>(&sample)) way.push_back({truth->stamp, truth->map_T_base});
     return Status();
   };
-  const ReplayEnd end = drive_replay(stage, replayer, listener).value();
+  const ReplayEnd end = drive_replay(setup, replayer, listener).value();
   ASSERT_TRUE(end.finished) << end.reason;
   EXPECT_EQ(end.stops, 0);
   const ReplayJudgement judged =
@@ -125,13 +127,13 @@ TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
   Course course = circuit24();
   course.route.stations = {{.name = "shelf", .arc_length_m = 3, .pause_s = 6},  // longer than it is given up
                            {.name = "door", .arc_length_m = 3.4, .pause_s = 0.5}};
-  const SimulatedStage stage = stage_of(course, 5);
-  LocalizerSetup setup{.landmarks = Landmarks(course.world.tags),
-                       .tags = course.world.tags,
-                       .eye = {stage.camera, stage.model.base_T_cam}};
+  const SimulatedSetup setup = setup_of(course, 5);
+  LocalizerSetup localizer{.landmarks = Landmarks(course.world.tags),
+                           .tags = course.world.tags,
+                           .sensor = {setup.camera, setup.model.base_T_cam}};
   ReplayOptions options;
   options.laps = 2;
-  Replayer replayer(make_localization_method(setup).value(), course.route, course.world.tags, stage.model,
+  Replayer replayer(make_localization_method(localizer).value(), course.route, course.world.tags, setup.model,
                     options);
   std::vector<std::string> visits;
   double stood_s = 0;
@@ -160,7 +162,7 @@ TEST(Stations, TheRobotStandsStillAtEachAndIsNotDrivenBack) {
     }
     return Status();
   };
-  const ReplayEnd end = drive_replay(stage, replayer, listener).value();
+  const ReplayEnd end = drive_replay(setup, replayer, listener).value();
   EXPECT_TRUE(end.finished) << end.reason;
   EXPECT_EQ(end.stops, 0);
   EXPECT_EQ(visits, (std::vector<std::string>{"shelf", "door", "shelf", "door"}));

@@ -50,13 +50,13 @@ inline Lap drive(std::uint64_t seed, const DriverOptions& driver = {}, const Wor
       lap.truth.push_back({truth->stamp, truth->map_T_base});
     return Status();
   };
-  const SimulatedStage stage{.world = world,
+  const SimulatedSetup setup{.world = world,
                              .model = robot.model,
                              .camera = robot.camera,
                              .robot = {.seed = seed},
                              .camera_name = robot.camera_name,
                              .more_cameras = robot.more_cameras};
-  EXPECT_TRUE(drive_scripted_lap(stage, driver, listener));
+  EXPECT_TRUE(drive_scripted_lap(setup, driver, listener));
   return lap;
 }
 

@@ -10,12 +10,12 @@
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/samples/visibility.hpp"
 
-/// A robot that drives in a ring of tags, and the filter that hears it.
+/// A robot that drives in a ring of tags, and the filter that receives it.
 namespace waymark::testing {
 
 inline SensorTime at(double seconds) { return SensorTime(Duration(std::llround(seconds * 1e9))); }
 
-inline MountedSensor eye() {
+inline MountedSensor mounted_sensor() {
   const PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   return {CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
 }
@@ -38,12 +38,12 @@ struct World {
   bool dark = false;
 };
 
-inline TagFrame look(const World& world, const SE2& map_X_base, double seconds, Random& random) {
+inline TagFrame observe(const World& world, const SE2& map_X_base, double seconds, Random& random) {
   TagFrame frame{.stamp = at(seconds)};
   if (world.dark) return frame;
-  const SE3 cam_T_map = (lift(map_X_base) * eye().base_T_sensor).inverse();
+  const SE3 cam_T_map = (lift(map_X_base) * mounted_sensor().base_T_sensor).inverse();
   for (const auto& [id, tag] : world.tags.tags) {
-    const auto corners = visible_corners(*eye().camera, cam_T_map * tag.map_T_tag, tag.size_m);
+    const auto corners = visible_corners(*mounted_sensor().camera, cam_T_map * tag.map_T_tag, tag.size_m);
     if (!corners) continue;
     TagDetection seen{.tag = id, .corners_px = *corners};
     if (random.uniform() < world.wrong_id_share) seen.tag.number = static_cast<int>(random.index(16));
@@ -75,7 +75,7 @@ struct Robot {
 inline void run(RiekfLocalizer& filter, Robot& robot, const World& world, double seconds, Random& random) {
   for (int i = 0; i < static_cast<int>(std::lround(seconds * 50)); ++i) {
     filter.add(robot.drive(0.02, random));
-    if (robot.steps % 4 == 0) filter.add(look(world, robot.truth, robot.seconds, random));
+    if (robot.steps % 4 == 0) filter.add(observe(world, robot.truth, robot.seconds, random));
     filter.clear_comparisons();
   }
 }

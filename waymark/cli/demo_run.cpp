@@ -95,7 +95,7 @@ Status clear_demo_folder(const std::string& name_of_folder) {
   return fail(ErrorCode::Unwritable, "cannot write here: " + error.message(), {.source = folder.string()});
 }
 
-Result<DemoReport> run_demo(const Stage& stage, const DemoJob& job, Console& console) {
+Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job, Console& console) {
   const Stopwatch watch;
   const fs::path folder = job.folder;
   DemoReport report;
@@ -107,14 +107,14 @@ Result<DemoReport> run_demo(const Stage& stage, const DemoJob& job, Console& con
   const std::string lap = (folder / "lap.mcap").string();
   const std::string images = job.images ? "jpeg" : "";
   const Result<TeachReport> taught =
-      teach_lap(stage, {.output = lap, .durable = job.replay.durable, .images = images}, console);
+      teach_lap(setup, {.output = lap, .durable = job.replay.durable, .images = images}, console);
   if (!taught) return failed_in("teach", taught.error());
   report.teach = *taught;
   if (taught->end.interrupted) return report;
   Result<MapReport> map = map_recording({.lap = lap, .folder = folder / "map"}, control_from(console));
   if (!map) return failed_in("map", map.error());
   report.map = std::move(*map);
-  Stage another_day = stage;
+  RobotSetup another_day = setup;
   another_day.simulated.robot.seed += kReplaySeed;
   ReplayJob again = job.replay;
   again.folder = folder / "map";

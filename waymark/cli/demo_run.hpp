@@ -26,7 +26,7 @@ struct DemoReport {
 /// somebody else stays, and fails.
 [[nodiscard]] Status clear_demo_folder(const std::string& folder);
 /// The three steps, figures and the report. What fails is said with the step it failed in.
-[[nodiscard]] Result<DemoReport> run_demo(const Stage& stage, const DemoJob& job, Console& console);
+[[nodiscard]] Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job, Console& console);
 /// A line a figure: what, and how good.
 [[nodiscard]] std::string table(const DemoReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job);

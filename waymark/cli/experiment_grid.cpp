@@ -11,11 +11,11 @@
 
 namespace waymark::cli {
 
-Result<Stage> stage_of(const ExperimentGrid& grid, const std::string& world, const std::string& robot,
-                       std::uint64_t seed) {
-  Result<Stage> stage = load_stage(world, robot, seed);
-  if (stage && grid.images) stage->simulated.pictures.emplace();
-  return stage;
+Result<RobotSetup> setup_of(const ExperimentGrid& grid, const std::string& world, const std::string& robot,
+                            std::uint64_t seed) {
+  Result<RobotSetup> setup = load_setup(world, robot, seed);
+  if (setup && grid.images) setup->simulated.pictures.emplace();
+  return setup;
 }
 
 Status check_grid(const ExperimentGrid& grid) {
@@ -45,11 +45,11 @@ Status check_grid(const ExperimentGrid& grid) {
   }
   for (const std::string& world : grid.worlds) {
     for (const std::string& robot : grid.robots) {
-      const Result<Stage> stage = stage_of(grid, world, robot, 1);
-      if (!stage) return tl::unexpected(stage.error());
+      const Result<RobotSetup> setup = setup_of(grid, world, robot, 1);
+      if (!setup) return tl::unexpected(setup.error());
       for (const std::string& faults : grid.faults) {
         if (faults == kNoFaults) continue;
-        if (const auto read = read_faults(faults, stage->simulated.world); !read)
+        if (const auto read = read_faults(faults, setup->simulated.world); !read)
           return tl::unexpected(read.error());
       }
     }

@@ -39,8 +39,8 @@ struct ExperimentGrid {
 };
 
 /// A world and a robot of the grid, as the seed of the teach lap makes them.
-[[nodiscard]] Result<Stage> stage_of(const ExperimentGrid& grid, const std::string& world,
-                                     const std::string& robot, std::uint64_t seed);
+[[nodiscard]] Result<RobotSetup> setup_of(const ExperimentGrid& grid, const std::string& world,
+                                          const std::string& robot, std::uint64_t seed);
 
 /// Looks at everything the grid names, before the first lap is driven. Place of an error: the key.
 [[nodiscard]] Status check_grid(const ExperimentGrid& grid);

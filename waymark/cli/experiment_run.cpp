@@ -28,47 +28,47 @@ struct ExperimentCell {
 };
 
 /// A taught and mapped lap for a world, a robot and a seed.
-Status make_lap(const Stage& stage, const fs::path& folder, Console& console) {
+Status make_lap(const RobotSetup& setup, const fs::path& folder, Console& console) {
   std::error_code ignored;
   fs::create_directories(folder, ignored);
   const std::string lap = (folder / "lap.mcap").string();
   fs::remove(lap, ignored);
-  const auto taught = teach_lap(stage, {.output = lap}, console);
+  const auto taught = teach_lap(setup, {.output = lap}, console);
   if (!taught) return tl::unexpected(taught.error());
   const auto map = map_recording({.lap = lap, .folder = folder / "map"}, control_from(console));
   return map ? Status() : tl::unexpected(map.error());
 }
 
-Result<ExperimentRun> replay_cell(Stage stage, const ExperimentGrid& grid, const ExperimentCell& cell,
+Result<ExperimentRun> replay_cell(RobotSetup setup, const ExperimentGrid& grid, const ExperimentCell& cell,
                                   const fs::path& map, std::uint64_t seed, Console& console) {
-  stage.simulated.robot.seed = seed + kOtherDay;
+  setup.simulated.robot.seed = seed + kOtherDay;
   if (cell.faults != kNoFaults) {
-    auto faults = read_faults(cell.faults, stage.simulated.world);
+    auto faults = read_faults(cell.faults, setup.simulated.world);
     if (!faults) return tl::unexpected(faults.error());
-    stage.simulated.robot.faults = std::move(*faults);
+    setup.simulated.robot.faults = std::move(*faults);
   }
   ReplayJob job{.folder = map};
   job.replay.laps = grid.laps;
   job.replay.controller = *parse_controller(cell.controller);  // the grid was checked
   job.replay.profile.speed_m_s = cell.speed_m_s;
   job.replay.safety.max_speed_m_s = std::max(job.replay.safety.max_speed_m_s, 1.2 * cell.speed_m_s);
-  const auto report = replay_route(stage, job, console);
+  const auto report = replay_route(setup, job, console);
   if (!report) return tl::unexpected(report.error());
   return ExperimentRun{cell.words(), seed, succeeded(*report), ending(*report), report->judgement};
 }
 
 Result<std::vector<ExperimentRun>> run_lap(const ExperimentGrid& grid, const ExperimentCell& place,
                                            std::uint64_t seed, const fs::path& folder, Console& console) {
-  const auto stage = stage_of(grid, place.world, place.robot, seed);
-  if (!stage) return tl::unexpected(stage.error());
-  if (Status status = make_lap(*stage, folder, console); !status) return tl::unexpected(status.error());
+  const auto setup = setup_of(grid, place.world, place.robot, seed);
+  if (!setup) return tl::unexpected(setup.error());
+  if (Status status = make_lap(*setup, folder, console); !status) return tl::unexpected(status.error());
   std::vector<ExperimentRun> runs;
   for (const std::string& controller : grid.controllers) {
     for (const double speed : grid.speeds_m_s) {
       for (const std::string& faults : grid.faults) {
         if (interrupted()) return runs;
         const ExperimentCell cell{place.world, place.robot, controller, faults, speed};
-        auto run = replay_cell(*stage, grid, cell, folder / "map", seed, console);
+        auto run = replay_cell(*setup, grid, cell, folder / "map", seed, console);
         if (!run) return tl::unexpected(run.error());
         runs.push_back(std::move(*run));
       }

@@ -28,8 +28,8 @@ namespace {
 /// For robots whose file has no lidar: LIMO's turns eight times a second.
 constexpr double kUsualLidar_hz = 8;
 
-Result<TagMap> tags_of(const Stage& stage, const ExploreJob& job) {
-  if (job.map.empty()) return stage.simulated.world.tags;
+Result<TagMap> tags_of(const RobotSetup& setup, const ExploreJob& job) {
+  if (job.map.empty()) return setup.simulated.world.tags;
   std::error_code ignored;
   const std::filesystem::path given(job.map);
   const auto file = read_map(std::filesystem::is_directory(given, ignored) ? given / "map.yaml" : given);
@@ -42,7 +42,7 @@ class Judge {
  public:
   Judge(const World& world, const Hull& hull) : world_(world), hull_(hull) {}
 
-  void hear(const TruthPose& truth) {
+  void receive(const TruthPose& truth) {
     const SE2 map_T_base = project_to_plane(truth.map_T_base);
     if (!path_.empty())
       distance_m_ += (map_T_base.translation() - path_.rbegin()->second.translation()).norm();
@@ -54,7 +54,7 @@ class Judge {
     nearest_now_m_ = near_m;
     nearest_m_ = std::min(nearest_m_, near_m);
   }
-  void hear(const LocalizationEstimate& estimate) {
+  void receive(const LocalizationEstimate& estimate) {
     ++estimates_;
     if (!estimate.certain || path_.empty()) return;
     const auto after = path_.lower_bound(estimate.stamp);
@@ -92,60 +92,60 @@ class Judge {
   double heading_square_ = 0;
 };
 
-/// What hears a robot that explores: the judge, the recording, the console.
+/// What receives a robot that explores: the judge, the recording, the console.
 ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder, Console& console) {
   return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {
-            if (const auto* truth = std::get_if<TruthPose>(&sample)) judge.hear(*truth);
+            if (const auto* truth = std::get_if<TruthPose>(&sample)) judge.receive(*truth);
             return recorder ? recorder->add(sample) : Status();
           },
           .on_step = [&judge, &recorder](SensorTime now, const ExploreStep&,
                                          const std::optional<LocalizationEstimate>& estimate) -> Status {
-            if (estimate) judge.hear(*estimate);
+            if (estimate) judge.receive(*estimate);
             if (!recorder || !estimate || !estimate->certain) return {};
             return recorder->add_message(topics::kEstimate, now, estimate_message(*estimate));
           },
           .on_progress = [&console](const std::string& line) { console.live(line); }};
 }
 
-Explorer explorer_of(const SimulatedStage& stage, const ExploreOptions& options) {
+Explorer explorer_of(const SimulatedSetup& setup, const ExploreOptions& options) {
   constexpr std::uint64_t kExploreSeed = 2000;  // the wandering must not be in step with the sensors' noise
-  const LidarOptions& lidar = stage.robot.lidar;
-  return {options, stage.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
-          Random(stage.robot.seed + kExploreSeed)};
+  const LidarOptions& lidar = setup.robot.lidar;
+  return {options, setup.model, SE2(lidar.x_m, lidar.y_m, to_radians(lidar.yaw_deg)),
+          Random(setup.robot.seed + kExploreSeed)};
 }
 
-Result<std::optional<SampleRecorder>> recorder_of(const Stage& stage, const ExploreJob& job) {
+Result<std::optional<SampleRecorder>> recorder_of(const RobotSetup& setup, const ExploreJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
   Result<SampleRecorder> recorder = start_recording(
       job.output,
       {.verb = "explore", .driver = "explore", .options = "explore:\n" + write_fields(job.explore, 2)},
-      stage);
+      setup);
   if (!recorder) return tl::unexpected(recorder.error());
   return std::optional<SampleRecorder>(std::move(*recorder));
 }
 
 }  // namespace
 
-Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console& console) {
+Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, Console& console) {
   const Stopwatch watch;
-  SimulatedStage& simulated = stage.simulated;
+  SimulatedSetup& simulated = setup.simulated;
   if (simulated.robot.lidar.rate_hz <= 0) simulated.robot.lidar.rate_hz = kUsualLidar_hz;
-  auto tags = tags_of(stage, job);
+  auto tags = tags_of(setup, job);
   if (!tags) return tl::unexpected(tags.error());
   auto localizer =
       Localizer::make({.landmarks = Landmarks(*tags),
                        .tags = *tags,
-                       .eye = {simulated.camera, simulated.model.base_T_cam, simulated.more_cameras},
+                       .sensor = {simulated.camera, simulated.model.base_T_cam, simulated.more_cameras},
                        .filter = job.filter});
   if (!localizer) return tl::unexpected(localizer.error());
-  auto recorder = recorder_of(stage, job);
+  auto recorder = recorder_of(setup, job);
   if (!recorder) return tl::unexpected(recorder.error());
   Judge judge(simulated.world, simulated.model.hull);
   const double most_s = 60 * job.minutes;
   ExploreSession session(explorer_of(simulated, job.explore), std::move(*localizer), *tags, most_s,
                          listener_of(judge, *recorder, console));
   LapListener listener;
-  listener.on_sample = [&](const Sample& sample) { return session.hear(sample); };
+  listener.on_sample = [&](const Sample& sample) { return session.receive(sample); };
   listener.should_stop = [] { return interrupted(); };
   const auto end = drive_lap(
       simulated,

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/localization/riekf_localizer.hpp"
 #include "waymark/replay/explore.hpp"
 
@@ -44,7 +44,7 @@ struct ExploreReport {
 
 /// Lets the robot wander through the world while it localises itself. Ctrl-C stops the robot and closes the
 /// file.
-[[nodiscard]] Result<ExploreReport> explore_world(Stage stage, const ExploreJob& job, Console& console);
+[[nodiscard]] Result<ExploreReport> explore_world(RobotSetup setup, const ExploreJob& job, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const ExploreReport& report);
 
 }  // namespace waymark::cli

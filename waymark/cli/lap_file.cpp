@@ -33,46 +33,47 @@ void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m) {
   world.tags.tags[anchor] = {.map_T_tag = anchor_at_origin(), .size_m = tag_size_m};
 }
 
-TeachSetup teach_setup(const SimulatedStage& stage) {
-  const World& world = stage.world;
-  TeachSetup setup{.camera = stage.camera,
-                   .base_T_cam = stage.model.base_T_cam,
+TeachSetup teach_setup(const SimulatedSetup& simulated) {
+  const World& world = simulated.world;
+  TeachSetup setup{.camera = simulated.camera,
+                   .base_T_cam = simulated.model.base_T_cam,
                    .anchor = world.anchor,
                    .map_T_anchor = world.tags.find(world.anchor)->map_T_tag,
                    .closed_route = world.path_closed,
-                   .more_cameras = stage.more_cameras};
+                   .more_cameras = simulated.more_cameras};
   for (const auto& [tag, mapped] : world.tags.tags) setup.sizes.size_by_tag_m[tag] = mapped.size_m;
   setup.sizes.default_size_m = world.tags.find(world.anchor)->size_m;
   return setup;
 }
 
-Result<SampleRecorder> start_recording(const std::string& path, const Making& making, const Stage& stage) {
+Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
+                                       const RobotSetup& setup) {
   auto file = create_file(path);
   if (!file) return tl::unexpected(file.error());
   Result<SampleRecorder> recorder = SampleRecorder::open(
       std::move(*file), {.library = "waymark " WAYMARK_VERSION, .durable = making.durable});
   if (!recorder) return recorder;
-  const SimulatedStage& simulated = stage.simulated;
-  if (stage.process.empty())
+  const SimulatedSetup& simulated = setup.simulated;
+  if (setup.process.empty())
     recorder->set_camera_latency(Duration(std::llround(simulated.robot.camera_latency_s * 1e9)));
-  const TeachSetup setup = teach_setup(simulated);
+  const TeachSetup lap = teach_setup(simulated);
   std::map<std::string, std::string> facts = {
       {"verb", making.verb},
       {"version", WAYMARK_VERSION},
       {"robot", simulated.model.name},
       {"driver", making.driver},
-      {"source", stage.process.empty() ? "sim" : "process:" + stage.process.text()},
-      {lap_facts::kAnchor, to_string(setup.anchor)},
-      {lap_facts::kTagSize, fmt::format("{}", *setup.sizes.default_size_m)}};
-  if (stage.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);
-  if (!stage.world_yaml.empty()) {
+      {"source", setup.process.empty() ? "sim" : "process:" + setup.process.text()},
+      {lap_facts::kAnchor, to_string(lap.anchor)},
+      {lap_facts::kTagSize, fmt::format("{}", *lap.sizes.default_size_m)}};
+  if (setup.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);
+  if (!setup.world_yaml.empty()) {
     facts["world"] = simulated.world.name;
-    facts[lap_facts::kAnchorPose] = text_of(setup.map_T_anchor);
+    facts[lap_facts::kAnchorPose] = text_of(lap.map_T_anchor);
   }
   Status status = recorder->add_metadata(lap_facts::kMetadata, facts);
-  if (status) status = recorder->add_attachment(lap_facts::kRobotFile, kYaml, {}, stage.robot_yaml);
-  if (status && !stage.world_yaml.empty())
-    status = recorder->add_attachment(lap_facts::kWorldFile, kYaml, {}, stage.world_yaml);
+  if (status) status = recorder->add_attachment(lap_facts::kRobotFile, kYaml, {}, setup.robot_yaml);
+  if (status && !setup.world_yaml.empty())
+    status = recorder->add_attachment(lap_facts::kWorldFile, kYaml, {}, setup.world_yaml);
   if (status)
     status =
         recorder->add_attachment(kOptionsFile, kYaml, {}, options_yaml(simulated.robot) + making.options);

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/pipeline/teacher.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -10,8 +10,8 @@
 /// What stands in our recordings beside the samples (docs/formats/recording.md, "Metadata and attachments").
 namespace waymark::cli {
 
-/// What the teach phase knows of a stage: camera, tags' sizes, the anchor and its pose.
-[[nodiscard]] TeachSetup teach_setup(const SimulatedStage& stage);
+/// What the teach phase knows of a setup: camera, tags' sizes, the anchor and its pose.
+[[nodiscard]] TeachSetup teach_setup(const SimulatedSetup& setup);
 
 /// For a world of which only the anchor is known: it stands at the origin until the lap is mapped.
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
@@ -27,6 +27,6 @@ struct Making {
 /// A new recording that says how it was made: metadata, effective options, the robot's file, and, as truth,
 /// the world's. Fails when the file exists.
 [[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
-                                                     const Stage& stage);
+                                                     const RobotSetup& setup);
 
 }  // namespace waymark::cli

@@ -43,9 +43,9 @@ Status record_rendered(const SeenPicture& seen, const std::string& images, Sampl
                         images, recorder);
 }
 
-LapMonitor lap_of(const SimulatedStage& stage, TeachListener listener) {
-  const auto exposure_ms = stage.pictures ? std::optional(stage.pictures->camera.exposure_ms) : std::nullopt;
-  return {teach_setup(stage), monitor_options(stage.camera, exposure_ms), std::move(listener)};
+LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener) {
+  const auto exposure_ms = setup.pictures ? std::optional(setup.pictures->camera.exposure_ms) : std::nullopt;
+  return {teach_setup(setup), monitor_options(setup.camera, exposure_ms), std::move(listener)};
 }
 
 TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch) {

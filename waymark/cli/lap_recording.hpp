@@ -4,7 +4,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/loop_steps.hpp"
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/runtime/lap_monitor.hpp"
 
@@ -18,8 +18,8 @@ namespace waymark::cli {
 [[nodiscard]] Status record_rendered(const SeenPicture& seen, const std::string& images,
                                      SampleRecorder& recorder);
 
-/// A lap of the stage, for a listener.
-[[nodiscard]] LapMonitor lap_of(const SimulatedStage& stage, TeachListener listener);
+/// A lap of the setup, for a listener.
+[[nodiscard]] LapMonitor lap_of(const SimulatedSetup& setup, TeachListener listener);
 
 [[nodiscard]] TeachReport report_of(const LapMonitor& lap, const LapEnd& end, const Stopwatch& watch);
 

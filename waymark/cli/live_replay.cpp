@@ -10,9 +10,9 @@
 namespace waymark::cli {
 namespace {
 
-/// The stage with the tags of the map, where its world is not known: for the recording and the judge.
-Stage as_known(const Stage& stage, const MapFile& map) {
-  Stage known = stage;
+/// The setup with the tags of the map, where its world is not known: for the recording and the judge.
+RobotSetup as_known(const RobotSetup& setup, const MapFile& map) {
+  RobotSetup known = setup;
   if (known.world_yaml.empty()) {
     known.simulated.world.anchor = map.anchor;
     known.simulated.world.tags = map.tags;
@@ -22,12 +22,12 @@ Stage as_known(const Stage& stage, const MapFile& map) {
 
 }  // namespace
 
-Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const Stage& stage, const ReplayJob& job,
+Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const RobotSetup& setup, const ReplayJob& job,
                                                      const ReplayFiles& files, Console& console,
                                                      std::function<void(const ReplayStep&)> on_step,
                                                      SessionRequests requests) {
-  std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(stage, files.map), files));
-  auto replayer = make_replayer(files, stage.robot(), replayer_setup(job));
+  std::unique_ptr<LiveReplay> live(new LiveReplay(as_known(setup, files.map), files));
+  auto replayer = make_replayer(files, setup.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
   auto recorder = record_replay(live->known_, job);
   if (!recorder) return tl::unexpected(recorder.error());
@@ -60,24 +60,24 @@ Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
   return report;
 }
 
-Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Console& console) {
+Result<ReplayReport> replay_live(const RobotSetup& setup, const ReplayJob& job, Console& console) {
   const Stopwatch watch;
   const Result<ReplayFiles> files = load_replay(job);
   if (!files) return tl::unexpected(files.error());
   if (Status laps = check_laps(job, files->route); !laps) return tl::unexpected(laps.error());
-  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Replaying);
+  PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
   const auto replay = LiveReplay::make(
-      stage, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
+      setup, job, *files, console, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
   if (!replay) return tl::unexpected(replay.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
+  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   viewers.viewers().show_map(job.folder);
   ReplaySession& session = (*replay)->session();
   RobotListener listener = session.listener();
   listener.on_sample = [&](const Sample& sample) {
-    fresh.hear(sample);
-    return session.hear(sample);
+    fresh.receive(sample);
+    return session.receive(sample);
   };
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed));
   const ReplayEnd end = driven ? session.end(*driven) : session.end();

@@ -12,7 +12,7 @@ namespace waymark::cli {
 class LiveReplay {
  public:
   /// `on_step`: called with each decision before it is recorded.
-  static Result<std::unique_ptr<LiveReplay>> make(const Stage& stage, const ReplayJob& job,
+  static Result<std::unique_ptr<LiveReplay>> make(const RobotSetup& setup, const ReplayJob& job,
                                                   const ReplayFiles& files, Console& console,
                                                   std::function<void(const ReplayStep&)> on_step,
                                                   SessionRequests requests = no_requests());
@@ -22,9 +22,9 @@ class LiveReplay {
   [[nodiscard]] Result<ReplayReport> finish(const ReplayEnd& end);
 
  private:
-  LiveReplay(Stage known, const ReplayFiles& files) : known_(std::move(known)), files_(files) {}
+  LiveReplay(RobotSetup known, const ReplayFiles& files) : known_(std::move(known)), files_(files) {}
 
-  Stage known_;  ///< with the tags of the map, where its world is not known
+  RobotSetup known_;  ///< with the tags of the map, where its world is not known
   const ReplayFiles& files_;
   std::unique_ptr<Replayer> replayer_{};
   std::unique_ptr<ReplayLog> log_{};

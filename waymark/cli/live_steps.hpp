@@ -18,14 +18,15 @@ struct LoneAnchorFlags {
 };
 void add_flags(CLI::App& app, LoneAnchorFlags& flags);
 
-/// Gives the stage an anchor where its world is not known. Fails when it must be given and is not.
-[[nodiscard]] Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags);
+/// Gives the setup an anchor where its world is not known. Fails when it must be given and is not.
+[[nodiscard]] Status check_live_setup(RobotSetup& setup, const LoneAnchorFlags& flags);
 
-/// Records a lap that somebody drives with the robot of the stage; "scripted" needs its world, and a robot
+/// Records a lap that somebody drives with the robot of the setup; "scripted" needs its world, and a robot
 /// that knows the truth.
-[[nodiscard]] Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console& console);
+[[nodiscard]] Result<TeachReport> teach_live(const RobotSetup& setup, const TeachJob& job, Console& console);
 
-/// Lets the robot of the stage drive the route of the folder.
-[[nodiscard]] Result<ReplayReport> replay_live(const Stage& stage, const ReplayJob& job, Console& console);
+/// Lets the robot of the setup drive the route of the folder.
+[[nodiscard]] Result<ReplayReport> replay_live(const RobotSetup& setup, const ReplayJob& job,
+                                               Console& console);
 
 }  // namespace waymark::cli

@@ -22,8 +22,8 @@ void add_flags(CLI::App& app, LoneAnchorFlags& flags) {
       ->type_name("FLOAT");
 }
 
-Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags) {
-  if (stage.process.empty() || !stage.world_yaml.empty()) {
+Status check_live_setup(RobotSetup& setup, const LoneAnchorFlags& flags) {
+  if (setup.process.empty() || !setup.world_yaml.empty()) {
     if (flags.anchor.empty() && flags.tag_size_m == 0) return {};
     return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
                 {.key = flags.anchor.empty() ? "--tag-size-m" : "--anchor"},
@@ -35,13 +35,13 @@ Status check_live_stage(Stage& stage, const LoneAnchorFlags& flags) {
                 "For example --anchor 0 --tag-size-m 0.16.");
   const auto anchor = tag_named(flags.anchor);
   if (!anchor) return tl::unexpected(anchor.error());
-  place_lone_anchor(stage.simulated.world, *anchor, flags.tag_size_m);
+  place_lone_anchor(setup.simulated.world, *anchor, flags.tag_size_m);
   return {};
 }
 
-Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console& console) {
+Result<TeachReport> teach_live(const RobotSetup& setup, const TeachJob& job, Console& console) {
   const Stopwatch watch;
-  const auto driver = make_lap_driver(job.driver, job.speed_m_s, stage.simulated);
+  const auto driver = make_lap_driver(job.driver, job.speed_m_s, setup.simulated);
   if (!driver) return tl::unexpected(driver.error());
   // Before the robot starts: a file that cannot be written should not cost a drive.
   Result<SampleRecorder> recorder =
@@ -50,18 +50,18 @@ Result<TeachReport> teach_live(const Stage& stage, const TeachJob& job, Console&
                        .driver = job.driver,
                        .options = fmt::format("driver:\n  speed_m_s: {}\n", job.speed_m_s),
                        .durable = job.durable},
-                      stage);
+                      setup);
   if (!recorder) return tl::unexpected(recorder.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
+  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
-  PhaseViewers viewers(job.feed, stage.simulated, OperatorState::Teaching, job.driver == "keyboard");
-  TeachSession session(**driver, lap_of(stage.simulated, lap_listener(*recorder, job.images, console)),
+  PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Teaching, job.driver == "keyboard");
+  TeachSession session(**driver, lap_of(setup.simulated, lap_listener(*recorder, job.images, console)),
                        viewers.requests(), {.silence_s = 2});
   RobotListener listener = session.listener();
   listener.on_sample = [&](const Sample& sample) {
-    fresh.hear(sample);
-    return session.hear(sample);
+    fresh.receive(sample);
+    return session.receive(sample);
   };
   if (const std::string usage = (*driver)->usage(); !usage.empty()) console.say(usage);
   const auto driven = (*robot)->drive(watched(std::move(listener), job.feed));

@@ -81,10 +81,10 @@ void announce(const HttpServer& server, const PageFlags& flags, Console& console
   if (flags.open && !open_browser(server.url())) console.say("no browser could be opened: do it by hand");
 }
 
-Result<std::unique_ptr<LiveView>> LiveView::start(const LiveFlags& flags, const Stage& stage,
+Result<std::unique_ptr<LiveView>> LiveView::start(const LiveFlags& flags, const RobotSetup& setup,
                                                   Console& console) {
   if (!flags.view) return std::unique_ptr<LiveView>();
-  if (stage.process.empty())
+  if (setup.process.empty())
     return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run --view`",
                 {.key = "--view"},
                 "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
@@ -92,7 +92,7 @@ Result<std::unique_ptr<LiveView>> LiveView::start(const LiveFlags& flags, const 
   if (!options) return tl::unexpected(options.error());
   std::unique_ptr<LiveView> view(new LiveView);
   options->feed = &view->feed_;
-  options->robot_name = stage.simulated.model.name;
+  options->robot_name = setup.simulated.model.name;
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) return tl::unexpected(server.error());
   announce(*server, flags.page, console, false);

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/live/live_robot.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"
@@ -51,9 +51,9 @@ void announce(const HttpServer& server, const PageFlags& flags, Console& console
 /// must have ended by then.
 class LiveView {
  public:
-  /// nullptr without --view. Fails when the robot of the stage is no process: a simulated one in this process
+  /// nullptr without --view. Fails when the robot of the setup is no process: a simulated one in this process
   /// goes as fast as it can, which nobody could watch.
-  static Result<std::unique_ptr<LiveView>> start(const LiveFlags& flags, const Stage& stage,
+  static Result<std::unique_ptr<LiveView>> start(const LiveFlags& flags, const RobotSetup& setup,
                                                  Console& console);
   ~LiveView();
   LiveView(const LiveView&) = delete;

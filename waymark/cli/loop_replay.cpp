@@ -54,14 +54,14 @@ Result<Trajectory> taught_path(const ReplayJob& job) {
 
 }  // namespace
 
-void judge(const Stage& stage, ReplayReport& report) {
+void judge(const RobotSetup& setup, ReplayReport& report) {
   if (report.taught_path.empty()) {
     report.warnings.emplace_back(
         "the true way of the teach lap is not known (--taught gives its recording): not judged");
     return;
   }
   const Result<ReplayJudgement> judgement = judge_replay(
-      report.true_path, report.taught_path, stage.simulated.world.tags, stage.simulated.model.hull);
+      report.true_path, report.taught_path, setup.simulated.world.tags, setup.simulated.model.hull);
   if (judgement)
     report.judgement = *judgement;
   else
@@ -122,7 +122,7 @@ std::string replay_options_yaml(const ReplayOptions& options) {
 
 }  // namespace
 
-Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const ReplayJob& job) {
+Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup, const ReplayJob& job) {
   if (job.output.empty()) return std::optional<SampleRecorder>();
   Result<SampleRecorder> recorder = start_recording(
       job.output,
@@ -133,7 +133,7 @@ Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const Re
                                                           : "filter:\n" + write_fields(job.filter, 2)) +
                   replay_options_yaml(job.replay),
        .durable = job.durable},
-      stage);
+      setup);
   if (!recorder) return tl::unexpected(recorder.error());
   for (const std::string& name :
        {std::string("map.yaml"), route_file_name(job.route)}) {  // what it was driven by
@@ -161,14 +161,14 @@ std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route
                   asked, most)};
 }
 
-Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console) {
+Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, Console& console) {
   const Stopwatch watch;
   const Result<ReplayFiles> loaded = load_replay(job);
   if (!loaded) return tl::unexpected(loaded.error());
   if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
-  Result<std::optional<SampleRecorder>> recorder = record_replay(stage, job);
+  Result<std::optional<SampleRecorder>> recorder = record_replay(setup, job);
   if (!recorder) return tl::unexpected(recorder.error());
-  const auto replayer = make_replayer(*loaded, stage.robot(), replayer_setup(job));
+  const auto replayer = make_replayer(*loaded, setup.robot(), replayer_setup(job));
   if (!replayer) return tl::unexpected(replayer.error());
   const double goal = goal_m(loaded->route, job);
   ReplayLog log(std::move(*recorder), job.images, goal, console);
@@ -176,7 +176,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
   listener.on_sample = [&](const Sample& sample) { return log.on_sample(sample); };
   listener.on_step = [&](SensorTime now, const ReplayStep& step) { return log.on_step(now, step); };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_replay(stage.simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
+  const auto end = drive_replay(setup.simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
   const Status closed = log.close();
   if (!end) return tl::unexpected(end.error());
   if (!closed) return tl::unexpected(closed.error());
@@ -187,7 +187,7 @@ Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Cons
                       .visits = log.visits(),
                       .warnings = speed_warnings(job, loaded->route)};
   for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
-  judge(stage, report);
+  judge(setup, report);
   report.wall_s = watch.seconds();
   return report;
 }

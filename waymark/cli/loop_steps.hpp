@@ -53,7 +53,7 @@ struct TeachReport {
 };
 
 /// Records a lap that somebody drives. Ctrl-C stops the robot and closes the file.
-[[nodiscard]] Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console);
+[[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
 
 struct ReplayJob {
@@ -111,12 +111,14 @@ struct ReplayReport {
 
 /// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
 /// none.
-[[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const Stage& stage, const ReplayJob& job);
+[[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup,
+                                                                  const ReplayJob& job);
 /// Holds the true path against the taught one, or says why that cannot be.
-void judge(const Stage& stage, ReplayReport& report);
+void judge(const RobotSetup& setup, ReplayReport& report);
 
-/// Lets the robot of the stage drive the route of the folder.
-[[nodiscard]] Result<ReplayReport> replay_route(const Stage& stage, const ReplayJob& job, Console& console);
+/// Lets the robot of the setup drive the route of the folder.
+[[nodiscard]] Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job,
+                                                Console& console);
 /// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …".
 [[nodiscard]] std::string ending(const ReplayReport& report);
 /// The same with stops, stations and the judgement, a line each.

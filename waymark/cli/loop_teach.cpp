@@ -13,14 +13,14 @@ namespace waymark::cli {
 namespace {
 
 /// What a recording says of how it was driven and seen.
-std::string making_yaml(const SimulatedStage& stage, const TeachJob& job, const DriverOptions& driver) {
+std::string making_yaml(const SimulatedSetup& setup, const TeachJob& job, const DriverOptions& driver) {
   std::string yaml =
       "driver:\n" +
       (job.driver == "scripted" ? write_fields(driver, 2) : fmt::format("  speed_m_s: {}\n", job.speed_m_s));
-  if (stage.pictures)
-    yaml += "camera:\n" + write_fields(stage.pictures->camera, 2) + "scene:\n" +
-            write_fields(stage.pictures->scene, 2) + "detector:\n" +
-            write_fields(stage.pictures->detector, 2);
+  if (setup.pictures)
+    yaml += "camera:\n" + write_fields(setup.pictures->camera, 2) + "scene:\n" +
+            write_fields(setup.pictures->scene, 2) + "detector:\n" +
+            write_fields(setup.pictures->detector, 2);
   return yaml;
 }
 
@@ -30,26 +30,26 @@ struct SimulatedDriver {
   ScriptDriver* script = nullptr;
 };
 
-Result<SimulatedDriver> driver_of(const SimulatedStage& stage, const TeachJob& job,
+Result<SimulatedDriver> driver_of(const SimulatedSetup& setup, const TeachJob& job,
                                   const DriverOptions& options) {
   if (job.driver != "scripted") {
-    auto person = make_lap_driver(job.driver, job.speed_m_s, stage);
+    auto person = make_lap_driver(job.driver, job.speed_m_s, setup);
     if (!person) return tl::unexpected(person.error());
     return SimulatedDriver{.driver = std::move(*person)};
   }
-  auto scripted = scripted_driver(stage, options);
+  auto scripted = scripted_driver(setup, options);
   if (!scripted) return tl::unexpected(scripted.error());
   auto script = std::make_unique<ScriptDriver>(std::move(*scripted));
   ScriptDriver* const sees = script.get();
   return SimulatedDriver{.driver = std::move(script), .script = sees};
 }
 
-Result<LapEnd> drive(const SimulatedStage& stage, const SimulatedDriver& driver, TeachSession& session,
+Result<LapEnd> drive(const SimulatedSetup& setup, const SimulatedDriver& driver, TeachSession& session,
                      const LapListener& listener) {
   constexpr double kTenMinutes = 600;
   constexpr double kAnHour = 3600;
   return drive_lap(
-      stage,
+      setup,
       [&](const SE2& map_T_base, Duration uptime, SensorTime now) {
         if (driver.script != nullptr) driver.script->see(map_T_base);
         return session.decide(uptime, now);
@@ -61,9 +61,9 @@ Result<LapEnd> drive(const SimulatedStage& stage, const SimulatedDriver& driver,
 
 std::vector<std::string> teach_drivers() { return lap_drivers(); }
 
-Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& console) {
+Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job, Console& console) {
   const Stopwatch watch;
-  const SimulatedStage& simulated = stage.simulated;
+  const SimulatedSetup& simulated = setup.simulated;
   const DriverOptions driver{.speed_m_s = job.speed_m_s,
                              .second_speed_m_s = job.second_speed_m_s,
                              .lateral_wander_m = job.wander_m,
@@ -76,11 +76,11 @@ Result<TeachReport> teach_lap(const Stage& stage, const TeachJob& job, Console& 
                                                      .driver = job.driver,
                                                      .options = making_yaml(simulated, job, driver),
                                                      .durable = job.durable},
-                                                    stage);
+                                                    setup);
   if (!recorder) return tl::unexpected(recorder.error());
   TeachSession session(*who->driver, lap_of(simulated, lap_listener(*recorder, job.images, console)));
   LapListener listener;
-  listener.on_sample = [&](const Sample& sample) { return session.hear(sample); };
+  listener.on_sample = [&](const Sample& sample) { return session.receive(sample); };
   listener.on_picture = [&](const SeenPicture& seen) { return record_rendered(seen, job.images, *recorder); };
   listener.should_stop = [] { return interrupted(); };
   if (const std::string usage = who->driver->usage(); !usage.empty()) console.say(usage);

@@ -16,12 +16,12 @@ SceneFlags::SceneFlags(CLI::App& app, Settings& settings, Reach reach)
       camera_(app, settings, "camera", "Camera with --images", reach),
       scene_(app, settings, "scene", "Scene with --images", reach) {}
 
-Status SceneFlags::apply(bool images, std::optional<SceneEyeOptions>& pictures) const {
+Status SceneFlags::apply(bool images, std::optional<DetectingCameraOptions>& pictures) const {
   if (images) {
-    SceneEyeOptions eye;
-    Status status = camera_.apply(eye.camera);
-    if (status) status = scene_.apply(eye.scene);
-    if (status) pictures = eye;
+    DetectingCameraOptions scene_camera;
+    Status status = camera_.apply(scene_camera.camera);
+    if (status) status = scene_.apply(scene_camera.scene);
+    if (status) pictures = scene_camera;
     return status;
   }
   const char* why = "without pictures there is no camera to set";
@@ -57,10 +57,10 @@ PictureFlags::PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool 
       ->type_name("FILE");
 }
 
-Status PictureFlags::check(const Stage& stage) const {
+Status PictureFlags::check(const RobotSetup& setup) const {
   Status status;
   for (const char* flag : {"--images", "--threads", "--faults"}) {
-    if (status && !stage.process.empty())
+    if (status && !setup.process.empty())
       status = refuse_flag(app_, flag, "only a simulated robot is asked for this",
                            "Leave it out, or --robot process:CMD.");
   }
@@ -70,15 +70,15 @@ Status PictureFlags::check(const Stage& stage) const {
   return status;
 }
 
-Status PictureFlags::apply(Stage& stage) const {
-  Status status = check(stage);
-  if (status) status = scene_.apply(images_, stage.simulated.pictures);
+Status PictureFlags::apply(RobotSetup& setup) const {
+  Status status = check(setup);
+  if (status) status = scene_.apply(images_, setup.simulated.pictures);
   if (!status) return status;
-  stage.simulated.threads = threads_;
+  setup.simulated.threads = threads_;
   if (faults_.empty()) return {};
-  auto faults = read_faults(faults_, stage.simulated.world);
+  auto faults = read_faults(faults_, setup.simulated.world);
   if (!faults) return tl::unexpected(faults.error());
-  stage.simulated.robot.faults = std::move(*faults);
+  setup.simulated.robot.faults = std::move(*faults);
   return {};
 }
 

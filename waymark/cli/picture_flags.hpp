@@ -6,7 +6,7 @@
 
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
-#include "waymark/live/stage.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace waymark::cli {
 
@@ -17,7 +17,7 @@ class SceneFlags {
   SceneFlags(CLI::App& app, Settings& settings, Reach reach);
 
   /// The options, where there are pictures; without them one on the command line is refused.
-  [[nodiscard]] Status apply(bool images, std::optional<SceneEyeOptions>& pictures) const;
+  [[nodiscard]] Status apply(bool images, std::optional<DetectingCameraOptions>& pictures) const;
   /// What was given again, as "--set SECTION.KEY=VALUE" of another command line.
   [[nodiscard]] std::vector<std::string> as_words() const;
 
@@ -38,10 +38,10 @@ class PictureFlags {
 
   /// Reads the script of faults and sets what the flags say. Fails on flags of a simulated robot where the
   /// robot is a process.
-  [[nodiscard]] Status apply(Stage& stage) const;
+  [[nodiscard]] Status apply(RobotSetup& setup) const;
 
  private:
-  [[nodiscard]] Status check(const Stage& stage) const;
+  [[nodiscard]] Status check(const RobotSetup& setup) const;
 
   const CLI::App& app_;
   bool images_ = false;

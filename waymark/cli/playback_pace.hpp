@@ -24,7 +24,7 @@ class Pace {
         static_cast<double>(std::max<std::int64_t>(0, time_ns - *first_ns_)) * 1e-9 / speed_;
     const auto due = begin_ + std::chrono::duration_cast<steady_clock::duration>(
                                   std::chrono::duration<double>(std::min(since_s, kLongest_s)));
-    // In slices, so that Ctrl-C is heard.
+    // In slices, so that Ctrl-C is handled.
     while (!interrupted() && steady_clock::now() < due)
       std::this_thread::sleep_for(std::min<steady_clock::duration>(due - steady_clock::now(), kSlice));
     return !interrupted();

@@ -14,25 +14,25 @@ namespace waymark::cli {
 namespace {
 
 /// Flags that have no effect on this robot, or without a recording.
-Status check_recording(const ReplayArgs& args, const Stage& stage) {
-  Status status = stage.process.empty() ? Status() : args.stage.refuse_seed();
+Status check_recording(const ReplayArgs& args, const RobotSetup& setup) {
+  Status status = setup.process.empty() ? Status() : args.setup.refuse_seed();
   if (status && args.job.output.empty())
     status = refuse_flag(args.app, "--durable", "nothing is recorded", "Add -o FILE, or leave it out.");
   if (!status || args.job.images.empty()) return status;
   const Place place{.key = "--record-images"};
   if (args.job.output.empty())
     return fail(ErrorCode::InvalidArgument, "nothing is recorded", place, "Add -o FILE.");
-  if (!stage.simulated.pictures && stage.process.empty())
+  if (!setup.simulated.pictures && setup.process.empty())
     return fail(ErrorCode::InvalidArgument, "there are no pictures to record", place, "Add --images.");
   return {};
 }
 
 }  // namespace
 
-Result<Stage> ReplayArgs::make_stage() const {
+Result<RobotSetup> ReplayArgs::make_setup() const {
   const std::filesystem::path beside = std::filesystem::path(folder) / "robot.yaml";
   std::error_code ignored;
-  Result<Stage> made = stage.make(std::filesystem::exists(beside, ignored) ? beside.string() : "");
+  Result<RobotSetup> made = setup.make(std::filesystem::exists(beside, ignored) ? beside.string() : "");
   Status status = made ? pictures.apply(*made) : Status();
   if (made && status) status = check_recording(*this, *made);
   if (!status) return tl::unexpected(status.error());

@@ -6,7 +6,7 @@
 #include "waymark/cli/live_view.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 
 namespace waymark::cli {
 
@@ -15,7 +15,7 @@ struct ReplayArgs {
   explicit ReplayArgs(CLI::App& verb)
       : app(verb),
         settings(verb),
-        stage(verb, {}, true, "robot.yaml of the map's folder, "),
+        setup(verb, {}, true, "robot.yaml of the map's folder, "),
         pictures(verb, settings, Reach::SettingsOnly),
         options(verb, settings, Reach::Flags) {
     add_flags(verb, live);
@@ -23,7 +23,7 @@ struct ReplayArgs {
 
   const CLI::App& app;
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   LiveFlags live{};
   PictureFlags pictures;
   ReplayFlags options;
@@ -36,7 +36,7 @@ struct ReplayArgs {
 
   void add_to(CLI::App& verb);
   /// The robot in its world, as the flags say; fails on flags that have no effect on it.
-  [[nodiscard]] Result<Stage> make_stage() const;
+  [[nodiscard]] Result<RobotSetup> make_setup() const;
   /// The job, whose calibration is known, with the options that were given, which count more.
   [[nodiscard]] Result<ReplayJob> job_of(ReplayJob calibrated) const;
 };

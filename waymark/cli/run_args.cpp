@@ -15,17 +15,17 @@ namespace {
 
 /// The tags of the place by the flags, or by the map that is there already. What is wrong with that map is
 /// said where it is read.
-Status know_tags(const RunArgs& args, Stage& stage) {
+Status know_tags(const RunArgs& args, RobotSetup& setup) {
   const bool told = !args.anchor.anchor.empty() || args.anchor.tag_size_m != 0;
-  if (args.job.map.empty() || !stage.world_yaml.empty() || told) return check_live_stage(stage, args.anchor);
+  if (args.job.map.empty() || !setup.world_yaml.empty() || told) return check_live_setup(setup, args.anchor);
   const Result<MapFile> map = read_map(std::filesystem::path(args.job.map) / "map.yaml");
-  if (map) place_lone_anchor(stage.simulated.world, map->anchor, map->tags.tags.at(map->anchor).size_m);
+  if (map) place_lone_anchor(setup.simulated.world, map->anchor, map->tags.tags.at(map->anchor).size_m);
   return {};
 }
 
 /// Flags that have no effect with this robot and this driver.
-Status check_effects(const RunArgs& args, const Stage& stage) {
-  const bool process = !stage.process.empty();
+Status check_effects(const RunArgs& args, const RobotSetup& setup) {
+  const bool process = !setup.process.empty();
   Status status;
   if (process)
     status = refuse_flag(args.app, "--images", "a robot that is a process sends pictures or does not",
@@ -39,22 +39,22 @@ Status check_effects(const RunArgs& args, const Stage& stage) {
     status = fail(ErrorCode::InvalidArgument, "there are no pictures to record", {.key = "--record-images"},
                   "Add --images.");
   if (status && process && args.job.driver != "scripted" && args.job.driver != "page" && !args.live.view)
-    status = args.stage.refuse_seed();
+    status = args.setup.refuse_seed();
   return status;
 }
 
 }  // namespace
 
-Result<Stage> RunArgs::make_stage() const {
-  Result<Stage> made = stage.make();
+Result<RobotSetup> RunArgs::make_setup() const {
+  Result<RobotSetup> made = setup.make();
   if (!made) return made;
-  std::optional<SceneEyeOptions> eye;  // of the robot's own process
+  std::optional<DetectingCameraOptions> eye;  // of the robot's own process
   Status usable = check_effects(*this, *made);
   if (usable) usable = scene.apply(images, eye);
   if (!usable) return tl::unexpected(usable.error());
   // A script does not care how fast the time passes; a person does, also one who only watches.
   const SimulatedTime time{.lockstep = job.driver == "scripted" || live.view, .pace = live.view ? pace : 0};
-  std::vector<std::string> words = stage.as_words();
+  std::vector<std::string> words = setup.as_words();
   if (images) words.emplace_back("--images");
   for (std::string& word : scene.as_words()) words.push_back(std::move(word));
   Status status = made->process.empty() ? become_the_robot(*made, std::move(words), time) : Status();

@@ -7,7 +7,7 @@
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/session_run.hpp"
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 
 namespace waymark::cli {
 
@@ -16,7 +16,7 @@ struct RunArgs {
   explicit RunArgs(CLI::App& verb)
       : app(verb),
         settings(verb),
-        stage(verb, {}, true),
+        setup(verb, {}, true),
         scene(verb, settings, Reach::SettingsOnly),
         options(verb, settings, Reach::SettingsOnly) {
     add_flags(verb, live);
@@ -24,7 +24,7 @@ struct RunArgs {
 
   const CLI::App& app;
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   SceneFlags scene;
   ReplayFlags options;
   LiveFlags live{};
@@ -39,7 +39,7 @@ struct RunArgs {
 
   void add_to(CLI::App& verb);
   /// The robot in its world, a process in any case; fails on flags that have no effect on it.
-  [[nodiscard]] Result<Stage> make_stage() const;
+  [[nodiscard]] Result<RobotSetup> make_setup() const;
 };
 
 }  // namespace waymark::cli

@@ -23,10 +23,11 @@ namespace fs = std::filesystem;
 /// A lap that is being recorded.
 class RecordedSessionLap {
  public:
-  RecordedSessionLap(SampleRecorder recorder, const Stage& stage, const SessionJob& job, Console& console)
+  RecordedSessionLap(SampleRecorder recorder, const RobotSetup& setup, const SessionJob& job,
+                     Console& console)
       : recorder_(std::move(recorder)),
-        lap_(lap_of(stage.simulated, lap_listener(recorder_, job.images, console))) {}
-  Status add(const Sample& sample) { return lap_.hear(sample); }
+        lap_(lap_of(setup.simulated, lap_listener(recorder_, job.images, console))) {}
+  Status add(const Sample& sample) { return lap_.receive(sample); }
   /// Closes the file, and says what was doubtful.
   Status close(Console& console) {
     const Status closed = recorder_.close();
@@ -42,13 +43,13 @@ class RecordedSessionLap {
 /// Recordings, maps and words of an operator's session.
 class SessionTasks final : public OperatorTasks {
  public:
-  SessionTasks(const Stage& stage, const SessionJob& job, Console& console)
-      : stage_(stage),
+  SessionTasks(const RobotSetup& setup, const SessionJob& job, Console& console)
+      : setup_(setup),
         job_(job),
         console_(console),
         map_folder_(job.map.empty() ? job.folder / "map" : fs::path(job.map)),
         viewers_(job.feed) {
-    viewers_.show_camera(stage.simulated);
+    viewers_.show_camera(setup.simulated);
   }
 
   void begin(const OperatorInput& input) {
@@ -67,9 +68,9 @@ class SessionTasks final : public OperatorTasks {
                          .driver = job_.driver,
                          .options = fmt::format("driver:\n  speed_m_s: {}\n", job_.speed_m_s),
                          .durable = job_.replay.durable},
-                        stage_);
+                        setup_);
     if (!recorder) return tl::unexpected(recorder.error());
-    lap_ = std::make_unique<RecordedSessionLap>(std::move(*recorder), stage_, job_, console_);
+    lap_ = std::make_unique<RecordedSessionLap>(std::move(*recorder), setup_, job_, console_);
     return {};
   }
   Status add_to_lap(const Sample& sample) override { return lap_->add(sample); }
@@ -106,7 +107,7 @@ class SessionTasks final : public OperatorTasks {
     job.output = free_name(job_.folder, "replay");
     job.images = job_.images;
     auto replay =
-        LiveReplay::make(stage_, job, *files_, console_, viewers_.watch(goal_m(files_->route, job)));
+        LiveReplay::make(setup_, job, *files_, console_, viewers_.watch(goal_m(files_->route, job)));
     if (!replay) return tl::unexpected(replay.error());
     replay_ = std::move(*replay);
     return &replay_->session();
@@ -134,7 +135,7 @@ class SessionTasks final : public OperatorTasks {
   std::vector<ReplayReport> replays{};
 
  private:
-  const Stage& stage_;
+  const RobotSetup& setup_;
   const SessionJob& job_;
   Console& console_;
   fs::path map_folder_;
@@ -162,21 +163,21 @@ Status map_quietly(const std::string& lap, const fs::path& folder) {
   return mapped ? Status() : tl::unexpected(mapped.error());
 }
 
-Result<SessionReport> run_session(const Stage& stage, const SessionJob& job, Console& console) {
-  auto input = make_operator_input(job.driver, job.speed_m_s, stage.simulated, viewer_link(job.feed));
+Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job, Console& console) {
+  auto input = make_operator_input(job.driver, job.speed_m_s, setup.simulated, viewer_link(job.feed));
   if (!input) return tl::unexpected(input.error());
-  return run_session(stage, job, std::move(*input), console);
+  return run_session(setup, job, std::move(*input), console);
 }
 
-Result<SessionReport> run_session(const Stage& stage, const SessionJob& job,
+Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                   std::unique_ptr<OperatorInput> input, Console& console) {
   const Stopwatch watch;
   StopKey stop_key(job.driver == "keyboard" || job.driver == "lines");
-  SessionTasks tasks(stage, job, console);
+  SessionTasks tasks(setup, job, console);
   Status status = job.map.empty() ? Status() : tasks.load_map();
   if (status) status = make_folder(job.folder);
   if (!status) return tl::unexpected(status.error());
-  const auto robot = LiveRobot::open(stage.process, stage.simulated.cameras(), words_on(console));
+  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), words_on(console));
   if (!robot) return tl::unexpected(robot.error());
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
   tasks.begin(*input);

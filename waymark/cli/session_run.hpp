@@ -42,10 +42,11 @@ struct SessionReport {
   double wall_s = 0;
 };
 
-/// Runs the session until the operator ends it, or Ctrl-C. The stage must have a process.
-[[nodiscard]] Result<SessionReport> run_session(const Stage& stage, const SessionJob& job, Console& console);
+/// Runs the session until the operator ends it, or Ctrl-C. The setup must have a process.
+[[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
+                                                Console& console);
 /// The same with an input that is there already; `driver` is then a name for the recordings.
-[[nodiscard]] Result<SessionReport> run_session(const Stage& stage, const SessionJob& job,
+[[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
                                                 std::unique_ptr<OperatorInput> input, Console& console);
 [[nodiscard]] nlohmann::ordered_json to_json(const SessionReport& report);
 

@@ -56,12 +56,12 @@ float stick(double share) {
 /// Knows the world's line and what to try when.
 class Hand final : public OperatorInput {
  public:
-  Hand(const SimulatedStage& stage, double& moved_while_paused_m, int& pauses)
+  Hand(const SimulatedSetup& setup, double& moved_while_paused_m, int& pauses)
       : moved_while_paused_m_(moved_while_paused_m),
         pauses_(pauses),
         state_(std::make_shared<GamepadState>(at_rest())),
         pad_(std::make_unique<PadInput>(std::make_unique<FakePad>(state_), kSpeed_m_s)),
-        driver_(sample_path(stage.world.path_m, true, 0.02), true, {.speed_m_s = kSpeed_m_s}, Random(3)) {}
+        driver_(sample_path(setup.world.path_m, true, 0.02), true, {.speed_m_s = kSpeed_m_s}, Random(3)) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, S state) override {
     if (state != last_) since_ = uptime;
@@ -74,7 +74,7 @@ class Hand final : public OperatorInput {
       go_on(state);
     return pad_->read(uptime, now, state);
   }
-  void hear(const Sample& sample) override {
+  void receive(const Sample& sample) override {
     const auto* truth = std::get_if<TruthPose>(&sample);
     if (truth == nullptr) return;
     const SE2 here = project_to_plane(truth->map_T_base);
@@ -132,16 +132,16 @@ class Hand final : public OperatorInput {
 TEST(SessionRun, AGamepadTeachesReplaysPausesAndStops) {
   const fs::path folder = fs::temp_directory_path() / ("waymark-session-" + std::to_string(getpid()));
   fs::create_directories(folder);
-  Stage stage = load_stage("circuit24", "limo", 4).value();
-  stage.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
+  RobotSetup setup = load_setup("circuit24", "limo", 4).value();
+  setup.process = "exec '" WAYMARK_PROGRAM "' robot-sim --world circuit24 --seed 4 --lockstep";
   double moved_while_paused_m = 0;
   int pauses = 0;
   std::FILE* words = std::tmpfile();
   ASSERT_NE(words, nullptr);
   Console console("session", words, words);
   const auto report =
-      run_session(stage, {.folder = folder / "session", .driver = "gamepad", .speed_m_s = kSpeed_m_s},
-                  std::make_unique<Hand>(stage.simulated, moved_while_paused_m, pauses), console);
+      run_session(setup, {.folder = folder / "session", .driver = "gamepad", .speed_m_s = kSpeed_m_s},
+                  std::make_unique<Hand>(setup.simulated, moved_while_paused_m, pauses), console);
   std::string said(static_cast<std::size_t>(std::ftell(words)), ' ');
   std::rewind(words);
   EXPECT_EQ(std::fread(said.data(), 1, said.size(), words), said.size());

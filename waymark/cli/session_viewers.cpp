@@ -13,10 +13,10 @@
 
 namespace waymark::cli {
 
-void SessionViewers::show_camera(const SimulatedStage& stage) {
+void SessionViewers::show_camera(const SimulatedSetup& setup) {
   if (feed_ == nullptr) return;
-  feed_->show_camera(stage.camera, stage.model.base_T_cam);
-  const MappedTag* anchor = stage.world.tags.find(stage.world.anchor);
+  feed_->show_camera(setup.camera, setup.model.base_T_cam);
+  const MappedTag* anchor = setup.world.tags.find(setup.world.anchor);
   if (anchor != nullptr) feed_->show_text("tags.yaml", fmt::format("tag_size_m: {}\n", anchor->size_m));
 }
 
@@ -65,12 +65,12 @@ std::function<void(const ReplayStep&)> SessionViewers::watch(double goal_m) {
   };
 }
 
-PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken)
+PhaseViewers::PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken)
     : viewers_(feed),
       stop_key_(keys_taken),
       requests_(viewer_link(feed), phase, [this] { return stop_key_.pressed(); }),
       shown_(feed != nullptr) {
-  viewers_.show_camera(stage);
+  viewers_.show_camera(setup);
 }
 
 void PhaseViewers::tell() {

@@ -17,13 +17,13 @@ class SessionViewers {
  public:
   explicit SessionViewers(LiveFeed* feed) : feed_(feed) {}
 
-  void show_camera(const SimulatedStage& stage);
+  void show_camera(const SimulatedSetup& setup);
   /// map.yaml, route.yaml and robot.yaml of the folder, those that are there; the map as shapes, too.
   void show_map(const std::filesystem::path& folder);
   void tell(const Operator& session, const OperatorInput& input);
   void tell(LiveStatus status);
   /// Hears each decision of a replay and shows estimates, what was compared with them, and progress. Only the
-  /// newest is heard.
+  /// newest is received.
   [[nodiscard]] std::function<void(const ReplayStep&)> watch(double goal_m);
 
  private:
@@ -38,7 +38,7 @@ class SessionViewers {
 class PhaseViewers {
  public:
   /// `keys_taken`: a driver reads the keys of the terminal itself.
-  PhaseViewers(LiveFeed* feed, const SimulatedStage& stage, OperatorState phase, bool keys_taken = false);
+  PhaseViewers(LiveFeed* feed, const SimulatedSetup& setup, OperatorState phase, bool keys_taken = false);
   /// What viewers and the space bar of the terminal want; this must live for as long as they are asked.
   [[nodiscard]] SessionRequests requests();
   [[nodiscard]] SessionViewers& viewers() { return viewers_; }

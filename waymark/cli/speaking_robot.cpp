@@ -56,18 +56,18 @@ class OrderInput {
 /// A simulated robot that speaks on standard output and listens on standard input.
 class SpeakingRobot {
  public:
-  SpeakingRobot(const SimulatedStage& stage, SE2 start, std::unique_ptr<SceneEye> eye, bool lockstep,
-                double pace)
-      : name_(stage.model.name),
-        robot_(stage.world, stage.model, stage.cameras(), start, stage.robot,
-               eye != nullptr ? Eye::Shots : Eye::Corners),
-        eye_(std::move(eye)),
+  SpeakingRobot(const SimulatedSetup& setup, SE2 start, std::unique_ptr<DetectingCamera> scene_camera,
+                bool lockstep, double pace)
+      : name_(setup.model.name),
+        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
+               scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),
+        scene_camera_(std::move(scene_camera)),
         lockstep_(lockstep),
         pace_(pace) {}
 
   Status run() {
     RobotHello hello{.name = name_, .lockstep = lockstep_};
-    hello.sends = {"odometry", "wheels", "imu", "truth", eye_ != nullptr ? "image" : "detections"};
+    hello.sends = {"odometry", "wheels", "imu", "truth", scene_camera_ != nullptr ? "image" : "detections"};
     Status status = say(to_line(hello));
     start_ = steady_now();
     Duration next_order{};
@@ -91,7 +91,7 @@ class SpeakingRobot {
 
   Status speak(const Sample& sample) {
     if (!std::holds_alternative<CameraFrame>(sample)) return say(to_line(sample));
-    const auto taken = eye_->take(robot_.shot());
+    const auto taken = scene_camera_->take(robot_.shot());
     if (!taken) return tl::unexpected(taken.error());
     const auto jpeg = encode_jpeg(taken->image, kPictureQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
@@ -129,7 +129,7 @@ class SpeakingRobot {
 
   std::string name_;
   SimulatedRobot robot_;
-  std::unique_ptr<SceneEye> eye_;
+  std::unique_ptr<DetectingCamera> scene_camera_;
   bool lockstep_;
   double pace_;
   OrderInput orders_{};
@@ -140,10 +140,10 @@ class SpeakingRobot {
 
 }  // namespace
 
-Status run_speaking_robot(const SimulatedStage& stage, const SE2& start, std::unique_ptr<SceneEye> eye,
-                          const SpeakingOptions& options) {
+Status run_speaking_robot(const SimulatedSetup& setup, const SE2& start,
+                          std::unique_ptr<DetectingCamera> scene_camera, const SpeakingOptions& options) {
   never_wait(STDIN_FILENO);
-  return SpeakingRobot(stage, start, std::move(eye), options.lockstep, options.pace).run();
+  return SpeakingRobot(setup, start, std::move(scene_camera), options.lockstep, options.pace).run();
 }
 
 }  // namespace waymark::cli

@@ -14,8 +14,9 @@ struct SpeakingOptions {
 };
 
 /// Runs a simulated robot that speaks the protocol of robot processes on standard output and listens on
-/// standard input, until that ends. Without `eye` it sends corners of tags instead of pictures.
-[[nodiscard]] Status run_speaking_robot(const SimulatedStage& stage, const SE2& start,
-                                        std::unique_ptr<SceneEye> eye, const SpeakingOptions& options);
+/// standard input, until that ends. Without `scene_camera` it sends corners of tags instead of pictures.
+[[nodiscard]] Status run_speaking_robot(const SimulatedSetup& setup, const SE2& start,
+                                        std::unique_ptr<DetectingCamera> scene_camera,
+                                        const SpeakingOptions& options);
 
 }  // namespace waymark::cli

@@ -13,29 +13,29 @@ namespace waymark::cli {
 namespace {
 
 /// Flags of the script that drives a simulated robot.
-Status check_script_flags(const TeachArgs& args, const Stage& stage) {
+Status check_script_flags(const TeachArgs& args, const RobotSetup& setup) {
   Status status;
   for (const char* flag : {"--wander-m", "--wander-time-s", "--overlap-m"}) {
-    if (status && (args.job.driver != "scripted" || !stage.process.empty()))
+    if (status && (args.job.driver != "scripted" || !setup.process.empty()))
       status = refuse_flag(args.app, flag, "this is about the scripted driver of a simulated robot",
                            "Leave it out.");
   }
-  if (status && args.job.driver != "scripted" && !stage.process.empty()) status = args.stage.refuse_seed();
+  if (status && args.job.driver != "scripted" && !setup.process.empty()) status = args.setup.refuse_seed();
   return status;
 }
 
-Status check_speeds(const TeachArgs& args, const Stage& stage) {
-  const double most = stage.simulated.model.limits.speed_m_s;
+Status check_speeds(const TeachArgs& args, const RobotSetup& setup) {
+  const double most = setup.simulated.model.limits.speed_m_s;
   if (args.speed->count() > 0 && args.job.speed_m_s > most)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                fmt::format("{} drives at most {:g} m/s", setup.simulated.model.name, most),
                 {.key = "--speed-m-s"},
                 "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
   if (args.job.second_speed_m_s > most)
     return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} drives at most {:g} m/s", stage.simulated.model.name, most),
+                fmt::format("{} drives at most {:g} m/s", setup.simulated.model.name, most),
                 {.key = "--second-speed-m-s"}, "Ask for less.");
-  if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !stage.process.empty()))
+  if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !setup.process.empty()))
     return fail(ErrorCode::InvalidArgument,
                 "only the scripted driver of a simulated robot changes its speed by itself",
                 {.key = "--second-speed-m-s"}, "Leave it out, and drive at two speeds.");
@@ -51,22 +51,22 @@ Status check_driver(const TeachJob& job) {
 
 }  // namespace
 
-Result<Stage> TeachArgs::make_stage() const {
+Result<RobotSetup> TeachArgs::make_setup() const {
   if (Status known = check_driver(job); !known) return tl::unexpected(known.error());
-  Result<Stage> made = stage.make();
+  Result<RobotSetup> made = setup.make();
   Status status = made ? pictures.apply(*made) : Status();
-  if (made && status) status = check_live_stage(*made, anchor);
+  if (made && status) status = check_live_setup(*made, anchor);
   if (!status) return tl::unexpected(status.error());
   return made;
 }
 
-TeachJob TeachArgs::job_of(const Stage& on) const {
+TeachJob TeachArgs::job_of(const RobotSetup& on) const {
   TeachJob made = job;
   if (speed->count() == 0) made.speed_m_s = std::min(made.speed_m_s, on.simulated.model.limits.speed_m_s);
   return made;
 }
 
-Status TeachArgs::check(const Stage& on) const {
+Status TeachArgs::check(const RobotSetup& on) const {
   Status status = check_speeds(*this, on);
   if (status) status = check_script_flags(*this, on);
   if (!status || job.images.empty() || on.simulated.pictures || !on.process.empty()) return status;

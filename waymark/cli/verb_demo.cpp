@@ -26,14 +26,14 @@ namespace {
 struct DemoArgs {
   explicit DemoArgs(CLI::App& app)
       : settings(app),
-        stage(app, "circuit24"),
+        setup(app, "circuit24"),
         scene(app, settings, Reach::SettingsOnly),
         options(app, settings, Reach::SettingsOnly) {
     add_flags(app, live);
   }
 
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   SceneFlags scene;
   ReplayFlags options;
   LiveFlags live{};
@@ -42,17 +42,17 @@ struct DemoArgs {
 };
 
 /// The same session by the clock, while somebody watches; it stays until it is ended.
-ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, Stage& stage, Console& console) {
-  std::vector<std::string> words = args.stage.as_words();
+ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& setup, Console& console) {
+  std::vector<std::string> words = args.setup.as_words();
   if (args.job.images) words.emplace_back("--images");
   for (std::string& word : args.scene.as_words()) words.push_back(std::move(word));
   Status status = clear_demo_folder(args.job.folder);
-  if (status) status = become_the_robot(stage, std::move(words), {.lockstep = true, .pace = 1});
+  if (status) status = become_the_robot(setup, std::move(words), {.lockstep = true, .pace = 1});
   if (!status) {
     console.say(status.error());
     return ExitCode::SomeFailed;
   }
-  const auto view = LiveView::start(args.live, stage, console);
+  const auto view = LiveView::start(args.live, setup, console);
   if (!view) {
     console.say(view.error());
     return exit_code_of(view.error());
@@ -60,7 +60,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, Stage& stage, C
   const SessionJob job{
       .folder = demo.folder, .driver = "scripted", .replay = demo.replay, .feed = &(*view)->feed()};
   const auto stop = hear_stop("demo into " + demo.folder, console);
-  const Result<SessionReport> report = run_session(stage, job, console);
+  const Result<SessionReport> report = run_session(setup, job, console);
   if (!report) return console.failed(report.error(), exit_code_of(report.error()));
   if (args.json) console.print(json_line(to_json(*report)));
   return report->interrupted ? ExitCode::Interrupted : ExitCode::Ok;
@@ -68,16 +68,16 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, Stage& stage, C
 
 ExitCode demo(const DemoArgs& args, Console& console) {
   DemoJob job = args.job;
-  std::optional<SceneEyeOptions> pictures;
+  std::optional<DetectingCameraOptions> pictures;
   Status usable = args.options.apply(job.replay);  // before files are read
   if (usable) usable = args.scene.apply(job.images, pictures);
-  Result<Stage> stage = usable ? args.stage.make() : tl::unexpected(usable.error());
-  if (!stage) return console.failed(naming_flag(stage.error()), ExitCode::Usage);
-  stage->simulated.pictures = pictures;
-  if (args.live.view) return watched_demo(args, job, *stage, console);
+  Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
+  if (!setup) return console.failed(naming_flag(setup.error()), ExitCode::Usage);
+  setup->simulated.pictures = pictures;
+  if (args.live.view) return watched_demo(args, job, *setup, console);
   if (job.images)
-    stage->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  const Result<DemoReport> report = run_demo(*stage, job, console);
+    setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
+  const Result<DemoReport> report = run_demo(*setup, job, console);
   if (interrupted()) {
     console.say("stopped: what was recorded is kept");
     return ExitCode::Interrupted;
@@ -90,7 +90,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
     console.print(json_line(to_json(*report, job)));
   } else {
     console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
-                              stage->simulated.world.name, stage->simulated.model.name) +
+                              setup->simulated.world.name, setup->simulated.model.name) +
                   table(*report) +
                   fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
                               report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,

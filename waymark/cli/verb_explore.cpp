@@ -20,13 +20,13 @@ namespace {
 struct ExploreArgs {
   explicit ExploreArgs(CLI::App& app)
       : settings(app),
-        stage(app, "academy-house"),
+        setup(app, "academy-house"),
         pictures(app, settings, Reach::SettingsOnly),
         explore(app, settings, "explore", "Wandering"),
         filter(app, settings, "filter", "Localisation") {}
 
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   PictureFlags pictures;
   OptionFlags<ExploreOptions> explore;
   OptionFlags<RiekfOptions> filter;
@@ -60,13 +60,13 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
     console.say(naming_flag(status.error()));
     return ExitCode::Usage;
   }
-  Result<Stage> stage = args.stage.make();
-  status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
+  Result<RobotSetup> setup = args.setup.make();
+  status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
   if (!status) {
     console.say(status.error());
     return ExitCode::Usage;
   }
-  const Result<ExploreReport> report = explore_world(std::move(*stage), job, console);
+  const Result<ExploreReport> report = explore_world(std::move(*setup), job, console);
   if (!report) {
     console.say(report.error());
     return ExitCode::SomeFailed;

@@ -20,8 +20,8 @@ namespace {
 ExitCode replay(const ReplayArgs& args, Console& console) {
   if (const auto known = args.job_of(args.job); !known)  // before files are read
     return console.failed(naming_flag(known.error()), ExitCode::Usage);
-  const Result<Stage> stage = args.make_stage();
-  const Status seen = stage ? Status() : tl::unexpected(stage.error());
+  const Result<RobotSetup> setup = args.make_setup();
+  const Status seen = setup ? Status() : tl::unexpected(setup.error());
   ReplayJob calibrated = args.job;
   if (const Status read = take_calibration(args.calibration, calibrated); seen && !read) {
     console.say(read.error());
@@ -32,15 +32,15 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
     console.say(naming_flag(job.error()));
     return ExitCode::Usage;
   }
-  const auto view = LiveView::start(args.live, *stage, console);
+  const auto view = LiveView::start(args.live, *setup, console);
   if (!view) {
     console.say(view.error());
     return exit_code_of(view.error());
   }
   if (*view) job->feed = &(*view)->feed();
-  const auto stop = stage->process.empty() ? nullptr : hear_stop("replay of " + args.folder, console);
+  const auto stop = setup->process.empty() ? nullptr : hear_stop("replay of " + args.folder, console);
   const Result<ReplayReport> report =
-      stage->process.empty() ? replay_route(*stage, *job, console) : replay_live(*stage, *job, console);
+      setup->process.empty() ? replay_route(*setup, *job, console) : replay_live(*setup, *job, console);
   if (!report) {
     console.say(report.error());
     return exit_code_of(report.error());

@@ -5,8 +5,8 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/speaking_robot.hpp"
-#include "waymark/cli/stage_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/simulation/path.hpp"
 
@@ -15,40 +15,40 @@ namespace {
 
 struct RobotSimArgs {
   explicit RobotSimArgs(CLI::App& verb)
-      : app(verb), settings(verb), stage(verb), pictures(verb, settings, Reach::Flags, false) {}
+      : app(verb), settings(verb), setup(verb), pictures(verb, settings, Reach::Flags, false) {}
 
   const CLI::App& app;
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   PictureFlags pictures;
   SpeakingOptions options{};
 };
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make();
-  Status status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
+  Result<RobotSetup> setup = args.setup.make();
+  Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
   if (status && !args.options.lockstep)
     status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
                          "Add --lockstep, or leave it out.");
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  const SimulatedStage& simulated = stage->simulated;
+  const SimulatedSetup& simulated = setup->simulated;
   constexpr double kStep_m = 0.02;
   const auto path = sample_path(simulated.world.path_m, simulated.world.path_closed, kStep_m);
   if (path.empty()) {
     console.say("the world has no line (path_m), so nobody knows where the robot starts");
     return ExitCode::Usage;
   }
-  std::unique_ptr<SceneEye> eye;
+  std::unique_ptr<DetectingCamera> scene_camera;
   if (simulated.pictures) {
-    auto made = SceneEye::make(std::make_shared<const World>(simulated.world), simulated.cameras(),
-                               *simulated.pictures);
+    auto made = DetectingCamera::make(std::make_shared<const World>(simulated.world), simulated.cameras(),
+                                      *simulated.pictures);
     if (!made) {
       console.say(made.error());
       return ExitCode::SomeFailed;
     }
-    eye = std::move(*made);
+    scene_camera = std::move(*made);
   }
-  status = run_speaking_robot(simulated, path.front().map_T_path, std::move(eye), args.options);
+  status = run_speaking_robot(simulated, path.front().map_T_path, std::move(scene_camera), args.options);
   if (status) return ExitCode::Ok;
   console.say(status.error());
   return ExitCode::SomeFailed;

@@ -31,10 +31,10 @@ std::string session_words(const SessionReport& report) {
 }
 
 ExitCode run(const RunArgs& args, Console& console) {
-  Result<Stage> stage = args.make_stage();
+  Result<RobotSetup> setup = args.make_setup();
   SessionJob job = args.job;
   job.folder = args.folder;
-  Status status = stage ? Status() : tl::unexpected(stage.error());
+  Status status = setup ? Status() : tl::unexpected(setup.error());
   if (const Status read = take_calibration(args.calibration, job.replay); status && !read) {
     console.say(read.error());
     return exit_code_of(read.error());
@@ -44,7 +44,7 @@ ExitCode run(const RunArgs& args, Console& console) {
     status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
                   "Give --map with the map that has this route.");
   if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
-  const auto view = LiveView::start(args.live, *stage, console);
+  const auto view = LiveView::start(args.live, *setup, console);
   if (!view) {
     console.say(view.error());
     return exit_code_of(view.error());
@@ -53,9 +53,9 @@ ExitCode run(const RunArgs& args, Console& console) {
     job.feed = &(*view)->feed();
     if (args.driver->count() == 0) job.driver = "page";
   }
-  job.speed_m_s = std::min(job.speed_m_s, stage->simulated.model.limits.speed_m_s);
+  job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
   const auto stop = hear_stop("run into " + args.folder, console);
-  const Result<SessionReport> report = run_session(*stage, job, console);
+  const Result<SessionReport> report = run_session(*setup, job, console);
   if (!report) {
     console.say(report.error());
     return exit_code_of(report.error());

@@ -26,10 +26,10 @@ namespace {
 
 struct SimulateArgs {
   explicit SimulateArgs(CLI::App& app)
-      : settings(app), stage(app, "circuit24"), pictures(app, settings, Reach::Flags) {}
+      : settings(app), setup(app, "circuit24"), pictures(app, settings, Reach::Flags) {}
 
   Settings settings;
-  StageFlags stage;
+  SetupFlags setup;
   PictureFlags pictures;
   std::string like;
   std::string output;
@@ -47,11 +47,11 @@ std::string to_text(const std::vector<ProfileRow>& rows) {
 }
 
 /// Steers along the world's line as fast as the recording did.
-Result<LapEnd> drive_like(const SimulatedStage& stage, const RecordingProfile& profile,
+Result<LapEnd> drive_like(const SimulatedSetup& setup, const RecordingProfile& profile,
                           const LapListener& listener) {
-  const auto path = sample_path(stage.world.path_m, stage.world.path_closed, 0.02);
+  const auto path = sample_path(setup.world.path_m, setup.world.path_closed, 0.02);
   constexpr DriverOptions kDriver{.overlap_m = 1e6};  // as long as the recording
-  ScriptedDriver driver(path, stage.world.path_closed, kDriver, Random(stage.robot.seed + 1000));
+  ScriptedDriver driver(path, setup.world.path_closed, kDriver, Random(setup.robot.seed + 1000));
   const auto drive = [&](const SE2& map_T_base, Duration uptime, SensorTime) -> Result<DriverDecision> {
     const VelocityCommand steady = driver.drive(map_T_base, SensorTime(uptime));
     const auto index = static_cast<std::size_t>(to_seconds(uptime) * 10);
@@ -60,14 +60,14 @@ Result<LapEnd> drive_like(const SimulatedStage& stage, const RecordingProfile& p
     const double curvature = steady.speed_m_s > 0 ? steady.yaw_rate_rad_s / steady.speed_m_s : 0;
     return DriverDecision{.command = {speed, speed * curvature}};
   };
-  return drive_lap(stage, drive, listener, profile.duration_s + 60);
+  return drive_lap(setup, drive, listener, profile.duration_s + 60);
 }
 
-Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfile& like,
+Result<RecordingProfile> simulate_like(const RobotSetup& setup, const RecordingProfile& like,
                                        const SimulateArgs& args, Console& console) {
   Result<SampleRecorder> recorder = start_recording(
       args.output, {.verb = "simulate", .driver = "like", .options = "like: " + yaml_text(args.like) + "\n"},
-      stage);
+      setup);
   if (!recorder) return tl::unexpected(recorder.error());
   RecordingProfiler profiler;
   LapListener listener;
@@ -79,7 +79,7 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
     return recorder->add(sample);
   };
   listener.should_stop = [] { return interrupted(); };
-  const auto end = drive_like(stage.simulated, like, listener);
+  const auto end = drive_like(setup.simulated, like, listener);
   const Status closed = recorder->close();
   console.end_progress();
   if (!end) return tl::unexpected(end.error());
@@ -90,14 +90,14 @@ Result<RecordingProfile> simulate_like(const Stage& stage, const RecordingProfil
 }
 
 ExitCode simulate(const SimulateArgs& args, Console& console) {
-  Result<Stage> stage = args.stage.make();
-  Status status = stage ? args.pictures.apply(*stage) : tl::unexpected(stage.error());
+  Result<RobotSetup> setup = args.setup.make();
+  Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const Result<RecordingProfile> like = profile_of(args.like, silent_control());
   if (!like)
     return console.failed(like.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  stage->simulated.robot = options_like(*like, stage->simulated.robot);
-  const Result<RecordingProfile> made = simulate_like(*stage, *like, args, console);
+  setup->simulated.robot = options_like(*like, setup->simulated.robot);
+  const Result<RecordingProfile> made = simulate_like(*setup, *like, args, console);
   if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
   console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));

@@ -39,22 +39,22 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
 }
 
 ExitCode teach(const TeachArgs& args, Console& console) {
-  const Result<Stage> stage = args.make_stage();
-  const Status status = stage ? args.check(*stage) : tl::unexpected(stage.error());
+  const Result<RobotSetup> setup = args.make_setup();
+  const Status status = setup ? args.check(*setup) : tl::unexpected(setup.error());
   if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
-  TeachJob job = args.job_of(*stage);
-  const auto view = LiveView::start(args.live, *stage, console);
+  TeachJob job = args.job_of(*setup);
+  const auto view = LiveView::start(args.live, *setup, console);
   if (!view) {
     console.say(view.error());
     return exit_code_of(view.error());
   }
   if (*view) job.feed = &(*view)->feed();
-  const auto stop = stage->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
+  const auto stop = setup->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
   const Result<TeachReport> report =
-      stage->process.empty() ? teach_lap(*stage, job, console) : teach_live(*stage, job, console);
+      setup->process.empty() ? teach_lap(*setup, job, console) : teach_live(*setup, job, console);
   if (!report) return console.failed(report.error(), exit_code_of(report.error()));
   console.print(args.json ? json_line(to_json(*report, args.job.output))
-                          : to_text(*report, args.job.output, stage->simulated.world.path_closed));
+                          : to_text(*report, args.job.output, setup->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);
   if (report->end.interrupted) {
     console.say(fmt::format("stopped by {}: the robot stands, and the recording is whole up to here",

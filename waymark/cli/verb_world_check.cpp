@@ -5,7 +5,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/judge_world.hpp"
@@ -19,7 +19,7 @@ struct CheckArgs {
   bool json = false;
 };
 
-std::string to_text(const WorldVerdict& verdict, const SimulatedStage& s) {
+std::string to_text(const WorldVerdict& verdict, const SimulatedSetup& s) {
   const WorldCheck& c = verdict.check;
   return fmt::format(
       "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
@@ -33,9 +33,9 @@ std::string to_text(const WorldVerdict& verdict, const SimulatedStage& s) {
 }
 
 ExitCode check(const CheckArgs& args, Console& console) {
-  const Result<Stage> stage = load_stage(args.world, args.robot_file, 1);
-  if (!stage) return console.failed(stage.error(), ExitCode::Usage);
-  const SimulatedStage& s = stage->simulated;
+  const Result<RobotSetup> setup = load_setup(args.world, args.robot_file, 1);
+  if (!setup) return console.failed(setup.error(), ExitCode::Usage);
+  const SimulatedSetup& s = setup->simulated;
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
   for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);

@@ -7,7 +7,7 @@
 
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/page_files.hpp"
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/judge_world.hpp"
@@ -41,10 +41,10 @@ std::string to_text(const World& world, const OrbitReport& r) {
 ExitCode go_round(const OrbitArgs& args, Console& console) {
   OrbitOptions options;
   Status status = args.options.apply(options);
-  const Result<Stage> stage = load_stage(args.world, {}, 1);
-  if (status && !stage) status = tl::unexpected(stage.error());
+  const Result<RobotSetup> setup = load_setup(args.world, {}, 1);
+  if (status && !setup) status = tl::unexpected(setup.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  const World& world = stage->simulated.world;
+  const World& world = setup->simulated.world;
   const Result<OrbitReport> report = orbit(world, options);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report, world)) : to_text(world, *report));

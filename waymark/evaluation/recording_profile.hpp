@@ -58,7 +58,7 @@ struct RecordingProfile {
 class RecordingProfiler {
  public:
   void add(const Sample& sample);
-  /// O(n log n) in the samples heard.
+  /// O(n log n) in the samples received.
   [[nodiscard]] RecordingProfile profile() const;
 
  private:

@@ -43,7 +43,7 @@ std::vector<Sample> within(const std::vector<Sample>& samples, double from_s, do
 
 Calibration calibration_of(const LocalizeInputs& inputs, const InnovationFit& fit) {
   Calibration calibration;
-  const MountedSensor sensor = calibrated_sensor(inputs.setup.eye, fit.value);
+  const MountedSensor sensor = calibrated_sensor(inputs.setup.sensor, fit.value);
   calibration.camera = sensor.camera;
   const SE3& base_T_sensor = sensor.base_T_sensor;
   CalibratedNumbers value = fit.value;
@@ -120,7 +120,7 @@ Result<CalibrateRobotReport> by_innovations(const CalibrateRobotJob& job, const 
     control.progress({fmt::format("run {} of the filter over the recording, of some twenty", ++runs)});
     return !control.cancelled();
   };
-  Result<InnovationFit> fit = calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.eye,
+  Result<InnovationFit> fit = calibrate_by_innovations(samples, inputs->setup.landmarks, inputs->setup.sensor,
                                                        inputs->setup.filter, options);
   if (!fit) return tl::unexpected(fit.error());
   CalibrateRobotReport report{.calibration = calibration_of(*inputs, *fit),

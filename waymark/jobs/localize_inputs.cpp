@@ -70,9 +70,9 @@ Status read_log(const std::string& path, const CameraChoice& frames, LocalizeInp
   if (!setup) return {};
   for (const std::string& note : setup->chosen.notes) control.note("note: " + note);
   if (setup->camera || setup->base_T_cam || !setup->facts.frames.empty()) inputs.recorded = *setup;
-  if (setup->camera) inputs.setup.eye.camera = setup->camera;
-  if (setup->base_T_cam) inputs.setup.eye.base_T_sensor = *setup->base_T_cam;
-  if (!setup->more_cameras.empty()) inputs.setup.eye.more_cameras = setup->more_cameras;
+  if (setup->camera) inputs.setup.sensor.camera = setup->camera;
+  if (setup->base_T_cam) inputs.setup.sensor.base_T_sensor = *setup->base_T_cam;
+  if (!setup->more_cameras.empty()) inputs.setup.sensor.more_cameras = setup->more_cameras;
   return {};
 }
 
@@ -99,7 +99,7 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   const fs::path beside =
       (fs::is_directory(job.map, ignored) ? fs::path(job.map) : fs::path(job.map).parent_path()) /
       "robot.yaml";
-  if (robot.empty() && !inputs.setup.eye.camera && fs::exists(beside, ignored)) robot = beside.string();
+  if (robot.empty() && !inputs.setup.sensor.camera && fs::exists(beside, ignored)) robot = beside.string();
   if (robot.empty()) return {};
   const auto path = find_shared("robots", robot);
   if (!path) return tl::unexpected(path.error());
@@ -107,7 +107,7 @@ Status read_robot_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (!description) return tl::unexpected(description.error());
   for (std::string& words : disagreements(*description, inputs.recorded))
     inputs.warnings.push_back(std::move(words));
-  inputs.setup.eye = {description->camera, description->model.base_T_cam, description->more_cameras};
+  inputs.setup.sensor = {description->camera, description->model.base_T_cam, description->more_cameras};
   const auto motion = read_robot_motion(*path);
   if (!motion) return tl::unexpected(motion.error());
   if (*motion) inputs.setup.filter.motion = **motion;
@@ -135,8 +135,8 @@ Status read_calibration_of(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.calibration.empty()) return {};
   const Result<Calibration> calibration = read_calibration(job.calibration);
   if (!calibration) return tl::unexpected(calibration.error());
-  if (calibration->camera) inputs.setup.eye.camera = calibration->camera;
-  SE3& base_T_sensor = inputs.setup.eye.base_T_sensor;
+  if (calibration->camera) inputs.setup.sensor.camera = calibration->camera;
+  SE3& base_T_sensor = inputs.setup.sensor.base_T_sensor;
   if (inputs.planar_sensor) {
     const auto known = [&](const char* name, double given) {
       return calibration->known(name).value_or(given);
@@ -162,7 +162,7 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
     return fail(ErrorCode::NotFound, "the recording holds no tags and no landmarks that were seen",
                 {.source = job.logs.front()}, "`waymark info` shows what it holds.");
   const bool corners = count([](const Sample& s) { return std::holds_alternative<TagFrame>(s); }) > 0;
-  if (corners && !inputs.setup.eye.camera)
+  if (corners && !inputs.setup.sensor.camera)
     return fail(ErrorCode::NotFound,
                 "nobody says what the camera is like: not the recording, not the map's folder",
                 {.source = job.logs.front()}, "Give --robot with a file that has a camera.");
@@ -205,7 +205,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   status = read_robot_of(job, inputs);
   if (job.sensor_pose.size() == 3) {
     inputs.planar_sensor = true;
-    inputs.setup.eye.base_T_sensor =
+    inputs.setup.sensor.base_T_sensor =
         lift(SE2(job.sensor_pose[0], job.sensor_pose[1], to_radians(job.sensor_pose[2])));
   }
   if (status) status = read_calibration_of(job, inputs);
@@ -213,9 +213,10 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   if (!status) return tl::unexpected(status.error());
   const bool poses = std::ranges::any_of(
       inputs.samples, [](const Sample& s) { return std::holds_alternative<TagPoseFrame>(s); });
-  if (poses && !inputs.planar_sensor && !inputs.setup.eye.camera && job.robot.empty()) {
+  if (poses && !inputs.planar_sensor && !inputs.setup.sensor.camera && job.robot.empty()) {
     // The axes of a camera that looks ahead from above the middle of the base: all that can be guessed.
-    inputs.setup.eye.base_T_sensor = SE3(body_R_optical(), inputs.setup.eye.base_T_sensor.translation());
+    inputs.setup.sensor.base_T_sensor =
+        SE3(body_R_optical(), inputs.setup.sensor.base_T_sensor.translation());
     inputs.mounting_guessed = true;
     inputs.warnings.emplace_back(
         "nobody says where the camera sits: taken as above the middle of the base (--robot says more)");

@@ -40,7 +40,7 @@ struct InputFiles {
   [[nodiscard]] double ahead_m(const LocalizeJob& wanted) const {
     const auto inputs = read_localize_inputs(wanted, {});
     EXPECT_TRUE(inputs) << to_string(inputs.error());
-    return inputs ? (inputs->setup.eye.base_T_sensor.translation() - base_T_cam.translation()).x() : NAN;
+    return inputs ? (inputs->setup.sensor.base_T_sensor.translation() - base_T_cam.translation()).x() : NAN;
   }
 };
 
@@ -111,7 +111,7 @@ TEST(LocalizeInputsOf, SamplesOfAllFilesAreInOrderAndCounted) {
   ASSERT_TRUE(placed);
   EXPECT_FALSE(placed->mounting_guessed);
   EXPECT_TRUE(placed->planar_sensor);
-  EXPECT_NEAR(project_to_plane(placed->setup.eye.base_T_sensor).yaw(), M_PI / 2, 1e-12);
+  EXPECT_NEAR(project_to_plane(placed->setup.sensor.base_T_sensor).yaw(), M_PI / 2, 1e-12);
 }
 
 TEST(LocalizeInputsOf, ARecordingWithoutObservationsIsAnErrorThatNamesIt) {

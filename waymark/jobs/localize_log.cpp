@@ -253,8 +253,8 @@ std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetu
                                const JobControl& control) {
   std::vector<std::string> words;
   if (first.noise_inconsistent || (first.lasting_noise_inconsistent && !first.suspect)) {
-    const NoiseFit noise =
-        adapt_noise(samples, setup.landmarks, setup.eye, setup.filter, [&] { return !control.cancelled(); });
+    const NoiseFit noise = adapt_noise(samples, setup.landmarks, setup.sensor, setup.filter,
+                                       [&] { return !control.cancelled(); });
     if (noise.adapted) {
       setup.filter = noise.options;
       words.push_back(words_of(noise));

@@ -73,7 +73,7 @@ Status read_extension(const std::string& extend, const std::string& route_name,
 /// A map that says of none of its tags how well it knows it was measured by somebody: each tag is known by
 /// itself.
 void take_as_measured(double sigma_m, TagMap& map) {
-  constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by eye
+  constexpr double kSigma_rad = 0.01;  // of a sheet that was hung by sensor
   if (std::ranges::any_of(map.tags, [](const auto& tag) { return tag.second.covariance.has_value(); }))
     return;
   Vector6 variance;

@@ -116,7 +116,7 @@ Result<std::unique_ptr<Replayer>> make_replayer(const MapFolder& folder, const R
   const TagMap& tags = folder.map.tags;
   Result<std::unique_ptr<LocalizationMethod>> method = make_localization_method({.landmarks = Landmarks(tags),
                                                                                  .tags = tags,
-                                                                                 .eye = mounted,
+                                                                                 .sensor = mounted,
                                                                                  .method = setup.method,
                                                                                  .filter = setup.filter,
                                                                                  .anchor = setup.anchor,

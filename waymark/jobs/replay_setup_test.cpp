@@ -44,8 +44,8 @@ TEST_F(ReplaySetup, TheFolderOfAMapIsAllThatARobotNeedsToDrive) {
   EXPECT_EQ(folder->robot->model.name, replay_robot().model.name);
   const auto replayer = make_replayer(*folder);
   ASSERT_TRUE(replayer) << to_string(replayer.error());
-  const SimulatedStage stage{test::circuit(), folder->robot->model, folder->robot->camera, {.seed = 12}};
-  const auto end = drive_replay(stage, **replayer, {});
+  const SimulatedSetup simulated{test::circuit(), folder->robot->model, folder->robot->camera, {.seed = 12}};
+  const auto end = drive_replay(simulated, **replayer, {});
   ASSERT_TRUE(end) << to_string(end.error());
   EXPECT_TRUE(end->finished) << end->reason;
   EXPECT_EQ(end->stops, 0);
@@ -60,14 +60,14 @@ TEST_F(ReplaySetup, TheOptionsAreThoseOfTheReplayer) {
   setup.replay.safety.max_speed_m_s = 0.6;
   const auto replayer = make_replayer(folder, setup);
   ASSERT_TRUE(replayer);
-  const SimulatedStage stage{test::circuit(), folder.robot->model, folder.robot->camera, {.seed = 4}};
+  const SimulatedSetup simulated{test::circuit(), folder.robot->model, folder.robot->camera, {.seed = 4}};
   double fastest_m_s = 0;
   LapListener listener;
   listener.on_step = [&](SensorTime, const ReplayStep& step) {
     fastest_m_s = std::max(fastest_m_s, step.command.speed_m_s);
     return Status();
   };
-  const auto end = drive_replay(stage, **replayer, listener);
+  const auto end = drive_replay(simulated, **replayer, listener);
   ASSERT_TRUE(end);
   EXPECT_NEAR(end->driven_m, 2 * folder.route.length_m, 0.3);
   EXPECT_NEAR(fastest_m_s, 0.5, 0.05);

@@ -23,7 +23,7 @@ class FreshFile {
   }
 
   /// What was sent to the robot does not count.
-  void hear(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
+  void receive(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
   void keep() { kept_ = true; }
 
  private:

@@ -23,7 +23,7 @@ tl::unexpected<Error> no_driver(const std::string& name, const std::vector<std::
 }
 
 Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, double speed_m_s,
-                                                  const SimulatedStage& stage, bool stays) {
+                                                  const SimulatedSetup& setup, bool stays) {
   if (name == "gamepad") {
     auto pad = open_gamepad();
     if (!pad) return tl::unexpected(pad.error());
@@ -36,7 +36,7 @@ Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, doubl
   }
   if (name == "lines") return std::make_unique<LineInput>(STDIN_FILENO);
   if (name != "scripted") return no_driver(name, operator_inputs());
-  auto driver = ScriptDriver::make(stage, speed_m_s);
+  auto driver = ScriptDriver::make(setup, speed_m_s);
   if (!driver) return tl::unexpected(driver.error());
   return std::make_unique<ScriptInput>(std::move(*driver), stays);
 }
@@ -46,8 +46,8 @@ Result<std::unique_ptr<OperatorInput>> make_input(const std::string& name, doubl
 std::vector<std::string> lap_drivers() { return {"scripted", "keyboard", "gamepad"}; }
 
 Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
-                                                   const SimulatedStage& stage) {
-  if (name == "scripted") return ScriptDriver::make(stage, speed_m_s);
+                                                   const SimulatedSetup& setup) {
+  if (name == "scripted") return ScriptDriver::make(setup, speed_m_s);
   if (name == "gamepad") {
     auto pad = open_gamepad();
     if (!pad) return tl::unexpected(pad.error());
@@ -62,21 +62,21 @@ Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, doub
 std::vector<std::string> operator_inputs() { return {"gamepad", "keyboard", "lines", "scripted", "page"}; }
 
 Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& name, double speed_m_s,
-                                                           const SimulatedStage& stage,
+                                                           const SimulatedSetup& setup,
                                                            const std::optional<ViewerLink>& viewers) {
   if (!viewers && name == "page")
     return fail(ErrorCode::InvalidArgument, "nobody sees the page", {.key = "--driver"},
                 "Add --view, or name another driver.");
-  if (!viewers) return make_input(name, speed_m_s, stage, false);
+  if (!viewers) return make_input(name, speed_m_s, setup, false);
   std::unique_ptr<OperatorInput> other;
   ViewerInput::MakeScript script = [] { return std::unique_ptr<LapDriver>(); };
   if (name == "page") {  // where the line is known a script drives it on request
-    script = [speed_m_s, &stage] {
-      auto driver = ScriptDriver::make(stage, speed_m_s);
+    script = [speed_m_s, &setup] {
+      auto driver = ScriptDriver::make(setup, speed_m_s);
       return driver ? std::move(*driver) : std::unique_ptr<LapDriver>();
     };
   } else {
-    auto made = make_input(name, speed_m_s, stage, true);
+    auto made = make_input(name, speed_m_s, setup, true);
     if (!made) return made;
     other = std::move(*made);
   }

@@ -19,14 +19,14 @@ class LiveFeed;
 /// Who drives a lap, by name; a person drives in real time. Fails on an unknown name, without a terminal,
 /// without a pad, and for a script without a line to drive.
 [[nodiscard]] Result<std::unique_ptr<LapDriver>> make_lap_driver(const std::string& name, double speed_m_s,
-                                                                 const SimulatedStage& stage);
+                                                                 const SimulatedSetup& setup);
 
 /// The names of operator's inputs: gamepad, keyboard, lines, scripted, page.
 [[nodiscard]] std::vector<std::string> operator_inputs();
 /// An operator's buttons and sticks, by name. With viewers the page has the buttons as well, and a script
-/// does not end the session; without them there is no "page". The stage outlives the input.
+/// does not end the session; without them there is no "page". The setup outlives the input.
 [[nodiscard]] Result<std::unique_ptr<OperatorInput>> make_operator_input(
-    const std::string& name, double speed_m_s, const SimulatedStage& stage,
+    const std::string& name, double speed_m_s, const SimulatedSetup& setup,
     const std::optional<ViewerLink>& viewers = {});
 
 /// The orders of a feed's viewers; the feed outlives the link. Nothing without a feed.

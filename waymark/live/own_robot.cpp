@@ -8,7 +8,7 @@
 
 namespace waymark {
 
-Status become_the_robot(Stage& stage, std::vector<std::string> words, const SimulatedTime& time) {
+Status become_the_robot(RobotSetup& setup, std::vector<std::string> words, const SimulatedTime& time) {
   std::error_code error;
   const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
   if (error)
@@ -16,7 +16,7 @@ Status become_the_robot(Stage& stage, std::vector<std::string> words, const Simu
   words.insert(words.begin(), {self, "robot-sim"});
   if (time.lockstep) words.emplace_back("--lockstep");
   if (time.lockstep && time.pace > 0) words.insert(words.end(), {"--pace", fmt::format("{}", time.pace)});
-  stage.process = RobotCommand(std::move(words));
+  setup.process = RobotCommand(std::move(words));
   return {};
 }
 

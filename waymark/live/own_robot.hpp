@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/live/stage.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace waymark {
 
@@ -13,9 +13,9 @@ struct SimulatedTime {
   double pace = 0;        ///< in lockstep: no faster than so many seconds a second; 0: as fast as it goes
 };
 
-/// Makes the stage's robot a process: this program again, as `waymark robot-sim WORDS`.
+/// Makes the setup's robot a process: this program again, as `waymark robot-sim WORDS`.
 /// No shell reads the words.
-[[nodiscard]] Status become_the_robot(Stage& stage, std::vector<std::string> words,
+[[nodiscard]] Status become_the_robot(RobotSetup& setup, std::vector<std::string> words,
                                       const SimulatedTime& time);
 
 }  // namespace waymark

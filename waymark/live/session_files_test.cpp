@@ -110,11 +110,11 @@ TEST_F(SessionFiles, ARecordingInWhichTheRobotSaidNothingIsRemoved) {
     return fs::exists(file);
   };
   EXPECT_FALSE(begun([](FreshFile&) {}));
-  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.hear(StampedCommand{}); })) << "sent, not said";
-  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.hear(Odometry{}); }));
+  EXPECT_FALSE(begun([](FreshFile& fresh) { fresh.receive(StampedCommand{}); })) << "sent, not said";
+  EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.receive(Odometry{}); }));
   EXPECT_TRUE(begun([](FreshFile& fresh) {
-    fresh.hear(TagFrame{});
-    fresh.hear(StampedCommand{});
+    fresh.receive(TagFrame{});
+    fresh.receive(StampedCommand{});
   })) << "what was said once counts";
   EXPECT_TRUE(begun([](FreshFile& fresh) { fresh.keep(); }));
   { const FreshFile none(""); }

@@ -1,5 +1,5 @@
 // A robot in its world, and who drives it.
-#include "waymark/live/stage.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,15 +20,15 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(LoadStage, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
-  const auto circuit = load_stage("circuit24", "", 7);
+  const auto circuit = load_setup("circuit24", "", 7);
   ASSERT_TRUE(circuit) << to_string(circuit.error());
   EXPECT_EQ(circuit->simulated.world.name, "circuit24");
-  EXPECT_EQ(circuit->simulated.model.name, load_stage("", "limo", 7)->simulated.model.name);
+  EXPECT_EQ(circuit->simulated.model.name, load_setup("", "limo", 7)->simulated.model.name);
   EXPECT_EQ(circuit->simulated.robot.seed, 7U);
-  const auto square = load_stage("mbot-square", "", 1);
+  const auto square = load_setup("mbot-square", "", 1);
   ASSERT_TRUE(square) << to_string(square.error());
   EXPECT_NE(square->simulated.model.name, circuit->simulated.model.name) << "the world names its robot";
-  const auto other = load_stage("mbot-square", "limo", 1);
+  const auto other = load_setup("mbot-square", "limo", 1);
   ASSERT_TRUE(other);
   EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name) << "what is named counts more";
   EXPECT_EQ(other->world_yaml, square->world_yaml);
@@ -36,40 +36,40 @@ TEST(LoadStage, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
 }
 
 TEST(LoadStage, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {
-  const auto stage = load_stage("", "", 1);
-  ASSERT_TRUE(stage) << to_string(stage.error());
-  EXPECT_TRUE(stage->world_yaml.empty());
-  EXPECT_TRUE(stage->simulated.world.tags.tags.empty());
-  EXPECT_FALSE(stage->robot_yaml.empty());
+  const auto setup = load_setup("", "", 1);
+  ASSERT_TRUE(setup) << to_string(setup.error());
+  EXPECT_TRUE(setup->world_yaml.empty());
+  EXPECT_TRUE(setup->simulated.world.tags.tags.empty());
+  EXPECT_FALSE(setup->robot_yaml.empty());
 }
 
 TEST(LoadStage, AMisspeltNameIsAnErrorWithTheNearestOne) {
-  const auto world = load_stage("circuit42", "", 1);
+  const auto world = load_setup("circuit42", "", 1);
   ASSERT_FALSE(world);
   EXPECT_THAT(world.error().hint, HasSubstr("circuit24"));
-  const auto robot = load_stage("circuit24", "limu", 1);
+  const auto robot = load_setup("circuit24", "limu", 1);
   ASSERT_FALSE(robot);
   EXPECT_THAT(robot.error().hint, HasSubstr("limo"));
   const fs::path file = testing::fresh_folder("live_stage") / "world.yaml";
   ASSERT_TRUE(write_text_file(file, "name: [broken\n"));
-  const auto broken = load_stage(file.string(), "", 1);
+  const auto broken = load_setup(file.string(), "", 1);
   ASSERT_FALSE(broken);
   EXPECT_EQ(broken.error().place.source, file.string());
 }
 
 TEST(OwnRobot, TheProgramIsStartedAgainWithoutAShell) {
-  Stage stage = load_stage("", "", 1).value();
-  ASSERT_TRUE(become_the_robot(stage, {"--world", "a world; rm"}, {.lockstep = true, .pace = 1.5}));
+  RobotSetup setup = load_setup("", "", 1).value();
+  ASSERT_TRUE(become_the_robot(setup, {"--world", "a world; rm"}, {.lockstep = true, .pace = 1.5}));
   const std::string self = fs::read_symlink("/proc/self/exe").string();
-  EXPECT_THAT(stage.process.words,
+  EXPECT_THAT(setup.process.words,
               ElementsAre(self, "robot-sim", "--world", "a world; rm", "--lockstep", "--pace", "1.5"));
-  EXPECT_TRUE(stage.process.shell.empty());
-  ASSERT_TRUE(become_the_robot(stage, {}, {.lockstep = false, .pace = 2}));
-  EXPECT_THAT(stage.process.words, ElementsAre(self, "robot-sim")) << "a pace is one of lockstep";
+  EXPECT_TRUE(setup.process.shell.empty());
+  ASSERT_TRUE(become_the_robot(setup, {}, {.lockstep = false, .pace = 2}));
+  EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "a pace is one of lockstep";
 }
 
 TEST(LiveRobot, AProgramThatDoesNotGreetIsAnError) {
-  const std::vector<MountedCamera> cameras = load_stage("", "", 1)->simulated.cameras();
+  const std::vector<MountedCamera> cameras = load_setup("", "", 1)->simulated.cameras();
   const auto gone = LiveRobot::open(RobotCommand("exit 3"), cameras, {});
   ASSERT_FALSE(gone);
   const auto missing = LiveRobot::open(RobotCommand(std::vector<std::string>{"/nowhere/robot"}), cameras, {});
@@ -77,9 +77,9 @@ TEST(LiveRobot, AProgramThatDoesNotGreetIsAnError) {
 }
 
 TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheFlag) {
-  const SimulatedStage stage = load_stage("circuit24", "", 1)->simulated;
-  for (const auto& error : {make_lap_driver("scriptet", 0.3, stage).error(),
-                            make_operator_input("scriptet", 0.3, stage).error()}) {
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
+  for (const auto& error : {make_lap_driver("scriptet", 0.3, setup).error(),
+                            make_operator_input("scriptet", 0.3, setup).error()}) {
     EXPECT_EQ(error.code, ErrorCode::InvalidArgument);
     EXPECT_EQ(error.place.key, "--driver");
     EXPECT_THAT(error.hint, HasSubstr("scripted"));
@@ -87,34 +87,34 @@ TEST(Inputs, AnUnknownDriverIsAnErrorThatNamesTheFlag) {
 }
 
 TEST(Inputs, EveryNameIsAnInputOrAnErrorInWords) {
-  const SimulatedStage stage = load_stage("circuit24", "", 1)->simulated;
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
   for (const std::string& name : lap_drivers()) {
-    const auto driver = make_lap_driver(name, 0.3, stage);
+    const auto driver = make_lap_driver(name, 0.3, setup);
     if (!driver) EXPECT_FALSE(driver.error().message.empty()) << name;
     if (name == "scripted") EXPECT_TRUE(driver) << to_string(driver.error());
   }
   for (const std::string& name : operator_inputs()) {
-    const auto input = make_operator_input(name, 0.3, stage);
+    const auto input = make_operator_input(name, 0.3, setup);
     if (!input) EXPECT_THAT(to_string(input.error()), ::testing::Not(HasSubstr("no driver"))) << name;
   }
-  EXPECT_TRUE(make_operator_input("lines", 0.3, stage));
+  EXPECT_TRUE(make_operator_input("lines", 0.3, setup));
 }
 
 TEST(Inputs, AScriptNeedsALineToDrive) {
-  const SimulatedStage nowhere = load_stage("", "", 1)->simulated;
+  const SimulatedSetup nowhere = load_setup("", "", 1)->simulated;
   EXPECT_FALSE(make_lap_driver("scripted", 0.3, nowhere));
   EXPECT_FALSE(make_operator_input("scripted", 0.3, nowhere));
 }
 
 TEST(Inputs, ThePageNeedsViewers) {
-  const SimulatedStage stage = load_stage("circuit24", "", 1)->simulated;
+  const SimulatedSetup setup = load_setup("circuit24", "", 1)->simulated;
   EXPECT_FALSE(viewer_link(nullptr)) << "without a feed there are none";
-  const auto alone = make_operator_input("page", 0.3, stage);
+  const auto alone = make_operator_input("page", 0.3, setup);
   ASSERT_FALSE(alone);
   EXPECT_THAT(alone.error().hint, HasSubstr("--view"));
   const ViewerLink viewers;
-  EXPECT_TRUE(make_operator_input("page", 0.3, stage, viewers));
-  EXPECT_TRUE(make_operator_input("scripted", 0.3, stage, viewers)) << "the page has the buttons as well";
+  EXPECT_TRUE(make_operator_input("page", 0.3, setup, viewers));
+  EXPECT_TRUE(make_operator_input("scripted", 0.3, setup, viewers)) << "the page has the buttons as well";
 }
 
 TEST(StopKey, WhereTheDriverReadsTheKeysNothingIsPressed) {

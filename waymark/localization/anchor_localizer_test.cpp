@@ -38,7 +38,7 @@ TagMap tags() {
   return map;
 }
 
-TagFrame look(const SE2& map_X_base, double seconds, Random* random) {
+TagFrame observe(const SE2& map_X_base, double seconds, Random* random) {
   TagFrame frame{.stamp = at(seconds)};
   const SE3 cam_T_map = (lift(map_X_base) * base_T_cam()).inverse();
   for (const auto& [id, tag] : tags().tags) {
@@ -69,7 +69,7 @@ TEST(AnchorLocalizer, WithoutNoiseExactFromTheFramesItAsksFor) {
   for (int i = 0; i < AnchorOptions{}.frames_to_start; ++i) {
     EXPECT_FALSE(localizer.estimate());
     localizer.add(odometry(SE2(7, 7, 2), 1 + 0.1 * i));
-    localizer.add(look(truth, 1 + 0.1 * i, nullptr));
+    localizer.add(observe(truth, 1 + 0.1 * i, nullptr));
   }
   ASSERT_TRUE(localizer.estimate());
   EXPECT_LT(distance(*localizer.estimate(), truth), 1e-6);
@@ -81,17 +81,17 @@ TEST(AnchorLocalizer, PlainlyTheFirstFrameIsAcceptedAndEveryOneAfterIt) {
   const SE2 truth(0, 0.1, 0.05);
   localizer.add(odometry(SE2(7, 7, 2), 1));
   EXPECT_FALSE(localizer.estimate());
-  localizer.add(look(truth, 1, nullptr));
+  localizer.add(observe(truth, 1, nullptr));
   ASSERT_TRUE(localizer.estimate());
   EXPECT_LT(distance(*localizer.estimate(), truth), 1e-6);
   Random random(5);
   const double before = distance(*localizer.estimate(), truth);
-  localizer.add(look(truth, 1.1, &random));
+  localizer.add(observe(truth, 1.1, &random));
   EXPECT_GT(distance(*localizer.estimate(), truth), before + 1e-5) << "whatever odometry knows";
   const SE2 elsewhere(0.4, 0.1, 0.05);
   for (int i = 1; i <= AnchorOptions{}.jumps_to_restart; ++i) {
     EXPECT_LT(distance(*localizer.estimate(), truth), 0.1) << "a jump, and the nearest tag is far";
-    localizer.add(look(elsewhere, 1.1 + 0.1 * i, nullptr));
+    localizer.add(observe(elsewhere, 1.1 + 0.1 * i, nullptr));
   }
   EXPECT_LT(distance(*localizer.estimate(), elsewhere), 1e-6);
 }
@@ -106,7 +106,7 @@ TEST(AnchorLocalizer, StandingItKnowsWhereWithinWhatItSays) {
     const SE2 truth(0, 0.1, 0.05);
     for (int i = 0; i < 20; ++i) {
       localizer.add(odometry({}, 1 + 0.1 * i));
-      localizer.add(look(truth, 1 + 0.1 * i, &random));
+      localizer.add(observe(truth, 1 + 0.1 * i, &random));
     }
     ASSERT_TRUE(localizer.estimate());
     sigma_m = localizer.estimate()->position_sigma_m();
@@ -120,7 +120,7 @@ TEST(AnchorLocalizer, OdometryCarriesOnAndCertaintyFades) {
   AnchorLocalizer localizer(tags(), camera(), base_T_cam());
   for (int i = 0; i < 10; ++i) {
     localizer.add(odometry({}, 1 + 0.1 * i));
-    localizer.add(look(SE2(), 1 + 0.1 * i, nullptr));
+    localizer.add(observe(SE2(), 1 + 0.1 * i, nullptr));
   }
   const double before = localizer.estimate()->position_sigma_m();
   for (int i = 1; i <= 100; ++i) localizer.add(odometry(SE2(0.01 * i, 0, 0), 2 + 0.02 * i));
@@ -135,7 +135,7 @@ TEST(AnchorLocalizer, ARobotThatWasCarriedAwayFindsItselfAgain) {
   const auto stand = [&](const SE2& truth, int frames) {
     for (int i = 0; i < frames; ++i, seconds += 0.1) {
       localizer.add(odometry({}, seconds));
-      localizer.add(look(truth, seconds, &random));
+      localizer.add(observe(truth, seconds, &random));
     }
   };
   stand(SE2(0, 0, 0), 10);

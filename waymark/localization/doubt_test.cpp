@@ -40,13 +40,13 @@ struct Robot {
       odom = odom * SE2::exp({u.x() + 2e-4 * random.normal(), 0, u.z() + 2e-4 * random.normal()});
       seconds += 0.02;
       filter.add(Odometry{.stamp = at(seconds), .odom_T_base = odom});
-      if (i % 5 == 0 && sees) look(filter);
+      if (i % 5 == 0 && sees) observe(filter);
       filter.clear_comparisons();
     }
   }
 
  private:
-  void look(RiekfLocalizer& filter) {
+  void observe(RiekfLocalizer& filter) {
     for (const LandmarkPoint& point : points()) {
       const Eigen::Vector2d p = (truth * SE2(laser_x_m, 0, 0)).inverse() * point.map_p;
       filter.add(RangeBearing{at(seconds), point.number, p.norm() + 0.03 * random.normal(),

@@ -6,8 +6,8 @@
 
 namespace waymark {
 
-FixedLagSmoother::FixedLagSmoother(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options)
-    : lag_(std::llround(options.lag_s * 1e9)), filter_(std::move(landmarks), std::move(eye), options) {
+FixedLagSmoother::FixedLagSmoother(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options)
+    : lag_(std::llround(options.lag_s * 1e9)), filter_(std::move(landmarks), std::move(sensor), options) {
   filter_.tracker().keep_trace(lag_);
 }
 

@@ -10,7 +10,7 @@ namespace waymark {
 class FixedLagSmoother final : public LocalizationMethod {
  public:
   /// The lag comes from RiekfOptions::lag_s.
-  FixedLagSmoother(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options);
+  FixedLagSmoother(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options);
 
   void add(const TagFrame& frame) override { filter_.add(frame); }
   void add(const Odometry& odometry) override { filter_.add(odometry); }

@@ -34,13 +34,13 @@ Guess on_floor(const Landmark& landmark, const SE3& cam_T_tag, const PoseCovaria
   return {base.mean, base.covariance};
 }
 
-Guesses guesses_of_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
-                           const RiekfOptions& options) {
+Guesses guesses_of_corners(const Observation& observation, const Landmark& landmark,
+                           const MountedSensor& sensor, const RiekfOptions& options) {
   Guesses guesses;
   TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
   const CornerCovariance L = observation.corners.whitening.inverse();
   detection.corner_covariance_px2 = L * L.transpose();
-  const CameraView seen_by = eye.view(observation.camera);
+  const CameraView seen_by = sensor.view(observation.camera);
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, seen_by.camera);
   if (!pose) return guesses;
   constexpr double kImpossible = 40;  // 2 of the corners and 3 of the floor
@@ -60,26 +60,26 @@ Guesses guesses_of_corners(const Observation& observation, const Landmark& landm
 }  // namespace
 
 std::optional<Eigen::Vector2d> base_p_landmark(const Observation& observation, const Landmarks& landmarks,
-                                               const MountedSensor& eye) {
+                                               const MountedSensor& sensor) {
   if (observation.kind == ObservationKind::RangeBearing) {
     const double r = observation.planar.x();
     const double b = observation.planar.y();
-    return project_to_plane(eye.base_T_sensor) * Eigen::Vector2d(r * std::cos(b), r * std::sin(b));
+    return project_to_plane(sensor.base_T_sensor) * Eigen::Vector2d(r * std::cos(b), r * std::sin(b));
   }
   if (observation.kind != ObservationKind::Corners) return observation.planar.head<2>();
   const Landmark& landmark = landmarks[observation.landmark];
   const TagDetection detection{.tag = landmark.tag, .corners_px = observation.corners.corners_px};
-  const CameraView seen_by = eye.view(observation.camera);
+  const CameraView seen_by = sensor.view(observation.camera);
   const Result<TagPose> pose = estimate_tag_pose(detection, landmark.size_m, seen_by.camera);
   if (!pose) return std::nullopt;
   return (seen_by.base_T_cam * pose->best.cam_T_tag).translation().head<2>();
 }
 
-Guesses guesses_of(const Observation& observation, const Landmarks& landmarks, const MountedSensor& eye,
+Guesses guesses_of(const Observation& observation, const Landmarks& landmarks, const MountedSensor& sensor,
                    const RiekfOptions& options) {
   const Landmark& landmark = landmarks[observation.landmark];
   if (observation.kind == ObservationKind::Corners)
-    return guesses_of_corners(observation, landmark, eye, options);
+    return guesses_of_corners(observation, landmark, sensor, options);
   Guesses guesses;
   if (observation.kind != ObservationKind::PlanarPose) return guesses;
   const Eigen::Vector3d map_z = landmark.map_T_tag.rotation() * Eigen::Vector3d::UnitZ();
@@ -95,9 +95,9 @@ Guesses guesses_of(const Observation& observation, const Landmarks& landmarks, c
 }
 
 std::optional<Guess> guess_of_pair(const Observation& a, const Observation& b, const Landmarks& landmarks,
-                                   const MountedSensor& eye, const RiekfOptions& options) {
-  const auto base_a = base_p_landmark(a, landmarks, eye);
-  const auto base_b = base_p_landmark(b, landmarks, eye);
+                                   const MountedSensor& sensor, const RiekfOptions& options) {
+  const auto base_a = base_p_landmark(a, landmarks, sensor);
+  const auto base_b = base_p_landmark(b, landmarks, sensor);
   if (a.landmark == b.landmark || !base_a || !base_b) return std::nullopt;
   const Eigen::Vector2d map_a = landmarks[a.landmark].map_T_tag.translation().head<2>();
   const Eigen::Vector2d map_b = landmarks[b.landmark].map_T_tag.translation().head<2>();

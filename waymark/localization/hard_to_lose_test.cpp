@@ -12,8 +12,8 @@ namespace waymark {
 namespace {
 
 using testing::certain;
-using testing::eye;
-using testing::look;
+using testing::mounted_sensor;
+using testing::observe;
 using testing::off_m;
 using testing::ring;
 using testing::Robot;
@@ -30,7 +30,7 @@ struct Claims {
   int made = 0;
   int false_moments = 0;
 
-  void hear(const RiekfLocalizer& filter, const Robot& robot, double two_tags_s) {
+  void receive(const RiekfLocalizer& filter, const Robot& robot, double two_tags_s) {
     const bool now = testing::certain(filter);
     const int begun = filter.tracker().state().starts;
     if (now && (!certain || begun != starts)) {
@@ -47,7 +47,7 @@ struct Claims {
 
 /// One robot among tags of which a fifth is misread.
 struct Trial {
-  RiekfLocalizer filter{Landmarks(ring()), eye()};
+  RiekfLocalizer filter{Landmarks(ring()), mounted_sensor()};
   Robot robot{};
   World world{.wrong_id_share = 0.2};
   Random random;
@@ -60,10 +60,10 @@ struct Trial {
   void run_for(double seconds) {
     constexpr double kFrame = 0.08;
     for (int i = 0; i < static_cast<int>(std::lround(seconds / kFrame)); ++i) {
-      const std::size_t seen = look({}, robot.truth, 0, random).detections.size();
+      const std::size_t seen = observe({}, robot.truth, 0, random).detections.size();
       run(filter, robot, world, kFrame, random);
       two_tags_s = world.dark ? 0 : two_tags_s + (seen >= 2 ? kFrame : 0);
-      claims.hear(filter, robot, two_tags_s);
+      claims.receive(filter, robot, two_tags_s);
       back = back || (!world.dark && certain(filter) && off_m(filter, robot) < 0.1);
     }
   }

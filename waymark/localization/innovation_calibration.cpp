@@ -70,8 +70,8 @@ SystematicVector difference(const Places& places, const CalibratedNumbers& from,
 
 /// A turn of the mounting is one about the base's origin there, and about the sensor here.
 CalibratedNumbers moved(const Places& places, const CalibratedNumbers& numbers, SystematicVector change,
-                        const MountedSensor& eye) {
-  const Eigen::Vector3d lever = calibrated_sensor(eye, numbers).base_T_sensor.translation();
+                        const MountedSensor& sensor) {
+  const Eigen::Vector3d lever = calibrated_sensor(sensor, numbers).base_T_sensor.translation();
   change.head<3>() += change.segment<3>(3).cross(lever);
   CalibratedNumbers to = numbers;
   for (Eigen::Index i = 0; i < kSystematic; ++i)
@@ -108,7 +108,7 @@ CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const C
 /// Gauss-Newton steps on the innovations, with a noise that shrinks to what it is: outliers and gates bend a
 /// narrow net (Blake and Zisserman, "Visual Reconstruction", chapter 3, graduated non-convexity).
 CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
-                         const MountedSensor& eye, const InnovationFitOptions& fit, int landmarks) {
+                         const MountedSensor& sensor, const InnovationFitOptions& fit, int landmarks) {
   const SystematicVector prior = prior_of(places, fit.prior);
   SystematicErrors errors(landmarks);
   CalibratedNumbers numbers = best_start(runs, places, given, 10);
@@ -117,7 +117,7 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     const auto step = errors.fit(prior, difference(places, given, numbers));
     if (runs.stopped) return numbers;
     if (!step) continue;  // so uncertain that it never found the robot
-    const CalibratedNumbers next = moved(places, numbers, step->value, eye);
+    const CalibratedNumbers next = moved(places, numbers, step->value, sensor);
     if (credible(next, given, fit.prior)) numbers = next;
   }
   double here = runs(numbers, 1, &errors).fitted_per_row();
@@ -126,7 +126,7 @@ CalibratedNumbers search(InnovationRuns& runs, const Places& places, const Calib
     if (!step) break;
     bool better = false;
     for (double share = 1; share > 0.2 && !better; share /= 2) {
-      const CalibratedNumbers tried = moved(places, numbers, share * step->value, eye);
+      const CalibratedNumbers tried = moved(places, numbers, share * step->value, sensor);
       SystematicErrors there_errors(landmarks);
       const double there = runs(tried, 1, &there_errors).fitted_per_row();
       if (there >= here || !credible(tried, given, fit.prior)) continue;
@@ -149,7 +149,7 @@ bool is_better(const RunCost& after, const RunCost& before) {
 /// One more step from what was found in a part of the drive, by all of it, where that is better for all of
 /// it; and what is known then.
 std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
-                                     const CalibratedNumbers& given, const MountedSensor& eye,
+                                     const CalibratedNumbers& given, const MountedSensor& sensor,
                                      const InnovationFitOptions& fit, int landmarks,
                                      CalibratedNumbers& numbers) {
   const SystematicVector prior = prior_of(places, fit.prior);
@@ -157,7 +157,7 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
   const RunCost here = runs(numbers, 1, &errors);
   const auto step = errors.fit(prior, difference(places, given, numbers));
   if (!step || runs.stopped) return step;
-  const CalibratedNumbers tried = moved(places, numbers, step->value, eye);
+  const CalibratedNumbers tried = moved(places, numbers, step->value, sensor);
   SystematicErrors there_errors(landmarks);
   const RunCost there = runs(tried, 1, &there_errors);
   if (there.lost || !(there.per_row() < here.per_row()) || !credible(tried, given, fit.prior)) return step;
@@ -211,20 +211,20 @@ std::string_view to_string(Calibrated what) {
   return kNames.at(static_cast<std::size_t>(what));
 }
 
-MountedSensor calibrated_sensor(const MountedSensor& eye, const CalibratedNumbers& numbers) {
-  MountedSensor moved = eye;
-  const SE3& T = eye.base_T_sensor;
+MountedSensor calibrated_sensor(const MountedSensor& sensor, const CalibratedNumbers& numbers) {
+  MountedSensor moved = sensor;
+  const SE3& T = sensor.base_T_sensor;
   moved.base_T_sensor = SE3(SO3::exp({numbers[9], numbers[10], numbers[2]}) * T.rotation(),
                             T.translation() + Eigen::Vector3d(numbers[0], numbers[1], numbers[8]));
-  if (!eye.camera || numbers[11] == 1) return moved;
-  CameraModel::Projection projection = eye.camera->projection();
+  if (!sensor.camera || numbers[11] == 1) return moved;
+  CameraModel::Projection projection = sensor.camera->projection();
   std::visit(
       [&](auto& p) {
         p.fx *= numbers[11];
         p.fy *= numbers[11];
       },
       projection);
-  const auto camera = CameraModel::make(projection, eye.camera->width_px(), eye.camera->height_px());
+  const auto camera = CameraModel::make(projection, sensor.camera->width_px(), sensor.camera->height_px());
   if (camera) moved.camera = *camera;
   return moved;
 }
@@ -240,7 +240,7 @@ RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNum
 }
 
 Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, const Landmarks& landmarks,
-                                               const MountedSensor& eye, const RiekfOptions& options,
+                                               const MountedSensor& sensor, const RiekfOptions& options,
                                                const InnovationFitOptions& fit) {
   const CalibratedNumbers given{0,
                                 0,
@@ -257,15 +257,15 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   InnovationFit result;
   result.value = given;
   const Places places = sought(samples, fit);
-  InnovationRuns runs(samples, landmarks, eye, options, fit);
+  InnovationRuns runs(samples, landmarks, sensor, options, fit);
   const RunCost before = runs(given, 1);
   constexpr std::size_t kFewest = 50;
   if (!runs.stopped && before.observations < kFewest)
     return fail(ErrorCode::InvalidArgument, "too few observations of the map to calibrate by", {},
                 "Drive past the tags of the map, with turns, for half a minute or more.");
-  result.value = search(runs, places, given, eye, fit, landmarks.size());
+  result.value = search(runs, places, given, sensor, fit, landmarks.size());
   const auto lever = [&](const InnovationFit& found) -> Eigen::Vector3d {
-    return calibrated_sensor(eye, found.value).base_T_sensor.translation();
+    return calibrated_sensor(sensor, found.value).base_T_sensor.translation();
   };
   InnovationFit judged = result;  // as the part says that is not held out
   SystematicErrors errors(landmarks.size());
@@ -274,7 +274,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   if (by_part) settle(places, *by_part, given, fit, lever(judged), judged);
   const bool judged_better = is_better(runs(judged.value, 1), before);
   runs.holds_out = false;
-  const auto last = fit_all(runs, places, given, eye, fit, landmarks.size(), result.value);
+  const auto last = fit_all(runs, places, given, sensor, fit, landmarks.size(), result.value);
   if (last) settle(places, *last, given, fit, lever(result), result);
   const RunCost after = runs(result.value, 1);
   if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");

@@ -11,7 +11,7 @@ namespace waymark {
 
 /// What a drive past known landmarks tells of a robot, beside what it was told before.
 enum class Calibrated : std::uint8_t {
-  MountingX,      ///< [m] the eye on the base, added to MountedSensor::base_T_sensor
+  MountingX,      ///< [m] the sensor on the base, added to MountedSensor::base_T_sensor
   MountingY,      ///< [m]
   MountingYaw,    ///< [rad]
   OdometryScale,  ///< RiekfOptions::odometry_scale
@@ -65,12 +65,12 @@ struct InnovationFitOptions {
 /// over the samples.
 [[nodiscard]] Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples,
                                                              const Landmarks& landmarks,
-                                                             const MountedSensor& eye,
+                                                             const MountedSensor& sensor,
                                                              const RiekfOptions& options,
                                                              const InnovationFitOptions& fit = {});
 
-/// The eye and the options with numbers put in.
-[[nodiscard]] MountedSensor calibrated_sensor(const MountedSensor& eye, const CalibratedNumbers& numbers);
+/// The sensor and the options with numbers put in.
+[[nodiscard]] MountedSensor calibrated_sensor(const MountedSensor& sensor, const CalibratedNumbers& numbers);
 [[nodiscard]] RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNumbers& numbers);
 
 }  // namespace waymark

@@ -35,9 +35,13 @@ struct RunCost {
 /// Runs of the filter over one drive with one set of numbers or another.
 class InnovationRuns {
  public:
-  InnovationRuns(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
+  InnovationRuns(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& sensor,
                  const RiekfOptions& options, const InnovationFitOptions& fit)
-      : samples_(samples), landmarks_(landmarks), eye_(eye), options_(options), keep_going_(fit.keep_going) {
+      : samples_(samples),
+        landmarks_(landmarks),
+        sensor_(sensor),
+        options_(options),
+        keep_going_(fit.keep_going) {
     // What is sought must show in the innovations, not be explained by something else.
     options_.mounting_sigma_m = options_.mounting_sigma_rad = 0;
     options_.motion.distance_scale_sigma = options_.motion.yaw_scale_sigma = 0;
@@ -54,7 +58,7 @@ class InnovationRuns {
     RunCost cost;
     if (stopped) return cost;
     ++runs;
-    RiekfLocalizer filter(landmarks_, calibrated_sensor(eye_, numbers),
+    RiekfLocalizer filter(landmarks_, calibrated_sensor(sensor_, numbers),
                           calibrated_options(widened(noise_ratio), numbers));
     for (const Sample& sample : samples_) {
       filter.tracker().systematic().count_in(!holds_out || !held_out(stamp_of(sample)));
@@ -106,7 +110,7 @@ class InnovationRuns {
 
   std::span<const Sample> samples_;
   const Landmarks& landmarks_;
-  MountedSensor eye_;
+  MountedSensor sensor_;
   RiekfOptions options_;
   std::function<bool()> keep_going_;
   double most_rows_ = 0;  ///< of all runs

@@ -21,7 +21,7 @@ struct LocalizationEstimate {
   bool certain = true;
   /// Looks in a row, up to the newest, most of which contradict it; 0 when the newest agrees. A method that
   /// cannot tell says 0.
-  int contradicting_looks = 0;
+  int contradicting_frames = 0;
 
   /// The larger standard deviation of the position in the plane [m].
   [[nodiscard]] double position_sigma_m() const;

@@ -36,9 +36,13 @@ RiekfOptions with(const RiekfOptions& options, const Exponents& e) {
 
 class Likelihood {
  public:
-  Likelihood(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
+  Likelihood(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& sensor,
              const RiekfOptions& options, const std::function<bool()>& keep_going)
-      : samples_(samples), landmarks_(landmarks), eye_(eye), options_(options), keep_going_(keep_going) {}
+      : samples_(samples),
+        landmarks_(landmarks),
+        sensor_(sensor),
+        options_(options),
+        keep_going_(keep_going) {}
 
   /// Twice its negative logarithm, without its constant.
   double operator()(const Exponents& e) {
@@ -46,7 +50,7 @@ class Likelihood {
     constexpr double kWeightOfMeans = 10;
     stopped = stopped || (keep_going_ && !keep_going_());
     if (stopped) return std::numeric_limits<double>::infinity();
-    RiekfLocalizer filter(landmarks_, eye_, with(options_, e));
+    RiekfLocalizer filter(landmarks_, sensor_, with(options_, e));
     const double of_unit = 2 * std::log(std::exp2(e[2]));  // residuals are whitened by their own noise
     double sum = 0;
     double rows = 0;
@@ -72,7 +76,7 @@ class Likelihood {
  private:
   std::span<const Sample> samples_;
   const Landmarks& landmarks_;
-  const MountedSensor& eye_;
+  const MountedSensor& sensor_;
   const RiekfOptions& options_;
   const std::function<bool()>& keep_going_;
 };
@@ -93,11 +97,11 @@ bool noise_is_inconsistent(double nis_per_row, std::optional<double> lasting_nis
   return nis_per_row > kNis || lasting_nis.value_or(0) > kLasting;
 }
 
-NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& eye,
+NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks, const MountedSensor& sensor,
                      const RiekfOptions& options, const std::function<bool()>& keep_going) {
   NoiseFit fit{.options = options, .tag_sigma_m = options.tag_sigma_m};
   if (samples.empty()) return fit;
-  Likelihood cost(beginning(samples), landmarks, eye, options, keep_going);
+  Likelihood cost(beginning(samples), landmarks, sensor, options, keep_going);
   Exponents best{};
   double least = cost(best);
   constexpr double kLeast = -1;  // of what is assumed: smaller noise hides in errors that last

@@ -26,7 +26,7 @@ struct NoiseFit {
 /// a search over powers of two. Looks at the first minutes. No truth is used. Some fifty runs of the filter
 /// over them; `keep_going` is asked before each and ends the search.
 [[nodiscard]] NoiseFit adapt_noise(std::span<const Sample> samples, const Landmarks& landmarks,
-                                   const MountedSensor& eye, const RiekfOptions& options,
+                                   const MountedSensor& sensor, const RiekfOptions& options,
                                    const std::function<bool()>& keep_going = {});
 
 }  // namespace waymark

@@ -48,7 +48,7 @@ Expected expect(const Landmark& landmark, const SE2& map_T_base) {
   return {map_T_base.inverse() * map_p, -base_R_map * carried(map_p), base_R_map};
 }
 
-void linearise_planar(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
+void linearise_planar(const Observation& observation, const Landmark& landmark, const MountedSensor& sensor,
                       const SE2& map_T_base, Linearised& z) {
   const Expected e = expect(landmark, map_T_base);
   Eigen::Vector3d r = Eigen::Vector3d::Zero();
@@ -69,7 +69,7 @@ void linearise_planar(const Observation& observation, const Landmark& landmark, 
     H_tag(2, 5) = 1;
   }
   z.residual.head<3>() = observation.whitening * r;
-  const Eigen::Vector2d from_eye = e.base_p - eye.base_T(observation.camera).translation().head<2>();
+  const Eigen::Vector2d from_eye = e.base_p - sensor.base_T(observation.camera).translation().head<2>();
   z.H_scale.head<2>() = -observation.whitening.topLeftCorner<2, 2>() * from_eye;
   z.H_pose.topRows<3>() = observation.whitening * H;
   z.H_mount.topRows<3>() = observation.whitening * H_mount;
@@ -77,9 +77,9 @@ void linearise_planar(const Observation& observation, const Landmark& landmark, 
 }
 
 bool linearise_range_bearing(const Observation& observation, const Landmark& landmark,
-                             const MountedSensor& eye, const SE2& map_T_base, Linearised& z) {
+                             const MountedSensor& sensor, const SE2& map_T_base, Linearised& z) {
   const Expected e = expect(landmark, map_T_base);
-  const SE2 base_T_sensor = on_floor(eye.base_T_sensor);
+  const SE2 base_T_sensor = on_floor(sensor.base_T_sensor);
   const Eigen::Matrix2d eye_R_base = base_T_sensor.rotation().matrix().transpose();
   const Eigen::Vector2d p = base_T_sensor.inverse() * e.base_p;
   const double range = p.norm();
@@ -111,10 +111,10 @@ Eigen::Matrix<double, 8, 1> whitened_from_centre(const CornerFactor& factor, con
   return factor.whitening.lazyProduct(stretched);
 }
 
-bool linearise_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& eye,
+bool linearise_corners(const Observation& observation, const Landmark& landmark, const MountedSensor& sensor,
                        const SE2& map_T_base, Linearised& z) {
   CornerJacobians J;
-  const CameraView seen_by = eye.view(observation.camera);
+  const CameraView seen_by = sensor.view(observation.camera);
   const auto r = corner_residual(
       observation.corners, seen_by.camera,
       {.map_T_rig = lift(map_T_base), .rig_T_cam = seen_by.base_T_cam, .body_T_tag = landmark.map_T_tag}, &J);
@@ -163,9 +163,10 @@ int Observation::rows() const {
 }
 
 std::optional<Observation> observation_of(const TagDetection& detection, const Landmarks& landmarks,
-                                          const MountedSensor& eye, const RiekfOptions& options, int camera) {
+                                          const MountedSensor& sensor, const RiekfOptions& options,
+                                          int camera) {
   const int index = landmarks.find(detection.tag);
-  if (index < 0 || (camera == MountedSensor::kFirst && !eye.camera) || !landmarks[index].oriented)
+  if (index < 0 || (camera == MountedSensor::kFirst && !sensor.camera) || !landmarks[index].oriented)
     return std::nullopt;
   const Landmark& landmark = landmarks[index];
   Result<CornerFactor> factor = corner_factor(detection, landmark.size_m, options.corner_sigma_px);
@@ -173,7 +174,7 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
   factor->whitening /= options.corner_noise_ratio;
   Observation observation{
       .kind = ObservationKind::Corners, .landmark = index, .camera = camera, .corners = *factor};
-  const CameraModel& lens = eye.view(camera).camera;
+  const CameraModel& lens = sensor.view(camera).camera;
   // From the diagonals, without a pose: good enough to choose and to limit by.
   const auto& c = detection.corners_px;
   const double diagonal_px = std::max((c[2] - c[0]).norm(), (c[3] - c[1]).norm());
@@ -190,11 +191,12 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
 }
 
 std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,
-                                          const MountedSensor& eye, const RiekfOptions& options, int camera) {
+                                          const MountedSensor& sensor, const RiekfOptions& options,
+                                          int camera) {
   const int index = landmarks.find(seen.tag);
   if (index < 0 || !seen.cam_T_tag.matrix().allFinite()) return std::nullopt;
   const SE3 cam_T_tag(seen.cam_T_tag.rotation(), options.sight_scale * seen.cam_T_tag.translation());
-  const SE3 base_T_tag = eye.base_T(camera) * cam_T_tag;
+  const SE3 base_T_tag = sensor.base_T(camera) * cam_T_tag;
   Observation observation{.kind = ObservationKind::PlanarPoint, .landmark = index, .camera = camera};
   observation.distance_m = cam_T_tag.translation().norm();
   if (too_far(observation.distance_m, options)) return std::nullopt;
@@ -212,8 +214,8 @@ std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmar
 }
 
 std::optional<Observation> observation_of(const RangeBearing& seen, const Landmarks& landmarks,
-                                          const MountedSensor& eye, const RiekfOptions& options) {
-  static_cast<void>(eye);
+                                          const MountedSensor& sensor, const RiekfOptions& options) {
+  static_cast<void>(sensor);
   const int index = landmarks.find(seen.landmark);
   const bool sound = std::isfinite(seen.range_m) && std::isfinite(seen.bearing_rad) && seen.range_m > 0;
   if (index < 0 || !sound || too_far(seen.range_m, options)) return std::nullopt;
@@ -225,18 +227,18 @@ std::optional<Observation> observation_of(const RangeBearing& seen, const Landma
 }
 
 std::optional<Linearised> linearise(const Observation& observation, const Landmarks& landmarks,
-                                    const MountedSensor& eye, const SE2& map_T_base) {
+                                    const MountedSensor& sensor, const SE2& map_T_base) {
   const Landmark& landmark = landmarks[observation.landmark];
   Linearised z{.landmark = observation.landmark, .rows = observation.rows()};
   switch (observation.kind) {
     case ObservationKind::Corners:
-      if (!linearise_corners(observation, landmark, eye, map_T_base, z)) return std::nullopt;
+      if (!linearise_corners(observation, landmark, sensor, map_T_base, z)) return std::nullopt;
       break;
     case ObservationKind::RangeBearing:
-      if (!linearise_range_bearing(observation, landmark, eye, map_T_base, z)) return std::nullopt;
+      if (!linearise_range_bearing(observation, landmark, sensor, map_T_base, z)) return std::nullopt;
       break;
     default:
-      linearise_planar(observation, landmark, eye, map_T_base, z);
+      linearise_planar(observation, landmark, sensor, map_T_base, z);
   }
   return z;
 }

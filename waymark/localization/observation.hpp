@@ -53,25 +53,27 @@ struct Observation {
 
 /// Nothing for what is not in the map, too far, or not usable (not finite, behind the camera, …).
 [[nodiscard]] std::optional<Observation> observation_of(const TagDetection& detection,
-                                                        const Landmarks& landmarks, const MountedSensor& eye,
+                                                        const Landmarks& landmarks,
+                                                        const MountedSensor& sensor,
                                                         const RiekfOptions& options,
                                                         int camera = MountedSensor::kFirst);
 [[nodiscard]] std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,
-                                                        const MountedSensor& eye, const RiekfOptions& options,
+                                                        const MountedSensor& sensor,
+                                                        const RiekfOptions& options,
                                                         int camera = MountedSensor::kFirst);
 [[nodiscard]] std::optional<Observation> observation_of(const RangeBearing& seen, const Landmarks& landmarks,
-                                                        const MountedSensor& eye,
+                                                        const MountedSensor& sensor,
                                                         const RiekfOptions& options);
 
 /// Residual and derivatives at an estimate; nothing where the landmark could not be seen from there. No
 /// allocation.
 [[nodiscard]] std::optional<Linearised> linearise(const Observation& observation, const Landmarks& landmarks,
-                                                  const MountedSensor& eye, const SE2& map_T_base);
+                                                  const MountedSensor& sensor, const SE2& map_T_base);
 
 /// Where the landmark is on the floor, seen from base [m]; as measured, independent of the estimate.
 [[nodiscard]] std::optional<Eigen::Vector2d> base_p_landmark(const Observation& observation,
                                                              const Landmarks& landmarks,
-                                                             const MountedSensor& eye);
+                                                             const MountedSensor& sensor);
 
 /// Where base may be, from this observation alone, with the covariance of its left tangent in map: none, one,
 /// or the two of a flat square (docs/concepts/pose.md). Only landmarks with a direction tell.
@@ -84,10 +86,10 @@ struct Guesses {
   int count = 0;
 };
 [[nodiscard]] Guesses guesses_of(const Observation& observation, const Landmarks& landmarks,
-                                 const MountedSensor& eye, const RiekfOptions& options);
+                                 const MountedSensor& sensor, const RiekfOptions& options);
 /// The same from two points seen at once; nothing when they are not as far apart as in the map.
 [[nodiscard]] std::optional<Guess> guess_of_pair(const Observation& a, const Observation& b,
-                                                 const Landmarks& landmarks, const MountedSensor& eye,
+                                                 const Landmarks& landmarks, const MountedSensor& sensor,
                                                  const RiekfOptions& options);
 
 }  // namespace waymark

@@ -45,9 +45,9 @@ void PoseHypotheses::propagate(const Eigen::Vector3d& twist, const Eigen::Vector
 }
 
 bool PoseHypotheses::support(Candidate& c, const Observation& observation, const Guesses& guesses,
-                             const Landmarks& landmarks, const MountedSensor& eye) const {
+                             const Landmarks& landmarks, const MountedSensor& sensor) const {
   if (guesses.count == 0) {  // a point
-    const auto z = linearise(observation, landmarks, eye, c.map_T_base);
+    const auto z = linearise(observation, landmarks, sensor, c.map_T_base);
     if (!z) return false;
     Eigen::Matrix2d S = (z->H_pose * c.covariance * z->H_pose.transpose()).topLeftCorner<2, 2>();
     S.diagonal().array() += 2;
@@ -96,14 +96,14 @@ void PoseHypotheses::propose(const Guess& guess, int landmark, int other) {
   all_[at] = c;
 }
 
-void PoseHypotheses::look(std::span<const Observation> seen, const Landmarks& landmarks,
-                          const MountedSensor& eye) {
+void PoseHypotheses::observe(std::span<const Observation> seen, const Landmarks& landmarks,
+                             const MountedSensor& sensor) {
   ++clock_;
   for (const Observation& observation : seen) {
-    const Guesses guesses = guesses_of(observation, landmarks, eye, options_);
+    const Guesses guesses = guesses_of(observation, landmarks, sensor, options_);
     bool supported = false;
     for (std::size_t i = 0; i < count_; ++i) {
-      const bool agrees = support(all_[i], observation, guesses, landmarks, eye);
+      const bool agrees = support(all_[i], observation, guesses, landmarks, sensor);
       if (agrees) {
         ++all_[i].support;
         all_[i].add_landmark(observation.landmark);
@@ -122,7 +122,7 @@ void PoseHypotheses::look(std::span<const Observation> seen, const Landmarks& la
           seen[i].kind != ObservationKind::Corners && seen[i].kind != ObservationKind::PlanarPose &&
           seen[j].kind != ObservationKind::Corners && seen[j].kind != ObservationKind::PlanarPose;
       if (!points) continue;
-      const auto guess = guess_of_pair(seen[i], seen[j], landmarks, eye, options_);
+      const auto guess = guess_of_pair(seen[i], seen[j], landmarks, sensor, options_);
       if (!guess) continue;
       const bool known = std::any_of(
           all_.begin(), all_.begin() + static_cast<std::ptrdiff_t>(count_), [&](const Candidate& c) {

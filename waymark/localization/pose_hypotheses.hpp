@@ -30,7 +30,7 @@ class PoseHypotheses {
   explicit PoseHypotheses(const RiekfOptions& options);
 
   void propagate(const Eigen::Vector3d& twist, const Eigen::Vector3d& variances);
-  void look(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& eye);
+  void observe(std::span<const Observation> seen, const Landmarks& landmarks, const MountedSensor& sensor);
   /// The candidate that can be accepted: `tags` distinct landmarks agree, more is for it than against, and no
   /// other comes near. Points need one more when `contradicted`: an estimate that speaks against it.
   [[nodiscard]] const Candidate* believable(bool contradicted) const;
@@ -41,7 +41,7 @@ class PoseHypotheses {
  private:
   static constexpr std::size_t kMost = 24;
   [[nodiscard]] bool support(Candidate& candidate, const Observation& observation, const Guesses& guesses,
-                             const Landmarks& landmarks, const MountedSensor& eye) const;
+                             const Landmarks& landmarks, const MountedSensor& sensor) const;
   void propose(const Guess& guess, int landmark, int other);
 
   RiekfOptions options_;

@@ -18,11 +18,11 @@ constexpr Duration kPatience = std::chrono::milliseconds(250);
 
 }  // namespace
 
-RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options,
+RiekfLocalizer::RiekfLocalizer(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options,
                                ErrorState error)
     : input_(options),
       timeline_(1024, 128),
-      tracker_(std::move(landmarks), std::move(eye), options, error),
+      tracker_(std::move(landmarks), std::move(sensor), options, error),
       snapshots_(kSnapshots, tracker_.state()),
       latency_(std::llround(options.camera_latency_s * 1e9)),
       given_latency_(latency_) {}
@@ -51,7 +51,7 @@ bool RiekfLocalizer::rewind(SensorTime before) {
 }
 
 /// Where a look of this time belongs; nullptr when it comes too late.
-Look* RiekfLocalizer::place(SensorTime stamp) {
+FrameObservations* RiekfLocalizer::place(SensorTime stamp) {
   const TrackState& now = tracker_.state();
   if (!now.started) {
     if (timeline_.empty() && moved_) return nullptr;  // before the first motion is known
@@ -65,7 +65,7 @@ Look* RiekfLocalizer::place(SensorTime stamp) {
     }
     rewind(stamp);
   }
-  return &timeline_.add_look(stamp);
+  return &timeline_.add_frame(stamp);
 }
 
 void RiekfLocalizer::advance_to(SensorTime stamp) {
@@ -81,15 +81,15 @@ void RiekfLocalizer::advance_to(SensorTime stamp) {
 /// Up to where motion is known, looks in their order.
 void RiekfLocalizer::run() {
   const SensorTime covered = std::max(timeline_.covered(), tracker_.state().stamp);
-  for (std::size_t i = 0; i < timeline_.looks(); ++i) {
-    Look& look = timeline_.look(i);
+  for (std::size_t i = 0; i < timeline_.frames(); ++i) {
+    FrameObservations& frame = timeline_.frame(i);
     const TrackState& now = tracker_.state();
-    const bool done = look.stamp < now.look_stamp ||
-                      (look.stamp == now.look_stamp && look.number <= now.look_number) ||
-                      look.stamp < now.stamp;
-    if (done || look.stamp > covered || !look.sealed) continue;
-    advance_to(look.stamp);
-    tracker_.look(look);
+    const bool done = frame.stamp < now.frame_stamp ||
+                      (frame.stamp == now.frame_stamp && frame.number <= now.frame_number) ||
+                      frame.stamp < now.stamp;
+    if (done || frame.stamp > covered || !frame.sealed) continue;
+    advance_to(frame.stamp);
+    tracker_.process(frame);
     snapshot();
   }
   advance_to(open_ == nullptr ? covered : std::min(covered, open_->stamp));
@@ -121,23 +121,23 @@ void RiekfLocalizer::add(const TagFrame& frame) {
   ++frames_;
   correct_latency();
   const SensorTime stamp = frame.stamp - latency_;
-  Look* look = place(stamp);
-  if (look == nullptr) return;
-  const int camera = tracker_.eye().camera_named(frame.camera);
+  FrameObservations* slot = place(stamp);
+  if (slot == nullptr) return;
+  const int camera = tracker_.mounted_sensor().camera_named(frame.camera);
   for (const TagDetection& detection : frame.detections) {
     ++observations_;
-    const auto observation =
-        observation_of(detection, tracker_.landmarks(), tracker_.eye(), tracker_.options(), camera);
+    const auto observation = observation_of(detection, tracker_.landmarks(), tracker_.mounted_sensor(),
+                                            tracker_.options(), camera);
     const bool known = tracker_.landmarks().find(detection.tag) >= 0;
     mapped_ += known ? 1 : 0;
     other_family_ += !known && tracker_.landmarks().find(std::int64_t{detection.tag.number}) >= 0 ? 1 : 0;
     if (!observation) continue;
-    if (look->count < Look::kMost)
-      look->seen[look->count++] = *observation;
+    if (slot->count < FrameObservations::kMost)
+      slot->seen[slot->count++] = *observation;
     else
       ++crowded_;
   }
-  newest_ = *look;
+  newest_ = *slot;
   cover(stamp);
   run();
 }
@@ -146,7 +146,7 @@ std::optional<TagFix> RiekfLocalizer::tag_fix() const {
   const auto known = tracker_.estimate();
   if (!known || newest_.count == 0) return std::nullopt;
   auto fix = fix_of({newest_.seen.data(), newest_.count}, tracker_.landmarks(), tracker_.watch(),
-                    tracker_.eye(), tracker_.options(), known->map_T_base);
+                    tracker_.mounted_sensor(), tracker_.options(), known->map_T_base);
   if (fix) fix->stamp = newest_.stamp;
   return fix;
 }
@@ -154,15 +154,15 @@ std::optional<TagFix> RiekfLocalizer::tag_fix() const {
 void RiekfLocalizer::add(const TagPoseFrame& frame) {
   ++frames_;
   const SensorTime stamp = frame.stamp - latency_;
-  Look* look = place(stamp);
-  if (look == nullptr) return;
-  const int camera = tracker_.eye().camera_named(frame.camera);
+  FrameObservations* slot = place(stamp);
+  if (slot == nullptr) return;
+  const int camera = tracker_.mounted_sensor().camera_named(frame.camera);
   for (const SeenTagPose& seen : frame.tags) {
     ++observations_;
     const auto observation =
-        observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options(), camera);
+        observation_of(seen, tracker_.landmarks(), tracker_.mounted_sensor(), tracker_.options(), camera);
     mapped_ += tracker_.landmarks().find(seen.tag) >= 0 ? 1 : 0;
-    if (observation && look->count < Look::kMost) look->seen[look->count++] = *observation;
+    if (observation && slot->count < FrameObservations::kMost) slot->seen[slot->count++] = *observation;
   }
   cover(stamp);
   run();
@@ -171,7 +171,8 @@ void RiekfLocalizer::add(const TagPoseFrame& frame) {
 void RiekfLocalizer::add(const RangeBearing& seen) {
   ++observations_;
   const SensorTime stamp = seen.stamp - latency_;
-  const auto observation = observation_of(seen, tracker_.landmarks(), tracker_.eye(), tracker_.options());
+  const auto observation =
+      observation_of(seen, tracker_.landmarks(), tracker_.mounted_sensor(), tracker_.options());
   mapped_ += tracker_.landmarks().find(seen.landmark) >= 0 ? 1 : 0;
   if (open_ == nullptr || open_->stamp != stamp) {
     if (open_ != nullptr) {
@@ -184,7 +185,7 @@ void RiekfLocalizer::add(const RangeBearing& seen) {
     if (open_ == nullptr) return;
     open_->sealed = false;
   }
-  if (observation && open_->count < Look::kMost) open_->seen[open_->count++] = *observation;
+  if (observation && open_->count < FrameObservations::kMost) open_->seen[open_->count++] = *observation;
 }
 
 void RiekfLocalizer::add(const Odometry& odometry) {

@@ -12,7 +12,7 @@ namespace waymark {
 /// All memory is taken at construction.
 class RiekfLocalizer final : public LocalizationMethod {
  public:
-  RiekfLocalizer(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options = {},
+  RiekfLocalizer(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options = {},
                  ErrorState error = ErrorState::RightInvariant);
 
   void add(const TagFrame& frame) override;
@@ -41,7 +41,7 @@ class RiekfLocalizer final : public LocalizationMethod {
 
  private:
   static constexpr std::size_t kSnapshots = 13;
-  Look* place(SensorTime stamp);
+  FrameObservations* place(SensorTime stamp);
   void run();
   void advance_to(SensorTime stamp);
   [[nodiscard]] TrackState& snapshot_at(std::size_t age) {
@@ -62,8 +62,8 @@ class RiekfLocalizer final : public LocalizationMethod {
   Duration given_latency_;
   bool estimates_latency_ = false;
   bool moved_ = false;  ///< there was odometry
-  Look* open_ = nullptr;
-  Look newest_{};  ///< picture, as it was seen
+  FrameObservations* open_ = nullptr;
+  FrameObservations newest_{};  ///< picture, as it was seen
   int too_late_ = 0;
   int rewinds_ = 0;
   int frames_ = 0;

@@ -16,8 +16,8 @@ namespace {
 
 using testing::at;
 using testing::certain;
-using testing::eye;
-using testing::look;
+using testing::mounted_sensor;
+using testing::observe;
 using testing::off_m;
 using testing::ring;
 using testing::Robot;
@@ -30,7 +30,7 @@ bool says(const RiekfLocalizer& filter, const std::string& word) {
 }
 
 TEST(RiekfLocalizer, FindsItselfAndKeepsTrack) {
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   Robot robot;
   Random random(1);
   run(filter, robot, {}, 1, random);
@@ -61,7 +61,7 @@ TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
       .name = "rear",
       .camera = CameraModel::make(lens, 640, 480).value(),
       .base_T_cam = base_T_camera({.x_m = -0.12, .z_m = 0.2, .yaw_rad = std::numbers::pi})};
-  MountedSensor eyes = eye();
+  MountedSensor eyes = mounted_sensor();
   eyes.more_cameras = {rear};
   const auto drive = [&](const MountedSensor& sensor) {
     RiekfLocalizer filter(Landmarks(ring()), sensor);
@@ -76,7 +76,7 @@ TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
   const auto [sure, off] = drive(eyes);
   EXPECT_TRUE(sure);
   EXPECT_LT(off, 0.02);
-  const auto [sure_without, off_without] = drive(eye());
+  const auto [sure_without, off_without] = drive(mounted_sensor());
   EXPECT_FALSE(sure_without && off_without < 0.1) << "by the mounting of the front camera nothing fits";
 }
 
@@ -84,12 +84,12 @@ TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
   World world;
   const MappedTag only = world.tags.tags.at({.number = 0});
   world.tags.tags = {{{.number = 0}, only}};
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   Robot robot{.truth = SE2(0, 0, 0)};
   Random random(2);
   for (int i = 0; i < 50; ++i) {
     filter.add(Odometry{.stamp = at(10 + 0.02 * i)});
-    filter.add(look(world, robot.truth, 10 + 0.02 * i, random));
+    filter.add(observe(world, robot.truth, 10 + 0.02 * i, random));
   }
   ASSERT_TRUE(filter.estimate());
   EXPECT_FALSE(filter.estimate()->certain);
@@ -98,7 +98,7 @@ TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
 /// Frames up to a second late: the same numbers as in order.
 TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
   const auto estimate_with = [](int late_steps) {
-    RiekfLocalizer filter(Landmarks(ring()), eye());
+    RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     Robot robot;
     Random random(3);
     std::vector<std::pair<int, TagFrame>> waiting;
@@ -107,7 +107,7 @@ TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
       // Between two messages of odometry, and some out of order among themselves.
       if (i % 4 == 0)
         waiting.emplace_back(i + (i % 8 == 0 ? late_steps : late_steps / 3),
-                             look({}, robot.truth, robot.seconds - 0.007, random));
+                             observe({}, robot.truth, robot.seconds - 0.007, random));
       filter.add(odometry);
       for (auto& [due, frame] : waiting) {
         if (due == i || (i == 399 && due > i)) filter.add(frame);
@@ -126,7 +126,7 @@ TEST(RiekfLocalizer, LateFramesGiveWhatFramesInTimeGive) {
 }
 
 TEST(RiekfLocalizer, DoubtGrowsInTheDarkAndGoesWithTheFirstTags) {
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   Robot robot;
   Random random(4);
   World world;
@@ -156,7 +156,7 @@ TEST_P(TagsThatLie, AreNamedAndNotUsed) {
   World world;
   TagMap map = ring();
   GetParam().change(GetParam().map_lies ? map : world.tags);
-  RiekfLocalizer filter(Landmarks(map), eye());
+  RiekfLocalizer filter(Landmarks(map), mounted_sensor());
   Robot robot;
   Random random(5);
   run(filter, robot, world, 30, random);
@@ -199,11 +199,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   Robot robot;
   Random random(6);
   run(filter, robot, {}, 3, random);
-  TagFrame frame = look({}, robot.truth, robot.seconds, random);
+  TagFrame frame = observe({}, robot.truth, robot.seconds, random);
   for (TagDetection& seen : frame.detections) {
     seen.corners_px[1].x() = nan;
     seen.corner_covariance_px2->setZero();
@@ -211,7 +211,7 @@ TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   filter.add(frame);
   filter.add(ImuSample{.stamp = at(robot.seconds), .angular_velocity_rad_s = {0, 0, nan}});
   filter.add(Odometry{.stamp = at(robot.seconds - 1), .odom_T_base = robot.odom});
-  TagFrame old = look({}, robot.truth, robot.seconds - 100, random);
+  TagFrame old = observe({}, robot.truth, robot.seconds - 100, random);
   filter.add(old);
   filter.add(RangeBearing{at(robot.seconds), 3, nan, 0});
   filter.add(RangeBearing{at(robot.seconds), 3, -1, 0});
@@ -228,7 +228,7 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
   Random random(7);
   TagMap others;
   for (const auto& [id, tag] : ring().tags) others.tags[{FamilyId::Tag25h9, id.number}] = tag;
-  RiekfLocalizer other_family(Landmarks(others), eye());
+  RiekfLocalizer other_family(Landmarks(others), mounted_sensor());
   Robot robot;
   run(other_family, robot, {}, 2, random);
   EXPECT_FALSE(other_family.estimate());
@@ -236,14 +236,14 @@ TEST(RiekfLocalizer, AMapOfAnotherPlaceOrFamilyIsSaid) {
 
   TagMap shuffled;  // every tag is somewhere else
   for (const auto& [id, tag] : ring().tags) shuffled.tags[{.number = (7 * id.number + 3) % 16}] = tag;
-  RiekfLocalizer nonsense(Landmarks(shuffled), eye());
+  RiekfLocalizer nonsense(Landmarks(shuffled), mounted_sensor());
   run(nonsense, robot, {}, 4, random);
   EXPECT_FALSE(certain(nonsense));
 }
 
 /// Encoders that stand still for three seconds while the robot drives: the tags say that it moves.
 TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
-  RiekfLocalizer filter(Landmarks(ring()), eye());
+  RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
   Robot robot;
   Random random(8);
   run(filter, robot, {}, 3, random);
@@ -258,7 +258,7 @@ TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
     if (stuck) odometry.odom_T_base = robot.odom = stood;
     filter.add(odometry);
     if (robot.steps % 4 != 0) continue;
-    filter.add(look({}, robot.truth, robot.seconds, random));
+    filter.add(observe({}, robot.truth, robot.seconds, random));
     worst_m = std::max(worst_m, off_m(filter, robot));
     const auto estimate = filter.estimate();
     ASSERT_TRUE(estimate);
@@ -273,7 +273,7 @@ TEST(RiekfLocalizer, EncodersThatStandStillAreNotBelieved) {
 /// Pictures that are stamped 80 ms too late: found while the robot drives, and used from then on.
 TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
   for (const bool estimates : {false, true}) {
-    RiekfLocalizer filter(Landmarks(ring()), eye());
+    RiekfLocalizer filter(Landmarks(ring()), mounted_sensor());
     if (estimates) filter.estimate_latency();
     Robot robot;
     Random random(9);
@@ -285,7 +285,7 @@ TEST(RiekfLocalizer, ALatencyIsFoundWhileItDrives) {
       robot.seconds += 0.02;
       filter.add(Odometry{.stamp = at(robot.seconds), .odom_T_base = robot.odom});
       if (i % 4 != 0) continue;
-      TagFrame frame = look({}, robot.truth, robot.seconds, random);
+      TagFrame frame = observe({}, robot.truth, robot.seconds, random);
       frame.stamp += std::chrono::milliseconds(80);
       waiting.emplace_back(i + 4, frame);
       if (waiting.front().first <= i) {

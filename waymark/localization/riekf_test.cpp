@@ -24,7 +24,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 SE3 optical(double x, double y) { return {body_R_optical(), {x, y, 0.2}}; }
 
-MountedSensor eye() {
+MountedSensor mounted_sensor() {
   const PinholeRadtan lens{.fx = 440, .fy = 445, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
   return {CameraModel::make(lens, 640, 480).value(), optical(0.1, -0.02)};
 }
@@ -41,11 +41,11 @@ TagMap three_tags() {
 
 TagDetection seen_from(const SE2& map_T_base, int number) {
   const MappedTag tag = *three_tags().find({.number = number});
-  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
+  const SE3 cam_T_map = (lift(map_T_base) * mounted_sensor().base_T_sensor).inverse();
   TagDetection detection{.tag = {.number = number}};
   const auto corners = tag_corners(tag.size_m);
   for (std::size_t i = 0; i < 4; ++i)
-    detection.corners_px[i] = *eye().camera->project(cam_T_map * tag.map_T_tag * corners[i]);
+    detection.corners_px[i] = *mounted_sensor().camera->project(cam_T_map * tag.map_T_tag * corners[i]);
   return detection;
 }
 
@@ -53,14 +53,14 @@ TagDetection seen_from(const SE2& map_T_base, int number) {
 std::vector<Observation> observations(const SE2& map_T_base, const Landmarks& map) {
   const RiekfOptions options;
   std::vector<Observation> all;
-  all.push_back(*observation_of(seen_from(map_T_base, 0), map, eye(), options));
-  const SE3 cam_T_map = (lift(map_T_base) * eye().base_T_sensor).inverse();
-  all.push_back(
-      *observation_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map, eye(), options));
-  const Eigen::Vector2d p = (map_T_base * project_to_plane(eye().base_T_sensor)).inverse() *
+  all.push_back(*observation_of(seen_from(map_T_base, 0), map, mounted_sensor(), options));
+  const SE3 cam_T_map = (lift(map_T_base) * mounted_sensor().base_T_sensor).inverse();
+  all.push_back(*observation_of(SeenTagPose{{.number = 1}, cam_T_map * map[1].map_T_tag}, map,
+                                mounted_sensor(), options));
+  const Eigen::Vector2d p = (map_T_base * project_to_plane(mounted_sensor().base_T_sensor)).inverse() *
                             Eigen::Vector2d(map[2].map_T_tag.translation().head<2>());
-  all.push_back(
-      *observation_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map, eye(), options));
+  all.push_back(*observation_of(RangeBearing{{}, 2, p.norm(), std::atan2(p.y(), p.x())}, map,
+                                mounted_sensor(), options));
   return all;
 }
 
@@ -78,7 +78,7 @@ TEST(Observation, ResidualIsZeroWhereItWasTaken) {
   const Landmarks map(three_tags());
   const SE2 X(0.1, -0.2, 0.15);
   for (const Observation& s : observations(X, map))
-    EXPECT_LT(linearise(s, map, eye(), X)->residual.norm(), 1e-9);
+    EXPECT_LT(linearise(s, map, mounted_sensor(), X)->residual.norm(), 1e-9);
 }
 
 TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
@@ -87,9 +87,11 @@ TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
   const SE2 X(0.1, -0.2, 0.15);
   const SE2 near = SE2::exp({0.02, -0.03, 0.04}) * X;
   for (const Observation& s : observations(X, map)) {
-    const Linearised z = *linearise(s, map, eye(), near);
+    const Linearised z = *linearise(s, map, mounted_sensor(), near);
     const auto pose = testing::numeric_jacobian<8, 3>(
-        [&](const Eigen::Vector3d& xi) { return linearise(s, map, eye(), plus(xi, near))->residual; },
+        [&](const Eigen::Vector3d& xi) {
+          return linearise(s, map, mounted_sensor(), plus(xi, near))->residual;
+        },
         Eigen::Vector3d::Zero().eval(), 1e-4);
     EXPECT_LT((pose - z.H_pose).norm(), 1e-5 * (1 + z.H_pose.norm())) << static_cast<int>(s.kind);
     const auto tag = testing::numeric_jacobian<8, 6>(
@@ -98,7 +100,7 @@ TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
           for (auto& [id, m] : moved.tags)
             m.map_T_tag =
                 SE3(SO3::exp(e.tail<3>()) * m.map_T_tag.rotation(), m.map_T_tag.translation() + e.head<3>());
-          return linearise(s, Landmarks(moved), eye(), near)->residual;
+          return linearise(s, Landmarks(moved), mounted_sensor(), near)->residual;
         },
         SE3::Tangent::Zero().eval(), 1e-4);
     Eigen::Matrix<double, 8, 6> planar = tag;
@@ -107,7 +109,7 @@ TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
     if (s.kind == ObservationKind::PlanarPose) continue;  // there the mounting acts on the measured side
     const auto mount = testing::numeric_jacobian<8, 6>(
         [&](const SE3::Tangent& e) {
-          MountedSensor moved = eye();
+          MountedSensor moved = mounted_sensor();
           moved.base_T_sensor = plus(e, moved.base_T_sensor);
           return linearise(s, map, moved, near)->residual;
         },
@@ -120,7 +122,7 @@ TEST(Observation, DerivativesForPoseMountingAndTagAgainstNumericOnes) {
 
 Riekf::Batch batch_of(const std::vector<Observation>& all, const Landmarks& map, const SE2& at) {
   Riekf::Batch batch{};
-  for (std::size_t i = 0; i < all.size(); ++i) batch[i] = *linearise(all[i], map, eye(), at);
+  for (std::size_t i = 0; i < all.size(); ++i) batch[i] = *linearise(all[i], map, mounted_sensor(), at);
   return batch;
 }
 
@@ -202,7 +204,7 @@ TEST(Riekf, BothFiltersAgreeWhereErrorsAreSmall) {
     for (int i = 0; i < 10; ++i) {
       filter.propagate({.twist = {1e-3, 0, 1e-3}, .dt_s = 0.01});
       Riekf::Batch batch{};
-      batch[0] = *linearise(seen, moved, eye(), filter.state().map_T_base);
+      batch[0] = *linearise(seen, moved, mounted_sensor(), filter.state().map_T_base);
       filter.correct(batch, 1, filter.gain(batch, 1, Eigen::Vector3d::Zero()));
     }
     filters.push_back(filter);

@@ -33,7 +33,7 @@ struct Drive {
 
 /// The sensor as it is.
 MountedSensor sensor_of(const Truth& truth) {
-  MountedSensor sensor = testing::eye();
+  MountedSensor sensor = testing::mounted_sensor();
   sensor.base_T_sensor = truth.wrong_mounting * sensor.base_T_sensor;
   CalibratedNumbers numbers{0, 0, 0, 1, 1, 1, 0, 1, 0, 0, 0, truth.focal_scale};
   return calibrated_sensor(sensor, numbers);
@@ -90,7 +90,7 @@ struct Outcome {
 
 Outcome run(const Drive& log, const RiekfOptions& options = {},
             const std::optional<SystematicVerdict>& before = {}) {
-  RiekfLocalizer filter(Landmarks(testing::ring()), testing::eye(), options);
+  RiekfLocalizer filter(Landmarks(testing::ring()), testing::mounted_sensor(), options);
   if (before) filter.tracker().suspect(*before);
   Outcome outcome;
   int count = 0;
@@ -155,7 +155,8 @@ TEST(SystematicErrors, HaveTheSizeThatTheInnovationsTell) {
 }
 
 InnovationFit calibrated(const Drive& log, const RiekfOptions& options) {
-  const auto fit = calibrate_by_innovations(log.samples, Landmarks(testing::ring()), testing::eye(), options);
+  const auto fit =
+      calibrate_by_innovations(log.samples, Landmarks(testing::ring()), testing::mounted_sensor(), options);
   EXPECT_TRUE(fit) << to_string(fit.error());
   return fit.value_or(InnovationFit{});
 }
@@ -184,7 +185,7 @@ TEST(CalibrationByInnovations, FindsAFocalLengthAndDoesNotMoveTheCameraForIt) {
 TEST(CalibrationByInnovations, FindsAMountingFarFromWhatWasGiven) {
   const Truth truth{.wrong_mounting = SE3(SO3::exp({0, 0, -0.08}), Eigen::Vector3d(0.09, -0.09, 0))};
   const InnovationFit fit = calibrated(drive(truth, 60, 5), {});
-  const SE3 found = calibrated_sensor(testing::eye(), fit.value).base_T_sensor;
+  const SE3 found = calibrated_sensor(testing::mounted_sensor(), fit.value).base_T_sensor;
   const SE3 true_place = sensor_of(truth).base_T_sensor;
   EXPECT_LT((found.translation() - true_place.translation()).norm(), 0.02);
   EXPECT_LT((found.rotation().inverse() * true_place.rotation()).angle(), 0.02);
@@ -203,7 +204,7 @@ TEST(CalibrationByInnovations, NeverCallsWorseWhatItChanged) {
 
 TEST(NoiseAdaptation, FindsTheNoiseOfTurningThatNobodyTold) {
   const Drive log = drive({.yaw_noise_rad_sqrt_s = 0.2}, 60, 6);
-  const NoiseFit fit = adapt_noise(log.samples, Landmarks(testing::ring()), testing::eye(), {});
+  const NoiseFit fit = adapt_noise(log.samples, Landmarks(testing::ring()), testing::mounted_sensor(), {});
   const double before = run(log).nees;
   const double after = run(log, fit.options).nees;
   std::printf("  turn noise x %.1f; NEES %.1f, adapted %.1f\n", fit.turn_ratio, before, after);

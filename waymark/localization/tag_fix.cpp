@@ -46,11 +46,11 @@ bool counts(const Observation& observation, std::span<const Observation> seen, c
 }
 
 Normal normal_at(const SE2& map_T_base, std::span<const Observation> seen, const Landmarks& landmarks,
-                 const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options) {
+                 const TagWatch& watch, const MountedSensor& sensor, const RiekfOptions& options) {
   Normal sum;
   for (const Observation& observation : seen) {
     if (!counts(observation, seen, watch)) continue;
-    if (const auto z = linearise(observation, landmarks, eye, map_T_base))
+    if (const auto z = linearise(observation, landmarks, sensor, map_T_base))
       add(*z, landmarks[observation.landmark], options, sum);
   }
   return sum;
@@ -59,13 +59,13 @@ Normal normal_at(const SE2& map_T_base, std::span<const Observation> seen, const
 }  // namespace
 
 std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
-                             const TagWatch& watch, const MountedSensor& eye, const RiekfOptions& options,
+                             const TagWatch& watch, const MountedSensor& sensor, const RiekfOptions& options,
                              const SE2& near, double most_sigma_m) {
   constexpr int kIterations = 12;
   constexpr double kConverged = 2e-4;  // [m, rad]
   SE2 at = near;
   for (int i = 0; i < kIterations; ++i) {
-    const Normal sum = normal_at(at, seen, landmarks, watch, eye, options);
+    const Normal sum = normal_at(at, seen, landmarks, watch, sensor, options);
     const Eigen::LLT<Eigen::Matrix3d> L(sum.H);
     if (sum.tags == 0 || L.info() != Eigen::Success) return std::nullopt;
     const Eigen::Vector3d step = -L.solve(sum.g);

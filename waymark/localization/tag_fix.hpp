@@ -16,7 +16,7 @@ namespace waymark {
 /// are suspected count where a picture shows no others: what was moved and hangs still shows all the same how
 /// the robot moves. No allocation.
 [[nodiscard]] std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
-                                           const TagWatch& watch, const MountedSensor& eye,
+                                           const TagWatch& watch, const MountedSensor& sensor,
                                            const RiekfOptions& options, const SE2& near,
                                            double most_sigma_m = 0.15);
 

@@ -13,7 +13,7 @@ namespace {
 /// Four tags on a wall ahead, seen from a pose on the floor.
 struct Wall {
   PinholeRadtan lens{.fx = 440, .fy = 440, .cx = 320, .cy = 240, .k = {}, .coefficients = 0};
-  MountedSensor eye{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
+  MountedSensor sensor{CameraModel::make(lens, 640, 480).value(), SE3(body_R_optical(), {0.08, 0, 0.18})};
   TagMap map{};
   Landmarks landmarks{};
   TagWatch watch{Landmarks{}};
@@ -36,8 +36,8 @@ struct Wall {
       if (id.number >= count) break;
       const Eigen::Vector3d moved(0, id.number == 0 ? moved_m : 0, 0);
       const SE3 map_T_tag(tag.map_T_tag.rotation(), tag.map_T_tag.translation() + moved);
-      auto corners =
-          visible_corners(*eye.camera, (lift(truth) * eye.base_T_sensor).inverse() * map_T_tag, tag.size_m);
+      auto corners = visible_corners(*sensor.camera,
+                                     (lift(truth) * sensor.base_T_sensor).inverse() * map_T_tag, tag.size_m);
       if (!corners) continue;
       for (Eigen::Vector2d& corner : *corners) {
         const double x = random.normal();
@@ -45,13 +45,13 @@ struct Wall {
         corner += sigma_px * Eigen::Vector2d(x, y);
       }
       if (auto observation =
-              observation_of(TagDetection{.tag = id, .corners_px = *corners}, landmarks, eye, options))
+              observation_of(TagDetection{.tag = id, .corners_px = *corners}, landmarks, sensor, options))
         all.push_back(*observation);
     }
     return all;
   }
   [[nodiscard]] std::optional<TagFix> fix(const std::vector<Observation>& all, const SE2& near) const {
-    return fix_of(all, landmarks, watch, eye, options, near);
+    return fix_of(all, landmarks, watch, sensor, options, near);
   }
 };
 

@@ -5,8 +5,8 @@
 
 namespace waymark {
 
-Timeline::Timeline(std::size_t segments, std::size_t looks)
-    : segments_(segments), looks_(looks), order_(looks) {
+Timeline::Timeline(std::size_t segments, std::size_t frames)
+    : segments_(segments), frames_(frames), order_(frames) {
   std::iota(order_.begin(), order_.end(), 0U);
 }
 
@@ -20,25 +20,25 @@ void Timeline::add(const MotionSegment& segment) {
   covered_ = segment.to;
 }
 
-Look& Timeline::add_look(SensorTime stamp) {
+FrameObservations& Timeline::add_frame(SensorTime stamp) {
   if (order_count_ == order_.size()) {
     std::rotate(order_.begin(), order_.begin() + 1, order_.end());
     --order_count_;
   }
   const std::uint32_t slot = order_[order_count_];
   std::size_t at = order_count_;
-  while (at > 0 && looks_[order_[at - 1]].stamp > stamp) --at;
+  while (at > 0 && frames_[order_[at - 1]].stamp > stamp) --at;
   const auto place = order_.begin() + static_cast<std::ptrdiff_t>(at);
   std::rotate(place, order_.begin() + static_cast<std::ptrdiff_t>(order_count_),
               order_.begin() + static_cast<std::ptrdiff_t>(order_count_) + 1);
   ++order_count_;
-  Look& look = looks_[slot];
-  look.stamp = stamp;
-  look.number = numbers_++;
-  look.sealed = true;
-  look.reported = false;
-  look.count = 0;
-  return look;
+  FrameObservations& frame = frames_[slot];
+  frame.stamp = stamp;
+  frame.number = numbers_++;
+  frame.sealed = true;
+  frame.reported = false;
+  frame.count = 0;
+  return frame;
 }
 
 SensorTime Timeline::begin() const { return segment_count_ == 0 ? covered_ : segment(0).from; }
@@ -49,7 +49,7 @@ void Timeline::forget_before(SensorTime stamp) {
     --segment_count_;
   }
   std::size_t old = 0;
-  while (old < order_count_ && looks_[order_[old]].stamp < stamp) ++old;
+  while (old < order_count_ && frames_[order_[old]].stamp < stamp) ++old;
   std::rotate(order_.begin(), order_.begin() + static_cast<std::ptrdiff_t>(old),
               order_.begin() + static_cast<std::ptrdiff_t>(order_count_));
   order_count_ -= old;

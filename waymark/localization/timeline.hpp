@@ -10,7 +10,7 @@
 namespace waymark {
 
 /// All that was seen at one moment.
-struct Look {
+struct FrameObservations {
   static constexpr std::size_t kMost = 16;
   SensorTime stamp{};
   std::uint64_t number = 0;  ///< order of arrival among equal stamps
@@ -24,11 +24,11 @@ struct Look {
 /// memory is taken at construction.
 class Timeline {
  public:
-  Timeline(std::size_t segments, std::size_t looks);
+  Timeline(std::size_t segments, std::size_t frames);
 
   void add(const MotionSegment& segment);
   /// A slot for a look, put where its stamp belongs. The oldest goes when all are taken.
-  Look& add_look(SensorTime stamp);
+  FrameObservations& add_frame(SensorTime stamp);
 
   [[nodiscard]] SensorTime covered() const { return covered_; }
   [[nodiscard]] bool empty() const { return segment_count_ == 0; }
@@ -42,14 +42,14 @@ class Timeline {
     return segments_[(first_segment_ + i) % segments_.size()];
   }
   /// In order of (stamp, arrival).
-  [[nodiscard]] std::size_t looks() const { return order_count_; }
-  [[nodiscard]] Look& look(std::size_t i) { return looks_[order_[i]]; }
+  [[nodiscard]] std::size_t frames() const { return order_count_; }
+  [[nodiscard]] FrameObservations& frame(std::size_t i) { return frames_[order_[i]]; }
 
  private:
   std::vector<MotionSegment> segments_;
   std::size_t first_segment_ = 0;
   std::size_t segment_count_ = 0;
-  std::vector<Look> looks_;
+  std::vector<FrameObservations> frames_;
   std::vector<std::uint32_t> order_;  ///< slots of looks in order of time, then the free ones
   std::size_t order_count_ = 0;
   std::uint64_t numbers_ = 0;

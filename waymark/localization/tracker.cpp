@@ -29,9 +29,9 @@ std::vector<Eigen::Matrix<double, 6, 6>> covariances(const Landmarks& landmarks,
 
 }  // namespace
 
-Tracker::Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options, ErrorState error)
+Tracker::Tracker(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options, ErrorState error)
     : landmarks_(std::move(landmarks)),
-      eye_(std::move(eye)),
+      sensor_(std::move(sensor)),
       options_(options),
       filter_(options, error, covariances(landmarks_, options)),
       state_{.pose_hypotheses = PoseHypotheses(options)},
@@ -86,7 +86,7 @@ void Tracker::advance(const MotionStep& told, SensorTime to) {
   if (step.jumped) {  // what was accepted is of another place, or of another drive
     state_.mode = TrackMode::Lost;
     state_.contradicted = false;
-    state_.contradicting_looks = 0;
+    state_.contradicting_frames = 0;
     state_.pose_hypotheses.clear();
     return;
   }
@@ -137,14 +137,14 @@ void Tracker::keep_filtered() {
   kept.lasting_P = (filter_.state().P - kept.filtered_P).topLeftCorner<3, 3>();
 }
 
-void Tracker::report(const Look& look, const Observation& observation, const Linearised& z, double nis,
-                     bool accepted, int place) {
-  if (look.reported) return;
+void Tracker::report(const FrameObservations& frame, const Observation& observation, const Linearised& z,
+                     double nis, bool accepted, int place) {
+  if (frame.reported) return;
   const Landmark& landmark = landmarks_[observation.landmark];
   if (comparisons_.size() < kComparisonsKept)
-    comparisons_.push_back({look.stamp, landmark.tag, nis, z.rows,
+    comparisons_.push_back({frame.stamp, landmark.tag, nis, z.rows,
                             accepted && watch_.usable(observation.landmark), filter_.log_det()});
-  if (!accepted) return report_contradiction(look, observation);
+  if (!accepted) return report_contradiction(frame, observation);
   watch_.add({.landmark = observation.landmark, .nis_per_row = nis / z.rows, .accepted = true});
   if (state_.mode != TrackMode::Certain || state_.given) return;
   lasting_.add(z, filter_.innovation_covariance(place));
@@ -169,11 +169,11 @@ void Tracker::forget_systematic() {
   next_verdict_ = 0;
 }
 
-void Tracker::report_contradiction(const Look& look, const Observation& observation) {
-  const auto base_p = base_p_landmark(observation, landmarks_, eye_);
-  if (look.reported || !base_p) return;
+void Tracker::report_contradiction(const FrameObservations& frame, const Observation& observation) {
+  const auto base_p = base_p_landmark(observation, landmarks_, sensor_);
+  if (frame.reported || !base_p) return;
   const SE2& X = filter_.state().map_T_base;
-  const SE2 map_T_eye = X * project_to_plane(eye_.base_T(observation.camera));
+  const SE2 map_T_eye = X * project_to_plane(sensor_.base_T(observation.camera));
   const Eigen::Vector2d map_p = landmarks_[observation.landmark].map_T_tag.translation().head<2>();
   WatchedObservation seen{.landmark = observation.landmark, .map_p_implied = X * *base_p};
   const Eigen::Vector2d measured = seen.map_p_implied - map_T_eye.translation();
@@ -184,21 +184,21 @@ void Tracker::report_contradiction(const Look& look, const Observation& observat
   watch_.add(seen);
 }
 
-Tracker::Verdict Tracker::judge(Look& look) {
+Tracker::Verdict Tracker::judge(FrameObservations& frame) {
   Verdict verdict;
-  for (std::size_t i = 0; i < look.count; ++i) {
-    const Observation& observation = look.seen[i];
-    const auto z = linearise(observation, landmarks_, eye_, filter_.state().map_T_base);
+  for (std::size_t i = 0; i < frame.count; ++i) {
+    const Observation& observation = frame.seen[i];
+    const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     const bool usable = watch_.usable(observation.landmark);
     if (!z) {  // from where we believe to be it cannot be seen at all, so far off is it in the map
-      report_contradiction(look, observation);
+      report_contradiction(frame, observation);
       if (usable) ++verdict.rejected_count;
       continue;
     }
     const int place = static_cast<int>(std::min<std::size_t>(verdict.accepted_count, Riekf::kMost - 1));
     const double nis = filter_.nis(*z, place);
     const bool accepted = nis <= gates_[static_cast<std::size_t>(z->rows)];
-    report(look, observation, *z, nis, accepted, place);
+    report(frame, observation, *z, nis, accepted, place);
     if (!usable) continue;
     if (accepted) {
       judged_[verdict.accepted_count] = *z;
@@ -229,7 +229,7 @@ void Tracker::update(const Verdict& verdict) {
           batch[static_cast<std::size_t>(count++)] = judged_[i];
           continue;
         }
-        const auto z = linearise(*verdict.accepted[i], landmarks_, eye_, at);
+        const auto z = linearise(*verdict.accepted[i], landmarks_, sensor_, at);
         if (z) batch[static_cast<std::size_t>(count++)] = *z;
       }
       if (count == 0) return;
@@ -249,14 +249,14 @@ void Tracker::update(const Verdict& verdict) {
 }
 
 /// Whether all tags of a look that are free of suspicion fit the estimate; or most do not.
-bool Tracker::all_fit(const Look& look, bool most_contradict) {
+bool Tracker::all_fit(const FrameObservations& frame, bool most_contradict) {
   int fits = 0;
   int usable = 0;
-  for (std::size_t i = 0; i < look.count; ++i) {
-    const Observation& observation = look.seen[i];
+  for (std::size_t i = 0; i < frame.count; ++i) {
+    const Observation& observation = frame.seen[i];
     if (!watch_.usable(observation.landmark)) continue;
     ++usable;
-    const auto z = linearise(observation, landmarks_, eye_, filter_.state().map_T_base);
+    const auto z = linearise(observation, landmarks_, sensor_, filter_.state().map_T_base);
     if (z && filter_.nis(*z, 0) <= gates_[static_cast<std::size_t>(z->rows)]) ++fits;
   }
   constexpr int kFewest = 2;
@@ -265,36 +265,36 @@ bool Tracker::all_fit(const Look& look, bool most_contradict) {
 
 /// Encoders that stand still while the robot drives: when most tags contradict a standstill, and all agree
 /// that the robot went some centimetres since they were seen last, then it did.
-void Tracker::doubt_standstill(const Look& look, double since_s) {
+void Tracker::doubt_standstill(const FrameObservations& frame, double since_s) {
   constexpr double kFastest_m_s = 0.5;
   constexpr double kFastest_rad_s = 0.5;
   constexpr double kMoment_s = 0.3;
   if (believes_standstill_ || !state_.no_way || state_.wheels_stuck || state_.given ||
       state_.mode != TrackMode::Certain)
     return;
-  if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(look, true)) return;
+  if (!(since_s > 0 && since_s < kMoment_s) || !all_fit(frame, true)) return;
   before_doubt_ = filter_.state();
   filter_.propagate(
       {.extra_m2 = std::pow(kFastest_m_s * since_s, 2), .extra_rad2 = std::pow(kFastest_rad_s * since_s, 2)});
-  state_.wheels_stuck = all_fit(look, false);
+  state_.wheels_stuck = all_fit(frame, false);
   if (!state_.wheels_stuck) return filter_.set_state(before_doubt_);
   if (tracing_) keep_step(state_.stamp);
 }
 
-void Tracker::look(Look& look) {
-  doubt_standstill(look, to_seconds(look.stamp - std::max(state_.look_stamp, look.stamp - kLongAgo)));
-  state_.look_stamp = look.stamp;
-  state_.look_number = look.number;
+void Tracker::process(FrameObservations& frame) {
+  doubt_standstill(frame, to_seconds(frame.stamp - std::max(state_.frame_stamp, frame.stamp - kLongAgo)));
+  state_.frame_stamp = frame.stamp;
+  state_.frame_number = frame.number;
   if (state_.mode == TrackMode::Lost) {
-    search(look);
+    search(frame);
   } else {
-    const Verdict verdict = judge(look);
+    const Verdict verdict = judge(frame);
     // A picture most of which contradicts is rejected as a whole.
     if (verdict.accepted_count >= verdict.rejected_count) update(verdict);
     check_sound();
-    judge_mode(verdict, look);
+    judge_mode(verdict, frame);
   }
-  look.reported = true;
+  frame.reported = true;
   keep_filtered();
 }
 
@@ -323,7 +323,7 @@ std::optional<LocalizationEstimate> Tracker::estimate() const {
   LocalizationEstimate estimate{state_.stamp, map_X_base.mean, coordinate_covariance(map_X_base)};
   estimate.certain = state_.mode == TrackMode::Certain && !state_.given &&
                      estimate.position_sigma_m() < options_.certain_sigma_m;
-  estimate.contradicting_looks = state_.contradicting_looks;
+  estimate.contradicting_frames = state_.contradicting_frames;
   return estimate;
 }
 

@@ -24,13 +24,13 @@ struct TrackState {
   TrackMode mode = TrackMode::Lost;
   SensorTime stamp{};
   bool started = false;  ///< the stamp means something
-  SensorTime look_stamp = SensorTime::min();
-  std::uint64_t look_number = 0;
+  SensorTime frame_stamp = SensorTime::min();
+  std::uint64_t frame_number = 0;
   bool given = false;  ///< the start is somebody's word, and no tag has confirmed it yet
   bool contradicted = false;
   SensorTime contradicted_since{};
-  int contradicting_looks = 0;    ///< in a row, up to the newest
-  int agreeing_looks = 0;         ///< since it became uncertain
+  int contradicting_frames = 0;   ///< in a row, up to the newest
+  int agreeing_frames = 0;        ///< since it became uncertain
   std::array<int, 2> agreeing{};  ///< landmarks that agreed since
   int agreeing_distinct = 0;
   int starts = 0;
@@ -59,11 +59,11 @@ struct TraceStep {
 /// forwards only; see RiekfLocalizer for samples that come late.
 class Tracker {
  public:
-  Tracker(Landmarks landmarks, MountedSensor eye, const RiekfOptions& options, ErrorState error);
+  Tracker(Landmarks landmarks, MountedSensor sensor, const RiekfOptions& options, ErrorState error);
 
   void advance(const MotionStep& step, SensorTime to);
   /// A look at the time the track is at.
-  void look(Look& look);
+  void process(FrameObservations& frame);
   void start_at(SensorTime stamp);
   /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad]. It is certain when
   /// the first tags agree, and given up at once when they do not.
@@ -75,7 +75,7 @@ class Tracker {
 
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const;
   [[nodiscard]] const Landmarks& landmarks() const { return landmarks_; }
-  [[nodiscard]] const MountedSensor& eye() const { return eye_; }
+  [[nodiscard]] const MountedSensor& mounted_sensor() const { return sensor_; }
   [[nodiscard]] const RiekfOptions& options() const { return options_; }
   [[nodiscard]] const TagWatch& watch() const { return watch_; }
   [[nodiscard]] const RiekfState& filter_state() const { return filter_.state(); }
@@ -113,37 +113,38 @@ class Tracker {
 
  private:
   struct Verdict {
-    std::array<const Observation*, Look::kMost> accepted{};
+    std::array<const Observation*, FrameObservations::kMost> accepted{};
     std::size_t accepted_count = 0;
     std::size_t rejected_count = 0;
   };
-  [[nodiscard]] Verdict judge(Look& look);
-  void doubt_standstill(const Look& look, double since_s);
-  [[nodiscard]] bool all_fit(const Look& look, bool most_contradict);
+  [[nodiscard]] Verdict judge(FrameObservations& frame);
+  void doubt_standstill(const FrameObservations& frame, double since_s);
+  [[nodiscard]] bool all_fit(const FrameObservations& frame, bool most_contradict);
   void update(const Verdict& verdict);
-  void judge_mode(const Verdict& verdict, const Look& look);
+  void judge_mode(const Verdict& verdict, const FrameObservations& frame);
   void agree(const Verdict& verdict);
-  void contradict(const Look& look);
-  void report(const Look& look, const Observation& observation, const Linearised& z, double nis,
+  void contradict(const FrameObservations& frame);
+  void report(const FrameObservations& frame, const Observation& observation, const Linearised& z, double nis,
               bool accepted, int place);
   /// Where the landmark would be by an observation that is rejected.
-  void report_contradiction(const Look& look, const Observation& observation);
-  void search(const Look& look);
+  void report_contradiction(const FrameObservations& frame, const Observation& observation);
+  void search(const FrameObservations& frame);
   void learn_systematic(const Linearised& z, int place);
   void keep_step(SensorTime stamp);
   void keep_filtered();
   void check_sound();
 
   Landmarks landmarks_;
-  MountedSensor eye_;
+  MountedSensor sensor_;
   RiekfOptions options_;
   std::array<double, 9> gates_{};  ///< by degrees of freedom
   Riekf filter_;
   TrackState state_;
   TagWatch watch_;
   Riekf::Batch batch_{};
-  std::array<Observation, Look::kMost> usable_{};
-  std::array<Linearised, Look::kMost> judged_{};  ///< what is accepted, at the estimate it was judged by
+  std::array<Observation, FrameObservations::kMost> usable_{};
+  std::array<Linearised, FrameObservations::kMost>
+      judged_{};  ///< what is accepted, at the estimate it was judged by
   std::vector<NisRecord> comparisons_;
   RiekfState before_doubt_{};
   bool believes_standstill_ = false;

@@ -26,7 +26,7 @@ Status check(const LocalizerSetup& setup) {
                             to_string(setup.landmarks[a].tag), to_string(setup.landmarks[b].tag)),
                 {}, "Remove or move one of them.");
   }
-  if (setup.method == LocalizationKind::Anchor && (setup.tags.tags.empty() || !setup.eye.camera))
+  if (setup.method == LocalizationKind::Anchor && (setup.tags.tags.empty() || !setup.sensor.camera))
     return fail(ErrorCode::InvalidArgument, "the method anchor needs tags with poses and a camera", {},
                 "Use --method riekf.");
   return check_ranges(setup.filter);
@@ -53,14 +53,15 @@ Result<LocalizationKind> parse_localization_method(std::string_view name) {
 Result<std::unique_ptr<LocalizationMethod>> make_localization_method(const LocalizerSetup& setup) {
   if (Status status = check(setup); !status) return tl::unexpected(status.error());
   if (setup.method == LocalizationKind::Anchor)
-    return std::unique_ptr<LocalizationMethod>(new AnchorLocalizer(
-        setup.tags, *setup.eye.camera, setup.eye.base_T_sensor, setup.anchor, setup.eye.more_cameras));
+    return std::unique_ptr<LocalizationMethod>(new AnchorLocalizer(setup.tags, *setup.sensor.camera,
+                                                                   setup.sensor.base_T_sensor, setup.anchor,
+                                                                   setup.sensor.more_cameras));
   if (setup.method == LocalizationKind::Smoother && setup.filter.lag_s > 0)
     return std::unique_ptr<LocalizationMethod>(
-        new FixedLagSmoother(setup.landmarks, setup.eye, setup.filter));
+        new FixedLagSmoother(setup.landmarks, setup.sensor, setup.filter));
   const ErrorState error =
       setup.method == LocalizationKind::Ekf ? ErrorState::Coordinates : ErrorState::RightInvariant;
-  auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.eye, setup.filter, error);
+  auto filter = std::make_unique<RiekfLocalizer>(setup.landmarks, setup.sensor, setup.filter, error);
   if (setup.live) {
     filter->estimate_latency();
     filter->tracker().believe_standstill();
@@ -76,14 +77,14 @@ Result<Localizer> Localizer::make(const LocalizerSetup& setup) {
 }
 
 void Localizer::add(const Sample& sample) {
-  const auto hear = [this](const auto& value) {
+  const auto receive = [this](const auto& value) {
     using T = std::decay_t<decltype(value)>;
-    constexpr bool kHeard = std::is_same_v<T, TagFrame> || std::is_same_v<T, Odometry> ||
-                            std::is_same_v<T, ImuSample> || std::is_same_v<T, TagPoseFrame> ||
-                            std::is_same_v<T, RangeBearing>;
-    if constexpr (kHeard) method_->add(value);
+    constexpr bool kUsed = std::is_same_v<T, TagFrame> || std::is_same_v<T, Odometry> ||
+                           std::is_same_v<T, ImuSample> || std::is_same_v<T, TagPoseFrame> ||
+                           std::is_same_v<T, RangeBearing>;
+    if constexpr (kUsed) method_->add(value);
   };
-  std::visit(hear, sample);
+  std::visit(receive, sample);
 }
 
 std::vector<LocalizationEstimate> Localizer::smoothed() const {

@@ -23,7 +23,7 @@ enum class LocalizationKind : std::uint8_t {
 struct LocalizerSetup {
   Landmarks landmarks{};
   TagMap tags{};  ///< the same as tags with poses; empty when the map has none (then no method anchor)
-  MountedSensor eye{};
+  MountedSensor sensor{};
   LocalizationKind method = LocalizationKind::Riekf;
   RiekfOptions filter{};
   AnchorOptions anchor{};

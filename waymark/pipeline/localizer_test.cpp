@@ -35,7 +35,7 @@ TagMap wall() {
 LocalizerSetup setup_with(const std::string& method) {
   return {.landmarks = Landmarks(wall()),
           .tags = wall(),
-          .eye = {some_camera(), mounting()},
+          .sensor = {some_camera(), mounting()},
           .method = parse_localization_method(method).value()};
 }
 
@@ -127,7 +127,7 @@ TEST(Localizer, WhatCannotWorkIsRefusedInWords) {
   empty.landmarks = {};
   EXPECT_THAT(refused(empty).message, HasSubstr("no tag"));
   LocalizerSetup blind = setup_with("anchor");
-  blind.eye.camera = {};
+  blind.sensor.camera = {};
   EXPECT_THAT(refused(blind).hint, HasSubstr("riekf"));
   TagMap twice = wall();
   twice.tags[{FamilyId::Tag36h11, 9}] = twice.tags.at({FamilyId::Tag36h11, 2});

@@ -38,7 +38,7 @@ Replayer::Replayer(std::unique_ptr<LocalizationMethod> method, Route route, TagM
 
 void Replayer::add(const TagFrame& frame) {
   newest_picture_ = frame.stamp;
-  heard_ = true;
+  received_ = true;
   const bool mapped = std::ranges::any_of(
       frame.detections, [&](const TagDetection& seen) { return map_.find(seen.tag) != nullptr; });
   if (mapped && !tells_accepted_) accept(frame.stamp);
@@ -46,7 +46,7 @@ void Replayer::add(const TagFrame& frame) {
 }
 
 void Replayer::add(const Odometry& odometry) {
-  heard_ = true;
+  received_ = true;
   method_->add(odometry);
   watch_.add(odometry);
   consistency_.add(odometry);
@@ -54,7 +54,7 @@ void Replayer::add(const Odometry& odometry) {
 }
 
 void Replayer::add(const ImuSample& imu) {
-  heard_ = true;
+  received_ = true;
   method_->add(imu);
   consistency_.add(imu);
   newest_gyro_ = imu.stamp;
@@ -154,7 +154,7 @@ double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 :
 /// After more than a second without any sensor nobody knows what happened meanwhile: a person has to look.
 void Replayer::notice_silence(double dt_s) {
   constexpr double kMost_s = 1.0;
-  silent_s_ = std::exchange(heard_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
+  silent_s_ = std::exchange(received_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
   if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(
         "no sensor sample was received for {:.1f} s or more: look at the robot, then resume", kMost_s);
@@ -202,7 +202,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   if (!estimate) return inputs;
   inputs.localized = true;
   inputs.position_sigma_m = estimate->position_sigma_m();
-  inputs.contradicting_looks = estimate->contradicting_looks;
+  inputs.contradicting_frames = estimate->contradicting_frames;
   inputs.unsure = unsure_;
   inputs.cross_track_m = progress_->cross_track_m;
   inputs.clearance_m = clearance_m(robot_.hull, lift(estimate->map_T_base), map_);

@@ -124,8 +124,8 @@ class Replayer {
   double start_way_m_ = 0;
   double driven_m_ = 0;
   double skipped_m_ = 0;   ///< of the route, when it continued farther ahead after resume()
-  bool heard_ = false;     ///< any sensor since the last step
-  double silent_s_ = 0;    ///< since any sensor was heard
+  bool received_ = false;  ///< any sensor since the last step
+  double silent_s_ = 0;    ///< since any sensor was received
   std::string silence_{};  ///< that lasted, in words; lasting
   VelocityCommand last_command_{};
   std::optional<SensorTime> last_step_{};

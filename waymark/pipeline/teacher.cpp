@@ -56,7 +56,7 @@ void Teacher::watch(const TagFrame& frame) {
 void Teacher::count(const TagFrame& frame, const std::vector<TagId>& tags,
                     const std::optional<SE3>& map_T_cam) {
   const SensorTime stamp = frame.stamp;
-  hear(stamp, true);
+  receive(stamp, true);
   in_view_.add(frame.camera, stamp, tags);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
@@ -75,8 +75,8 @@ void Teacher::count(const TagFrame& frame, const std::vector<TagId>& tags,
 
 /// Samples of all kinds come in order, but for a little. A picture that is behind the
 /// others while pictures go on is late; only a clock that was set back takes them back.
-void Teacher::hear(SensorTime stamp, bool is_frame) {
-  const double since_s = heard_ ? to_seconds(stamp - *heard_) : 0;
+void Teacher::receive(SensorTime stamp, bool is_frame) {
+  const double since_s = received_ ? to_seconds(stamp - *received_) : 0;
   const bool goes_on = !newest_frame_ || stamp >= *newest_frame_;
   if (is_frame) newest_frame_ = stamp;
   if (since_s < -kJumpSeconds && goes_on && is_frame) {
@@ -85,11 +85,11 @@ void Teacher::hear(SensorTime stamp, bool is_frame) {
   }
   if (since_s < -kJumpSeconds) counters_.clock_back_s = std::max(counters_.clock_back_s, -since_s);
   counters_.longest_silence_s = std::max(counters_.longest_silence_s, since_s);
-  heard_ = stamp;
+  received_ = stamp;
 }
 
 void Teacher::add(const Odometry& odometry) {
-  hear(odometry.stamp, false);
+  receive(odometry.stamp, false);
   if (odometry_) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }

@@ -77,7 +77,7 @@ class Teacher {
  private:
   void count(const TagFrame& frame, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
   [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
-  void hear(SensorTime stamp, bool is_frame);
+  void receive(SensorTime stamp, bool is_frame);
   void judge_views(TeachSummary& summary) const;
   void judge_links(TeachSummary& summary) const;
   void judge_stamps(TeachSummary& summary) const;
@@ -88,7 +88,7 @@ class Teacher {
   TagLinks links_{};
   std::optional<SensorTime> first_{};
   SensorTime last_{};
-  std::optional<SensorTime> heard_{};  ///< the last sample of any kind that was not late
+  std::optional<SensorTime> received_{};  ///< the last sample of any kind that was not late
   std::optional<SensorTime> newest_frame_{};
   TagsInView in_view_{};
   SensorTime last_tag_{};

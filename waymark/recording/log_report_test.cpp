@@ -132,8 +132,8 @@ TEST(LogReport, AClockThatWasSetBackIsNoticedThoughLogTimeIsTheStamp) {
 TEST(LogReport, StopsWhenItIsToldTo) {
   const Bytes file = with_jump(0);
   const auto log = open_log(memory_source(file));
-  int heard = 0;
-  const auto report = report_on(**log, [&](std::uint64_t) { return ++heard < 10; });
+  int received = 0;
+  const auto report = report_on(**log, [&](std::uint64_t) { return ++received < 10; });
   ASSERT_TRUE(report);
   EXPECT_EQ(report->messages, 10U);
 }

@@ -192,28 +192,28 @@ TEST(ReplayWatch, SaysJumpsOfClocksRobotsThatAreCarriedAndFrozenCameras) {
   watch.check(SE2(5, 5, 1) * SE2(1.1, 0, 0));
   EXPECT_NE(watch.alarm().find("jumped by 0.98 m"), std::string::npos) << watch.alarm();
 
-  ReplayWatch eye({});
+  ReplayWatch frozen({});
   TagFrame frame{.detections = {TagDetection{}}};
   frame.detections[0].corners_px.fill({100, 100});
   for (int i = 0; i < 40; ++i) {
     frame.stamp += std::chrono::milliseconds(50);
-    eye.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0, 0, 0)});
-    EXPECT_TRUE(eye.add(frame)) << "a robot that stands sees the same";
+    frozen.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0, 0, 0)});
+    EXPECT_TRUE(frozen.add(frame)) << "a robot that stands sees the same";
   }
   for (int i = 0; i < 40; ++i) {
     frame.stamp += std::chrono::milliseconds(50);
-    eye.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
-    EXPECT_FALSE(eye.add(frame)) << i;
+    frozen.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
+    EXPECT_FALSE(frozen.add(frame)) << i;
   }
-  EXPECT_NE(eye.alarm().find("same picture"), std::string::npos);
-  EXPECT_FALSE(eye.lasting());
+  EXPECT_NE(frozen.alarm().find("same picture"), std::string::npos);
+  EXPECT_FALSE(frozen.lasting());
   frame.detections[0].corners_px[0].x() += 1e-9;
-  EXPECT_TRUE(eye.add(frame));
-  EXPECT_TRUE(eye.alarm().empty());
+  EXPECT_TRUE(frozen.add(frame));
+  EXPECT_TRUE(frozen.alarm().empty());
 }
 
 TEST(ReplayWatch, ACameraThatFrozeIsFoundAmongOthers) {
-  ReplayWatch eyes({});
+  ReplayWatch watch({});
   TagFrame front{.camera = "front", .detections = {TagDetection{}}};
   TagFrame rear{.camera = "rear", .detections = {TagDetection{}}};
   front.detections[0].corners_px.fill({100, 100});
@@ -221,23 +221,23 @@ TEST(ReplayWatch, ACameraThatFrozeIsFoundAmongOthers) {
   for (int i = 0; i < 80; ++i) {
     front.stamp = rear.stamp += std::chrono::milliseconds(50);
     rear.detections[0].corners_px[0].x() += 0.5;
-    eyes.add(Odometry{.stamp = front.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
-    EXPECT_EQ(eyes.add(front), i == 0) << i;
-    EXPECT_TRUE(eyes.add(rear)) << i;
+    watch.add(Odometry{.stamp = front.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
+    EXPECT_EQ(watch.add(front), i == 0) << i;
+    EXPECT_TRUE(watch.add(rear)) << i;
   }
-  EXPECT_NE(eyes.alarm().find("same picture"), std::string::npos) << "though the rear camera goes on";
-  eyes.forget();
-  EXPECT_TRUE(eyes.alarm().empty());
+  EXPECT_NE(watch.alarm().find("same picture"), std::string::npos) << "though the rear camera goes on";
+  watch.forget();
+  EXPECT_TRUE(watch.alarm().empty());
 }
 
 /// Commands and odometry each 50 ms, but for a second in which nobody is asked.
 class AfterASecond {
  public:
   AfterASecond() {
-    for (int i = 0; i <= 10; ++i) hear(50 * i);
+    for (int i = 0; i <= 10; ++i) receive(50 * i);
     watch.tick(at(500));
   }
-  void hear(int ms) { watch.add(Odometry{.stamp = at(ms), .odom_T_base = SE2()}); }
+  void receive(int ms) { watch.add(Odometry{.stamp = at(ms), .odom_T_base = SE2()}); }
   static SensorTime at(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
   ReplayWatch watch{{}};
 };
@@ -246,18 +246,18 @@ TEST(ReplayWatch, AComputerThatWasLateIsNoClockThatJumped) {
   AfterASecond late;
   late.watch.tick(AfterASecond::at(1500));
   EXPECT_NE(late.watch.alarm().find("for 1.00 s: this computer was busy"), std::string::npos);
-  for (int ms = 550; ms < 1200; ms += 50) late.hear(ms);
+  for (int ms = 550; ms < 1200; ms += 50) late.receive(ms);
   late.watch.tick(AfterASecond::at(1520));
   EXPECT_FALSE(late.watch.alarm().empty()) << "not everything has come yet";
   EXPECT_FALSE(late.watch.lasting());
-  for (int ms = 1200; ms <= 1500; ms += 50) late.hear(ms);
+  for (int ms = 1200; ms <= 1500; ms += 50) late.receive(ms);
   EXPECT_EQ(late.watch.alarm(), "");
 
   for (const bool odometry_first : {true, false}) {
     AfterASecond jump;
-    if (odometry_first) jump.hear(1500);
+    if (odometry_first) jump.receive(1500);
     jump.watch.tick(AfterASecond::at(1500));
-    if (!odometry_first) jump.hear(1500);
+    if (!odometry_first) jump.receive(1500);
     EXPECT_NE(jump.watch.alarm().find("clock jumped by +1.00 s"), std::string::npos) << jump.watch.alarm();
     EXPECT_TRUE(jump.watch.lasting());
     jump.watch.forget();

@@ -46,7 +46,7 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
         "{:.2f} m were driven without an accepted tag (limit {:.2f} m: {:.2f} m more than in the taught lap)",
         in.blind_m, in.taught_blind_m + options.max_blind_m, options.max_blind_m);
   if (!in.localized) return "the position is not known: no mapped tag was seen yet";
-  if (in.contradicting_looks > options.max_contradicting_looks)
+  if (in.contradicting_frames > options.max_contradicting_frames)
     return "what is seen contradicts where the robot believes to be: was it carried?";
   if (const double most = most_sigma_m(in, options); !(in.position_sigma_m <= most)) {
     return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m{})", in.position_sigma_m, most,
@@ -95,7 +95,7 @@ double share_of(double value, double slow, double stop) {
 
 /// How much of the wanted speed the doubts leave.
 double share_left(const VelocityCommand& wanted, const SafetyInputs& in, const SafetyOptions& options) {
-  double share = in.contradicting_looks > 0 ? kLeastShare : 1;
+  double share = in.contradicting_frames > 0 ? kLeastShare : 1;
   if (in.position_sigma_m > options.slow_position_sigma_m)
     share = std::min(
         share, share_of(in.position_sigma_m, options.slow_position_sigma_m, options.stop_position_sigma_m));

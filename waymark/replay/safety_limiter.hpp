@@ -23,7 +23,7 @@ struct SafetyOptions {
   double max_blind_m = 0.5;
   double slow_position_sigma_m = 0.05;
   double stop_position_sigma_m = 0.10;
-  int max_contradicting_looks = 1;
+  int max_contradicting_frames = 1;
   double max_cross_track_m = 0.30;
   double min_clearance_m = 0.15;
   double slow_obstacle_m = 0.60;
@@ -65,10 +65,10 @@ struct SafetyOptions {
                                             "Standard deviation of the position above which the robot stops; "
                                             "it continues below slow_position_sigma_m.",
                                             0, 10});
-    visit(self.max_contradicting_looks, Field{"max_contradicting_looks",
-                                              "Maximum number of consecutive frames that contradict the "
-                                              "position; stops when exceeded, slows down from the first.",
-                                              0, 100});
+    visit(self.max_contradicting_frames, Field{"max_contradicting_frames",
+                                               "Maximum number of consecutive frames that contradict the "
+                                               "position; stops when exceeded, slows down from the first.",
+                                               0, 100});
     visit(self.max_cross_track_m,
           Field{"max_cross_track_m", "Maximum distance from the route; stops when exceeded.", 0, 10});
     visit(
@@ -96,9 +96,9 @@ struct SafetyInputs {
   double blind_m = 0;         ///< way driven since a tag was accepted
   double taught_blind_m = 0;  ///< longest stretch without a tag in the taught lap
   bool localized = false;
-  double position_sigma_m = 0;  ///< largest standard deviation in the plane
-  int contradicting_looks = 0;  ///< frames in a row, up to the newest, that contradict the position
-  bool unsure = false;          ///< the last verdict's: the robot already stands for want of a position
+  double position_sigma_m = 0;   ///< largest standard deviation in the plane
+  int contradicting_frames = 0;  ///< frames in a row, up to the newest, that contradict the position
+  bool unsure = false;           ///< the last verdict's: the robot already stands for want of a position
   double cross_track_m = 0;
   double clearance_m = 0;
   double obstacle_m = std::numeric_limits<double>::infinity();  ///< free way before the hull

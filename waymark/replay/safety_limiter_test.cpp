@@ -61,7 +61,7 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),
             "the position is known only to 0.20 m (limit 0.10 m)");
-  EXPECT_EQ(words([](auto& in) { in.contradicting_looks = 2; }),
+  EXPECT_EQ(words([](auto& in) { in.contradicting_frames = 2; }),
             "what is seen contradicts where the robot believes to be: was it carried?");
   EXPECT_EQ(words([](auto& in) { in.cross_track_m = -0.4; }), "0.40 m from the route (limit 0.30 m)");
   EXPECT_EQ(words([](auto& in) { in.clearance_m = 0.1; }), "a tag is 0.10 m from the hull (limit 0.15 m)");
@@ -92,7 +92,7 @@ TEST(SafetyLimiter, NaNIsAStop) {
 
 TEST(SafetyLimiter, OneFrameThatContradictsSlowsDown) {
   SafetyInputs inputs = all_well();
-  inputs.contradicting_looks = 1;
+  inputs.contradicting_frames = 1;
   const SafetyVerdict verdict = limit({0.3, 0.1}, inputs, kOptions);
   EXPECT_FALSE(verdict.stopped);
   EXPECT_TRUE(verdict.slowed);

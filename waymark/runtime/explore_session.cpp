@@ -6,7 +6,7 @@
 
 namespace waymark {
 
-Status ExploreSession::hear(const Sample& sample) {
+Status ExploreSession::receive(const Sample& sample) {
   if (const auto* scan = std::get_if<LaserScan>(&sample)) explorer_.add(*scan);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     for (const TagDetection& detection : frame->detections) {
@@ -35,7 +35,7 @@ std::string ExploreSession::progress(Duration uptime, bool certain) const {
 
 RobotListener ExploreSession::listener() {
   RobotListener listener;
-  listener.on_sample = [this](const Sample& sample) { return hear(sample); };
+  listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
 }

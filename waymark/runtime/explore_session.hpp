@@ -44,7 +44,7 @@ class ExploreSession {
         most_s_(most_s),
         listener_(std::move(listener)) {}
 
-  Status hear(const Sample& sample);
+  Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// This session as what drives a robot: add to it who may stop it.
   [[nodiscard]] RobotListener listener();

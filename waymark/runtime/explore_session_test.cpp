@@ -32,7 +32,7 @@ Localizer localizer_of(const TagMap& map) {
   const PinholeRadtan projection{.fx = 400, .fy = 400, .cx = 320, .cy = 240};
   return Localizer::make({.landmarks = Landmarks(map),
                           .tags = map,
-                          .eye = {CameraModel::make(projection, 640, 480).value(), SE3()}})
+                          .sensor = {CameraModel::make(projection, 640, 480).value(), SE3()}})
       .value();
 }
 

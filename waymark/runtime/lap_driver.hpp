@@ -16,7 +16,7 @@ class LapDriver {
   LapDriver& operator=(const LapDriver&) = delete;
 
   /// Every sample of the robot, in order.
-  virtual void hear(const Sample& /*sample*/) {}
+  virtual void receive(const Sample& /*sample*/) {}
   /// The command for now; `done` when the lap is over.
   [[nodiscard]] virtual Result<DriverDecision> drive(Duration uptime, SensorTime now) = 0;
   /// How to drive, in one line; empty when nobody has to know.
@@ -35,7 +35,7 @@ class PacedDriver final : public LapDriver {
               std::function<void(Duration)> wait)
       : driver_(std::move(driver)), clock_(std::move(clock)), wait_(std::move(wait)) {}
 
-  void hear(const Sample& sample) override { driver_->hear(sample); }
+  void receive(const Sample& sample) override { driver_->receive(sample); }
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override;
   [[nodiscard]] std::string usage() const override { return driver_->usage(); }
 

@@ -18,7 +18,7 @@ TeachMonitorOptions monitor_options(const CameraModel& camera, std::optional<dou
   return options;
 }
 
-Status LapMonitor::hear(const Sample& sample) {
+Status LapMonitor::receive(const Sample& sample) {
   if (std::holds_alternative<CameraFrame>(sample)) return listener_.on_sample(sample);
   monitor_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {

@@ -24,7 +24,7 @@ class LapMonitor {
   LapMonitor(TeachSetup setup, const TeachMonitorOptions& monitor, TeachListener listener)
       : teacher_(std::move(setup)), monitor_(monitor), listener_(std::move(listener)) {}
 
-  Status hear(const Sample& sample);
+  Status receive(const Sample& sample);
   /// Of the teacher, with the warnings of the monitor.
   [[nodiscard]] TeachSummary summary() const;
   [[nodiscard]] const TeachMonitor& monitor() const { return monitor_; }

@@ -28,7 +28,7 @@ class OperatorInput {
   [[nodiscard]] virtual Result<OperatorRequest> read(Duration uptime, SensorTime now,
                                                      OperatorState state) = 0;
   /// Every sample of the robot: a script follows the truth.
-  virtual void hear(const Sample& /*sample*/) {}
+  virtual void receive(const Sample& /*sample*/) {}
   /// How to use it, in one line.
   [[nodiscard]] virtual std::string usage() const = 0;
   /// What its buttons are called.

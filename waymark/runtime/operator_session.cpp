@@ -11,10 +11,10 @@ using S = OperatorState;
 
 }  // namespace
 
-Status OperatorSession::hear(const Sample& sample) {
-  input_.hear(sample);
+Status OperatorSession::receive(const Sample& sample) {
+  input_.receive(sample);
   if (lap_open_) return tasks_.add_to_lap(sample);
-  return replay_ != nullptr ? replay_->hear(sample) : Status();
+  return replay_ != nullptr ? replay_->receive(sample) : Status();
 }
 
 Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) {
@@ -36,7 +36,7 @@ Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) 
 
 RobotListener OperatorSession::listener() {
   RobotListener listener;
-  listener.on_sample = [this](const Sample& sample) { return hear(sample); };
+  listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
 }

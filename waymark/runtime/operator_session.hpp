@@ -67,7 +67,7 @@ class OperatorSession {
 
   /// Says how to begin.
   void begin() { tasks_.on_state(operator_, input_.buttons()); }
-  Status hear(const Sample& sample);
+  Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// This session as what drives a robot: add to it who may stop it.
   [[nodiscard]] RobotListener listener();

@@ -17,7 +17,7 @@ bool is_sensed(const Sample& sample) {
 
 }  // namespace
 
-Status ReplaySession::hear(const Sample& sample) {
+Status ReplaySession::receive(const Sample& sample) {
   if (is_sensed(sample)) newest_ = newest_ ? std::max(*newest_, stamp_of(sample)) : stamp_of(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     replayer_.add(*frame);
@@ -38,9 +38,9 @@ Status ReplaySession::hear(const Sample& sample) {
 void ReplaySession::ask_after_silence(Duration uptime) {
   if (newest_ == newest_before_) return;
   const double stamps_s = newest_before_ ? to_seconds(*newest_ - *newest_before_) : 0;
-  const double silent_s = std::min(stamps_s, to_seconds(uptime - heard_at_));
+  const double silent_s = std::min(stamps_s, to_seconds(uptime - received_at_));
   newest_before_ = newest_;
-  heard_at_ = uptime;
+  received_at_ = uptime;
   if (silent_s <= options_.ask_after_silence_s || end_.state == ReplayState::Waiting) return;
   replayer_.pause(
       fmt::format("every sensor was silent for {:.1f} s: look at the robot, then let it go on", silent_s));
@@ -83,7 +83,7 @@ void ReplaySession::resume() {
 
 RobotListener ReplaySession::listener() {
   RobotListener listener;
-  listener.on_sample = [this](const Sample& sample) { return hear(sample); };
+  listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
 }

@@ -58,7 +58,7 @@ class ReplaySession {
         options_(options),
         requests_(std::move(requests)) {}
 
-  Status hear(const Sample& sample);
+  Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// It brakes and stands because somebody wants it to, for as long as that; it is not given up meanwhile.
   void pause();
@@ -87,7 +87,7 @@ class ReplaySession {
   /// What sensors said: the newest stamp, that of the decision before, and when that was.
   std::optional<SensorTime> newest_{};
   std::optional<SensorTime> newest_before_{};
-  Duration heard_at_{};
+  Duration received_at_{};
 };
 
 }  // namespace waymark

@@ -14,7 +14,7 @@ RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch 
       search_(std::move(search)),
       options_(options) {}
 
-Status RobotLoop::hear(Sample sample, const RobotListener& listener) {
+Status RobotLoop::receive(Sample sample, const RobotListener& listener) {
   if (!first_) first_ = stamp_of(sample);
   auto* picture = std::get_if<CameraFrame>(&sample);
   if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
@@ -37,7 +37,7 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   if (const auto* said = std::get_if<RobotText>(&**event)) listener.on_text(said->text);
   if (std::holds_alternative<CommandRequest>(**event)) due_ = true;
   auto* sample = std::get_if<Sample>(&**event);
-  return sample != nullptr ? hear(std::move(*sample), listener) : Status();
+  return sample != nullptr ? receive(std::move(*sample), listener) : Status();
 }
 
 /// In lockstep every picture is searched, otherwise the newest: when nothing else waits.

@@ -70,7 +70,7 @@ class RobotLoop {
 
  private:
   Status take_event(const RobotListener& listener);
-  Status hear(Sample sample, const RobotListener& listener);
+  Status receive(Sample sample, const RobotListener& listener);
   Status search_picture(const RobotListener& listener);
   Status decide(const RobotListener& listener, RobotLoopEnd& end);
   Status send(const VelocityCommand& command, SensorTime now, const RobotListener& listener);

@@ -30,12 +30,12 @@ class FakeRobot final : public Source, public Robot {
     clock = std::max(clock, script_.front().first);
     RobotEvent event = std::move(script_.front().second);
     script_.pop_front();
-    heard_ = true;
+    received_ = true;
     return std::optional<RobotEvent>(std::move(event));
   }
   bool more() const override { return !script_.empty() && script_.front().first <= clock; }
   std::optional<SensorTime> now() const override {
-    return heard_ ? std::optional(SensorTime(clock)) : std::nullopt;
+    return received_ ? std::optional(SensorTime(clock)) : std::nullopt;
   }
   Status command(const VelocityCommand& command) override {
     commands.push_back(command);
@@ -55,7 +55,7 @@ class FakeRobot final : public Source, public Robot {
  private:
   std::deque<std::pair<Duration, RobotEvent>> script_{};
   std::vector<Duration> waited_{};
-  bool heard_ = false;
+  bool received_ = false;
 };
 
 /// Finds one tag in each picture, numbered by the picture's first pixel.
@@ -74,7 +74,7 @@ CameraFrame picture(Duration when, std::uint8_t number, const std::string& camer
   return frame;
 }
 
-/// Drives ahead; keeps what it hears.
+/// Drives ahead; keeps what it receives.
 struct Driver {
   RobotListener listener() {
     RobotListener listener;

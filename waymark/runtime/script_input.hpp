@@ -14,7 +14,7 @@ class ScriptInput final : public OperatorInput {
   ScriptInput(std::unique_ptr<LapDriver> driver, bool stays) : driver_(std::move(driver)), stays_(stays) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
-  void hear(const Sample& sample) override { driver_->hear(sample); }
+  void receive(const Sample& sample) override { driver_->receive(sample); }
   [[nodiscard]] std::string usage() const override {
     return "a script drives the world's line and presses the button";
   }

@@ -6,17 +6,17 @@
 
 namespace waymark {
 
-Status TeachSession::hear(const Sample& sample) {
-  driver_.hear(sample);
-  odometry_.heard = odometry_.heard || std::holds_alternative<Odometry>(sample);
-  camera_.heard = camera_.heard || std::holds_alternative<TagFrame>(sample) ||
-                  std::holds_alternative<CameraFrame>(sample);
-  return lap_.hear(sample);
+Status TeachSession::receive(const Sample& sample) {
+  driver_.receive(sample);
+  odometry_.received = odometry_.received || std::holds_alternative<Odometry>(sample);
+  camera_.received = camera_.received || std::holds_alternative<TagFrame>(sample) ||
+                     std::holds_alternative<CameraFrame>(sample);
+  return lap_.receive(sample);
 }
 
 /// Said once each time.
 void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
-  if (stream.heard) stream = {.heard = false, .said = false, .last = uptime};
+  if (stream.received) stream = {.received = false, .said = false, .last = uptime};
   if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
   stream.said = true;
   lap_.listener().on_words(
@@ -36,7 +36,7 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
 
 RobotListener TeachSession::listener() {
   RobotListener listener;
-  listener.on_sample = [this](const Sample& sample) { return hear(sample); };
+  listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
 }

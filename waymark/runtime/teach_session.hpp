@@ -23,7 +23,7 @@ class TeachSession {
                const TeachSessionOptions& options = {})
       : driver_(driver), lap_(std::move(lap)), requests_(std::move(requests)), options_(options) {}
 
-  Status hear(const Sample& sample);
+  Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// This session as what drives a robot: add to it who may stop it.
   [[nodiscard]] RobotListener listener();
@@ -36,7 +36,7 @@ class TeachSession {
 
  private:
   struct Stream {
-    bool heard = false;  ///< since the last decision
+    bool received = false;  ///< since the last decision
     bool said = false;
     Duration last{};
   };

@@ -18,7 +18,7 @@ using std::chrono::seconds;
 /// Drives ahead for a while.
 class AheadDriver final : public LapDriver {
  public:
-  void hear(const Sample& /*sample*/) override { ++heard; }
+  void receive(const Sample& /*sample*/) override { ++received; }
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override {
     times.push_back(uptime);
     if (fails_at && uptime >= *fails_at) return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
@@ -27,7 +27,7 @@ class AheadDriver final : public LapDriver {
 
   Duration done_at = seconds(4);
   std::optional<Duration> fails_at{};
-  int heard = 0;
+  int received = 0;
   std::vector<Duration> times{};
 };
 
@@ -81,77 +81,77 @@ struct Drive {
 };
 
 TEST(TeachSession, EndsWhenTheDriverIsDone) {
-  Drive lesson;
-  const auto end = lesson.drive();
+  Drive lap;
+  const auto end = lap.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
   EXPECT_FALSE(end->interrupted);
   EXPECT_NEAR(end->lap_s, 4, 0.1);
-  EXPECT_NEAR(lesson.robot.x_m(), 4 * 0.3, 0.05);
-  EXPECT_EQ(lesson.robot.last(), VelocityCommand{});
-  EXPECT_GE(lesson.driver.heard, lesson.count<Odometry>() + lesson.count<TagFrame>());
-  EXPECT_EQ(lesson.count<GamepadState>(), static_cast<int>(lesson.driver.times.size()))
+  EXPECT_NEAR(lap.robot.x_m(), 4 * 0.3, 0.05);
+  EXPECT_EQ(lap.robot.last(), VelocityCommand{});
+  EXPECT_GE(lap.driver.received, lap.count<Odometry>() + lap.count<TagFrame>());
+  EXPECT_EQ(lap.count<GamepadState>(), static_cast<int>(lap.driver.times.size()))
       << "what is held in hand is recorded";
-  EXPECT_EQ(lesson.count<StampedCommand>(), static_cast<int>(lesson.driver.times.size()));
-  EXPECT_TRUE(lesson.words.empty());
+  EXPECT_EQ(lap.count<StampedCommand>(), static_cast<int>(lap.driver.times.size()));
+  EXPECT_TRUE(lap.words.empty());
 }
 
 TEST(TeachSession, SummarisesWhatWasSeenAndDriven) {
-  Drive lesson;
-  ASSERT_TRUE(lesson.drive());
-  const TeachSummary summary = lesson.session.lap().summary();
-  EXPECT_EQ(summary.frames, lesson.count<TagFrame>());
+  Drive lap;
+  ASSERT_TRUE(lap.drive());
+  const TeachSummary summary = lap.session.lap().summary();
+  EXPECT_EQ(summary.frames, lap.count<TagFrame>());
   EXPECT_EQ(summary.detections, 2 * summary.frames);
   EXPECT_EQ(summary.seen.size(), 2U);
-  EXPECT_NEAR(summary.distance_m, lesson.robot.x_m(), 0.05);
-  ASSERT_EQ(static_cast<int>(lesson.progress.size()), summary.frames);
-  EXPECT_NE(lesson.progress.back().find("2 tags"), std::string::npos) << lesson.progress.back();
+  EXPECT_NEAR(summary.distance_m, lap.robot.x_m(), 0.05);
+  ASSERT_EQ(static_cast<int>(lap.progress.size()), summary.frames);
+  EXPECT_NE(lap.progress.back().find("2 tags"), std::string::npos) << lap.progress.back();
 }
 
 TEST(TeachSession, WarnsOfAbruptStartsOnTheProgressLineAndInTheSummary) {
-  Drive lesson;
-  ASSERT_TRUE(lesson.drive());  // from nothing to 0.3 m/s between two samples
-  EXPECT_GT(lesson.session.lap().monitor().abrupt_moments(), 0);
+  Drive lap;
+  ASSERT_TRUE(lap.drive());  // from nothing to 0.3 m/s between two samples
+  EXPECT_GT(lap.session.lap().monitor().abrupt_moments(), 0);
 }
 
 TEST(TeachSession, EndsOnRequestWithZero) {
-  Drive lesson;
-  lesson.request = [](Duration uptime) { return SessionRequest{.end = uptime >= seconds(2)}; };
-  const auto end = lesson.drive();
+  Drive lap;
+  lap.request = [](Duration uptime) { return SessionRequest{.end = uptime >= seconds(2)}; };
+  const auto end = lap.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
   EXPECT_NEAR(end->lap_s, 2, 0.1);
-  EXPECT_EQ(std::get<StampedCommand>(lesson.samples.back()).command, VelocityCommand{});
+  EXPECT_EQ(std::get<StampedCommand>(lap.samples.back()).command, VelocityCommand{});
 }
 
 TEST(TeachSession, StandsForAsLongAsAsked) {
-  Drive lesson;
-  lesson.request = [](Duration uptime) {
+  Drive lap;
+  lap.request = [](Duration uptime) {
     return SessionRequest{.stand = uptime >= seconds(1) && uptime < seconds(3)};
   };
-  ASSERT_TRUE(lesson.drive());
-  EXPECT_NEAR(lesson.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two of four seconds";
+  ASSERT_TRUE(lap.drive());
+  EXPECT_NEAR(lap.robot.x_m(), 2 * 0.3, 0.05) << "it drove for two of four seconds";
 }
 
 TEST(TeachSession, ASignalInterruptsIt) {
-  Drive lesson;
-  lesson.stop_at = seconds(1);
-  const auto end = lesson.drive();
+  Drive lap;
+  lap.stop_at = seconds(1);
+  const auto end = lap.drive();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->interrupted);
   EXPECT_FALSE(end->finished);
-  EXPECT_EQ(lesson.robot.last(), VelocityCommand{});
+  EXPECT_EQ(lap.robot.last(), VelocityCommand{});
 }
 
 TEST(TeachSession, SaysOnceWhenASensorIsSilentAndAgainTheNextTime) {
-  Drive lesson({.silence_s = 1});
-  lesson.driver.done_at = seconds(9);
-  lesson.robot.camera_silent = {seconds(1), seconds(4)};
-  lesson.robot.wheels_silent = {seconds(5), seconds(7)};
-  ASSERT_TRUE(lesson.drive());
-  ASSERT_EQ(lesson.words.size(), 2U);
-  EXPECT_EQ(lesson.words[0], "no frame of the camera for 1 s: does the robot still run?");
-  EXPECT_EQ(lesson.words[1], "no odometry for 1 s: does the robot still run?");
+  Drive lap({.silence_s = 1});
+  lap.driver.done_at = seconds(9);
+  lap.robot.camera_silent = {seconds(1), seconds(4)};
+  lap.robot.wheels_silent = {seconds(5), seconds(7)};
+  ASSERT_TRUE(lap.drive());
+  ASSERT_EQ(lap.words.size(), 2U);
+  EXPECT_EQ(lap.words[0], "no frame of the camera for 1 s: does the robot still run?");
+  EXPECT_EQ(lap.words[1], "no odometry for 1 s: does the robot still run?");
 
   Drive twice({.silence_s = 1});
   twice.robot.silent = {milliseconds(500), milliseconds(2000)};
@@ -165,7 +165,7 @@ TEST(TeachSession, SaysOnceWhenASensorIsSilentAndAgainTheNextTime) {
   EXPECT_TRUE(unasked.words.empty());
 }
 
-TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasHeard) {
+TEST(TeachSession, WhateverFailsEndsItWithZeroAndKeepsWhatWasReceived) {
   Drive dead;
   dead.robot.dies_after = seconds(2);
   auto end = dead.drive();
@@ -195,7 +195,7 @@ TEST(LapMonitor, PassesPicturesOnAndTakesNoTagsFromThem) {
                    pictures += std::holds_alternative<CameraFrame>(sample) ? 1 : 0;
                    return Status();
                  }});
-  ASSERT_TRUE(lap.hear(CameraFrame{.image = Image(1, 1)}));
+  ASSERT_TRUE(lap.receive(CameraFrame{.image = Image(1, 1)}));
   EXPECT_EQ(pictures, 1);
   EXPECT_EQ(lap.summary().frames, 0);
 }
@@ -224,8 +224,8 @@ TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
   ASSERT_TRUE(paced.drive(seconds(1) + milliseconds(100), {}));
   EXPECT_EQ(waits, std::vector<Duration>{milliseconds(50)}) << "a robot that is late is not waited for";
   EXPECT_EQ(ahead.times.size(), 3U);
-  paced.hear(Odometry{});
-  EXPECT_EQ(ahead.heard, 1);
+  paced.receive(Odometry{});
+  EXPECT_EQ(ahead.received, 1);
 }
 
 }  // namespace

@@ -87,10 +87,10 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
   return request;
 }
 
-void ViewerInput::hear(const Sample& sample) {
-  truth_heard_ = truth_heard_ || std::holds_alternative<TruthPose>(sample);
-  if (other_) other_->hear(sample);
-  if (script_) script_->hear(sample);
+void ViewerInput::receive(const Sample& sample) {
+  truth_received_ = truth_received_ || std::holds_alternative<TruthPose>(sample);
+  if (other_) other_->receive(sample);
+  if (script_) script_->receive(sample);
 }
 
 std::string ViewerInput::usage() const {

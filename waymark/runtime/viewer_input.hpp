@@ -55,13 +55,15 @@ class ViewerInput final : public OperatorInput {
         script_(make_script_()) {}
 
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
-  void hear(const Sample& sample) override;
+  void receive(const Sample& sample) override;
   [[nodiscard]] std::string usage() const override;
   [[nodiscard]] OperatorButtons buttons() const override {
     return other_ ? other_->buttons() : OperatorButtons{"'go'", "'stop'", "take control and drive"};
   }
   [[nodiscard]] bool page_drives() const override { return other_ == nullptr; }
-  [[nodiscard]] bool has_script() const override { return script_ != nullptr && truth_heard_ && !scripting_; }
+  [[nodiscard]] bool has_script() const override {
+    return script_ != nullptr && truth_received_ && !scripting_;
+  }
 
  private:
   ViewerRequests requests_;
@@ -70,7 +72,7 @@ class ViewerInput final : public OperatorInput {
   std::unique_ptr<LapDriver> script_;
   bool scripting_ = false;
   bool script_used_ = false;
-  bool truth_heard_ = false;  ///< a script follows the truth
+  bool truth_received_ = false;  ///< a script follows the truth
 };
 
 /// The viewers of a session that is one state of the operator's: a lap that is taught, a replay. Go pauses a

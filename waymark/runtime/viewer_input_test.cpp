@@ -167,7 +167,7 @@ TEST(ViewerInput, AScriptDrivesALapOnRequestAndAnotherLapAgain) {
     return std::make_unique<ShortScript>();
   });
   EXPECT_FALSE(input.has_script()) << "nobody sends the truth";
-  input.hear(TruthPose{});
+  input.receive(TruthPose{});
   EXPECT_TRUE(input.has_script());
   viewers.order({.kind = Kind::Script});
   EXPECT_EQ(input.read(seconds(1), {}, S::Idle)->command, VelocityCommand{}) << "it drives while teaching";
@@ -187,7 +187,7 @@ TEST(ViewerInput, KeysOfThePageTakeOverFromAScriptAndFromSticks) {
   auto other = std::make_unique<FakeInput>();
   FakeInput& sticks = *other;
   ViewerInput input(viewers.link(), std::move(other), [] { return std::make_unique<ShortScript>(); });
-  input.hear(TruthPose{});
+  input.receive(TruthPose{});
   sticks.request.command = {0.1, 0};
   EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command.speed_m_s, 0.1);
   viewers.order({.kind = Kind::Velocity, .command = {-0.2, 0}});

@@ -42,7 +42,7 @@ std::string_view to_string(Level level) {
   return kWords[static_cast<std::size_t>(level)];
 }
 
-void RobotHealth::hear(const Sample& sample, Duration now) {
+void RobotHealth::receive(const Sample& sample, Duration now) {
   std::size_t which = kStreams;
   if (std::holds_alternative<TagFrame>(sample) || std::holds_alternative<TagPoseFrame>(sample))
     which = kCamera;

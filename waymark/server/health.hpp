@@ -24,8 +24,8 @@ struct HealthLight {
 /// How the robot fares, told by what is heard of it.
 class RobotHealth {
  public:
-  /// `now`: of the host's clock, when it was heard.
-  void hear(const Sample& sample, Duration now);
+  /// `now`: of the host's clock, when it was received.
+  void receive(const Sample& sample, Duration now);
   [[nodiscard]] std::vector<HealthLight> lights(const LiveStatus& status, Duration now) const;
 
  private:

@@ -101,7 +101,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void answer() {
     const auto& request = parser_->get();
     const AccessRights may = rights(request);
-    if (const auto dropped = shared_->seats.heard(seat_->id(), may.token)) shared_->drop(*dropped);
+    if (const auto dropped = shared_->seats.request_received(seat_->id(), may.token)) shared_->drop(*dropped);
     if (!stream_.socket().is_open()) return;
     if (shared_->live && beast::websocket::is_upgrade(request) && upgrade(request, may)) return;
     const auto method = request.method_string();

@@ -44,7 +44,7 @@ class Client {
     say(std::string("\x81") + static_cast<char>(0x80U | text.size()) + std::string(4, '\0') + text);
   }
   /// Whatever comes next; empty at the end.
-  [[nodiscard]] std::string hear() const {
+  [[nodiscard]] std::string receive() const {
     std::array<char, 65536> bytes{};
     const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), 0);
     return {bytes.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0))};
@@ -73,10 +73,10 @@ TEST(HttpServer, ViewersComeAndGoInThreadsBesideTheLoopOfTheRobot) {
     for (int i = 0; i < 100; ++i) {
       const Client client(port);
       client.say(upgrade(port, i % 2 == 0 ? "/live" : std::string("/live?token=") + kToken));
-      if (client.hear().starts_with("HTTP/1.1 101")) ++greeted;
+      if (client.receive().starts_with("HTTP/1.1 101")) ++greeted;
       client.say_text(R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":1}]})");
       client.say_text(R"({"op":"order","order":"stop"})");
-      (void)client.hear();
+      (void)client.receive();
     }
     over = true;
   });
@@ -107,8 +107,8 @@ TEST(HttpServer, ConnectionsThatNeverFinishARequestAreDroppedForOthers) {
   }
   const Client quick(server->port());
   quick.say("GET /session.json HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(server->port()) + "\r\n\r\n");
-  EXPECT_TRUE(quick.hear().starts_with("HTTP/1.1 200"));
-  EXPECT_EQ(slow.front()->hear(), "") << "the oldest was closed";
+  EXPECT_TRUE(quick.receive().starts_with("HTTP/1.1 200"));
+  EXPECT_EQ(slow.front()->receive(), "") << "the oldest was closed";
   over = true;
   serving.join();
 }

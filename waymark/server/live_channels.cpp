@@ -82,8 +82,8 @@ void LiveChannels::put_frames(const LiveSample& sample, const std::set<std::uint
                                                        map_T_base * lift(odometry_->odom_T_base).inverse()));
     return put(topics::kTf, frames, sample.host_ns, wanted, out);
   }
-  const auto* heard = std::get_if<Sample>(&sample.value);
-  if (const auto* odometry = heard != nullptr ? std::get_if<Odometry>(heard) : nullptr) {
+  const auto* received = std::get_if<Sample>(&sample.value);
+  if (const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr) {
     odometry_ = *odometry;
     frames.transforms.push_back(ros2::to_ros_transform(odometry->stamp, ros2::kOdomFrame, ros2::kBaseFrame,
                                                        lift(odometry->odom_T_base)));

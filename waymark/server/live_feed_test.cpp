@@ -85,14 +85,14 @@ TEST(LiveFeedThreads, NothingIsLostUncounted) {
   LiveFeed feed([&] { ++rings; });
   feed.set_listening(true);
   std::atomic<bool> over{false};
-  std::uint64_t heard = 0;
+  std::uint64_t received = 0;
   std::int64_t last = -1;
   bool in_order = true;
   const auto listen = [&] {
     for (const LiveSample& sample : feed.take().samples) {
       in_order = in_order && sample.host_ns > last;
       last = sample.host_ns;
-      ++heard;
+      ++received;
     }
   };
   std::thread server([&] {
@@ -107,7 +107,7 @@ TEST(LiveFeedThreads, NothingIsLostUncounted) {
   feed.publish(odometry_at(kSamples), kSamples);  // hands over what was kept back
   listen();
   EXPECT_TRUE(in_order);
-  EXPECT_EQ(heard + feed.dropped(), static_cast<std::uint64_t>(kSamples) + 1);
+  EXPECT_EQ(received + feed.dropped(), static_cast<std::uint64_t>(kSamples) + 1);
   EXPECT_GT(rings, 0);
 }
 

@@ -45,7 +45,7 @@ std::optional<LiveHub::Id> LiveHub::join(std::string_view protocol, bool may_com
   Client& client = clients_[id];
   client.page = protocol == kPageProtocol;
   client.may_command = may_command;
-  client.heard = now;
+  client.received = now;
   feed_.set_listening(true);
   put_text(client, server_info(name_));
   advertise(client);
@@ -111,10 +111,10 @@ void LiveHub::tick(Duration now) {
     std::ranges::move(channels_.encode(*updates.shapes, now.count()), std::back_inserter(messages));
   const std::set<std::uint32_t> asked = wanted();
   for (LiveSample& sample : updates.samples) {
-    auto* heard = std::get_if<Sample>(&sample.value);
-    if (heard != nullptr) health_.hear(*heard, Duration(sample.host_ns));
+    auto* received = std::get_if<Sample>(&sample.value);
+    if (received != nullptr) health_.receive(*received, Duration(sample.host_ns));
     std::ranges::move(channels_.encode(sample, asked), std::back_inserter(messages));
-    auto* picture = heard != nullptr ? std::get_if<CameraFrame>(heard) : nullptr;
+    auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
     if (picture != nullptr) feed_.give_back(std::move(*picture));
   }
   for (auto& [id, client] : clients_) {
@@ -123,7 +123,7 @@ void LiveHub::tick(Duration now) {
     if (client.page) tell_texts(client);
   }
   tell_state(now);
-  if (holder_ && now - clients_.at(*holder_).heard > kSilence) release(*holder_, true);
+  if (holder_ && now - clients_.at(*holder_).received > kSilence) release(*holder_, true);
 }
 
 void LiveHub::tell_state(Duration now) {
@@ -205,7 +205,7 @@ void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
     if (!client.may_command && topic != kOrderTopic)
       complain(client, "this viewer may only stop the robot: connect with ?token=… in the address");
     else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
-      complain(client, fmt::format("only {} and {} are heard, as json", kOrderTopic, kDriveTopic));
+      complain(client, fmt::format("only {} and {} are received, as json", kOrderTopic, kDriveTopic));
     else if (client.publishes.size() < kMostSubscriptions)
       client.publishes[channel] = topic;
   }
@@ -217,7 +217,7 @@ void LiveHub::hear_text(Id id, std::string_view text, Duration now) {
   Client& client = found->second;
   const Result<ClientMessage> message = parse_client_text(text);
   if (!message) return complain(client, message.error().message);
-  client.heard = now;
+  client.received = now;
   std::visit(
       [&](const auto& said) {
         using Kind = std::remove_cvref_t<decltype(said)>;
@@ -256,7 +256,7 @@ void LiveHub::hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration n
                               published->message.size());
   const Result<ViewerOrder> order = parse_published(topic->second, json);
   if (!order) return complain(client, order.error().message);
-  client.heard = now;
+  client.received = now;
   obey(id, client, *order);
 }
 

@@ -49,8 +49,8 @@ class Hub : public testing::Test {
   void odometry(double x) {
     feed_.publish(Sample(Odometry{.stamp = SensorTime(now_), .odom_T_base = SE2(x, 0, 0)}), now_.count());
   }
-  std::uint32_t channel_of(const Told& heard, const std::string& topic) {
-    for (const Json& message : heard.of("advertise")) {
+  std::uint32_t channel_of(const Told& received, const std::string& topic) {
+    for (const Json& message : received.of("advertise")) {
       for (const Json& channel : message["channels"]) {
         if (channel["topic"] == topic) return channel["id"];
       }
@@ -106,9 +106,9 @@ TEST_F(Hub, WhoComesLaterGetsWhatIsLatched) {
   feed_.show_text("map.yaml", "tags: []");
   pass(0.01);
   const auto id = join(kPageProtocol);
-  const Told heard = told(id);
-  EXPECT_EQ(heard.of("text").at(0)["text"], "tags: []");
-  say(id, subscription(channel_of(heard, "/waymark/state")));
+  const Told received = told(id);
+  EXPECT_EQ(received.of("text").at(0)["text"], "tags: []");
+  say(id, subscription(channel_of(received, "/waymark/state")));
   const Told then = told(id);
   ASSERT_EQ(then.messages.size(), 1u);
   const Bytes& body = *then.messages[0].body;
@@ -145,9 +145,9 @@ TEST_F(Hub, WhatWasComparedIsPassedOnToWhoAsks) {
   say(id, subscription(channel_of(told(id), "/waymark/nis")));
   feed_.publish(compared, now_.count());
   pass(0.01);
-  const Told heard = told(id);
-  ASSERT_EQ(heard.messages.size(), 1u);
-  const Bytes& body = *heard.messages[0].body;
+  const Told received = told(id);
+  ASSERT_EQ(received.messages.size(), 1u);
+  const Bytes& body = *received.messages[0].body;
   EXPECT_NE(std::string(body.begin(), body.end()).find("tag36h11:7"), std::string::npos);
 }
 

@@ -94,12 +94,12 @@ class LiveSocket : public std::enable_shared_from_this<LiveSocket> {
     stream_.async_read(buffer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
       if (self->gone_) return;
       if (error) return self->end();
-      self->hear();
+      self->receive();
       self->read();
     });
   }
 
-  void hear() {
+  void receive() {
     const auto data = buffer_.cdata();
     if (stream_.got_text())
       all_->hub_.hear_text(id_, {static_cast<const char*>(data.data()), data.size()}, all_->now_());

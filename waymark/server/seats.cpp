@@ -17,16 +17,16 @@ std::size_t Seats::count(Guest guest) const {
 std::optional<Seats::Admission> Seats::admit() {
   Admission admission{.id = next_};
   if (guests_.size() >= most_) {
-    admission.dropped = oldest(Guest::Unheard);
+    admission.dropped = oldest(Guest::Waiting);
     if (!admission.dropped) admission.dropped = oldest(Guest::Looks);
     if (!admission.dropped) return std::nullopt;
     leave(*admission.dropped);
   }
-  guests_[next_++] = Guest::Unheard;
+  guests_[next_++] = Guest::Waiting;
   return admission;
 }
 
-std::optional<Seats::Id> Seats::heard(Id id, bool token) {
+std::optional<Seats::Id> Seats::request_received(Id id, bool token) {
   const auto found = guests_.find(id);
   if (found == guests_.end()) return std::nullopt;
   found->second = token ? Guest::Owner : Guest::Looks;

@@ -7,9 +7,9 @@
 
 namespace waymark {
 
-/// Which connections a server keeps, web sockets included. A newcomer is always heard while anybody without
-/// the token is there: for it the oldest connection goes that has not finished its first request, then the
-/// oldest of those that have shown no token. Without sockets, so that tests can fill it.
+/// Which connections a server keeps, web sockets included. A newcomer is always received while anybody
+/// without the token is there: for it the oldest connection goes that has not finished its first request,
+/// then the oldest of those that have shown no token. Without sockets, so that tests can fill it.
 class Seats {
  public:
   using Id = std::uint64_t;
@@ -18,7 +18,7 @@ class Seats {
   static constexpr std::size_t kReserved = 16;
 
   enum class Guest : std::uint8_t {
-    Unheard,  ///< its request is not complete yet
+    Waiting,  ///< its request is not complete yet
     Looks,    ///< without the token
     Owner,    ///< with the token
   };
@@ -33,7 +33,7 @@ class Seats {
   [[nodiscard]] std::optional<Admission> admit();
   /// What its request has shown. Gives the connection that must go because too many look without the token;
   /// it may be this one.
-  [[nodiscard]] std::optional<Id> heard(Id id, bool token);
+  [[nodiscard]] std::optional<Id> request_received(Id id, bool token);
   void leave(Id id) { guests_.erase(id); }
 
   [[nodiscard]] std::size_t taken() const { return guests_.size(); }

@@ -8,7 +8,7 @@ namespace {
 TEST(Seats, WhoHasNotFinishedItsRequestGoesFirstOldestFirst) {
   Seats seats(8);
   const Seats::Id looks = seats.admit()->id;
-  EXPECT_FALSE(seats.heard(looks, false));
+  EXPECT_FALSE(seats.request_received(looks, false));
   const Seats::Id oldest = seats.admit()->id;
   for (int i = 0; i < 6; ++i) EXPECT_FALSE(seats.admit()->dropped);
   EXPECT_EQ(seats.taken(), 8U);
@@ -21,17 +21,17 @@ TEST(Seats, WhoHasNotFinishedItsRequestGoesFirstOldestFirst) {
 TEST(Seats, AFloodWithoutTheTokenNeverPushesAnOwnerOut) {
   Seats seats(8);
   const Seats::Id owner = seats.admit()->id;
-  EXPECT_FALSE(seats.heard(owner, true));
+  EXPECT_FALSE(seats.request_received(owner, true));
   for (int i = 0; i < 1000; ++i) {
     const auto one = seats.admit();
     ASSERT_TRUE(one);
     EXPECT_NE(one->dropped, owner);
-    if (i % 2 == 0) EXPECT_NE(seats.heard(one->id, false), owner);
+    if (i % 2 == 0) EXPECT_NE(seats.request_received(one->id, false), owner);
     EXPECT_LE(seats.taken(), 8U);
   }
   const auto second = seats.admit();
   ASSERT_TRUE(second) << "and another owner still gets in";
-  EXPECT_FALSE(seats.heard(second->id, true));
+  EXPECT_FALSE(seats.request_received(second->id, true));
 }
 
 TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
@@ -41,7 +41,7 @@ TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
   for (int i = 0; i < 7; ++i) {
     const Seats::Id id = seats.admit()->id;
     if (i == 0) first = id;
-    dropped = seats.heard(id, false);
+    dropped = seats.request_received(id, false);
   }
   EXPECT_EQ(dropped, first);
   EXPECT_EQ(seats.taken(), 6U);
@@ -49,7 +49,7 @@ TEST(Seats, ConnectionsThatHoldOnWithoutTheTokenLeaveSeatsFree) {
 
 TEST(Seats, ANewcomerIsTurnedAwayOnlyWhenAllAreOwners) {
   Seats seats(4);
-  for (int i = 0; i < 4; ++i) EXPECT_FALSE(seats.heard(seats.admit()->id, true));
+  for (int i = 0; i < 4; ++i) EXPECT_FALSE(seats.request_received(seats.admit()->id, true));
   EXPECT_FALSE(seats.admit());
   seats.leave(1);
   EXPECT_TRUE(seats.admit());

@@ -19,7 +19,7 @@ enum class FaultKind : std::uint8_t {
   CameraBlackout,  ///< frames come, dark
   CameraFrozen,    ///< frames come with new stamps, all of them the last one before
   CameraLost,      ///< no frames
-  OdometryLost,    ///< neither odometry nor wheels are heard; the IMU is
+  OdometryLost,    ///< neither odometry nor wheels are received; the IMU is
   TagMoved,        ///< a tag hangs elsewhere
   TagRemoved,
   TagDuplicated,  ///< a second tag with a number that is there already

@@ -59,7 +59,7 @@ TEST(Lidar, NoiseRangeAndDropoutsAreAsTold) {
   const Lidar lidar(room(), options);
   Random random(1);
   int inside = 0;
-  int heard = 0;
+  int received = 0;
   double squares = 0;
   for (int turn = 0; turn < 50; ++turn) {
     const LaserScan scan = lidar.scan(SE2(), Eigen::Vector3d::Zero(), SensorTime{}, random);
@@ -72,12 +72,12 @@ TEST(Lidar, NoiseRangeAndDropoutsAreAsTold) {
       if (truth > 2.4) continue;
       ++inside;
       if (std::isinf(scan.ranges_m[i])) continue;
-      ++heard;
+      ++received;
       squares += std::pow(scan.ranges_m[i] - truth, 2);
     }
   }
-  EXPECT_NEAR(static_cast<double>(heard) / inside, 0.9, 4 * std::sqrt(0.09 / inside));
-  EXPECT_NEAR(std::sqrt(squares / heard) / 0.02, 1, 4 / std::sqrt(2.0 * heard));
+  EXPECT_NEAR(static_cast<double>(received) / inside, 0.9, 4 * std::sqrt(0.09 / inside));
+  EXPECT_NEAR(std::sqrt(squares / received) / 0.02, 1, 4 / std::sqrt(2.0 * received));
 }
 
 TEST(Lidar, SeesWhatIsAtItsHeight) {

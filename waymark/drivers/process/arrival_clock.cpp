@@ -7,7 +7,7 @@ namespace {
 constexpr Duration kWindow = std::chrono::seconds(10);
 }  // namespace
 
-void ArrivalClock::hear(SensorTime stamp, Duration arrived) {
+void ArrivalClock::receive(SensorTime stamp, Duration arrived) {
   const Duration difference = arrived - stamp.time_since_epoch();
   if (!least_) window_began_ = arrived;
   if (least_ && arrived - window_began_ > kWindow) {

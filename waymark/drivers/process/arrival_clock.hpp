@@ -11,7 +11,7 @@ namespace waymark {
 class ArrivalClock {
  public:
   /// `arrived`: by the steady clock here; never backwards.
-  void hear(SensorTime stamp, Duration arrived);
+  void receive(SensorTime stamp, Duration arrived);
   /// Nothing before the first sample.
   [[nodiscard]] std::optional<SensorTime> at(Duration now) const;
 

@@ -52,7 +52,7 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   waiting_.pop_front();
   auto message = reader_.read(arrived.line);
   if (!message || !*message) return message;
-  if (const auto* sample = std::get_if<Sample>(&**message)) clock_.hear(stamp_of(*sample), arrived.at);
+  if (const auto* sample = std::get_if<Sample>(&**message)) clock_.receive(stamp_of(*sample), arrived.at);
   if (const auto* step = std::get_if<RobotStep>(&**message)) step_ = *step;
   return message;
 }

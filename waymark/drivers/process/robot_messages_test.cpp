@@ -292,7 +292,7 @@ TEST(ArrivalClock, ShowsTheRobotsTimeBehindTheFastestSample) {
   for (int i = 0; i < 1500; ++i) {
     const Duration truth = milliseconds(20 * i);
     const Duration way = milliseconds(2 + static_cast<int>(random.index(60)));
-    clock.hear(SensorTime(truth + offset), truth + way);
+    clock.receive(SensorTime(truth + offset), truth + way);
     if (i < 100) continue;
     const Duration shown = clock.at(truth + way)->time_since_epoch() - offset;
     EXPECT_LE(shown, truth + way);

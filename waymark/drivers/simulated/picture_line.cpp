@@ -5,9 +5,11 @@
 
 namespace waymark {
 
-PictureLine::PictureLine(std::vector<std::unique_ptr<SceneEye>> eyes) : eyes_(std::move(eyes)) {
-  if (eyes_.size() < 2) return;
-  for (const auto& eye : eyes_) threads_.emplace_back([this, &eye] { work(*eye); });
+PictureLine::PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras)
+    : cameras_(std::move(scene_cameras)) {
+  if (cameras_.size() < 2) return;
+  for (const auto& scene_camera : cameras_)
+    threads_.emplace_back([this, &scene_camera] { work(*scene_camera); });
 }
 
 PictureLine::~PictureLine() {
@@ -19,7 +21,7 @@ PictureLine::~PictureLine() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void PictureLine::work(SceneEye& eye) {
+void PictureLine::work(DetectingCamera& scene_camera) {
   std::unique_lock lock(mutex_);
   while (true) {
     const auto waiting = [&] {
@@ -30,7 +32,7 @@ void PictureLine::work(SceneEye& eye) {
     const std::shared_ptr<Job> job = *waiting();
     job->taken = true;
     lock.unlock();
-    auto seen = eye.look(job->shot);
+    auto seen = scene_camera.detect(job->shot);
     lock.lock();
     job->result = std::move(seen);
     picture_done_.notify_all();
@@ -55,7 +57,7 @@ Result<SeenPicture> PictureLine::pop() {
   const std::shared_ptr<Job> job = jobs_.front();
   if (threads_.empty()) {
     jobs_.pop_front();
-    return eyes_.front()->look(job->shot);
+    return cameras_.front()->detect(job->shot);
   }
   picture_done_.wait(lock, [&] { return job->result.has_value(); });
   jobs_.pop_front();

@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 
 namespace waymark {
 
@@ -18,8 +18,9 @@ namespace waymark {
 /// so that whatever is made of them does not depend on the number of threads.
 class PictureLine {
  public:
-  /// One thread an eye; with a single eye none: pictures are then taken by whoever asks for them.
-  explicit PictureLine(std::vector<std::unique_ptr<SceneEye>> eyes);
+  /// One thread an scene_camera; with a single scene_camera none: pictures are then taken by whoever asks for
+  /// them.
+  explicit PictureLine(std::vector<std::unique_ptr<DetectingCamera>> scene_cameras);
   ~PictureLine();
   PictureLine(const PictureLine&) = delete;
   PictureLine& operator=(const PictureLine&) = delete;
@@ -39,9 +40,9 @@ class PictureLine {
     std::optional<Result<SeenPicture>> result{};
     bool taken = false;
   };
-  void work(SceneEye& eye);
+  void work(DetectingCamera& scene_camera);
 
-  std::vector<std::unique_ptr<SceneEye>> eyes_;
+  std::vector<std::unique_ptr<DetectingCamera>> cameras_;
   mutable std::mutex mutex_;
   std::condition_variable work_to_do_;
   std::condition_variable picture_done_;

@@ -1,4 +1,5 @@
-// Laps on pictures: what is heard does not depend on the number of threads, and the tags are where they are.
+// Laps on pictures: what is received does not depend on the number of threads, and the tags are where they
+// are.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -12,7 +13,7 @@ namespace waymark {
 namespace {
 
 /// A short way past four tags; a small picture keeps it quick.
-SimulatedStage some_stage(int threads) {
+SimulatedSetup some_setup(int threads) {
   World world{.name = "line", .path_m = {{0, 0}, {0.3, 0}, {0.6, 0.02}}, .path_closed = false};
   for (const int i : {0, 1, 2, 3})
     world.tags.tags[{FamilyId::Tag36h11, i}] = {
@@ -33,7 +34,7 @@ SimulatedStage some_stage(int threads) {
                   320, 240)
                   .value(),
           .robot = {.camera_rate_hz = 10},
-          .pictures = SceneEyeOptions{},
+          .pictures = DetectingCameraOptions{},
           .threads = threads};
 }
 
@@ -42,29 +43,29 @@ struct Heard {
   std::vector<SeenPicture> pictures;
 };
 
-Heard drive(const SimulatedStage& stage) {
-  Heard heard;
+Heard drive(const SimulatedSetup& setup) {
+  Heard received;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) -> Status {
-    heard.samples.push_back(sample);
+    received.samples.push_back(sample);
     return {};
   };
   listener.on_picture = [&](const SeenPicture& seen) -> Status {
-    heard.pictures.push_back(seen);
+    received.pictures.push_back(seen);
     return {};
   };
-  const auto end = drive_scripted_lap(stage, {}, listener);
+  const auto end = drive_scripted_lap(setup, {}, listener);
   EXPECT_TRUE(end && end->finished);
-  return heard;
+  return received;
 }
 
 const TagFrame* frame_of(const Sample& sample) { return std::get_if<TagFrame>(&sample); }
 
 TEST(PicturesByThreads, OfALapAreTheSameWhateverTheirNumber) {
-  const Heard one = drive(some_stage(1));
+  const Heard one = drive(some_setup(1));
   ASSERT_GT(one.pictures.size(), 15U);
   for (const int threads : {2, 5}) {
-    const Heard more = drive(some_stage(threads));
+    const Heard more = drive(some_setup(threads));
     ASSERT_EQ(one.samples.size(), more.samples.size());
     for (std::size_t i = 0; i < one.samples.size(); ++i) {
       ASSERT_EQ(one.samples[i].index(), more.samples[i].index()) << "in the same order";
@@ -86,7 +87,7 @@ TEST(Pictures, ShowTheTagsWhereTheTruthSaysTheyAre) {
   int found = 0;
   int there = 0;
   double worst = 0;
-  for (const SeenPicture& seen : drive(some_stage(1)).pictures) {
+  for (const SeenPicture& seen : drive(some_setup(1)).pictures) {
     for (const SceneTagTruth& truth : seen.picture.tags) {
       if (std::ranges::count(truth.corner_visible, true) < 4) continue;
       ++there;
@@ -103,11 +104,11 @@ TEST(Pictures, ShowTheTagsWhereTheTruthSaysTheyAre) {
 }
 
 TEST(Pictures, OfACoveredLensAreDark) {
-  SimulatedStage stage = some_stage(2);
-  stage.robot.faults = {{.kind = FaultKind::CameraBlackout, .at_s = 0.5, .for_s = 0.5},
+  SimulatedSetup setup = some_setup(2);
+  setup.robot.faults = {{.kind = FaultKind::CameraBlackout, .at_s = 0.5, .for_s = 0.5},
                         {.kind = FaultKind::TagRemoved, .at_s = 1.5, .tag = {FamilyId::Tag36h11, 1}}};
   int dark = 0;
-  for (const SeenPicture& seen : drive(stage).pictures) {
+  for (const SeenPicture& seen : drive(setup).pictures) {
     const double now_s = to_seconds(seen.found.stamp.time_since_epoch());
     const bool covered = now_s >= 0.5 && now_s < 1.0;
     dark += covered ? 1 : 0;
@@ -120,14 +121,14 @@ TEST(Pictures, OfACoveredLensAreDark) {
 }
 
 TEST(PicturesByThreads, MayBeStoppedAtAnyTime) {
-  SimulatedStage stage = some_stage(4);
+  SimulatedSetup setup = some_setup(4);
   int samples = 0;
   LapListener listener;
   listener.on_sample = [&](const Sample&) -> Status {
     if (++samples > 300) return fail(ErrorCode::Unwritable, "disk full");
     return {};
   };
-  EXPECT_FALSE(drive_scripted_lap(stage, {}, listener));
+  EXPECT_FALSE(drive_scripted_lap(setup, {}, listener));
 }
 
 }  // namespace

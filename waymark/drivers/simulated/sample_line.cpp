@@ -10,20 +10,21 @@ bool is_picture(const Sample& sample) { return std::holds_alternative<CameraFram
 
 }  // namespace
 
-Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedStage& stage,
+Result<std::unique_ptr<SampleLine>> SampleLine::make(const SimulatedSetup& setup,
                                                      const LapListener& listener) {
-  const auto threads = static_cast<std::size_t>(std::clamp(stage.threads, 1, 64));
+  const auto threads = static_cast<std::size_t>(std::clamp(setup.threads, 1, 64));
   std::unique_ptr<PictureLine> pictures;
-  if (stage.pictures) {
-    const auto world = std::make_shared<const World>(stage.world);
-    std::vector<std::unique_ptr<SceneEye>> eyes;
+  if (setup.pictures) {
+    const auto world = std::make_shared<const World>(setup.world);
+    std::vector<std::unique_ptr<DetectingCamera>> scene_cameras;
     for (std::size_t i = 0; i < threads; ++i) {
-      auto eye =
-          eyes.empty() ? SceneEye::make(world, stage.cameras(), *stage.pictures) : eyes.front()->another();
-      if (!eye) return tl::unexpected(eye.error());
-      eyes.push_back(std::move(*eye));
+      auto scene_camera = scene_cameras.empty()
+                              ? DetectingCamera::make(world, setup.cameras(), *setup.pictures)
+                              : scene_cameras.front()->another();
+      if (!scene_camera) return tl::unexpected(scene_camera.error());
+      scene_cameras.push_back(std::move(*scene_camera));
     }
-    pictures = std::make_unique<PictureLine>(std::move(eyes));
+    pictures = std::make_unique<PictureLine>(std::move(scene_cameras));
   }
   return std::unique_ptr<SampleLine>(
       new SampleLine(std::move(pictures), threads > 1 ? threads : 0, listener));

@@ -12,8 +12,8 @@ namespace waymark {
 /// What a robot says on its way to a listener: in order, with a frame of tags where it took a picture.
 class SampleLine {
  public:
-  /// Makes as many eyes as the stage wants threads; none without pictures.
-  [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedStage& stage,
+  /// Makes as many scene_cameras as the setup wants threads; none without pictures.
+  [[nodiscard]] static Result<std::unique_ptr<SampleLine>> make(const SimulatedSetup& setup,
                                                                 const LapListener& listener);
 
   /// A sample, and where it is a picture, how to take it. Passes on what is ready; waits when too many

@@ -7,19 +7,19 @@
 
 namespace waymark {
 
-Result<std::unique_ptr<LapDriver>> ScriptDriver::make(const SimulatedStage& stage, double speed_m_s) {
+Result<std::unique_ptr<LapDriver>> ScriptDriver::make(const SimulatedSetup& setup, double speed_m_s) {
   constexpr double kPathStep_m = 0.02;
   constexpr std::uint64_t kScriptSeed = 1000;
-  const auto path = sample_path(stage.world.path_m, stage.world.path_closed, kPathStep_m);
+  const auto path = sample_path(setup.world.path_m, setup.world.path_closed, kPathStep_m);
   if (path.size() < 3)
     return fail(ErrorCode::InvalidArgument, "a script needs to know the world and its line",
                 {.key = "--driver"}, "Give --world, or let a person drive: --driver keyboard or gamepad.");
-  return std::make_unique<ScriptDriver>(ScriptedDriver(path, stage.world.path_closed,
+  return std::make_unique<ScriptDriver>(ScriptedDriver(path, setup.world.path_closed,
                                                        DriverOptions{.speed_m_s = speed_m_s},
-                                                       Random(stage.robot.seed + kScriptSeed)));
+                                                       Random(setup.robot.seed + kScriptSeed)));
 }
 
-void ScriptDriver::hear(const Sample& sample) {
+void ScriptDriver::receive(const Sample& sample) {
   const auto* truth = std::get_if<TruthPose>(&sample);
   if (truth != nullptr && !sees_) map_T_base_ = project_to_plane(truth->map_T_base);
 }

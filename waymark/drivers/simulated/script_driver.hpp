@@ -14,10 +14,10 @@ namespace waymark {
 class ScriptDriver final : public LapDriver {
  public:
   /// Fails on a world without a line.
-  static Result<std::unique_ptr<LapDriver>> make(const SimulatedStage& stage, double speed_m_s);
+  static Result<std::unique_ptr<LapDriver>> make(const SimulatedSetup& setup, double speed_m_s);
   explicit ScriptDriver(ScriptedDriver script) : script_(std::move(script)) {}
 
-  void hear(const Sample& sample) override;
+  void receive(const Sample& sample) override;
   /// Fails after five seconds without the truth.
   Result<DriverDecision> drive(Duration uptime, SensorTime now) override;
   /// Where the robot truly is now. From then on its time is the robot's uptime, and the truth that is sent

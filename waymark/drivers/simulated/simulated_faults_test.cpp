@@ -43,17 +43,17 @@ Heard drive(std::vector<Fault> faults, double seconds = 4) {
       some_world(), model,
       CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value(), SE2(),
       options);
-  Heard heard;
+  Heard received;
   while (to_seconds(robot.uptime()) < seconds) {
     (void)robot.command({0.2, 0});
     const Sample sample = robot.next();
-    if (const auto* frame = std::get_if<TagFrame>(&sample)) heard.frames.push_back(*frame);
-    if (const auto* odometry = std::get_if<Odometry>(&sample)) heard.odometry.push_back(*odometry);
-    if (const auto* wheels = std::get_if<WheelTicks>(&sample)) heard.wheels.push_back(*wheels);
-    if (const auto* imu = std::get_if<ImuSample>(&sample)) heard.imu.push_back(*imu);
-    if (const auto* truth = std::get_if<TruthPose>(&sample)) heard.truth.push_back(*truth);
+    if (const auto* frame = std::get_if<TagFrame>(&sample)) received.frames.push_back(*frame);
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) received.odometry.push_back(*odometry);
+    if (const auto* wheels = std::get_if<WheelTicks>(&sample)) received.wheels.push_back(*wheels);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) received.imu.push_back(*imu);
+    if (const auto* truth = std::get_if<TruthPose>(&sample)) received.truth.push_back(*truth);
   }
-  return heard;
+  return received;
 }
 
 double seconds_of(SensorTime stamp) { return to_seconds(stamp.time_since_epoch()); }
@@ -70,10 +70,10 @@ TEST(SimulatedFaults, ABlackoutIsDarkAndALostCameraIsSilent) {
 }
 
 TEST(SimulatedFaults, AFrozenCameraShowsTheLastPictureWithNewStamps) {
-  const Heard heard = drive({{.kind = FaultKind::CameraFrozen, .at_s = 1, .for_s = 1}});
+  const Heard received = drive({{.kind = FaultKind::CameraFrozen, .at_s = 1, .for_s = 1}});
   const TagFrame* before = nullptr;
   int frozen = 0;
-  for (const TagFrame& frame : heard.frames) {
+  for (const TagFrame& frame : received.frames) {
     const bool same = before != nullptr &&
                       frame.detections.at(0).corners_px.at(0) == before->detections.at(0).corners_px.at(0);
     EXPECT_EQ(same, within(frame.stamp, 1, 2)) << seconds_of(frame.stamp);
@@ -85,11 +85,11 @@ TEST(SimulatedFaults, AFrozenCameraShowsTheLastPictureWithNewStamps) {
 }
 
 TEST(SimulatedFaults, LostOdometryLeavesTheImu) {
-  const Heard heard = drive({{.kind = FaultKind::OdometryLost, .at_s = 1, .for_s = 1}});
-  for (const Odometry& odometry : heard.odometry) EXPECT_FALSE(within(odometry.stamp, 1, 2));
-  for (const WheelTicks& wheels : heard.wheels) EXPECT_FALSE(within(wheels.stamp, 1, 2));
-  EXPECT_NEAR(static_cast<double>(heard.imu.size()), 400, 3);
-  EXPECT_NEAR(static_cast<double>(heard.odometry.size()), 150, 3);
+  const Heard received = drive({{.kind = FaultKind::OdometryLost, .at_s = 1, .for_s = 1}});
+  for (const Odometry& odometry : received.odometry) EXPECT_FALSE(within(odometry.stamp, 1, 2));
+  for (const WheelTicks& wheels : received.wheels) EXPECT_FALSE(within(wheels.stamp, 1, 2));
+  EXPECT_NEAR(static_cast<double>(received.imu.size()), 400, 3);
+  EXPECT_NEAR(static_cast<double>(received.odometry.size()), 150, 3);
 }
 
 TEST(SimulatedFaults, ARemovedTagIsNotSeenAndACopyIsSeenTwice) {
@@ -108,33 +108,33 @@ TEST(SimulatedFaults, ARemovedTagIsNotSeenAndACopyIsSeenTwice) {
 }
 
 TEST(SimulatedFaults, AKidnappedRobotIsElsewhereAndItsWheelsDoNotKnow) {
-  const Heard heard =
+  const Heard received =
       drive({{.kind = FaultKind::Kidnapped, .at_s = 2, .base_T_put = SE2(0, 1, std::numbers::pi / 2)}});
-  for (const TruthPose& truth : heard.truth) {
+  for (const TruthPose& truth : received.truth) {
     const double y = truth.map_T_base.translation().y();
     EXPECT_TRUE(seconds_of(truth.stamp) >= 2 || std::abs(y) < 0.05) << y;
     EXPECT_TRUE(seconds_of(truth.stamp) <= 2.01 || y > 0.95) << y;
   }
-  EXPECT_LT(std::abs(heard.odometry.back().odom_T_base.y()), 0.05);
+  EXPECT_LT(std::abs(received.odometry.back().odom_T_base.y()), 0.05);
 }
 
 TEST(SimulatedFaults, AClockThatJumpsStaysSoAndTheRobotDrivesOn) {
   for (const double jump : {0.5, -0.5}) {
-    const Heard heard = drive({{.kind = FaultKind::ClockJump, .at_s = 2, .jump_s = jump}});
+    const Heard received = drive({{.kind = FaultKind::ClockJump, .at_s = 2, .jump_s = jump}});
     const Heard whole = drive({});
-    ASSERT_EQ(heard.imu.size(), whole.imu.size()) << "nothing is lost";
-    for (std::size_t i = 0; i < heard.imu.size(); ++i) {
-      const double shift = to_seconds(heard.imu[i].stamp - whole.imu[i].stamp);
+    ASSERT_EQ(received.imu.size(), whole.imu.size()) << "nothing is lost";
+    for (std::size_t i = 0; i < received.imu.size(); ++i) {
+      const double shift = to_seconds(received.imu[i].stamp - whole.imu[i].stamp);
       EXPECT_DOUBLE_EQ(shift, seconds_of(whole.imu[i].stamp) < 2.0 ? 0 : jump) << i;
     }
-    EXPECT_EQ(heard.truth.back().map_T_base.translation(), whole.truth.back().map_T_base.translation());
+    EXPECT_EQ(received.truth.back().map_T_base.translation(), whole.truth.back().map_T_base.translation());
   }
 }
 
 TEST(SimulatedFaults, InASlipBurstTheWheelsCountMoreThanTheWay) {
-  const Heard heard = drive({{.kind = FaultKind::SlipBurst, .at_s = 1, .for_s = 2, .speed_share = 0.5}});
-  const double way = heard.truth.back().map_T_base.translation().x();
-  const double counted = heard.odometry.back().odom_T_base.x() / 1.02;  // its usual error
+  const Heard received = drive({{.kind = FaultKind::SlipBurst, .at_s = 1, .for_s = 2, .speed_share = 0.5}});
+  const double way = received.truth.back().map_T_base.translation().x();
+  const double counted = received.odometry.back().odom_T_base.x() / 1.02;  // its usual error
   EXPECT_NEAR(counted - way, 0.5 * 0.2 * 2, 0.01);
 }
 

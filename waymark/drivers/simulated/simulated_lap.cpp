@@ -24,10 +24,10 @@ Result<std::vector<PathPoint>> line_of(const World& world) {
   return path;
 }
 
-SimulatedRobot robot_at_start(const SimulatedStage& stage, const std::vector<PathPoint>& path) {
-  return {stage.world,     stage.model,
-          stage.cameras(), path.front().map_T_path,
-          stage.robot,     stage.pictures ? Eye::Shots : Eye::Corners};
+SimulatedRobot robot_at_start(const SimulatedSetup& setup, const std::vector<PathPoint>& path) {
+  return {setup.world,     setup.model,
+          setup.cameras(), path.front().map_T_path,
+          setup.robot,     setup.pictures ? CameraOutput::Shots : CameraOutput::Corners};
 }
 
 /// The loop of a robot whose time stands still while something is decided.
@@ -38,19 +38,19 @@ RobotLoop loop_of(SimulatedSource& source, SimulatedRobot& robot, PictureSearch 
 
 }  // namespace
 
-std::vector<MountedCamera> SimulatedStage::cameras() const {
+std::vector<MountedCamera> SimulatedSetup::cameras() const {
   std::vector<MountedCamera> all = {{.name = camera_name, .camera = camera, .base_T_cam = model.base_T_cam}};
   all.insert(all.end(), more_cameras.begin(), more_cameras.end());
   return all;
 }
 
-Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive, const LapListener& listener,
+Result<LapEnd> drive_lap(const SimulatedSetup& setup, const Drive& drive, const LapListener& listener,
                          double timeout_s) {
-  const Result<std::vector<PathPoint>> path = line_of(stage.world);
+  const Result<std::vector<PathPoint>> path = line_of(setup.world);
   if (!path) return tl::unexpected(path.error());
-  const auto line = SampleLine::make(stage, listener);
+  const auto line = SampleLine::make(setup, listener);
   if (!line) return tl::unexpected(line.error());
-  SimulatedRobot robot = robot_at_start(stage, *path);
+  SimulatedRobot robot = robot_at_start(setup, *path);
   SimulatedSource source(robot);
   RobotListener driver;
   driver.on_sample = [&](const Sample& sample) { return (*line)->add(sample, robot.shot()); };
@@ -65,18 +65,18 @@ Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive, const 
       .finished = driven->done, .interrupted = driven->interrupted, .lap_s = to_seconds(driven->uptime)};
 }
 
-Result<ScriptedDriver> scripted_driver(const SimulatedStage& stage, const DriverOptions& driver) {
-  const Result<std::vector<PathPoint>> path = line_of(stage.world);
+Result<ScriptedDriver> scripted_driver(const SimulatedSetup& setup, const DriverOptions& driver) {
+  const Result<std::vector<PathPoint>> path = line_of(setup.world);
   if (!path) return tl::unexpected(path.error());
-  return ScriptedDriver(*path, stage.world.path_closed, driver, Random(stage.robot.seed + kDriverSeed));
+  return ScriptedDriver(*path, setup.world.path_closed, driver, Random(setup.robot.seed + kDriverSeed));
 }
 
-Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& options,
+Result<LapEnd> drive_scripted_lap(const SimulatedSetup& setup, const DriverOptions& options,
                                   const LapListener& listener, double timeout_s) {
-  Result<ScriptedDriver> driver = scripted_driver(stage, options);
+  Result<ScriptedDriver> driver = scripted_driver(setup, options);
   if (!driver) return tl::unexpected(driver.error());
   return drive_lap(
-      stage,
+      setup,
       [&](const SE2& map_T_base, Duration uptime, SensorTime) -> Result<DriverDecision> {
         const VelocityCommand command = driver->drive(map_T_base, SensorTime(uptime));
         return DriverDecision{.command = command, .done = driver->done()};
@@ -84,19 +84,21 @@ Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptio
       listener, timeout_s);
 }
 
-Result<ReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer, const LapListener& listener,
+Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer, const LapListener& listener,
                                const SimulatedReplayOptions& options) {
-  const Result<std::vector<PathPoint>> path = line_of(stage.world);
+  const Result<std::vector<PathPoint>> path = line_of(setup.world);
   if (!path) return tl::unexpected(path.error());
-  SimulatedRobot robot = robot_at_start(stage, *path);
-  std::unique_ptr<SceneEye> eye;
-  if (stage.pictures) {
-    auto made = SceneEye::make(std::make_shared<const World>(stage.world), stage.cameras(), *stage.pictures);
+  SimulatedRobot robot = robot_at_start(setup, *path);
+  std::unique_ptr<DetectingCamera> scene_camera;
+  if (setup.pictures) {
+    auto made =
+        DetectingCamera::make(std::make_shared<const World>(setup.world), setup.cameras(), *setup.pictures);
     if (!made) return tl::unexpected(made.error());
-    eye = std::move(*made);
+    scene_camera = std::move(*made);
   }
-  const PictureSearch search{.finder = eye ? &eye->finder() : nullptr, .cameras = stage.cameras()};
-  SimulatedSource source(robot, std::move(eye));
+  const PictureSearch search{.finder = scene_camera ? &scene_camera->finder() : nullptr,
+                             .cameras = setup.cameras()};
+  SimulatedSource source(robot, std::move(scene_camera));
   ReplaySession session(replayer, {.on_sample = listener.on_sample, .on_step = listener.on_step},
                         {.give_up_s = options.give_up_s});
   RobotListener driver = session.listener();
@@ -104,8 +106,9 @@ Result<ReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer, 
   const auto driven = loop_of(source, robot, search, options.timeout_s).drive(driver);
   if (!driven) return tl::unexpected(driven.error());
   // Whatever the last decision was, the recording ends with a zero of its own.
-  if (Status heard = driven->done ? listener.on_sample(StampedCommand{robot.now(), {}}) : Status(); !heard)
-    return tl::unexpected(heard.error());
+  if (Status received = driven->done ? listener.on_sample(StampedCommand{robot.now(), {}}) : Status();
+      !received)
+    return tl::unexpected(received.error());
   ReplayEnd end = session.end(*driven);
   end.lap_s = to_seconds(driven->uptime);
   return end;

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/samples/mounted_camera.hpp"
@@ -14,13 +14,14 @@
 namespace waymark {
 
 /// The place, the robot in it, and how both behave.
-struct SimulatedStage {
+struct SimulatedSetup {
   World world{};
   RobotModel model{};
   CameraModel camera;
-  SimulatedRobotOptions robot{};              ///< its seed makes the lap
-  std::optional<SceneEyeOptions> pictures{};  ///< nothing: camera and detector in one, without pictures
-  int threads = 1;                            ///< that take pictures and look at them
+  SimulatedRobotOptions robot{};  ///< its seed makes the lap
+  std::optional<DetectingCameraOptions>
+      pictures{};   ///< nothing: camera and detector in one, without pictures
+  int threads = 1;  ///< that take pictures and look at them
   std::string camera_name = "cam";
   std::vector<MountedCamera> more_cameras{};  ///< beside the first: `camera`, mounted as `model` says
 
@@ -46,19 +47,19 @@ struct LapListener {
 /// and the time of its sensors. An error ends the lap.
 using Drive = std::function<Result<DriverDecision>(const SE2& map_T_base, Duration uptime, SensorTime now)>;
 
-/// Lets somebody drive the robot, from the beginning of the world's line. What the listener hears, and the
+/// Lets somebody drive the robot, from the beginning of the world's line. What the listener receives, and the
 /// order of it, does not depend on the number of threads.
-[[nodiscard]] Result<LapEnd> drive_lap(const SimulatedStage& stage, const Drive& drive,
+[[nodiscard]] Result<LapEnd> drive_lap(const SimulatedSetup& setup, const Drive& drive,
                                        const LapListener& listener, double timeout_s = 600);
 
-/// The scripted driver of a stage, on the world's line. Fails on a world without one.
-[[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedStage& stage,
+/// The scripted driver of a setup, on the world's line. Fails on a world without one.
+[[nodiscard]] Result<ScriptedDriver> scripted_driver(const SimulatedSetup& setup,
                                                      const DriverOptions& driver);
 
 /// Drives the world's line once, as a person would who knows the place: the robot starts on the line and
 /// stands at the end. Gives up after `timeout_s` of simulated time. Fails on a world without a line and on
 /// what the listener fails on.
-[[nodiscard]] Result<LapEnd> drive_scripted_lap(const SimulatedStage& stage, const DriverOptions& driver,
+[[nodiscard]] Result<LapEnd> drive_scripted_lap(const SimulatedSetup& setup, const DriverOptions& driver,
                                                 const LapListener& listener, double timeout_s = 600);
 
 struct SimulatedReplayOptions {
@@ -67,7 +68,7 @@ struct SimulatedReplayOptions {
 };
 
 /// Lets a replayer drive a robot that starts at the beginning of the world's line, as a ReplaySession.
-[[nodiscard]] Result<ReplayEnd> drive_replay(const SimulatedStage& stage, Replayer& replayer,
+[[nodiscard]] Result<ReplayEnd> drive_replay(const SimulatedSetup& setup, Replayer& replayer,
                                              const LapListener& listener,
                                              const SimulatedReplayOptions& options = {});
 

@@ -9,7 +9,7 @@ namespace waymark {
 namespace {
 
 /// Two metres straight ahead, towards two tags.
-SimulatedStage some_stage() {
+SimulatedSetup some_setup() {
   World world{.name = "line", .path_m = {{0, 0}, {1, 0}, {2, 0}}, .path_closed = false};
   for (const int side : {-1, 1}) {
     world.tags.tags[{FamilyId::Tag36h11, side + 1}] = {
@@ -31,14 +31,14 @@ SimulatedStage some_stage() {
               CameraModel::make(PinholeRadtan{.fx = 440, .fy = 440, .cx = 320, .cy = 240}, 640, 480).value()};
 }
 
-Replayer some_replayer(const SimulatedStage& stage, const TagMap& map) {
+Replayer some_replayer(const SimulatedSetup& setup, const TagMap& map) {
   Trajectory line;
   for (int i = 0; i <= 40; ++i)
     line.push_back({SensorTime(Duration(i)), SE3(SO3(), Eigen::Vector3d(0.05 * i, 0, 0))});
-  return {std::make_unique<AnchorLocalizer>(map, stage.camera, stage.model.base_T_cam),
+  return {std::make_unique<AnchorLocalizer>(map, setup.camera, setup.model.base_T_cam),
           build_route(line).value(),
           map,
-          stage.model,
+          setup.model,
           {}};
 }
 
@@ -51,7 +51,7 @@ TEST(SimulatedLap, ADriverDrivesToTheEndAndStands) {
     if (const auto* truth = std::get_if<TruthPose>(&sample)) reached_m = truth->map_T_base.translation().x();
     return {};
   };
-  const auto end = drive_scripted_lap(some_stage(), {}, listener);
+  const auto end = drive_scripted_lap(some_setup(), {}, listener);
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished);
   EXPECT_FALSE(end->interrupted);
@@ -70,29 +70,29 @@ TEST(SimulatedLap, TheListenerCanEndIt) {
     return {};
   };
   listener.should_stop = [&] { return samples > 100; };
-  const auto stopped = drive_scripted_lap(some_stage(), {}, listener);
+  const auto stopped = drive_scripted_lap(some_setup(), {}, listener);
   ASSERT_TRUE(stopped);
   EXPECT_TRUE(stopped->interrupted);
   EXPECT_FALSE(stopped->finished);
   EXPECT_EQ(last, VelocityCommand{});
   listener.on_sample = [](const Sample&) -> Status { return fail(ErrorCode::Unwritable, "disk full"); };
-  const auto failed = drive_scripted_lap(some_stage(), {}, listener);
+  const auto failed = drive_scripted_lap(some_setup(), {}, listener);
   ASSERT_FALSE(failed);
   EXPECT_EQ(failed.error().message, "disk full");
 }
 
 TEST(SimulatedLap, AWorldWithoutALineIsRefused) {
-  SimulatedStage stage = some_stage();
-  stage.world.path_m.clear();
-  EXPECT_FALSE(drive_scripted_lap(stage, {}, {}));
-  Replayer replayer = some_replayer(stage, stage.world.tags);
-  EXPECT_FALSE(drive_replay(stage, replayer, {}));
+  SimulatedSetup setup = some_setup();
+  setup.world.path_m.clear();
+  EXPECT_FALSE(drive_scripted_lap(setup, {}, {}));
+  Replayer replayer = some_replayer(setup, setup.world.tags);
+  EXPECT_FALSE(drive_replay(setup, replayer, {}));
 }
 
 TEST(SimulatedLap, AReplayWithTheTrueMapReachesItsGoal) {
-  const SimulatedStage stage = some_stage();
-  Replayer replayer = some_replayer(stage, stage.world.tags);
-  const auto end = drive_replay(stage, replayer, {});
+  const SimulatedSetup setup = some_setup();
+  Replayer replayer = some_replayer(setup, setup.world.tags);
+  const auto end = drive_replay(setup, replayer, {});
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->finished) << end->reason;
   EXPECT_EQ(end->state, ReplayState::Finished);
@@ -100,10 +100,10 @@ TEST(SimulatedLap, AReplayWithTheTrueMapReachesItsGoal) {
 }
 
 TEST(SimulatedLap, AReplayThatSeesNoTagOfItsMapIsGivenUp) {
-  const SimulatedStage stage = some_stage();
+  const SimulatedSetup setup = some_setup();
   TagMap elsewhere;
   elsewhere.tags[{FamilyId::Tag36h11, 99}] = {.map_T_tag = SE3(), .size_m = 0.16};
-  Replayer replayer = some_replayer(stage, elsewhere);
+  Replayer replayer = some_replayer(setup, elsewhere);
   double reached_m = 0;
   LapListener listener;
   listener.on_sample = [&](const Sample& sample) -> Status {
@@ -111,7 +111,7 @@ TEST(SimulatedLap, AReplayThatSeesNoTagOfItsMapIsGivenUp) {
       reached_m = truth->map_T_base.translation().norm();
     return {};
   };
-  const auto end = drive_replay(stage, replayer, listener, {.give_up_s = 2});
+  const auto end = drive_replay(setup, replayer, listener, {.give_up_s = 2});
   ASSERT_TRUE(end);
   EXPECT_FALSE(end->finished);
   EXPECT_EQ(end->state, ReplayState::Waiting);

@@ -26,12 +26,14 @@ bool SimulatedRobot::Timer::due(SensorTime now) {
 }
 
 SimulatedRobot::SimulatedRobot(World world, RobotModel model, const CameraModel& camera,
-                               const SE2& map_T_base, const SimulatedRobotOptions& options, Eye eye)
+                               const SE2& map_T_base, const SimulatedRobotOptions& options,
+                               CameraOutput camera_output)
     : SimulatedRobot(std::move(world), model, {{.camera = camera, .base_T_cam = model.base_T_cam}},
-                     map_T_base, options, eye) {}
+                     map_T_base, options, camera_output) {}
 
 SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras,
-                               const SE2& map_T_base, const SimulatedRobotOptions& options, Eye eye)
+                               const SE2& map_T_base, const SimulatedRobotOptions& options,
+                               CameraOutput camera_output)
     : true_world_(std::move(world)),
       world_(std::make_shared<const World>(true_world_)),
       model_(std::move(model)),
@@ -46,7 +48,7 @@ SimulatedRobot::SimulatedRobot(World world, RobotModel model, std::vector<Mounte
       lidar_timer_{period(std::max(options.lidar.rate_hz, 0.1))},
       lidar_(true_world_, options.lidar),
       lidar_random_(options.seed + kLidarSeed),
-      eye_(eye),
+      camera_output_(camera_output),
       happened_(options.faults.size(), false) {
   lidar_timer_.next += lidar_timer_.period;  // the first turn is over then
   for (MountedCamera& camera : cameras)
@@ -101,11 +103,11 @@ void SimulatedRobot::say_later(Sample sample) {
   late_.push_back({uptime() + Duration(std::llround(options_.camera_latency_s * 1e9)), std::move(sample)});
 }
 
-void SimulatedRobot::look() {
+void SimulatedRobot::take_picture() {
   ++pictures_;
   if (!wrong(FaultKind::CameraStuck)) looks_from_ = dynamics_.map_T_base();
   for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
-    if (eye_ == Eye::Corners)
+    if (camera_output_ == CameraOutput::Corners)
       take_corners(camera);
     else
       look_with(camera);
@@ -156,7 +158,7 @@ void SimulatedRobot::speak() {
   }
   if (options_.lidar.rate_hz > 0 && lidar_timer_.due(now))
     say(lidar_.scan(dynamics_.map_T_base(), dynamics_.twist(), now, lidar_random_));
-  if (camera_timer_.due(now)) look();
+  if (camera_timer_.due(now)) take_picture();
   for (; !late_.empty() && late_.front().due <= uptime(); late_.pop_front())
     ready_.push_back(std::move(late_.front().sample));
 }

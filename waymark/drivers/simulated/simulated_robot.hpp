@@ -25,7 +25,7 @@ struct CameraShot {
 };
 
 /// What becomes of the cameras.
-enum class Eye : std::uint8_t {
+enum class CameraOutput : std::uint8_t {
   Corners,  ///< TagFrame: camera and detector in one, without pictures
   Shots,    ///< CameraFrame without a picture, and shot() says how to take it
 };
@@ -36,10 +36,10 @@ class SimulatedRobot final : public Robot {
  public:
   /// All cameras take their pictures at the same moments.
   SimulatedRobot(World world, RobotModel model, std::vector<MountedCamera> cameras, const SE2& map_T_base,
-                 const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
+                 const SimulatedRobotOptions& options, CameraOutput camera_output = CameraOutput::Corners);
   /// With one camera, mounted as the model says.
   SimulatedRobot(World world, RobotModel model, const CameraModel& camera, const SE2& map_T_base,
-                 const SimulatedRobotOptions& options, Eye eye = Eye::Corners);
+                 const SimulatedRobotOptions& options, CameraOutput camera_output = CameraOutput::Corners);
 
   /// What its sensors say next. Never ends: the simulated world goes on.
   [[nodiscard]] Sample next();
@@ -69,7 +69,7 @@ class SimulatedRobot final : public Robot {
     CameraShot last_shot{};
   };
   void speak();
-  void look();
+  void take_picture();
   void look_with(std::size_t camera);
   void take_corners(std::size_t camera);
   void let_things_go_wrong();
@@ -93,7 +93,7 @@ class SimulatedRobot final : public Robot {
   Timer lidar_timer_;
   Lidar lidar_;
   Random lidar_random_;
-  Eye eye_;
+  CameraOutput camera_output_;
   Duration clock_offset_{};
   double next_tag_change_s_ = 0;
   std::vector<bool> happened_;

@@ -17,8 +17,8 @@ Result<std::optional<RobotEvent>> SimulatedSource::next(Duration /*most*/) {
     next_request_ += kControlPeriod;
     asks_ = true;
   }
-  if (auto* picture = std::get_if<CameraFrame>(&sample); picture != nullptr && eye_) {
-    auto taken = eye_->take(robot_.shot());
+  if (auto* picture = std::get_if<CameraFrame>(&sample); picture != nullptr && scene_camera_) {
+    auto taken = scene_camera_->take(robot_.shot());
     if (!taken) return tl::unexpected(taken.error());
     picture->image = std::move(taken->image);
   }

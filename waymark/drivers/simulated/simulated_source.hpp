@@ -2,7 +2,7 @@
 
 #include <memory>
 
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 #include "waymark/drivers/simulated/simulated_robot.hpp"
 #include "waymark/samples/robot.hpp"
 
@@ -12,10 +12,10 @@ namespace waymark {
 /// for it.
 class SimulatedSource final : public Source {
  public:
-  /// The robot outlives it. `eye`: takes the pictures; without it CameraFrames have none, and
+  /// The robot outlives it. `scene_camera`: takes the pictures; without it CameraFrames have none, and
   /// SimulatedRobot::shot() says how to take the last one.
-  explicit SimulatedSource(SimulatedRobot& robot, std::unique_ptr<SceneEye> eye = nullptr)
-      : robot_(robot), eye_(std::move(eye)) {}
+  explicit SimulatedSource(SimulatedRobot& robot, std::unique_ptr<DetectingCamera> scene_camera = nullptr)
+      : robot_(robot), scene_camera_(std::move(scene_camera)) {}
 
   /// Never waits and never ends: the simulated world goes on.
   Result<std::optional<RobotEvent>> next(Duration most) override;
@@ -24,7 +24,7 @@ class SimulatedSource final : public Source {
 
  private:
   SimulatedRobot& robot_;
-  std::unique_ptr<SceneEye> eye_;
+  std::unique_ptr<DetectingCamera> scene_camera_;
   Duration next_request_{};
   bool asks_ = false;
 };

@@ -68,19 +68,19 @@ class Robot {
       (void)read_some(orders_.number(), bytes);
       lines_.add(bytes);
       while (const auto line = lines_.next()) {
-        heard_.push_back({steady_now(), line->text});
-        if (enough(heard_.back())) return true;
+        received_.push_back({steady_now(), line->text});
+        if (enough(received_.back())) return true;
       }
     }
     return false;
   }
-  [[nodiscard]] const std::vector<Heard>& heard() const { return heard_; }
+  [[nodiscard]] const std::vector<Heard>& received() const { return received_; }
 
  private:
   std::filesystem::path folder_;
   Descriptor orders_;
   LineSplitter lines_;
-  std::vector<Heard> heard_;
+  std::vector<Heard> received_;
 };
 
 /// A program of its own that drives on and on.
@@ -103,22 +103,22 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
   for (int i = 0; i < 5; ++i) {
     Robot robot;
     const pid_t driver = fork_driver(robot.command());
-    ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.moves(); }));
+    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
     const Duration until = steady_now() + milliseconds(static_cast<int>(random.uniform() * 120));
-    ASSERT_TRUE(robot.listen([&](const Heard& heard) { return heard.at >= until; }));
-    const std::size_t before = robot.heard().size();
+    ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at >= until; }));
+    const std::size_t before = robot.received().size();
     const Duration killed = steady_now();
     ASSERT_EQ(kill(driver, SIGKILL), 0);
     reap(driver);
-    ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.bye(); })) << "the end is said";
+    ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); })) << "the end is said";
     bool stopped = false;
     int zeros = 0;
-    for (std::size_t k = before; k < robot.heard().size(); ++k) {
-      const Heard& heard = robot.heard()[k];
-      if (heard.stops() && !stopped) worst = std::max(worst, heard.at - killed);
-      stopped = stopped || heard.stops();
-      zeros += heard.stops() ? 1 : 0;
-      EXPECT_FALSE(stopped && heard.moves()) << heard.line;
+    for (std::size_t k = before; k < robot.received().size(); ++k) {
+      const Heard& received = robot.received()[k];
+      if (received.stops() && !stopped) worst = std::max(worst, received.at - killed);
+      stopped = stopped || received.stops();
+      zeros += received.stops() ? 1 : 0;
+      EXPECT_FALSE(stopped && received.moves()) << received.line;
     }
     EXPECT_GE(zeros, 3) << "zero is repeated";
   }
@@ -129,34 +129,34 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsKilledAtAnyMoment) {
 TEST(Watchdog, StopsTheRobotWhenTheDriverIsFrozenAndGoesOnWhenItThaws) {
   Robot robot;
   const pid_t driver = fork_driver(robot.command());
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.moves(); }));
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
   ASSERT_EQ(kill(driver, SIGSTOP), 0);
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.stops(); }));
-  EXPECT_NE(robot.heard().back().line.find("no fresh command"), std::string::npos);
-  const std::size_t at = robot.heard().size();
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  EXPECT_NE(robot.received().back().line.find("no fresh command"), std::string::npos);
+  const std::size_t at = robot.received().size();
   const Duration until = steady_now() + milliseconds(200);
-  ASSERT_TRUE(robot.listen([&](const Heard& heard) { return heard.at > until; }));
-  for (std::size_t k = at; k < robot.heard().size(); ++k) EXPECT_TRUE(robot.heard()[k].stops());
+  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.at > until; }));
+  for (std::size_t k = at; k < robot.received().size(); ++k) EXPECT_TRUE(robot.received()[k].stops());
   ASSERT_EQ(kill(driver, SIGCONT), 0);
-  EXPECT_TRUE(robot.listen([](const Heard& heard) { return heard.moves(); }));
+  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
   kill(driver, SIGKILL);
   reap(driver);
-  EXPECT_TRUE(robot.listen([](const Heard& heard) { return heard.bye(); }));
+  EXPECT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
 }
 
 TEST(Watchdog, SendsZeroBeforeTheFirstCommandAndAfterTheLast) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire) << to_string(wire.error());
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.stops(); }));
-  EXPECT_NE(robot.heard().front().line.find("hello"), std::string::npos);
-  EXPECT_NE(robot.heard().back().line.find("no command yet"), std::string::npos);
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
+  EXPECT_NE(robot.received().front().line.find("hello"), std::string::npos);
+  EXPECT_NE(robot.received().back().line.find("no command yet"), std::string::npos);
   ASSERT_TRUE((*wire)->send(0.3, 0, 17));
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.moves(); }));
-  EXPECT_NE(robot.heard().back().line.find("\"step\":17"), std::string::npos);
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.stops(); })) << "0.25 s later";
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.moves(); }));
+  EXPECT_NE(robot.received().back().line.find("\"step\":17"), std::string::npos);
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); })) << "0.25 s later";
   EXPECT_EQ((*wire)->close(), 0) << "cat ends when its input does";
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.bye(); }));
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
   EXPECT_FALSE((*wire)->send(0.3, 0)) << "it is closed";
 }
 
@@ -212,19 +212,19 @@ TEST(Watchdog, StopsARobotAtOnceThatClosesItsStandardOutput) {
   ASSERT_FALSE(lines) << "the driver is told";
   EXPECT_NE(lines.error().message.find("closed its standard output"), std::string::npos)
       << lines.error().message;
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.bye(); }));
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
   // Only what was under way when it fell silent may still move it.
   int moves = 0;
-  for (const Heard& heard : robot.heard()) moves += heard.moves() ? 1 : 0;
+  for (const Heard& received : robot.received()) moves += received.moves() ? 1 : 0;
   EXPECT_LE(moves, 1);
-  EXPECT_TRUE(robot.heard()[robot.heard().size() - 2].stops());
+  EXPECT_TRUE(robot.received()[robot.received().size() - 2].stops());
 }
 
 TEST(Watchdog, ThatIsKilledIsNamedAndNotTheRobot) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
   ASSERT_TRUE(wire);
-  ASSERT_TRUE(robot.listen([](const Heard& heard) { return heard.stops(); }));
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.stops(); }));
   ASSERT_EQ(kill((*wire)->watchdog_pid(), SIGKILL), 0);
   const auto lines = (*wire)->read(seconds(20));
   ASSERT_FALSE(lines);
@@ -263,12 +263,12 @@ TEST(Watchdog, ASlowRobotNeverWorksOffAQueue) {
     (void)poll(nullptr, 0, 10);
   }
   const Duration last = steady_now();
-  ASSERT_TRUE(robot.listen([&](const Heard& heard) { return heard.stops() && heard.at > last; }));
+  ASSERT_TRUE(robot.listen([&](const Heard& received) { return received.stops() && received.at > last; }));
   int moves = 0;
   int late = 0;
-  for (const Heard& heard : robot.heard()) {
-    moves += heard.moves() ? 1 : 0;
-    late += heard.moves() && heard.line.find("\"sequence\":100,") != std::string::npos ? 1 : 0;
+  for (const Heard& received : robot.received()) {
+    moves += received.moves() ? 1 : 0;
+    late += received.moves() && received.line.find("\"sequence\":100,") != std::string::npos ? 1 : 0;
   }
   EXPECT_LE(moves, 60) << "most orders were overtaken";
   EXPECT_LE(late, 1);

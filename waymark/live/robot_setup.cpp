@@ -1,4 +1,4 @@
-#include "waymark/live/stage.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 #include <utility>
 
@@ -43,7 +43,8 @@ SimulatedRobotOptions with_seed(SimulatedRobotOptions options, std::uint64_t see
 
 }  // namespace
 
-Result<Stage> load_stage(const std::string& world_name, const std::string& robot_file, std::uint64_t seed) {
+Result<RobotSetup> load_setup(const std::string& world_name, const std::string& robot_file,
+                              std::uint64_t seed) {
   Result<Found> world_file = world_name.empty() ? Found() : find("worlds", world_name);
   if (!world_file) return tl::unexpected(world_file.error());
   Result<World> world = world_name.empty() ? World() : parse_world(world_file->text, world_file->path);
@@ -54,14 +55,14 @@ Result<Stage> load_stage(const std::string& world_name, const std::string& robot
   if (!robot_text) return tl::unexpected(robot_text.error());
   const Result<RobotDescription> robot = parse_robot(robot_text->text, robot_text->path);
   if (!robot) return tl::unexpected(robot.error());
-  return Stage{.simulated = {.world = std::move(*world),
-                             .model = robot->model,
-                             .camera = robot->camera,
-                             .robot = with_seed(robot->simulation, seed),
-                             .camera_name = robot->camera_name,
-                             .more_cameras = robot->more_cameras},
-               .world_yaml = world_file->text,
-               .robot_yaml = robot_text->text};
+  return RobotSetup{.simulated = {.world = std::move(*world),
+                                  .model = robot->model,
+                                  .camera = robot->camera,
+                                  .robot = with_seed(robot->simulation, seed),
+                                  .camera_name = robot->camera_name,
+                                  .more_cameras = robot->more_cameras},
+                    .world_yaml = world_file->text,
+                    .robot_yaml = robot_text->text};
 }
 
 }  // namespace waymark

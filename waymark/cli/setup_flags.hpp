@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/live/stage.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace CLI {
 class App;
@@ -22,18 +22,18 @@ inline constexpr const char* kWorldNames =
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.
-class StageFlags {
+class SetupFlags {
  public:
   /// `robot_file_default` is what the help says comes first without --robot-file. Without a `world` the flag
   /// --world is required.
   /// With `processes` the robot may be a program of the user's: --robot process:CMD.
-  explicit StageFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
+  explicit SetupFlags(CLI::App& app, const std::string& world = {}, bool processes = false,
                       const std::string& robot_file_default = {});
-  StageFlags(const StageFlags&) = delete;
-  StageFlags& operator=(const StageFlags&) = delete;
+  SetupFlags(const SetupFlags&) = delete;
+  SetupFlags& operator=(const SetupFlags&) = delete;
 
-  /// `robot_file`: where the robot is described when no flag says so; empty: as load_stage() has it.
-  [[nodiscard]] Result<Stage> make(const std::string& robot_file = {}) const;
+  /// `robot_file`: where the robot is described when no flag says so; empty: as load_setup() has it.
+  [[nodiscard]] Result<RobotSetup> make(const std::string& robot_file = {}) const;
   /// Fails when --seed was given and nothing is simulated or scripted.
   [[nodiscard]] Status refuse_seed() const;
   /// The flags of the simulated robot again, for a command line.

@@ -11,7 +11,7 @@
 namespace waymark {
 
 /// How pictures are made and looked at.
-struct SceneEyeOptions {
+struct DetectingCameraOptions {
   SceneOptions scene{};
   SceneCameraOptions camera{};
   DetectorOptions detector{};
@@ -27,20 +27,20 @@ struct SeenPicture {
 
 /// The cameras of a robot with a detector behind them. Not safe to use from several threads: each has its
 /// own.
-class SceneEye {
+class DetectingCamera {
  public:
-  [[nodiscard]] static Result<std::unique_ptr<SceneEye>> make(std::shared_ptr<const World> world,
-                                                              const std::vector<MountedCamera>& cameras,
-                                                              const SceneEyeOptions& options);
+  [[nodiscard]] static Result<std::unique_ptr<DetectingCamera>> make(
+      std::shared_ptr<const World> world, const std::vector<MountedCamera>& cameras,
+      const DetectingCameraOptions& options);
 
   /// Another one with a detector of its own; what the cameras know of their lenses and of the scene is
   /// shared.
-  [[nodiscard]] Result<std::unique_ptr<SceneEye>> another() const;
+  [[nodiscard]] Result<std::unique_ptr<DetectingCamera>> another() const;
 
   /// Takes the picture. The same shot gives the same bytes, whatever was seen before.
   [[nodiscard]] Result<RenderedFrame> take(const CameraShot& shot);
   /// Takes the picture and looks for tags. The same shot gives the same bytes, whatever was seen before.
-  [[nodiscard]] Result<SeenPicture> look(const CameraShot& shot);
+  [[nodiscard]] Result<SeenPicture> detect(const CameraShot& shot);
   [[nodiscard]] const TagFinder& finder() const { return finder_; }
 
  private:
@@ -48,14 +48,14 @@ class SceneEye {
     MountedCamera mounted;
     SceneCamera camera;
   };
-  SceneEye(std::vector<MountedSceneCamera> cameras, TagFinder finder, const SceneEyeOptions& options,
-           std::shared_ptr<const World> world);
+  DetectingCamera(std::vector<MountedSceneCamera> cameras, TagFinder finder,
+                  const DetectingCameraOptions& options, std::shared_ptr<const World> world);
   [[nodiscard]] Status face(const std::shared_ptr<const World>& world);
   [[nodiscard]] Status through_jpeg(Image& image) const;
 
   std::vector<MountedSceneCamera> cameras_;
   TagFinder finder_;
-  SceneEyeOptions options_;
+  DetectingCameraOptions options_;
   std::shared_ptr<const World> world_;
 };
 

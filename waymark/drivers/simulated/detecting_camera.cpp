@@ -1,4 +1,4 @@
-#include "waymark/drivers/simulated/scene_eye.hpp"
+#include "waymark/drivers/simulated/detecting_camera.hpp"
 
 #include <utility>
 
@@ -9,7 +9,7 @@ namespace waymark {
 namespace {
 
 /// What these options say, for the families that the world has.
-Result<TagFinder> make_finder(const World& world, SceneEyeOptions options) {
+Result<TagFinder> make_finder(const World& world, DetectingCameraOptions options) {
   options.detector.families = {std::string(family(world.anchor.family).name)};
   auto finder = make_tag_finder(options.detector, options.refinement);
   if (finder && !options.refine_corners) finder->refinement.reset();
@@ -18,13 +18,13 @@ Result<TagFinder> make_finder(const World& world, SceneEyeOptions options) {
 
 }  // namespace
 
-SceneEye::SceneEye(std::vector<MountedSceneCamera> cameras, TagFinder finder, const SceneEyeOptions& options,
-                   std::shared_ptr<const World> world)
+DetectingCamera::DetectingCamera(std::vector<MountedSceneCamera> cameras, TagFinder finder,
+                                 const DetectingCameraOptions& options, std::shared_ptr<const World> world)
     : cameras_(std::move(cameras)), finder_(std::move(finder)), options_(options), world_(std::move(world)) {}
 
-Result<std::unique_ptr<SceneEye>> SceneEye::make(std::shared_ptr<const World> world,
-                                                 const std::vector<MountedCamera>& cameras,
-                                                 const SceneEyeOptions& options) {
+Result<std::unique_ptr<DetectingCamera>> DetectingCamera::make(std::shared_ptr<const World> world,
+                                                               const std::vector<MountedCamera>& cameras,
+                                                               const DetectingCameraOptions& options) {
   std::vector<MountedSceneCamera> all;
   for (const MountedCamera& mounted : cameras) {
     auto camera = SceneCamera::make(scene_of(*world, options.scene), mounted.camera, options.camera);
@@ -33,17 +33,18 @@ Result<std::unique_ptr<SceneEye>> SceneEye::make(std::shared_ptr<const World> wo
   }
   auto finder = make_finder(*world, options);
   if (!finder) return tl::unexpected(finder.error());
-  return std::unique_ptr<SceneEye>(
-      new SceneEye(std::move(all), std::move(*finder), options, std::move(world)));
+  return std::unique_ptr<DetectingCamera>(
+      new DetectingCamera(std::move(all), std::move(*finder), options, std::move(world)));
 }
 
-Result<std::unique_ptr<SceneEye>> SceneEye::another() const {
+Result<std::unique_ptr<DetectingCamera>> DetectingCamera::another() const {
   auto finder = make_finder(*world_, options_);
   if (!finder) return tl::unexpected(finder.error());
-  return std::unique_ptr<SceneEye>(new SceneEye(cameras_, std::move(*finder), options_, world_));
+  return std::unique_ptr<DetectingCamera>(
+      new DetectingCamera(cameras_, std::move(*finder), options_, world_));
 }
 
-Status SceneEye::face(const std::shared_ptr<const World>& world) {
+Status DetectingCamera::face(const std::shared_ptr<const World>& world) {
   if (world == world_) return {};
   world_ = world;
   for (MountedSceneCamera& each : cameras_) {
@@ -52,7 +53,7 @@ Status SceneEye::face(const std::shared_ptr<const World>& world) {
   return {};
 }
 
-Status SceneEye::through_jpeg(Image& image) const {
+Status DetectingCamera::through_jpeg(Image& image) const {
   if (options_.camera.jpeg_quality == 0) return {};
   const auto bytes = encode_jpeg(image, options_.camera.jpeg_quality);
   if (!bytes) return tl::unexpected(bytes.error());
@@ -62,15 +63,15 @@ Status SceneEye::through_jpeg(Image& image) const {
   return {};
 }
 
-Result<RenderedFrame> SceneEye::take(const CameraShot& shot) {
+Result<RenderedFrame> DetectingCamera::take(const CameraShot& shot) {
   if (Status status = face(shot.world); !status) return tl::unexpected(status.error());
   // Over the time of one picture the velocity is the same.
-  MountedSceneCamera& eye = cameras_.at(shot.camera);
-  const SE3 base_T_cam = eye.mounted.base_T_cam;
+  MountedSceneCamera& scene_camera = cameras_.at(shot.camera);
+  const SE3 base_T_cam = scene_camera.mounted.base_T_cam;
   const auto motion = [&](double seconds) {
     return shot.map_T_base * lift(SE2::exp(shot.twist * seconds)) * base_T_cam;
   };
-  auto picture = eye.camera.render(motion, shot.stamp, shot.seed);
+  auto picture = scene_camera.camera.render(motion, shot.stamp, shot.seed);
   if (!picture) return picture;
   if (shot.dark) {
     picture->image = Image(picture->image.width(), picture->image.height());
@@ -80,7 +81,7 @@ Result<RenderedFrame> SceneEye::take(const CameraShot& shot) {
   return picture;
 }
 
-Result<SeenPicture> SceneEye::look(const CameraShot& shot) {
+Result<SeenPicture> DetectingCamera::detect(const CameraShot& shot) {
   auto picture = take(shot);
   if (!picture) return tl::unexpected(picture.error());
   const MountedCamera& mounted = cameras_.at(shot.camera).mounted;

@@ -11,8 +11,8 @@
 namespace waymark {
 
 /// A robot in its world, and the files that describe them.
-struct Stage {
-  SimulatedStage simulated;
+struct RobotSetup {
+  SimulatedSetup simulated;
   std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
   std::string robot_yaml;
   RobotCommand process{};  ///< what is the robot; empty: it is simulated
@@ -25,7 +25,7 @@ struct Stage {
 
 /// A world and a robot, by name or path. Without the name of a world: one with nothing in it. Without that of
 /// a robot: the one that the world names, else limo.
-[[nodiscard]] Result<Stage> load_stage(const std::string& world, const std::string& robot_file,
-                                       std::uint64_t seed);
+[[nodiscard]] Result<RobotSetup> load_setup(const std::string& world, const std::string& robot_file,
+                                            std::uint64_t seed);
 
 }  // namespace waymark

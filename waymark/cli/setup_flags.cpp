@@ -1,4 +1,4 @@
-#include "waymark/cli/stage_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -9,7 +9,7 @@
 
 namespace waymark::cli {
 
-StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
+SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
   app.add_option("--robot", robot_,
@@ -35,27 +35,27 @@ StageFlags::StageFlags(CLI::App& app, const std::string& world, bool processes,
       ->type_name("INTEGER");
 }
 
-Status StageFlags::refuse_seed() const {
+Status SetupFlags::refuse_seed() const {
   return refuse_flag(app_, "--seed", "nothing is drawn at random for a robot that is a process",
                      "Leave it out; a simulated process takes a seed of its own.");
 }
 
-std::vector<std::string> StageFlags::as_words() const {
+std::vector<std::string> SetupFlags::as_words() const {
   std::vector<std::string> words = {"--world", world_, "--seed", std::to_string(seed_)};
   if (!robot_file_.empty()) words.insert(words.end(), {"--robot-file", robot_file_});
   return words;
 }
 
-Result<Stage> StageFlags::make(const std::string& robot_file) const {
+Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
   constexpr std::string_view kProcess = "process:";
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
   if (processes_ && robot_.starts_with(kProcess)) {
-    Result<Stage> stage = load_stage(world_, file, seed_);
-    if (stage) stage->process = robot_.substr(kProcess.size());
-    if (stage && stage->process.empty())
+    Result<RobotSetup> setup = load_setup(world_, file, seed_);
+    if (setup) setup->process = robot_.substr(kProcess.size());
+    if (setup && setup->process.empty())
       return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
                   "For example --robot \"process:python3 my_robot.py\".");
-    return stage;
+    return setup;
   }
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
@@ -64,7 +64,7 @@ Result<Stage> StageFlags::make(const std::string& robot_file) const {
   if (world_.empty())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
                 {.key = "--world"}, "For example --world circuit24.");
-  return load_stage(world_, file, seed_);
+  return load_setup(world_, file, seed_);
 }
 
 }  // namespace waymark::cli
