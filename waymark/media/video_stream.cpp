@@ -76,6 +76,8 @@ Status open_decoder(VideoStream& video, const VideoReaderOptions& options) {
     return fail(ErrorCode::LimitExceeded, "not enough memory");
   video.codec->pkt_timebase = video.stream->time_base;
   video.codec->thread_count = options.threads;
+  // Between pictures, whether damage is noticed depends on which thread is first.
+  video.codec->thread_type = FF_THREAD_SLICE;
   video.codec->max_pixels = options.max_pixels;
   if (static_cast<std::int64_t>(coded.width) * coded.height > options.max_pixels)
     return fail(ErrorCode::LimitExceeded, fmt::format("pictures of {} x {} pixels; the limit is {}",
