@@ -8,6 +8,7 @@
 #include "waymark/mapping/optimization/confirmed_observations.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
