@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
 
 namespace waymark {
