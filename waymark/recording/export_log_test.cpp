@@ -185,6 +185,28 @@ TEST(ExportProgress, IsToldAndItsErrorEndsTheExport) {
   }
 }
 
+TEST(ExportMcap, APartThatBeginsLaterKeepsCalibrationAndMounting) {
+  const auto camera = CameraModel::make(PinholeRadtan{.fx = 400, .fy = 400, .cx = 320, .cy = 240}, 640, 480);
+  ASSERT_TRUE(camera);
+  const SE3 base_T_cam(SO3::from_rpy(-1.5, 0, -1.57), {0.08, 0, 0.18});
+  const Bytes file = drive(
+      [&](SampleRecorder& recorder) { EXPECT_TRUE(recorder.add_camera(at_s(100), *camera, base_T_cam)); });
+  for (const double from_s : {100.0, 105.0, 119.5}) {
+    ExportOptions options;
+    options.selection.from = static_cast<std::uint64_t>(from_s * 1e9);
+    Bytes part;
+    const auto report = export_mcap(*log_of(file), memory_sink(part), options);
+    ASSERT_TRUE(report) << to_string(report.error());
+    const auto log = log_of(part);
+    const auto setup = log->setup();
+    ASSERT_TRUE(setup) << to_string(setup.error());
+    ASSERT_TRUE(setup->camera && setup->base_T_cam) << from_s;
+    EXPECT_LT((setup->base_T_cam->inverse() * base_T_cam).translation().norm(), 1e-9);
+    EXPECT_GE(*log->summary().start, options.selection.from) << "nothing lies before the part";
+    EXPECT_EQ(report->by_topic.at(topics::kCameraInfo), 1U);
+  }
+}
+
 TEST(ExportMcap, MetadataAttachmentsAndStampsComeAlong) {
   const Bytes file = drive([](SampleRecorder& recorder) {
     EXPECT_TRUE(recorder.add_metadata("waymark", {{"anchor", "tag36h11:0"}}));

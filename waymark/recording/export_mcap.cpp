@@ -1,5 +1,7 @@
+#include <map>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -102,14 +104,51 @@ Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportReport& rep
   });
 }
 
+/// Whether the messages of a channel hold until another one follows: ROS publishes them once, to late comers
+/// too.
+bool is_latched(const LogChannel& channel) {
+  const auto qos = channel.metadata.find("offered_qos_profiles");
+  const bool said =
+      qos != channel.metadata.end() && (qos->second.find("durability: 1") != std::string::npos ||
+                                        qos->second.find("transient_local") != std::string::npos);
+  return said || channel.topic.ends_with("/tf_static") || channel.type.ends_with("/CameraInfo");
+}
+
+/// The part of a recording that begins later needs what was published before and still holds: of each topic
+/// the newest message, of fixed transforms all of them. They are written at the beginning of the part.
+/// O(messages before it on these topics).
+Status add_latched(McapExport& exported, MessageLog& log, const LogSelection& selection) {
+  LogSelection before{.to = selection.from};
+  for (const LogChannel& channel : log.channels())
+    if (is_latched(channel) && selection.takes(channel.topic)) before.topics.insert(channel.topic);
+  if (selection.from == 0 || before.topics.empty()) return {};
+  std::map<const LogChannel*, std::vector<Bytes>> held;
+  Status status = log.visit(before, [&](const LogChannel& channel, const LogMessage& message) {
+    std::vector<Bytes>& messages = held[&channel];
+    if (!channel.topic.ends_with("/tf_static")) messages.clear();
+    messages.emplace_back(message.data.begin(), message.data.end());
+    return Status();
+  });
+  for (const auto& [channel, messages] : held) {
+    for (const Bytes& data : messages) {
+      if (status)
+        status = exported.add(
+            *channel, {.log_time = selection.from, .publish_time = selection.from, .data = ByteSpan(data)});
+    }
+  }
+  return status;
+}
+
 Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                      const ExportOptions& options) {
   Result<mcap::Writer> writer = mcap::Writer::open(std::move(sink), {});
   if (!writer) return tl::unexpected(writer.error());
   McapExport exported(std::move(*writer), log, options);
-  Status status = log.visit(options.selection, [&](const LogChannel& channel, const LogMessage& message) {
-    return exported.add(channel, message);
-  });
+  Status status = add_latched(exported, log, options.selection);
+  if (status)
+    status = log.visit(options.selection, [&](const LogChannel& channel, const LogMessage& message) {
+      return exported.add(channel, message);
+    });
   // Before anything else is asked of the log: a visit forgets what the one before noticed.
   exported.report().problems = log.problems();
   exported.noted().append_to(exported.report().problems);
