@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <optional>
 
+#include <Eigen/Cholesky>
+
 #include "waymark/samples/corners.hpp"
 #include "waymark/tags/corner_covariance.hpp"
 #include "waymark/tags/expected_bends.hpp"
@@ -152,6 +154,9 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   const double step = family(detection.tag.family).reversed_border ? -result.contrast : result.contrast;
   if (step < options.min_contrast) return RefinementOutcome::LowContrast;
   if (result.noise > options.max_residual * step) return RefinementOutcome::PoorFit;
+  // Edges without any blur, along the borders of pixels, leave their place between the pixels open.
+  if (Eigen::LLT<CornerCovariance>(result.covariance_px2).info() != Eigen::Success)
+    return RefinementOutcome::PoorFit;
   const double largest = result.covariance_px2.diagonal().maxCoeff();
   if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
   return RefinementOutcome::Refined;

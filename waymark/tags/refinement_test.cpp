@@ -109,6 +109,22 @@ TEST(Refinement, IsHonestAboutNoise) {
   EXPECT_LT(std::abs(outward), 0.005);
 }
 
+/// A sheet as it is drawn, not photographed: no blur, edges along the borders of pixels.
+TEST(Refinement, NeverClaimsACovarianceThatIsNone) {
+  Random random(11);
+  for (int trial = 0; trial < 30; ++trial) {
+    Print print{
+        .side_px = 8 * random.uniform(5, 8), .roll_rad = 0, .lens_px = 1e-4, .black = 0, .white = 255};
+    print.behind = print.white;
+    print.center_px += Eigen::Vector2d(random.uniform(), random.uniform());
+    const auto result = refine_corners(render(print), detection_at(print, 0.1, random), {});
+    EXPECT_TRUE(!result.refined() ||
+                Eigen::LLT<CornerCovariance>(result.covariance_px2).info() == Eigen::Success)
+        << print.side_px << " px at " << print.center_px.transpose() << ":\n"
+        << result.covariance_px2;
+  }
+}
+
 TEST(Refinement, UncertaintyGrowsWithNoise) {
   Print print;
   Random random(7);
