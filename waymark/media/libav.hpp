@@ -20,6 +20,8 @@ extern "C" {
 /// The functions of libavformat, libavcodec and libavutil that are used here, looked up when first needed.
 namespace waymark::internal {
 
+// The layout that clang-format gives these lists is not stable.
+// clang-format off
 #define WAYMARK_LIBAVUTIL(F)                                                                                \
   F(av_log_set_level)                                                                                       \
   F(av_strerror)                                                                                            \
@@ -50,6 +52,7 @@ namespace waymark::internal {
   F(av_read_frame) F(avformat_alloc_output_context2) F(avformat_new_stream) F(avformat_write_header) \
       F(av_interleaved_write_frame) F(av_write_trailer) F(avio_alloc_context) F(avio_context_free)   \
           F(avio_open) F(avio_closep)
+// clang-format on
 
 #if LIBAVCODEC_VERSION_INT >= AV_VERSION_INT(60, 30, 100)
 #define WAYMARK_LIBAVCODEC_NEW(F) F(av_packet_side_data_new)
