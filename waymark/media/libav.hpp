@@ -63,6 +63,7 @@ namespace waymark::internal {
 #endif
 
 struct Libav {
+// NOLINTNEXTLINE(bugprone-macro-parentheses): a declaration
 #define WAYMARK_LIBAV_MEMBER(name) decltype(&::name) name = nullptr;
   WAYMARK_LIBAVUTIL(WAYMARK_LIBAV_MEMBER)
   WAYMARK_LIBAVCODEC(WAYMARK_LIBAV_MEMBER)
