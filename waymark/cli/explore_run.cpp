@@ -92,7 +92,7 @@ class Judge {
   double heading_square_ = 0;
 };
 
-/// What receives a robot that explores: the judge, the recording, the console.
+/// Listeners of an exploring robot: the judge, the recording, the console.
 ExploreListener listener_of(Judge& judge, std::optional<SampleRecorder>& recorder, Console& console) {
   return {.on_sample = [&judge, &recorder](const Sample& sample) -> Status {
             if (const auto* truth = std::get_if<TruthPose>(&sample)) judge.receive(*truth);

@@ -26,7 +26,7 @@ class ReplayLog {
 
   Status on_sample(const Sample& sample);
   Status on_step(SensorTime now, const ReplayStep& step);
-  /// This log as what receives a session.
+  /// This log as the listener of a session.
   [[nodiscard]] ReplayListener listener();
   /// Closes the recording.
   Status close();

@@ -12,7 +12,7 @@ namespace waymark {
 
 /// What cameras and odometry of a scene say in a recording of any format: cameras by the topic of their
 /// detections (or the only topic of detections, for the only camera), odometry by its child frame. `problems`
-/// receives what is damaged. Fails when a camera's topic is not there: the error names those that are.
+/// is called with what is damaged. Fails when a camera's topic is not there: the error names those that are.
 [[nodiscard]] Result<SceneRecording> read_scene_recording(const std::filesystem::path& path,
                                                           const TagScene& scene, const JobControl& control,
                                                           std::vector<std::string>& problems);

@@ -66,8 +66,8 @@ struct LogReport {
 /// The stamp in the header of a message, for types that begin with one (ROS 2 as CDR, ROS 1).
 [[nodiscard]] std::optional<std::uint64_t> header_stamp_ns(const LogChannel& channel, ByteSpan message);
 
-/// Reads all messages once. `progress`, when given, receives the log time [ns] of each message, and ends the
-/// report early by false. Memory does not grow with the recording.
+/// Reads all messages once. `progress`, when given, is called with the log time [ns] of each message, and
+/// ends the report early by false. Memory does not grow with the recording.
 [[nodiscard]] Result<LogReport> report_on(MessageLog& log,
                                           const std::function<bool(std::uint64_t log_time)>& progress = {});
 

@@ -162,7 +162,7 @@ Result<ViewerOrder> parse_published(std::string_view topic, std::string_view jso
   if (!message.is_object()) return nonsense("this is no JSON object");
   if (topic == kOrderTopic) return order_named(word_of(message, "data").value_or(""));
   if (topic != kDriveTopic)
-    return nonsense(fmt::format("only {} and {} are received", kOrderTopic, kDriveTopic));
+    return nonsense(fmt::format("only {} and {} are accepted", kOrderTopic, kDriveTopic));
   const auto linear = message.find("linear");
   const auto angular = message.find("angular");
   if (linear == message.end() || angular == message.end())

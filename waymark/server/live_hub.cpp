@@ -205,7 +205,7 @@ void LiveHub::advertise_own(Client& client, const ClientAdvertise& message) {
     if (!client.may_command && topic != kOrderTopic)
       complain(client, "this viewer may only stop the robot: connect with ?token=… in the address");
     else if (encoding != "json" || (topic != kOrderTopic && topic != kDriveTopic))
-      complain(client, fmt::format("only {} and {} are received, as json", kOrderTopic, kDriveTopic));
+      complain(client, fmt::format("only {} and {} are accepted, as json", kOrderTopic, kDriveTopic));
     else if (client.publishes.size() < kMostSubscriptions)
       client.publishes[channel] = topic;
   }

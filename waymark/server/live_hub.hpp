@@ -41,7 +41,7 @@ class LiveHub {
 
   /// A viewer has come; nothing when there is no room. `may_command`: it has the token.
   [[nodiscard]] std::optional<Id> join(std::string_view protocol, bool may_command, Duration now);
-  /// It has gone; if it held control the robot receives that.
+  /// It has gone; if it held control, the robot is stopped or paused.
   void leave(Id id);
   void hear_text(Id id, std::string_view text, Duration now);
   void hear_binary(Id id, std::span<const std::uint8_t> bytes, Duration now);

@@ -1,4 +1,4 @@
-// Laps on pictures: what is received does not depend on the number of threads, and the tags are where they
+// Laps on pictures: the samples do not depend on the number of threads, and the tags are where they
 // are.
 #include <algorithm>
 #include <cmath>
