@@ -88,8 +88,9 @@ TEST(TagFreePictures, HoldNoTags) {
     EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
 }
 
-// One tag of 15 px in A_016_2 is found or not by how the compiler rounds: a class may be one tag below.
-TEST(CleanSet, NoClassOfSizeAndTiltIsMoreThanOneTagBelowAprilTag3) {
+// The target is no class below. One tag of 15 px in A_016_2 is found or not by how the compiler rounds: it is
+// the only one that may be missing, in any class.
+TEST(CleanSet, AtMostOneTagIsMissingInTheClassesOfSizeAndTiltThatAprilTag3Finds) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   std::ifstream file(folder / "truth.csv");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -104,12 +105,14 @@ TEST(CleanSet, NoClassOfSizeAndTiltIsMoreThanOneTagBelowAprilTag3) {
   print("clean", scored);
   EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U);
   EXPECT_GE(scored.own.correct, scored.library.correct + 100);
+  std::size_t missing = 0;
   for (std::size_t s = 0; s < scored.own.by_size_and_tilt.size(); ++s) {
     for (std::size_t t = 0; t < scored.own.by_size_and_tilt[s].size(); ++t) {
       const ClassScores& ours = scored.own.by_size_and_tilt[s][t];
-      EXPECT_GE(ours.found + 1, scored.library.by_size_and_tilt[s][t].found)
-          << "of " << ours.truth << " tags from " << scored.own.by_size[s].low << " px, tilt from "
-          << ours.low << " deg";
+      const std::size_t library = scored.library.by_size_and_tilt[s][t].found;
+      missing += library - std::min(library, ours.found);
+      EXPECT_LE(missing, 1U) << "of " << ours.truth << " tags from " << scored.own.by_size[s].low
+                             << " px, tilt from " << ours.low << " deg";
     }
   }
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/numeric_jacobian.hpp"
+#include "tests/support/random_pose.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/factors/corner_factor.hpp"
 #include "waymark/factors/corner_intrinsics.hpp"
@@ -14,14 +15,9 @@
 namespace waymark {
 namespace {
 
-using testing::numeric_jacobian;
+using testing::random_pose;
 
-SE3 random_pose(Random& random, double spread_m, double spread_rad) {
-  SE3::Tangent xi;
-  for (int i = 0; i < 3; ++i) xi[i] = random.uniform(-spread_m, spread_m);
-  for (int i = 3; i < 6; ++i) xi[i] = random.uniform(-spread_rad, spread_rad);
-  return SE3::exp(xi);
-}
+using testing::numeric_jacobian;
 
 Matrix6 random_covariance(Random& random) {
   Matrix6 A;

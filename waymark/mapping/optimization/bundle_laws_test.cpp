@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
 
+#include "tests/support/random_pose.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/lie.hpp"
@@ -15,17 +16,12 @@
 namespace waymark {
 namespace {
 
+using testing::random_pose;
+
 constexpr double kSize = 0.2;
 constexpr double kSigmaPx = 0.2;
 constexpr std::size_t kTags = 6;
 constexpr std::size_t kRigs = 10;
-
-SE3 random_pose(Random& random, double spread_m, double spread_rad) {
-  SE3::Tangent xi;
-  for (int i = 0; i < 3; ++i) xi[i] = random.uniform(-spread_m, spread_m);
-  for (int i = 3; i < 6; ++i) xi[i] = random.uniform(-spread_rad, spread_rad);
-  return SE3::exp(xi);
-}
 
 CameraModel lens() {
   PinholeRadtan radtan{.fx = 442, .fy = 444, .cx = 323, .cy = 247, .coefficients = 4};

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 
+#include "tests/support/random_pose.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/geometry/lie.hpp"
 #include "waymark/mapping/optimization/bundle_terms.hpp"
@@ -15,12 +16,7 @@
 namespace waymark {
 namespace {
 
-SE3 random_pose(Random& random, double spread_m, double spread_rad) {
-  SE3::Tangent xi;
-  for (int i = 0; i < 3; ++i) xi[i] = random.uniform(-spread_m, spread_m);
-  for (int i = 3; i < 6; ++i) xi[i] = random.uniform(-spread_rad, spread_rad);
-  return SE3::exp(xi);
-}
+using testing::random_pose;
 
 CameraModel lens() {
   PinholeRadtan radtan{.fx = 442, .fy = 444, .cx = 323, .cy = 247, .coefficients = 4};
