@@ -159,29 +159,30 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
 }
 
 /// The topic SampleRecorder takes, without the name of a further camera.
-std::string_view topic_of(const Sample& sample) {
+const char* topic_of(const Sample& sample) {
   struct Visitor {
-    std::string_view operator()(const TagFrame&) const { return topics::kTags; }
-    std::string_view operator()(const Odometry&) const { return topics::kOdometry; }
-    std::string_view operator()(const WheelTicks&) const { return topics::kWheels; }
-    std::string_view operator()(const ImuSample&) const { return topics::kImu; }
-    std::string_view operator()(const StampedCommand&) const { return topics::kCommand; }
-    std::string_view operator()(const TruthPose&) const { return topics::kTruth; }
-    std::string_view operator()(const CameraFrame&) const { return topics::kImage; }
-    std::string_view operator()(const TagPoseFrame&) const { return topics::kTagPoses; }
-    std::string_view operator()(const RangeBearing&) const { return topics::kRangeBearing; }
-    std::string_view operator()(const LaserScan&) const { return topics::kScan; }
-    std::string_view operator()(const GamepadState&) const { return topics::kGamepad; }
+    const char* operator()(const TagFrame&) const { return topics::kTags; }
+    const char* operator()(const Odometry&) const { return topics::kOdometry; }
+    const char* operator()(const WheelTicks&) const { return topics::kWheels; }
+    const char* operator()(const ImuSample&) const { return topics::kImu; }
+    const char* operator()(const StampedCommand&) const { return topics::kCommand; }
+    const char* operator()(const TruthPose&) const { return topics::kTruth; }
+    const char* operator()(const CameraFrame&) const { return topics::kImage; }
+    const char* operator()(const TagPoseFrame&) const { return topics::kTagPoses; }
+    const char* operator()(const RangeBearing&) const { return topics::kRangeBearing; }
+    const char* operator()(const LaserScan&) const { return topics::kScan; }
+    const char* operator()(const GamepadState&) const { return topics::kGamepad; }
   };
   return std::visit(Visitor{}, sample);
 }
 
-/// "/left" for the data of the camera left, nothing for the first one.
-std::string camera_of(const Sample& sample) {
+/// The topic SampleRecorder takes, with the name of a further camera.
+std::string topic_with_camera(const Sample& sample) {
+  const char* topic = topic_of(sample);
   return std::visit(
-      [](const auto& value) -> std::string {
-        if constexpr (requires { value.camera; }) return value.camera == "cam" ? "" : "/" + value.camera;
-        return "";
+      [&](const auto& value) -> std::string {
+        if constexpr (requires { value.camera; }) return topic_of_camera(value.camera, topic);
+        return topic;
       },
       sample);
 }
@@ -203,7 +204,7 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
         if (Status added = recorder->add_camera(stamp_of(sample), *camera, *base_T_cam); !added) return added;
     }
     ++report.messages;
-    ++report.by_topic[camera_of(sample) + std::string(topic_of(sample))];
+    ++report.by_topic[topic_with_camera(sample)];
     return recorder->add(sample);
   });
   report.problems = log.problems();

@@ -16,10 +16,6 @@ constexpr const char* kCompressed = "/image_raw/compressed";
 constexpr const char* kNis = "/waymark/nis";
 constexpr const char* kMap = "/waymark/map";
 
-std::string topic_of(const std::string& camera, const char* topic) {
-  return camera == "cam" ? topic : "/" + camera + topic;
-}
-
 const char* topic_of_kind(const TagFrame& /**/) { return topics::kTags; }
 const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
 const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
@@ -60,7 +56,7 @@ void LiveChannels::put(const std::string& topic, const Message& message, std::in
 
 void LiveChannels::put_picture(const CameraFrame& frame, std::int64_t host_ns,
                                const std::set<std::uint32_t>& wanted, std::vector<LiveMessage>& out) {
-  const std::string topic = topic_of(frame.camera, kCompressed);
+  const std::string topic = topic_of_camera(frame.camera, kCompressed);
   if (!target(topic, ros2::CompressedImage::kType, wanted).wanted) return;
   auto jpeg = encode_jpeg(frame.image, kPictureQuality);
   if (!jpeg) return;  // a picture without pixels
@@ -105,8 +101,8 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
           if constexpr (std::is_same_v<Kind, CameraFrame>)
             put_picture(value, sample.host_ns, wanted, out);
           else if constexpr (requires { value.camera; })
-            put(topic_of(value.camera, topic_of_kind(value)), ros2::to_ros(value), sample.host_ns, wanted,
-                out);
+            put(topic_of_camera(value.camera, topic_of_kind(value)), ros2::to_ros(value), sample.host_ns,
+                wanted, out);
           else
             put(topic_of_kind(value), ros2::to_ros(value), sample.host_ns, wanted, out);
         },
