@@ -29,6 +29,8 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       headers        every header compiled alone
                       coverage       line coverage
                       benchmarks     speed as ratios to peers in the same run
+                      packages       Debian packages and tarball: built twice with the same bytes, lintian, installed, upgraded and removed in
+                                     a clean Debian (needs root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
   --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
@@ -40,7 +42,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks"
+full_parts="tests,pose,map,localize,replay,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,packages"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -152,7 +154,20 @@ full_part() {  # full_part NAME: one part of --full
       build coverage && run_tests coverage &&
         gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25 ;;
     benchmarks) build release && tools/benchmark_ratios.py build/release/benchmarks ;;
+    packages) full_packages ;;
   esac
+}
+
+full_packages() {  # a second build in another folder must give the same bytes
+  local second
+  second=$(mktemp -d)
+  tools/make_packages.sh && tests/packages/test.sh build/package/packages && git clone -q . "$second/a second folder" &&
+    mkdir "$second/a second folder/build" && cp -a build/viewer build/npm "$second/a second folder/build/" &&
+    (cd "$second/a second folder" && CCACHE_DISABLE=1 tools/make_packages.sh >/dev/null) &&
+    diff build/package/packages/SHA256SUMS "$second/a second folder/build/package/packages/SHA256SUMS"
+  local outcome=$?
+  rm -rf "$second"
+  return $outcome
 }
 
 tree_hash() {  # of the sources as they lie here, committed or not

@@ -93,7 +93,8 @@ function(waymark_room name)
     target_link_libraries(${target} ${scope} waymark_${used})
   endforeach()
   if(NOT ROOM_INTERNAL)
-    install(TARGETS ${target} EXPORT WaymarkTargets FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    install(TARGETS ${target} EXPORT WaymarkTargets ARCHIVE COMPONENT development
+      FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
   endif()
 
   if(WAYMARK_BUILD_TESTS AND tests)

@@ -102,6 +102,8 @@ class Usage(InFolder):
             self.assertEqual((outcome.code, outcome.err), (0, ""))
             self.assertIn("waymark detect" if "evaluate" not in words else "waymark evaluate detections", outcome.out)
         self.assertRegex(self.run_here("--version").out, r"^waymark \d+\.\d+\.\d+\n$")
+        self.assertRegex(self.run_here("--version", "--verbose").out,
+                         r"^waymark \d+\.\d+\.\d+\ncompiler +\S+ [\d.]+, \S+\nbuild +(.*\n)+libraries +AprilTag 3[\d.]+, (.*\n)+.*Zstandard [\d.]+\n$")
 
     def test_the_examples_in_help_run(self):
         count = 0

@@ -13,6 +13,7 @@
 #include <CLI/Formatter.hpp>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/build_details.hpp"
 #include "waymark/cli/help_text.hpp"
 
 #ifndef WAYMARK_VERSION
@@ -143,7 +144,9 @@ std::string flag_without_number(const CLI::App& app) {
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
   app.formatter(std::make_shared<WrappingFormatter>());
-  app.set_version_flag("--version", program.name + " " WAYMARK_VERSION, "Print the version and stop");
+  const bool verbose = std::ranges::count(words, "--version") > 0 && std::erase(words, "--verbose") > 0;
+  app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
+                       "Print the version and stop; with --verbose also compiler, features and libraries");
   const Node root = grow(program, app);
   if (!words.empty() && words.front() == "help") {  // `waymark help detect`
     words.erase(words.begin());
@@ -170,7 +173,7 @@ ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std:
     console.print(app.help());
     return console.finish(ExitCode::Ok);
   } catch (const CLI::CallForVersion& version) {
-    console.print(std::string(version.what()) + "\n");
+    console.print(std::string(version.what()) + "\n" + (verbose ? build_details() : ""));
     return console.finish(ExitCode::Ok);
   } catch (const CLI::ParseError& error) {
     return misused(console, chosen.name, explain(error, app, *chosen.node->app));

@@ -1,0 +1,61 @@
+# Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev.
+if(NOT WAYMARK_PACKAGE)
+  return()
+endif()
+
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+set(files ${PROJECT_BINARY_DIR}/package)
+add_custom_command(OUTPUT ${files}/changelog.gz
+  COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/tools/make_package_files.py ${PROJECT_VERSION} ${files}
+  DEPENDS tools/make_package_files.py docs/reference/cli.md CHANGELOG.md)
+add_custom_target(waymark_package_files ALL DEPENDS ${files}/changelog.gz)
+
+install(DIRECTORY ${files}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+install(FILES packaging/completions/waymark.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME waymark COMPONENT program)
+install(FILES packaging/completions/_waymark DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
+install(FILES packaging/completions/waymark.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
+install(FILES packaging/udev/60-waymark.rules DESTINATION lib/udev/rules.d COMPONENT program)
+install(FILES packaging/systemd/waymark@.service DESTINATION lib/systemd/system COMPONENT program)
+install(FILES ${WAYMARK_VIEWER_DIST}/notices.txt.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/waymark RENAME third-party-notices.gz COMPONENT program)
+foreach(package IN ITEMS program:waymark development:libwaymark-dev)
+  string(REGEX MATCH "^(.*):(.*)$" _ ${package})
+  install(FILES packaging/debian/copyright ${files}/changelog.gz ${files}/changelog.Debian.gz
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CMAKE_MATCH_2} COMPONENT ${CMAKE_MATCH_1})
+endforeach()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME waymark)
+set(CPACK_PACKAGE_VENDOR "The Waymark authors")
+set(CPACK_PACKAGE_CONTACT "The Waymark authors <waymark@example.org>")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME waymark)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+# Loaded when the first video is opened (waymark/media).
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libavformat59 | libavformat60, libavcodec59 | libavcodec60, libavutil57 | libavutil58")
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Teach a robot a route once and repeat it, from AprilTags and one camera
+ A person drives a lap with a small robot; the recording becomes an optimised
+ map of the tags and a reference route; then the robot localises itself with a
+ covariance and drives the route autonomously behind a safety limiter.")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libwaymark-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev, libexpected-dev, libapriltag-dev, libyaml-cpp-dev, \
+nlohmann-json3-dev, libjpeg-dev, libpng-dev, zlib1g-dev, libbz2-dev, libsqlite3-dev, libcairo2-dev, libzstd-dev, liblz4-dev, libdeflate-dev, pkg-config")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS waymark)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Library of Waymark: detect tags, map, localise and replay in C++
+ Headers, static libraries and the CMake package Waymark: geometry, cameras,
+ tags, pose, mapping, localisation, recordings and replay.")
+include(CPack)

@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# Writes tests/golden/VERSION: a lap, its map and the JSON of each verb, by the program of that version (tests/golden/README.md).
+# usage: tools/write_golden_files.sh VERSION PROGRAM
+set -euo pipefail
+version="${1:?usage: tools/write_golden_files.sh VERSION PROGRAM}"
+program="$(realpath "${2:?usage: tools/write_golden_files.sh VERSION PROGRAM}")"
+folder="$(cd "$(dirname "$0")/.." && pwd)/tests/golden/$version"
+[ ! -e "$folder" ] || { echo "$folder is there already; golden files never change" >&2; exit 1; }
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+mkdir -p "$folder/map" "$folder/json"
+cd "$scratch"
+"$program" teach --world mbot-square --seed 1 -o lap.mcap 2>/dev/null
+"$program" info lap.mcap --json >"$folder/json/info.json"
+"$program" map lap.mcap -o map --json >"$folder/json/map.json" 2>/dev/null
+"$program" localize lap.mcap --map map/map.yaml -o estimate.mcap --json >"$folder/json/localize.json" 2>/dev/null
+"$program" evaluate estimate.mcap lap.mcap --json >"$folder/json/evaluate.json"
+"$program" replay map --robot sim --world mbot-square --seed 5 -o drive.mcap --json >"$folder/json/replay.json" 2>/dev/null
+cp lap.mcap "$folder/"
+cp map/map.yaml map/route.yaml map/robot.yaml "$folder/map/"
