@@ -161,10 +161,10 @@ full_part() {  # full_part NAME: one part of --full
 full_packages() {  # a second build in another folder must give the same bytes
   local second
   second=$(mktemp -d)
-  tools/make_packages.sh && tests/packages/test.sh build/package/packages && git clone -q . "$second/a second folder" &&
-    mkdir "$second/a second folder/build" && cp -a build/viewer build/npm "$second/a second folder/build/" &&
-    (cd "$second/a second folder" && CCACHE_DISABLE=1 tools/make_packages.sh >/dev/null) &&
-    diff build/package/packages/SHA256SUMS "$second/a second folder/build/package/packages/SHA256SUMS"
+  tools/make_packages.sh && tests/packages/test.sh build/package/packages && git clone -q . "$second/waymark" &&
+    mkdir "$second/waymark/build" && cp -a build/viewer build/npm "$second/waymark/build/" &&
+    (cd "$second/waymark" && CCACHE_DISABLE=1 tools/make_packages.sh >/dev/null) &&
+    diff build/package/packages/SHA256SUMS "$second/waymark/build/package/packages/SHA256SUMS"
   local outcome=$?
   rm -rf "$second"
   return $outcome
