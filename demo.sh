@@ -5,7 +5,7 @@ cd "$(dirname "$0")"
 
 usage() {
   cat <<'TXT'
-usage: ./demo.sh [--laps N] [OUT_DIR]          (default: one lap driven again; out/demo)
+usage: ./demo.sh [--laps N] [--package FILE.deb] [OUT_DIR]          (default: one lap driven again; out/demo)
 
 Installs the Debian packages it needs (says which; asks before sudo), builds the release preset (and, where there is npm, the page of
 `waymark view`), then
@@ -14,16 +14,29 @@ Installs the Debian packages it needs (says which; asks before sudo), builds the
   3. finds them, and leaves an annotated picture,
   4. compares with the truth,
   5. prints a sheet with a tag, photographs it virtually, and reports its pose beside the truth.
-The second run takes seconds.
+The second run takes seconds. With --package nothing is built: the package is installed, and the first step is run.
 TXT
 }
-laps=1
-if [ "${1:-}" = "--laps" ]; then laps="${2:?--laps needs a number}"; shift 2; fi
-case "${1:-}" in
-  -h|--help) usage; exit 0 ;;
-  -*) echo "demo.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
-esac
+laps=1; deb=""
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --laps) laps="${2:?--laps needs a number}"; shift ;;
+    --package) deb="${2:?--package needs the file of a package}"; shift ;;
+    -h|--help) usage; exit 0 ;;
+    -*) echo "demo.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
+    *) break ;;
+  esac
+  shift
+done
 out="${1:-out/demo}"
+
+if [ -n "$deb" ]; then
+  [ -f "$deb" ] || { echo "demo.sh: there is no package '$deb'" >&2; exit 2; }
+  sudo=(); [ "$(id -u)" -eq 0 ] || sudo=(sudo)
+  echo "\$ ${sudo[*]} apt-get install $(realpath "$deb")"
+  "${sudo[@]}" apt-get install -y --no-install-recommends "$(realpath "$deb")" >/dev/null
+  exec waymark demo --images --laps "$laps" -o "$out/loop"
+fi
 
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
