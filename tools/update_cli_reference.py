@@ -22,6 +22,11 @@ def main():
         printed = subprocess.run(words, capture_output=True, text=True, check=True).stdout
         return match.group(1) + printed.strip("\n") + "\n" + match.group(3)
 
+    verbs = subprocess.run([sys.argv[1], "--help"], capture_output=True, text=True, check=True).stdout
+    listed = re.findall(r"^  ([a-z][a-z-]*) ", verbs.split("\nVerbs:\n")[1].split("\n\n")[0], re.M)
+    missing = [verb for verb in listed if f"<!-- help: waymark {verb} -->" not in text]
+    if missing:
+        sys.exit(f"{PAGE} has no place for {', '.join(missing)}: add a section with <!-- help: waymark VERB -->")
     fresh, count = PLACE.subn(help_of, text)
     if "--check" not in sys.argv:
         PAGE.write_text(fresh, encoding="utf-8")
