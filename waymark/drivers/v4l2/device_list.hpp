@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/samples/live_camera.hpp"
+
+namespace waymark {
+
+/// A size in which a device delivers a format, and the rates there.
+struct CameraMode {
+  std::string format{};            ///< four characters: "YUYV"
+  bool readable = true;            ///< of those that this program reads
+  int width = 0;                   ///< [px]; where the device takes any size: the largest
+  int height = 0;                  ///< [px]
+  std::vector<double> rates_hz{};  ///< highest first; empty where the driver does not say
+};
+
+/// A device that delivers pictures, or one that cannot be asked.
+struct CameraDevice {
+  std::string path{};   ///< "/dev/video0"
+  std::string by_id{};  ///< "/dev/v4l/by-id/usb-…-video-index0", stays when the cable changes; may be empty
+  std::string card{};   ///< "HD Webcam"
+  std::string driver{};
+  std::string bus{};
+  std::vector<CameraMode> modes{};
+  std::vector<CameraControl> controls{};
+  std::string holder{};            ///< the program that uses it, where one is known
+  std::optional<Error> problem{};  ///< why it cannot be used; the other fields may be empty then
+};
+
+/// The devices /dev/video* of this computer that deliver pictures, by number. Those that only take pictures,
+/// or deliver other data, are left out. Empty where there is none.
+[[nodiscard]] std::vector<CameraDevice> list_cameras();
+
+/// One device. Errors: as opening it; Unsupported where it delivers no pictures.
+[[nodiscard]] Result<CameraDevice> describe_camera(const std::string& path);
+
+/// The link below /dev/v4l/by-id of a node; empty where there is none.
+[[nodiscard]] std::string by_id_of(const std::string& path);
+
+}  // namespace waymark
