@@ -3,11 +3,11 @@
 # One folder = one target = one layer. Sources, headers and tests stand side by side in waymark/NAME; tests are the
 # files called *_test.cpp. USES is held against cmake/rooms.txt: an edge the table does not allow stops the configure.
 # An INTERNAL room is the inside of a program and is not installed; of the others the headers in cmake/public_headers.txt are.
-file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z/]+ *\\|")
+file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt _waymark_rows REGEX "^[a-z0-9/]+ *\\|")
 file(STRINGS ${CMAKE_CURRENT_LIST_DIR}/public_headers.txt WAYMARK_PUBLIC_HEADERS REGEX "^waymark/")
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/rooms.txt ${CMAKE_CURRENT_LIST_DIR}/public_headers.txt)
 foreach(row IN LISTS _waymark_rows)
-  string(REGEX MATCH "^([a-z/]+) *\\|([^|]*)" _ "${row}")
+  string(REGEX MATCH "^([a-z0-9/]+) *\\|([^|]*)" _ "${row}")
   set(_room ${CMAKE_MATCH_1})
   string(STRIP "${CMAKE_MATCH_2}" _edges)
   separate_arguments(_edges)

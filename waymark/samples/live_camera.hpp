@@ -38,6 +38,8 @@ struct CameraControl {
 class LiveCamera : public Source {
  public:
   [[nodiscard]] virtual CameraCounts counts() const = 0;
+  /// There will be no more pictures: a file that was played is at its end.
+  [[nodiscard]] virtual bool ended() const { return false; }
   /// "HD Webcam, 1280 x 720 px, MJPG, 30 Hz".
   [[nodiscard]] virtual std::string description() const = 0;
   /// Empty where the camera has none, or while it is unplugged.

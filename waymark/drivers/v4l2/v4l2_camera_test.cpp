@@ -147,7 +147,7 @@ TEST(V4l2Grey, DecodesPicturesWithoutHuffmanTables) {
   ASSERT_TRUE(jpeg);
   std::vector<std::uint8_t> without(jpeg->begin(), jpeg->begin() + 2);
   for (std::size_t at = 2; at + 4 <= jpeg->size() && (*jpeg)[at] == 0xff;) {
-    const std::size_t size = 2U + ((*jpeg)[at + 2] << 8U) + (*jpeg)[at + 3];
+    const std::size_t size = 2U + 256U * (*jpeg)[at + 2] + (*jpeg)[at + 3];
     const bool scan = (*jpeg)[at + 1] == 0xda;
     const auto begin = jpeg->begin() + static_cast<std::ptrdiff_t>(at);
     const auto end = scan ? jpeg->end() : begin + static_cast<std::ptrdiff_t>(size);
