@@ -81,7 +81,7 @@ def check_file(path, room_name, room, reach, brought):
             yield f'{path}:{line}: write "waymark/{room_name}/…" instead of "{header}"'
         else:
             top = top_of(header)
-            if top is not None and top not in allowed and top not in ("sys", "linux", "netinet", "arpa"):
+            if top is not None and top not in allowed and top not in ("sys", "linux", "net", "netinet", "arpa"):
                 kind = "headers" if path.suffix == ".hpp" else ".cpp files"
                 yield f"{path}:{line}: {kind} of room '{room_name}' may not include <{header}> (cmake/rooms.txt)"
 

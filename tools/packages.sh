@@ -6,13 +6,13 @@
 WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-dev libfmt-dev libexpected-dev libapriltag-dev
   libyaml-cpp-dev libcli11-dev nlohmann-json3-dev libjpeg-dev libpng-dev libcairo2-dev libzstd-dev liblz4-dev libdeflate-dev libbz2-dev
   zlib1g-dev libsqlite3-dev libboost-dev libavformat-dev libavcodec-dev libavutil-dev
-  libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev)
-# Without the last two no gstreamer: cameras, without the three before them no videos. Only where gamepads are wanted: libsdl2-dev.
+  libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libfastrtps-dev)
+# Without libgstreamer*-dev no gstreamer: cameras, without libav*-dev no videos, without libfastrtps-dev no ROS 2. Only where gamepads are wanted: libsdl2-dev.
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
   libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
   python3-numpy libmujoco-dev liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
-  gstreamer1.0-plugins-base ffmpeg)
+  gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools libxml2-utils)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {

@@ -1,0 +1,106 @@
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "waymark/drivers/dds/discovery.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_names.hpp"
+
+namespace waymark {
+namespace {
+
+Environment of(const std::map<std::string, std::string>& values) {
+  return [values](const char* name) -> std::optional<std::string> {
+    const auto found = values.find(name);
+    return found == values.end() ? std::nullopt : std::optional(found->second);
+  };
+}
+
+TEST(RosNames, MapToDdsAndBack) {
+  const BusTopic odom = dds_topic("/odom", "nav_msgs/msg/Odometry");
+  EXPECT_EQ(odom.topic, "rt/odom");
+  EXPECT_EQ(odom.type, "nav_msgs::msg::dds_::Odometry_");
+  const auto back = ros_topic(dds_topic("/camera/color/image_raw", "sensor_msgs/msg/Image"));
+  ASSERT_TRUE(back);
+  EXPECT_EQ(back->topic, "/camera/color/image_raw");
+  EXPECT_EQ(back->type, "sensor_msgs/msg/Image");
+  EXPECT_EQ(dds_topic("odom", "a/msg/B").topic, "rt/odom") << "with and without the slash";
+  const ServiceTopics stop = dds_service("/waymark/stop", "std_srvs/srv/Trigger");
+  EXPECT_EQ(stop.request.topic, "rq/waymark/stopRequest");
+  EXPECT_EQ(stop.request.type, "std_srvs::srv::dds_::Trigger_Request_");
+  EXPECT_EQ(stop.reply.topic, "rr/waymark/stopReply");
+  EXPECT_EQ(stop.reply.type, "std_srvs::srv::dds_::Trigger_Response_");
+  for (const BusTopic& none :
+       {BusTopic{"ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"},
+        BusTopic{"rt/x", "Square"}, stop.request, BusTopic{}})
+    EXPECT_FALSE(ros_topic(none)) << none.topic;
+}
+
+TEST(RosEnvironment, IsReadAsRosReadsIt) {
+  BusOptions options;
+  ASSERT_TRUE(apply_ros_environment(options, of({})));
+  EXPECT_EQ(options.domain, 0);
+  EXPECT_FALSE(options.localhost_only);
+  ASSERT_TRUE(apply_ros_environment(
+      options,
+      of({{"ROS_DOMAIN_ID", "42"}, {"ROS_LOCALHOST_ONLY", "1"}, {"ROS_STATIC_PEERS", "10.0.0.2;10.0.0.3"}})));
+  EXPECT_EQ(options.domain, 42);
+  EXPECT_TRUE(options.localhost_only);
+  EXPECT_EQ(options.peers, (std::vector<std::string>{"10.0.0.2", "10.0.0.3"}));
+  BusOptions jazzy;
+  ASSERT_TRUE(apply_ros_environment(jazzy, of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}})));
+  EXPECT_TRUE(jazzy.localhost_only);
+}
+
+TEST(RosEnvironment, RefusesWhatMakesNoSense) {
+  for (const auto& [name, value] :
+       std::map<std::string, std::string>{{"ROS_DOMAIN_ID", "233"},
+                                          {"ROS_LOCALHOST_ONLY", "yes"},
+                                          {"ROS_AUTOMATIC_DISCOVERY_RANGE", "HOME"},
+                                          {"ROS_STATIC_PEERS", "robot.local"}}) {
+    BusOptions options;
+    const Status status = apply_ros_environment(options, of({{name, value}}));
+    ASSERT_FALSE(status) << name;
+    EXPECT_EQ(status.error().place.key, name);
+  }
+  for (const char* bad : {"", "x", "-1", "1 ", "1x", "99999999999"}) {
+    BusOptions options;
+    EXPECT_EQ(apply_ros_environment(options, of({{"ROS_DOMAIN_ID", bad}})).has_value(), *bad == '\0') << bad;
+  }
+}
+
+TEST(Mismatch, FollowsTheTableOfRequestedAndOffered) {
+  const BusTopic scan = dds_topic("/scan", "sensor_msgs/msg/LaserScan");
+  for (const bool offered_reliable : {false, true})
+    for (const bool offered_local : {false, true})
+      for (const bool asked_reliable : {false, true})
+        for (const bool asked_local : {false, true}) {
+          const TopicQos offered{.reliable = offered_reliable, .transient_local = offered_local};
+          const TopicQos asked{.reliable = asked_reliable, .transient_local = asked_local};
+          const bool fits = (offered_reliable || !asked_reliable) && (offered_local || !asked_local);
+          EXPECT_EQ(!mismatch({false, scan, asked}, {true, scan, offered, {}}), fits);
+          EXPECT_EQ(!mismatch({true, scan, offered}, {false, scan, asked, {}}), fits);
+        }
+}
+
+TEST(Mismatch, IsSaidInWords) {
+  const BusTopic scan = dds_topic("/scan", "sensor_msgs/msg/LaserScan");
+  const BusTopic other = dds_topic("/scan", "sensor_msgs/msg/Image");
+  const TopicQos best_effort{.reliable = false};
+  EXPECT_EQ(mismatch({false, scan, {}}, {true, scan, best_effort, {}}).value_or(""),
+            "/scan is offered best effort, but requested reliable here");
+  EXPECT_EQ(mismatch({false, scan, {.transient_local = true}}, {true, scan, {}, {}}).value_or(""),
+            "/scan is offered volatile, but requested transient local here");
+  EXPECT_EQ(mismatch({false, scan, {}}, {true, other, {}, {}}).value_or(""),
+            "/scan is published as sensor_msgs/msg/Image, but sensor_msgs/msg/LaserScan is expected here");
+  EXPECT_FALSE(mismatch({false, scan, {}}, {false, scan, best_effort, {}})) << "both subscribe";
+  EXPECT_FALSE(mismatch({false, scan, {}}, {true, dds_topic("/odom", "a/msg/B"), best_effort, {}}));
+  EXPECT_EQ(
+      mismatches({{false, scan, {}}}, {{true, scan, best_effort, {}}, {true, scan, best_effort, {}}}).size(),
+      1U)
+      << "each is said once";
+}
+
+}  // namespace
+}  // namespace waymark

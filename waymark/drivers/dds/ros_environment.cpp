@@ -1,0 +1,77 @@
+#include "waymark/drivers/dds/ros_environment.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+
+namespace waymark {
+namespace {
+
+constexpr int kMostDomain = 232;  // above, the ports of UDP do not suffice (RTPS 2.2, section 9.6.1.1)
+
+tl::unexpected<Error> wrong(const char* name, const std::string& value, std::string hint) {
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' makes no sense there", value),
+              {.source = "environment", .key = name}, std::move(hint));
+}
+
+Status read_domain(BusOptions& options, const std::string& value) {
+  int domain = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), domain);
+  if (error != std::errc() || end != value.data() + value.size() || domain < 0 || domain > kMostDomain)
+    return wrong("ROS_DOMAIN_ID", value, "A whole number from 0 to 232.");
+  options.domain = domain;
+  return {};
+}
+
+Status read_range(BusOptions& options, const std::string& value) {
+  if (value == "LOCALHOST") {
+    options.localhost_only = true;
+  } else if (value != "SUBNET" && value != "SYSTEM_DEFAULT") {
+    return wrong("ROS_AUTOMATIC_DISCOVERY_RANGE", value, "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
+  }
+  return {};
+}
+
+Status read_peers(BusOptions& options, std::string value) {
+  while (!value.empty()) {
+    const std::size_t end = std::min(value.find(';'), value.size());
+    const std::string peer = value.substr(0, end);
+    value.erase(0, end + 1);
+    in_addr address{};
+    if (peer.empty()) continue;
+    if (inet_pton(AF_INET, peer.c_str(), &address) != 1)
+      return wrong("ROS_STATIC_PEERS", peer, "IPv4 addresses, separated by semicolons.");
+    options.peers.push_back(peer);
+  }
+  return {};
+}
+
+}  // namespace
+
+Environment process_environment() {
+  return [](const char* name) -> std::optional<std::string> {
+    const char* value = std::getenv(name);
+    return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+  };
+}
+
+Status apply_ros_environment(BusOptions& options, const Environment& environment) {
+  Status status;
+  const auto on = [&](const char* name) { return environment(name).value_or(""); };
+  if (const std::string domain = on("ROS_DOMAIN_ID"); !domain.empty()) status = read_domain(options, domain);
+  if (const std::string only = on("ROS_LOCALHOST_ONLY"); status && !only.empty()) {
+    if (only != "0" && only != "1") status = wrong("ROS_LOCALHOST_ONLY", only, "0 or 1.");
+    options.localhost_only = options.localhost_only || only == "1";
+  }
+  if (const std::string range = on("ROS_AUTOMATIC_DISCOVERY_RANGE"); status && !range.empty())
+    status = read_range(options, range);
+  if (status) status = read_peers(options, on("ROS_STATIC_PEERS"));
+  if (on("ROS_SECURITY_ENABLE") == "true")
+    options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
+  return status;
+}
+
+}  // namespace waymark

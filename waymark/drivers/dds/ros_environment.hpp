@@ -1,0 +1,21 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "waymark/drivers/dds/bus.hpp"
+
+namespace waymark {
+
+/// The value of an environment variable; nothing where it is not set.
+using Environment = std::function<std::optional<std::string>(const char* name)>;
+[[nodiscard]] Environment process_environment();
+
+/// What ROS 2 programs read from the environment, over `options`: ROS_DOMAIN_ID (0 to 232),
+/// ROS_LOCALHOST_ONLY (0 or 1), ROS_AUTOMATIC_DISCOVERY_RANGE (SUBNET, LOCALHOST, SYSTEM_DEFAULT),
+/// ROS_STATIC_PEERS (IPv4 addresses, separated by semicolons), ROS_SECURITY_KEYSTORE with ROS_SECURITY_ENABLE
+/// and ROS_SECURITY_ENCLAVE_OVERRIDE. Fails on a value that makes no sense, as ROS does.
+[[nodiscard]] Status apply_ros_environment(BusOptions& options, const Environment& environment);
+
+}  // namespace waymark

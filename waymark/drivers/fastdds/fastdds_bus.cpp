@@ -1,0 +1,163 @@
+#include "waymark/drivers/fastdds/fastdds_bus.hpp"
+
+#include <chrono>
+#include <deque>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
+#include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/publisher/DataWriter.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/DataReader.hpp>
+#include <fastdds/dds/subscriber/DataReaderListener.hpp>
+#include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+
+#include "waymark/drivers/fastdds/discovered.hpp"
+#include "waymark/drivers/fastdds/message_queue.hpp"
+#include "waymark/drivers/fastdds/participant_qos.hpp"
+#include "waymark/drivers/fastdds/raw_cdr.hpp"
+
+namespace waymark {
+namespace {
+
+namespace dds = eprosima::fastdds::dds;
+
+/// Puts what comes into the queue, on the thread it comes by.
+class Arrival final : public dds::DataReaderListener {
+ public:
+  Arrival(MessageQueue& queue, std::size_t number) : queue_(queue), number_(number) {}
+
+  void on_data_available(dds::DataReader* reader) override {
+    RawCdr raw;
+    dds::SampleInfo info;
+    while (reader->take_next_sample(&raw, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
+      if (!info.valid_data) continue;
+      queue_.push(
+          {number_, std::exchange(raw.bytes, {}), std::chrono::steady_clock::now().time_since_epoch()});
+    }
+  }
+
+ private:
+  MessageQueue& queue_;
+  std::size_t number_;
+};
+
+class FastddsBus final : public Bus {
+ public:
+  Status join(const BusOptions& options);
+  ~FastddsBus() override;
+
+  Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& qos) override;
+  Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) override;
+  Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override;
+  std::optional<BusMessage> next(Duration most) override { return queue_.take(most); }
+  [[nodiscard]] bool more() const override { return !queue_.empty(); }
+  [[nodiscard]] int matched_subscriptions(std::size_t publisher) const override;
+  [[nodiscard]] int matched_publishers(std::size_t subscription) const override;
+  [[nodiscard]] std::uint64_t dropped(std::size_t subscription) const override {
+    return queue_.dropped(subscription);
+  }
+  [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return discovered_.endpoints(); }
+  [[nodiscard]] std::vector<std::string> participants() const override { return discovered_.participants(); }
+
+ private:
+  Result<dds::Topic*> topic(const BusTopic& name);
+
+  Discovered discovered_{};
+  MessageQueue queue_{};
+  std::deque<Arrival> arrivals_{};
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
+  std::vector<dds::DataWriter*> writers_{};
+  std::vector<dds::DataReader*> readers_{};
+};
+
+Status FastddsBus::join(const BusOptions& options) {
+  dds::Log::ClearConsumers();  // nothing is printed by a library
+  const dds::StatusMask discovery_only = dds::StatusMask::none();
+  participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
+      static_cast<dds::DomainId_t>(options.domain), participant_qos(options), &discovered_, discovery_only);
+  if (participant_ != nullptr) publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
+  if (participant_ != nullptr) subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
+  if (publisher_ != nullptr && subscriber_ != nullptr) return {};
+  return fail(
+      ErrorCode::Unsupported, fmt::format("domain {} cannot be joined", options.domain), {.source = "DDS"},
+      options.keystore.empty() ? "Is the network interface there and up?"
+                               : "Are the certificates in " + options.keystore + " complete and valid?");
+}
+
+FastddsBus::~FastddsBus() {
+  if (participant_ == nullptr) return;
+  (void)participant_->delete_contained_entities();
+  (void)dds::DomainParticipantFactory::get_instance()->delete_participant(participant_);
+}
+
+Result<dds::Topic*> FastddsBus::topic(const BusTopic& name) {
+  if (auto* known = dynamic_cast<dds::Topic*>(participant_->lookup_topicdescription(name.topic))) {
+    if (known->get_type_name() == name.type) return known;
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the topic has the type {} already, not {}", known->get_type_name(), name.type),
+                {.key = name.topic});
+  }
+  const dds::TypeSupport type(new RawCdrType(name.type));
+  (void)type.register_type(participant_);
+  auto* made = participant_->create_topic(name.topic, name.type, dds::TOPIC_QOS_DEFAULT);
+  if (made == nullptr)
+    return fail(ErrorCode::InvalidArgument, "DDS refuses this topic or its type " + name.type,
+                {.key = name.topic});
+  return made;
+}
+
+Result<std::size_t> FastddsBus::advertise(const BusTopic& name, const TopicQos& qos) {
+  const auto topic = this->topic(name);
+  if (!topic) return tl::unexpected(topic.error());
+  dds::DataWriter* writer = publisher_->create_datawriter(*topic, writer_qos(qos));
+  if (writer == nullptr) return fail(ErrorCode::Unsupported, "DDS makes no publisher", {.key = name.topic});
+  writers_.push_back(writer);
+  return writers_.size() - 1;
+}
+
+Result<std::size_t> FastddsBus::subscribe(const BusTopic& name, const TopicQos& qos) {
+  const auto topic = this->topic(name);
+  if (!topic) return tl::unexpected(topic.error());
+  const std::size_t number = queue_.add(qos.depth);
+  Arrival& arrival = arrivals_.emplace_back(queue_, number);
+  dds::DataReader* reader = subscriber_->create_datareader(*topic, reader_qos(qos), &arrival);
+  if (reader == nullptr)
+    return fail(ErrorCode::Unsupported, "DDS makes no subscription", {.key = name.topic});
+  readers_.push_back(reader);
+  return number;
+}
+
+Status FastddsBus::publish(std::size_t publisher, std::span<const std::uint8_t> bytes) {
+  RawCdr raw{{bytes.begin(), bytes.end()}};
+  if (writers_[publisher]->write(&raw)) return {};
+  return fail(ErrorCode::Unwritable, fmt::format("a message of {} bytes cannot be sent", bytes.size()),
+              {.key = writers_[publisher]->get_topic()->get_name()});
+}
+
+int FastddsBus::matched_subscriptions(std::size_t publisher) const {
+  dds::PublicationMatchedStatus status;
+  (void)writers_[publisher]->get_publication_matched_status(status);
+  return status.current_count;
+}
+
+int FastddsBus::matched_publishers(std::size_t subscription) const {
+  dds::SubscriptionMatchedStatus status;
+  (void)readers_[subscription]->get_subscription_matched_status(status);
+  return status.current_count;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Bus>> open_fastdds_bus(const BusOptions& options) {
+  auto bus = std::make_unique<FastddsBus>();
+  if (Status status = bus->join(options); !status) return tl::unexpected(status.error());
+  return bus;
+}
+
+}  // namespace waymark
