@@ -6,6 +6,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/live/ros2_setup.hpp"
 
 namespace waymark::cli {
 
@@ -13,9 +14,11 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
   app.add_option("--robot", robot_,
-                 processes ? "Robot: sim (simulated) or process:CMD (a program that speaks for the robot, "
-                             "docs/formats/robot-process.md)"
-                           : "Robot: sim (simulated)")
+                 processes
+                     ? "Robot: sim (simulated), process:CMD (a program that speaks for the robot, "
+                       "docs/formats/robot-process.md) or ros2:PROFILE (limo, turtlebot3, or a .yaml file: "
+                       "docs/howto/ros2.md)"
+                     : "Robot: sim (simulated)")
       ->capture_default_str()
       ->type_name("NAME");
   CLI::Option* world_flag = app.add_option("--world", world_,
@@ -57,9 +60,12 @@ Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
                   "For example --robot \"process:python3 my_robot.py\".");
     return setup;
   }
+  constexpr std::string_view kRos2 = "ros2:";
+  if (processes_ && robot_.starts_with(kRos2))
+    return load_ros2_setup(robot_.substr(kRos2.size()), world_, file, seed_);
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD"}
+                suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD", "ros2:PROFILE"}
                                               : std::vector<std::string>{"sim"}));
   if (world_.empty())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",

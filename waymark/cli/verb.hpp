@@ -51,6 +51,8 @@ struct Verb {
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb simulate_verb();
 [[nodiscard]] Verb robot_sim_verb();
+[[nodiscard]] Verb ros2_verb();
+[[nodiscard]] Verb ros2_topic_verb();
 [[nodiscard]] Verb explore_verb();
 [[nodiscard]] Verb run_verb();
 [[nodiscard]] Verb stop_verb();

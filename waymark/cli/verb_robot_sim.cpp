@@ -4,10 +4,14 @@
 
 #include <CLI/App.hpp>
 
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/speaking_robot.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/live/ros2_robot_sim.hpp"
 #include "waymark/simulation/path.hpp"
 
 namespace waymark::cli {
@@ -15,14 +19,29 @@ namespace {
 
 struct RobotSimArgs {
   explicit RobotSimArgs(CLI::App& verb)
-      : app(verb), settings(verb), setup(verb), pictures(verb, settings, Reach::Flags, false) {}
+      : app(verb),
+        settings(verb),
+        setup(verb),
+        pictures(verb, settings, Reach::Flags, false),
+        network(verb) {}
 
   const CLI::App& app;
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
+  Ros2Flags network;
   SpeakingOptions options{};
+  bool ros2 = false;
 };
+
+Status speak_ros2(const RobotSimArgs& args, const SimulatedSetup& setup, const SE2& start,
+                  std::unique_ptr<DetectingCamera> scene_camera) {
+  const auto options = args.network.options();
+  if (!options) return tl::unexpected(options.error());
+  const auto bus = open_bus(*options);
+  if (!bus) return tl::unexpected(bus.error());
+  return run_ros2_robot_sim(**bus, setup, start, std::move(scene_camera), interrupted);
+}
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
@@ -48,7 +67,9 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
     }
     scene_camera = std::move(*made);
   }
-  status = run_speaking_robot(simulated, path.front().map_T_path, std::move(scene_camera), args.options);
+  const SE2 start = path.front().map_T_path;
+  status = args.ros2 ? speak_ros2(args, simulated, start, std::move(scene_camera))
+                     : run_speaking_robot(simulated, start, std::move(scene_camera), args.options);
   if (status) return ExitCode::Ok;
   console.say(status.error());
   return ExitCode::SomeFailed;
@@ -59,6 +80,9 @@ Run prepare_robot_sim(CLI::App& app) {
   app.add_flag("--lockstep", args->options.lockstep,
                "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
                "the same samples every time");
+  app.add_flag("--ros2", args->ros2,
+               "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
+      ->excludes("--lockstep");
   app.add_option(
          "--pace", args->options.pace,
          "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
@@ -78,13 +102,15 @@ Verb robot_sim_verb() {
           R"(Writes what the robot senses as JSON lines on standard output and reads commands from standard input,
 as docs/formats/robot-process.md says: to try the protocol, or as a robot for --robot process:CMD. It starts
 where the world's line begins, in real time unless --lockstep, and ends when its input does. With --images
-it sends pictures (JPEG), otherwise the corners of tags. It also sends the truth, for a judge.
+it sends pictures (JPEG), otherwise the corners of tags. It also sends the truth, for a judge. With --ros2 it is a
+robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:limo-sim-tags, and for any ROS 2 program.
 
 Exit code: 0 its input ended, 1 a picture could not be made, 2 wrong usage.
 
 Examples:
   waymark robot-sim --world circuit24 < /dev/null | head -3
   waymark teach --robot "process:waymark robot-sim --world circuit24 --lockstep" --world circuit24 -o lap.mcap
+  waymark robot-sim --world circuit24 --images --ros2 --localhost
 )",
       .prepare = prepare_robot_sim,
       .verbs = {}};

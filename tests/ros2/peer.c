@@ -1,0 +1,214 @@
+// Peers of Waymark on Eclipse Cyclone DDS, with types that idlc generated: nothing here is shared with Waymark.
+//   peer robot SECONDS [late]     odometry 50 Hz (y counts up), tf_static, camera_info, a 2 MB picture 5 Hz, IMU; prints commands
+//   peer listen SECONDS           prints each command of /cmd_vel with the time of CLOCK_MONOTONIC [ns]
+//   peer record SECONDS           counts and sums what a robot publishes: odometry, pictures, tf_static; drives it with /cmd_vel
+//   peer best-effort SECONDS      publishes /odom best effort and /imu with the type of /odom
+//   peer crowd SECONDS N          N topics
+#include <dds/dds.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "ros.h"
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+enum { kWidth = 1920, kHeight = 1080 };
+
+static dds_entity_t participant;
+
+static dds_qos_t *qos(int reliable, int transient_local, int depth) {
+  dds_qos_t *q = dds_create_qos();
+  dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
+  dds_qset_reliability(q, reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, DDS_MSECS(100));
+  dds_qset_durability(q, transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+  dds_qset_history(q, DDS_HISTORY_KEEP_LAST, depth);
+  dds_qset_writer_data_lifecycle(q, false);
+  dds_qset_data_representation(q, 1, &xcdr1);
+  return q;
+}
+
+static dds_entity_t endpoint(int writes, const char *name, const dds_topic_descriptor_t *type, dds_qos_t *q) {
+  dds_entity_t topic = dds_create_topic(participant, type, name, NULL, NULL);
+  dds_entity_t e = topic < 0 ? topic : writes ? dds_create_writer(participant, topic, q, NULL) : dds_create_reader(participant, topic, q, NULL);
+  if (e < 0) { printf("%s: %s\n", name, dds_strretcode(-e)); exit(1); }
+  return e;
+}
+
+static long long monotonic_ns(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return 1000000000LL * t.tv_sec + t.tv_nsec;
+}
+
+static builtin_interfaces_msg_dds__Time_ stamp(void) {
+  const int64_t now = dds_time();
+  builtin_interfaces_msg_dds__Time_ t = {(int32_t)(now / 1000000000), (uint32_t)(now % 1000000000)};
+  return t;
+}
+
+/// Prints the commands that came: "cmd TIME_NS v w".
+static int take_commands(dds_entity_t reader) {
+  void *raw = NULL;
+  dds_sample_info_t info;
+  int count = 0;
+  while (dds_take(reader, &raw, &info, 1, 1) == 1) {
+    const geometry_msgs_msg_dds__Twist_ *twist = raw;
+    if (info.valid_data) { printf("cmd %lld %.6f %.6f\n", monotonic_ns(), twist->linear_.x_, twist->angular_.z_); ++count; }
+    dds_return_loan(reader, &raw, 1);
+    raw = NULL;
+  }
+  fflush(stdout);
+  return count;
+}
+
+static void robot(double seconds) {
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  dds_entity_t tf = endpoint(1, "rt/tf_static", &tf2_msgs_msg_dds__TFMessage__desc, qos(1, 1, 1));
+  dds_entity_t image = endpoint(1, "rt/camera/color/image_raw", &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
+  dds_entity_t info = endpoint(1, "rt/camera/color/camera_info", &sensor_msgs_msg_dds__CameraInfo__desc, qos(1, 0, 5));
+  dds_entity_t imu = endpoint(1, "rt/imu", &sensor_msgs_msg_dds__Imu__desc, qos(0, 0, 10));
+  dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 10));
+
+  geometry_msgs_msg_dds__TransformStamped_ link;
+  memset(&link, 0, sizeof link);
+  link.header_.frame_id_ = "base_link";
+  link.child_frame_id_ = "camera_color_optical_frame";
+  link.transform_.translation_.z_ = 0.18;
+  link.transform_.rotation_.w_ = 1;
+  tf2_msgs_msg_dds__TFMessage_ links;
+  memset(&links, 0, sizeof links);
+  links.transforms_._length = links.transforms_._maximum = 1;
+  links.transforms_._buffer = &link;
+  dds_write(tf, &links);
+
+  nav_msgs_msg_dds__Odometry_ o;
+  memset(&o, 0, sizeof o);
+  o.header_.frame_id_ = "odom";
+  o.child_frame_id_ = "base_link";
+  o.pose_.pose_.orientation_.w_ = 1;
+  sensor_msgs_msg_dds__Imu_ i;
+  memset(&i, 0, sizeof i);
+  i.header_.frame_id_ = "base_link";
+  i.angular_velocity_.z_ = 0.25;
+  i.orientation_.w_ = 1;
+  sensor_msgs_msg_dds__CameraInfo_ c;
+  memset(&c, 0, sizeof c);
+  c.header_.frame_id_ = "camera_color_optical_frame";
+  c.width_ = kWidth;
+  c.height_ = kHeight;
+  c.distortion_model_ = "plumb_bob";
+  c.k_[0] = c.k_[4] = 900;
+  c.k_[2] = kWidth / 2;
+  c.k_[5] = kHeight / 2;
+  c.k_[8] = 1;
+  sensor_msgs_msg_dds__Image_ m;
+  memset(&m, 0, sizeof m);
+  m.header_.frame_id_ = "camera_color_optical_frame";
+  m.width_ = m.step_ = kWidth;
+  m.height_ = kHeight;
+  m.encoding_ = "mono8";
+  m.data_._length = m.data_._maximum = kWidth * kHeight;
+  m.data_._buffer = malloc(kWidth * kHeight);
+  for (int k = 0; k < kWidth * kHeight; ++k) m.data_._buffer[k] = (uint8_t)(7 * k + k / kWidth);
+
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  for (int n = 0; dds_time() < end; ++n) {
+    o.header_.stamp_ = i.header_.stamp_ = c.header_.stamp_ = m.header_.stamp_ = stamp();
+    o.pose_.pose_.position_.y_ = 0.001 * n;
+    dds_write(odom, &o);
+    dds_write(imu, &i);
+    if (n % 10 == 0) { dds_write(info, &c); dds_write(image, &m); }
+    take_commands(commands);
+    dds_sleepfor(DDS_MSECS(20));
+  }
+}
+
+static void listen_to_commands(double seconds) {
+  dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 100));
+  printf("listening\n");
+  fflush(stdout);
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) { take_commands(commands); dds_sleepfor(DDS_MSECS(1)); }
+}
+
+static void record(double seconds) {
+  dds_entity_t odom = endpoint(0, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(0, 0, 100));
+  dds_entity_t image = endpoint(0, "rt/camera/color/image_raw", &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
+  dds_entity_t tf = endpoint(0, "rt/tf_static", &tf2_msgs_msg_dds__TFMessage__desc, qos(1, 1, 10));
+  dds_entity_t out = endpoint(1, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 1));
+  geometry_msgs_msg_dds__Twist_ twist;
+  memset(&twist, 0, sizeof twist);
+  twist.linear_.x_ = 0.2;
+  int odometry = 0, pictures = 0, links = 0;
+  double first_x = 0, x = 0, y = 0, first_y = 0, link_z = 0;
+  unsigned width = 0;
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) {
+    void *raw = NULL;
+    dds_sample_info_t info;
+    while (dds_take(odom, &raw, &info, 1, 1) == 1) {
+      const nav_msgs_msg_dds__Odometry_ *m = raw;
+      if (info.valid_data) {
+        x = m->pose_.pose_.position_.x_;
+        y = m->pose_.pose_.position_.y_;
+        if (odometry++ == 0) { first_x = x; first_y = y; }
+      }
+      dds_return_loan(odom, &raw, 1);
+      raw = NULL;
+    }
+    while (dds_take(image, &raw, &info, 1, 1) == 1) {
+      if (info.valid_data) { ++pictures; width = ((const sensor_msgs_msg_dds__Image_ *)raw)->width_; }
+      dds_return_loan(image, &raw, 1);
+      raw = NULL;
+    }
+    while (dds_take(tf, &raw, &info, 1, 1) == 1) {
+      const tf2_msgs_msg_dds__TFMessage_ *m = raw;
+      if (info.valid_data && m->transforms_._length > 0) { ++links; link_z = m->transforms_._buffer[0].transform_.translation_.z_; }
+      dds_return_loan(tf, &raw, 1);
+      raw = NULL;
+    }
+    dds_write(out, &twist);
+    dds_sleepfor(DDS_MSECS(20));
+  }
+  printf("odometry %d pictures %d width %u links %d z %.3f moved %.4f %.4f\n", odometry, pictures, width, links, link_z, x - first_x, y - first_y);
+}
+
+static void best_effort(double seconds) {
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(0, 0, 10));
+  (void)endpoint(1, "rt/imu", &nav_msgs_msg_dds__Odometry__desc, qos(0, 0, 10));
+  nav_msgs_msg_dds__Odometry_ o;
+  memset(&o, 0, sizeof o);
+  o.header_.frame_id_ = o.child_frame_id_ = "odom";
+  o.pose_.pose_.orientation_.w_ = 1;
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) { o.header_.stamp_ = stamp(); dds_write(odom, &o); dds_sleepfor(DDS_MSECS(20)); }
+}
+
+static void crowd(double seconds, int count) {
+  for (int i = 0; i < count; ++i) {
+    char name[64];
+    snprintf(name, sizeof name, "rt/crowd/topic_%d", i);
+    (void)endpoint(1, name, &sensor_msgs_msg_dds__Joy__desc, qos(1, 0, 10));
+  }
+  (void)endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  printf("there\n");
+  fflush(stdout);
+  dds_sleepfor((int64_t)(seconds * 1e9));
+}
+
+int main(int argc, char **argv) {
+  const char *domain = getenv("ROS_DOMAIN_ID");
+  if (argc < 3) { fputs("usage: peer robot|listen|record|best-effort|crowd SECONDS [N]\n", stderr); return 2; }
+  participant = dds_create_participant(domain ? (dds_domainid_t)atoi(domain) : 0, NULL, NULL);
+  if (participant < 0) { printf("participant: %s\n", dds_strretcode(-participant)); return 1; }
+  const double seconds = atof(argv[2]);
+  if (strcmp(argv[1], "robot") == 0) robot(seconds);
+  else if (strcmp(argv[1], "listen") == 0) listen_to_commands(seconds);
+  else if (strcmp(argv[1], "record") == 0) record(seconds);
+  else if (strcmp(argv[1], "best-effort") == 0) best_effort(seconds);
+  else if (strcmp(argv[1], "crowd") == 0 && argc > 3) crowd(seconds, atoi(argv[3]));
+  else return 2;
+  dds_delete(participant);
+  return 0;
+}

@@ -1,0 +1,258 @@
+#!/usr/bin/python3
+"""Waymark on the network of ROS 2 against peers on Eclipse Cyclone DDS (peer.c): robot, recorder, listener.
+
+Every test has a domain of its own, on this machine alone.
+
+usage: wire_test.py PROGRAM PEER [TestClass.test]
+"""
+import base64
+import itertools
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+PROGRAM, PEER = sys.argv[1:3]
+UNICAST = ('<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
+           "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+           '<MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>')
+DOMAINS = itertools.count(1 + os.getpid() % 199)
+COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
+WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
+
+
+class Wire(unittest.TestCase):
+    def setUp(self):
+        self.environment = {**os.environ, "ROS_DOMAIN_ID": str(next(DOMAINS)), "ROS_LOCALHOST_ONLY": "1",
+                            "CYCLONEDDS_URI": UNICAST}
+        self.running = []
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def tearDown(self):
+        for process in self.running:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout, process.stderr):
+                if pipe:
+                    pipe.close()
+
+    def start(self, *words, **pipes):
+        pipes = {"stdout": subprocess.PIPE, "text": True, **pipes}
+        self.running.append(subprocess.Popen([str(word) for word in words], env=self.environment, **pipes))
+        return self.running[-1]
+
+    def run_program(self, *words, timeout=60):
+        never_ends, keep = os.pipe()
+        try:
+            return subprocess.run([PROGRAM, *[str(word) for word in words]], env=self.environment, capture_output=True, text=True,
+                                  timeout=timeout, stdin=never_ends)
+        finally:
+            os.close(never_ends)
+            os.close(keep)
+
+
+class FirstAid(Wire):
+    def test_topics_messages_and_rates_of_another_vendor(self):
+        self.start(PEER, "robot", 30)
+        listing = self.run_program("ros2", "topic", "list")
+        self.assertEqual(listing.returncode, 0, listing.stderr)
+        self.assertIn("/odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions", listing.stdout)
+        self.assertIn("/imu [sensor_msgs/msg/Imu] 1 publisher (best effort)", listing.stdout)
+        self.assertIn("(reliable, transient local)", listing.stdout)
+        self.assertIn("/cmd_vel [geometry_msgs/msg/Twist] 0 publishers, 1 subscription", listing.stdout)
+        echo = self.run_program("ros2", "topic", "echo", "/imu", "--count", 1)
+        self.assertIn("angular_velocity:\n  x: 0\n  y: 0\n  z: 0.25\n", echo.stdout)
+        # Sent once, before anybody listened.
+        late = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
+        self.assertIn("child_frame_id: 'camera_color_optical_frame'", late.stdout)
+        self.assertIn("z: 0.18", late.stdout)
+        rate = self.run_program("ros2", "topic", "hz", "/odom", "--count", 60)
+        self.assertGreater(float(rate.stdout.split()[0]), 10, rate.stdout)
+
+    def test_nobody_there_is_said_with_domain_and_interfaces(self):
+        began = time.monotonic()
+        nobody = self.run_program("ros2", "topic", "list")
+        self.assertEqual(nobody.returncode, 1)
+        self.assertIn(f"domain {self.environment['ROS_DOMAIN_ID']} on 127.0.0.1: no other participant", nobody.stderr)
+        self.assertLess(time.monotonic() - began, 20)
+
+    def test_two_hundred_topics_are_discovered(self):
+        crowd = self.start(PEER, "crowd", 60, 200)
+        self.assertEqual(crowd.stdout.readline(), "there\n")
+        listing = self.run_program("ros2", "topic", "list")
+        self.assertEqual(len(listing.stdout.splitlines()), 201)
+
+
+class Robot(Wire):
+    def lines_of(self, robot, enough):
+        lines = []
+        deadline = time.monotonic() + 30
+        while time.monotonic() < deadline and not enough(lines):
+            line = robot.stdout.readline()
+            if not line:
+                break
+            lines.append(json.loads(line))
+        return lines
+
+    def test_a_robot_of_another_vendor_is_heard_and_moved(self):
+        peer = self.start(PEER, "robot", 60)
+        robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
+        lines = self.lines_of(robot, lambda all: any(line["type"] == "image" for line in all) and len(all) > 60)
+        self.assertEqual(lines[0], {"type": "hello", "protocol_version": 1, "name": "limo", "sends": [], "lockstep": False})
+        odometry = [line for line in lines if line["type"] == "odometry"]
+        self.assertGreater(len(odometry), 10)
+        steps = [round(1e3 * (b["y_m"] - a["y_m"])) for a, b in zip(odometry, odometry[1:])]
+        self.assertTrue(all(step >= 1 for step in steps), steps)
+        self.assertEqual([line for line in lines if line["type"] == "imu"][0]["angular_velocity_rad_s"], [0, 0, 0.25])
+        picture = base64.b64decode([line for line in lines if line["type"] == "image"][0]["jpeg_base64"])
+        header, pixels = picture[: -1920 * 1080], picture[-1920 * 1080:]
+        self.assertTrue(header.startswith(b"P5") and b"1920 1080" in header, header)
+        for k in (0, 1, 1919, 1920, 1_000_000, 1920 * 1080 - 1):
+            self.assertEqual(pixels[k], (7 * k + k // 1920) % 256)
+        threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
+        words = " ".join(line["text"] for line in lines if line["type"] == "log")
+        self.assertIn("tf mounts the camera", words)
+        self.assertIn("camera_info says 1920 x 1080 px", words)
+        for i in range(20):
+            robot.stdin.write(json.dumps({"type": "velocity", "sequence": i + 1, "speed_m_s": 0.3, "yaw_rate_rad_s": -0.1}) + "\n")
+            robot.stdin.flush()
+            time.sleep(0.05)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        peer.kill()
+        commands = COMMAND.findall(peer.stdout.read())
+        moving = [command for command in commands if float(command[1]) == 0.3 and float(command[2]) == -0.1]
+        self.assertGreater(len(moving), 10)
+        self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
+
+    def test_mismatches_are_said_in_words(self):
+        self.start(PEER, "best-effort", 60)
+        profile = self.folder / "reliable.yaml"
+        profile.write_text("robot: limo\nimu_topic: /imu\nreliable_sensors: true\n")
+        robot = self.run_program("ros2", "robot", profile)
+        self.assertEqual(robot.returncode, 1)
+        self.assertIn("/odom is offered best effort, but requested reliable here", robot.stderr)
+        self.assertIn("/imu is published as nav_msgs/msg/Odometry, but sensor_msgs/msg/Imu is expected here", robot.stderr)
+        self.assertIn("no odometry came on /odom", robot.stderr)
+
+
+class Kill(Wire):
+    def stop_times(self, victim, signal_number, seconds=12):
+        """Drives through the watchdog, kills the victim, and gives the last moving command after the kill [s]."""
+        self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
+        listener = self.start(PEER, "listen", seconds)
+        self.assertEqual(listener.stdout.readline(), "listening\n")
+        driver = self.start(sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM, stdout=subprocess.PIPE)
+        self.assertEqual(driver.stdout.readline(), "drives\n")
+        time.sleep(1)
+        killed = time.monotonic_ns()
+        target = {"driver": driver.pid, "watchdog": self.child_of(driver.pid)}[victim]
+        os.kill(target, signal_number)
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=60)[0])]
+        before = [at for at, v in commands if v != 0 and at < killed]
+        self.assertGreater(len(before), 15, "it drove")
+        after = [at for at, v in commands if v != 0 and at > killed]
+        zeros = [at for at, v in commands if v == 0 and at > killed]
+        self.assertGreater(len(zeros), 2, "zero is published")
+        gaps = [b - a for a, b in zip(before, before[1:])]
+        print(f"{victim} {signal_number.name}: last moving command {(max(after, default=killed) - killed) / 1e6:.0f} ms, "
+              f"first zero {(min(zeros) - killed) / 1e6:.0f} ms after the signal; commands at most {max(gaps) / 1e6:.0f} ms apart")
+        return (max(after, default=killed) - killed) / 1e9, (min(zeros) - killed) / 1e9
+
+    @staticmethod
+    def child_of(pid):
+        return int(subprocess.run(["pgrep", "-P", str(pid)], capture_output=True, text=True, check=True).stdout.split()[0])
+
+    def test_a_killed_driver_stops_the_robot(self):
+        moving, zero = self.stop_times("driver", signal.SIGKILL)
+        self.assertLess(moving, 0.25)
+        self.assertLess(zero, 0.25)
+
+    def test_a_frozen_driver_stops_the_robot(self):
+        moving, _ = self.stop_times("driver", signal.SIGSTOP)
+        self.assertLess(moving, 0.5)
+
+    def test_a_killed_watchdog_stops_the_robot(self):
+        moving, _ = self.stop_times("watchdog", signal.SIGKILL)
+        self.assertLess(moving, 0.25)
+
+
+# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
+DRIVER = """
+import subprocess, sys, threading, time
+robot = subprocess.Popen([sys.argv[1], "--exec", sys.argv[2], "ros2", "robot", "limo"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+robot.stdout.readline()
+threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
+print("drives", flush=True)
+for i in range(10000):
+    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
+    robot.stdin.flush()
+    time.sleep(0.05)
+"""
+
+
+class Simulated(Wire):
+    def test_robot_sim_is_a_robot_for_others(self):
+        self.start(PROGRAM, "robot-sim", "--world", "circuit24", "--images", "--ros2", stdout=subprocess.DEVNULL)
+        recorder = self.start(PEER, "record", 8)
+        words = recorder.communicate(timeout=60)[0].split()
+        seen = dict(zip(words[0:10:2], words[1:10:2]))
+        self.assertGreater(int(seen["odometry"]), 50, words)
+        self.assertGreater(int(seen["pictures"]), 3, words)
+        self.assertEqual(seen["width"], "640")
+        self.assertEqual((seen["links"], seen["z"]), ("1", "0.180"))
+        moved = float(words[11]) ** 2 + float(words[12]) ** 2
+        self.assertGreater(moved, 0.3 ** 2, words)
+
+    def lap(self, folder, over_the_wire):
+        """Teach, map, replay; what the replay reports."""
+        lap, chart = folder / "lap.mcap", folder / "map"
+        robot = ("--robot", "ros2:limo-sim-tags", "--robot-file", "mbot") if over_the_wire else ()
+        seed = () if over_the_wire else ("--seed", 7)
+        sim = self.simulated(1) if over_the_wire else None
+        self.succeeds("teach", *robot, "--world", "mbot-square", "--driver", "scripted", "-o", lap)
+        self.ends(sim)
+        self.succeeds("map", lap, "-o", chart)
+        sim = self.simulated(7) if over_the_wire else None
+        replay = self.succeeds("replay", chart, *robot, "--world", "mbot-square", *seed, "--json")
+        self.ends(sim)
+        return json.loads(replay)
+
+    def simulated(self, seed):
+        return self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", "--seed", seed, stdout=subprocess.DEVNULL)
+
+    def ends(self, sim):
+        if sim:
+            sim.send_signal(signal.SIGINT)
+            self.assertEqual(sim.wait(20), 0)
+
+    def succeeds(self, *words):
+        done = self.run_program(*words, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_the_loop_over_the_wire(self):
+        """A lap taught, mapped and replayed over DDS follows its route as one in a single process does."""
+        wire, inside = (self.lap(self.folder_of(name), name == "wire") for name in ("wire", "inside"))
+        rmse = [report["cross_track_rmse_m"] for report in (wire, inside)]
+        print(f"cross-track error of the replay: {1e3 * rmse[0]:.1f} mm over DDS, {1e3 * rmse[1]:.1f} mm in one process")
+        self.assertTrue(wire["finished"], wire)
+        self.assertLess(rmse[0], 0.03)
+
+    def folder_of(self, name):
+        (self.folder / name).mkdir()
+        return self.folder / name
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])

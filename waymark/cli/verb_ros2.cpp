@@ -1,0 +1,134 @@
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include <unistd.h>
+#include <CLI/App.hpp>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/ros2_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/ros2/relay.hpp"
+#include "waymark/drivers/ros2/ros2_robot.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct Ros2RobotArgs {
+  explicit Ros2RobotArgs(CLI::App& app) : network(app) {}
+
+  Ros2Flags network;
+  std::string profile{};
+  std::string robot_file{};
+};
+
+ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
+  const auto profile = find_ros2_profile(args.profile);
+  if (!profile) return console.failed(profile.error(), ExitCode::Usage);
+  const auto path = find_shared("robots", args.robot_file.empty() ? profile->robot : args.robot_file);
+  const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
+  auto options = args.network.options();
+  if (!robot) return console.failed(robot.error(), ExitCode::Usage);
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
+  const Ros2RobotWire wire{.input = STDIN_FILENO,
+                           .write =
+                               [](const std::string& line) {
+                                 return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() &&
+                                        std::fflush(stdout) == 0;
+                               },
+                           .say = [&console](const std::string& words) { console.say(words); },
+                           .should_stop = interrupted};
+  const Status status = run_ros2_robot(*profile, *robot, *options, wire);
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Run prepare_ros2_robot(CLI::App& app) {
+  const auto args = std::make_shared<Ros2RobotArgs>(app);
+  app.add_option("profile", args->profile, "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file")
+      ->required()
+      ->type_name("PROFILE");
+  app.add_option("--robot-file", args->robot_file,
+                 "Body and camera of the robot; unless given: as the profile says")
+      ->type_name("NAME");
+  return [args](Console& console) { return ros2_robot(*args, console); };
+}
+
+Verb ros2_robot_verb() {
+  return {
+      .name = "robot",
+      .sentence = "Be the process of a robot that speaks ROS 2: what --robot ros2:PROFILE starts",
+      .help =
+          R"(Subscribes the topics of the profile and writes what comes as JSON lines on standard output; reads commands from
+standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it behind
+its watchdog. Alone it shows whether a robot is heard.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, or no module for ROS 2; 2 wrong usage.
+
+Example:
+  waymark ros2 robot limo < /dev/null
+)",
+      .prepare = prepare_ros2_robot,
+      .verbs = {}};
+}
+
+struct RelayArgs {
+  explicit RelayArgs(CLI::App& app) : network(app) {}
+
+  Ros2Flags network;
+  RelayOptions relay{};
+};
+
+ExitCode relay(const RelayArgs& args, Console& console) {
+  const auto options = args.network.options();
+  if (!options) return console.failed(options.error(), ExitCode::Usage);
+  const auto bus = open_bus(*options);
+  if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
+  const Status status = relay_commands(**bus, args.relay, interrupted);
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+}
+
+Run prepare_relay(CLI::App& app) {
+  const auto args = std::make_shared<RelayArgs>(app);
+  app.add_option("--from", args->relay.from, "Topic the commands come on")
+      ->capture_default_str()
+      ->type_name("TOPIC");
+  app.add_option("--to", args->relay.to, "Topic the robot listens to")
+      ->capture_default_str()
+      ->type_name("TOPIC");
+  app.add_flag("--stamped", args->relay.stamped, "Both topics are TwistStamped instead of Twist");
+  return [args](Console& console) { return relay(*args, console); };
+}
+
+Verb ros2_relay_verb() {
+  return {
+      .name = "relay",
+      .sentence =
+          "Pass velocity commands on and stop the robot when they cease: a watchdog to run on the robot",
+      .help =
+          R"(For robots that go on driving when commands cease, such as TurtleBot3: runs on the robot itself, passes commands on
+from one topic to another, and publishes zero when none came for 0.25 s, at least 25 times a second. The profile's
+command_topic is then the topic the commands come on.
+
+Exit code: 0 ended by Ctrl-C, 1 the network failed, 2 wrong usage.
+
+Example:
+  waymark ros2 relay --from /waymark/cmd_vel --to /cmd_vel --stamped
+)",
+      .prepare = prepare_relay,
+      .verbs = {}};
+}
+
+}  // namespace
+
+Verb ros2_verb() {
+  return {.name = "ros2",
+          .sentence = "Join a ROS 2 network without ROS: topics, a robot's process, a watchdog for robots",
+          .help = "Example:\n  waymark ros2 topic list\n",
+          .prepare = {},
+          .verbs = {ros2_topic_verb(), ros2_robot_verb(), ros2_relay_verb()}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,60 @@
+#include "waymark/drivers/ros2/command_sender.hpp"
+
+#include <string>
+#include <utility>
+
+#include <poll.h>
+
+#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr int kFarewells = 4;
+constexpr Duration kFarewell = std::chrono::milliseconds(20);
+
+}  // namespace
+
+CommandSender::CommandSender(Bus& bus, std::size_t publisher, EncodeCommand encode, int input)
+    : bus_(bus), publisher_(publisher), encode_(std::move(encode)), input_(input) {
+  never_wait(input_);
+  thread_ = std::thread([this] { run(); });
+}
+
+CommandSender::~CommandSender() {
+  stop_ = true;
+  thread_.join();
+}
+
+void CommandSender::publish(const VelocityCommand& command) {
+  // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
+  (void)bus_.publish(publisher_, encode_(command));
+}
+
+void CommandSender::run() {
+  CommandRepeat repeat;
+  LineSplitter lines;
+  while (!stop_ && !ended_) {
+    if (const auto command = repeat.due(steady_now())) publish(*command);
+    pollfd ready{input_, POLLIN, 0};
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
+    (void)poll(&ready, 1, static_cast<int>(ms));
+    std::string bytes;
+    bool over = read_some(input_, bytes) == Moved::Ended;
+    lines.add(bytes);
+    while (const auto line = lines.next()) {
+      const RobotOrderLine order = parse_order_line(line->text);
+      over = over || order.kind == RobotOrderLine::Kind::Bye;
+      if (order.kind == RobotOrderLine::Kind::Velocity) repeat.offer(order.command, steady_now());
+    }
+    if (over) break;
+  }
+  for (int i = 0; i < kFarewells; ++i) {
+    publish({});
+    std::this_thread::sleep_for(kFarewell);
+  }
+  ended_ = true;
+}
+
+}  // namespace waymark

@@ -1,0 +1,80 @@
+#include "waymark/drivers/ros2/profile.hpp"
+
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+constexpr int kPicturesKept = 2;  // the newest counts
+constexpr int kSamplesKept = 100;
+
+tl::unexpected<Error> wrong(const std::string& source, std::string message, std::string key) {
+  return fail(ErrorCode::InvalidArgument, std::move(message), {.source = source, .key = std::move(key)},
+              "docs/formats/ros2-profile.md has examples.");
+}
+
+}  // namespace
+
+Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source) {
+  auto profile = parse_fields<Ros2Profile>(text, source);
+  if (!profile) return profile;
+  if (profile->odometry_topic.empty())
+    return wrong(source, "a robot without odometry is not driven", "odometry_topic");
+  if (profile->command_topic.empty()) return wrong(source, "commands need a topic", "command_topic");
+  const int eyes = (profile->image_topic.empty() ? 0 : 1) +
+                   (profile->compressed_image_topic.empty() ? 0 : 1) +
+                   (profile->detections_topic.empty() ? 0 : 1);
+  if (eyes > 1)
+    return wrong(source, "image_topic, compressed_image_topic and detections_topic exclude each other",
+                 "image_topic");
+  return profile;
+}
+
+Result<Ros2Profile> find_ros2_profile(const std::string& name) {
+  const auto path = find_shared("ros2", name);
+  if (!path) return tl::unexpected(path.error());
+  const auto text = read_text_file(*path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return parse_ros2_profile(*text, path->string());
+}
+
+std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {
+  std::vector<Ros2Subscription> all;
+  const bool reliable = profile.reliable_sensors;
+  const auto add = [&](const std::string& topic, std::string_view type, const TopicQos& qos) {
+    if (!topic.empty()) all.push_back({topic, std::string(type), qos});
+  };
+  const TopicQos samples{.reliable = reliable, .depth = kSamplesKept};
+  const TopicQos pictures{.reliable = reliable, .depth = kPicturesKept};
+  add(profile.odometry_topic, ros2::Odometry::kType, samples);
+  add(profile.imu_topic, ros2::Imu::kType, samples);
+  add(profile.wheels_topic, ros2::JointState::kType, samples);
+  add(profile.scan_topic, ros2::LaserScan::kType, samples);
+  add(profile.image_topic, ros2::Image::kType, pictures);
+  add(profile.compressed_image_topic, ros2::CompressedImage::kType, pictures);
+  add(profile.detections_topic, ros2::AprilTagDetectionArray::kType, samples);
+  add(profile.camera_info_topic, ros2::CameraInfo::kType, pictures);
+  add(profile.gamepad_topic, ros2::Joy::kType, samples);
+  add(profile.truth_topic, ros2::PoseStamped::kType, samples);
+  add("/tf_static", ros2::TFMessage::kType, {.transient_local = true, .depth = kSamplesKept});
+  return all;
+}
+
+TopicUse command_use(const Ros2Profile& profile) {
+  const std::string_view type = profile.command_stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
+  return {true, dds_topic(profile.command_topic, type), {.depth = 1}};
+}
+
+std::vector<TopicUse> uses_of(const Ros2Profile& profile) {
+  std::vector<TopicUse> all = {command_use(profile)};
+  for (const Ros2Subscription& one : subscriptions_of(profile))
+    all.push_back({false, dds_topic(one.topic, one.type), one.qos});
+  return all;
+}
+
+}  // namespace waymark

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/base/fields.hpp"
+#include "waymark/drivers/dds/discovery.hpp"
+
+namespace waymark {
+
+/// How a robot speaks ROS 2 (docs/formats/ros2-profile.md). An empty topic is not used.
+struct Ros2Profile {
+  std::string robot = "limo";
+  std::string command_topic = "/cmd_vel";
+  bool command_stamped = false;
+  bool stops_by_itself = false;
+  std::string odometry_topic = "/odom";
+  std::string imu_topic{};
+  std::string wheels_topic{};
+  std::string scan_topic{};
+  std::string image_topic{};
+  std::string compressed_image_topic{};
+  std::string camera_info_topic{};
+  std::string detections_topic{};
+  std::string gamepad_topic{};
+  std::string truth_topic{};
+  std::string base_frame = "base_link";
+  bool reliable_sensors = false;
+  std::string interface {};
+
+  template <class Self, class Visitor>
+  static void fields(Self& self, Visitor&& visit) {
+    visit(self.robot, Field{"robot", "Name or path of the file of its body and camera (robot.md)."});
+    visit(self.command_topic, Field{"command_topic", "Topic of the velocity commands."});
+    visit(self.command_stamped, Field{"command_stamped", "Commands are TwistStamped instead of Twist."});
+    visit(
+        self.stops_by_itself,
+        Field{"stops_by_itself", "The robot stops by itself when commands cease for half a second or less."});
+    visit(self.odometry_topic, Field{"odometry_topic", "nav_msgs/msg/Odometry; needed."});
+    visit(self.imu_topic, Field{"imu_topic", "sensor_msgs/msg/Imu."});
+    visit(self.wheels_topic,
+          Field{"wheels_topic", "sensor_msgs/msg/JointState with a left and a right wheel."});
+    visit(self.scan_topic, Field{"scan_topic", "sensor_msgs/msg/LaserScan."});
+    visit(self.image_topic, Field{"image_topic", "sensor_msgs/msg/Image."});
+    visit(self.compressed_image_topic,
+          Field{"compressed_image_topic", "sensor_msgs/msg/CompressedImage, instead of image_topic."});
+    visit(self.camera_info_topic,
+          Field{"camera_info_topic",
+                "sensor_msgs/msg/CameraInfo, held against the camera of the robot's file."});
+    visit(self.detections_topic,
+          Field{"detections_topic",
+                "apriltag_msgs/msg/AprilTagDetectionArray of the robot's own detector, instead of "
+                "pictures."});
+    visit(self.gamepad_topic, Field{"gamepad_topic", "sensor_msgs/msg/Joy; recorded."});
+    visit(self.truth_topic,
+          Field{"truth_topic", "geometry_msgs/msg/PoseStamped of a simulator; only for judges."});
+    visit(self.base_frame, Field{"base_frame", "Frame of the robot's base in tf."});
+    visit(self.reliable_sensors,
+          Field{"reliable_sensors",
+                "Ask for reliable pictures, scans, odometry and IMU instead of best effort."});
+    visit(self.interface,
+          Field{"interface",
+                "IPv4 address of the network interface where ROS's environment names none; empty: all."});
+  }
+};
+
+/// A profile from YAML. Errors have file, line and key; also where odometry or commands have no topic, and
+/// where there is more than one source of tags.
+[[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
+/// Of a plain name the file in share/ros2, else of a path.
+[[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
+
+/// What kind of message a subscription of the profile gives.
+struct Ros2Subscription {
+  std::string topic{};
+  std::string type{};
+  TopicQos qos{};
+};
+[[nodiscard]] std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile);
+/// Topic, type and quality of its commands: reliable, as nodes expect.
+[[nodiscard]] TopicUse command_use(const Ros2Profile& profile);
+/// Everything, as DDS has it.
+[[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);
+
+}  // namespace waymark

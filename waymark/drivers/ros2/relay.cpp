@@ -1,0 +1,52 @@
+#include "waymark/drivers/ros2/relay.hpp"
+
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+
+namespace waymark {
+namespace {
+
+Result<VelocityCommand> decode_command(bool stamped, std::span<const std::uint8_t> bytes) {
+  ros2::TwistStamped message;
+  if (stamped) {
+    auto decoded = cdr::decode<ros2::TwistStamped>(bytes);
+    if (!decoded) return tl::unexpected(decoded.error());
+    message = *decoded;
+  } else {
+    auto decoded = cdr::decode<ros2::Twist>(bytes);
+    if (!decoded) return tl::unexpected(decoded.error());
+    message.twist = *decoded;
+  }
+  return ros2::from_ros(message).command;
+}
+
+std::vector<std::uint8_t> encode_command(bool stamped, const VelocityCommand& command) {
+  const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
+  const ros2::TwistStamped message = ros2::to_ros(StampedCommand{SensorTime(now), command});
+  return stamped ? cdr::encode(message) : cdr::encode(message.twist);
+}
+
+}  // namespace
+
+Status relay_commands(Bus& bus, const RelayOptions& options, const std::function<bool()>& should_stop) {
+  const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
+  const auto in = bus.subscribe(dds_topic(options.from, type), {.reliable = false, .depth = 1});
+  if (!in) return tl::unexpected(in.error());
+  const auto out = bus.advertise(dds_topic(options.to, type), {.depth = 1});
+  if (!out) return tl::unexpected(out.error());
+  CommandRepeat repeat(options.repeat);
+  while (!should_stop()) {
+    const auto message = bus.next(repeat.wait(steady_now()));
+    const auto command = message ? decode_command(options.stamped, message->bytes)
+                                 : Result<VelocityCommand>(fail(ErrorCode::NotFound, "nothing came"));
+    if (command) repeat.offer(*command, steady_now());
+    const auto due = repeat.due(steady_now());
+    if (!due) continue;
+    if (Status status = bus.publish(*out, encode_command(options.stamped, *due)); !status) return status;
+  }
+  return bus.publish(*out, encode_command(options.stamped, {}));
+}
+
+}  // namespace waymark

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/drivers/ros2/stamp_gate.hpp"
+#include "waymark/recording/frame_tree.hpp"
+
+namespace waymark {
+
+/// Turns the messages of a robot that speaks ROS 2 into the lines of a robot process
+/// (docs/formats/robot-process.md), and commands into messages. What cannot be decoded, has numbers that are
+/// none, or a stamp that misleads is dropped, counted, and named in words. Pure.
+class RobotBridge {
+ public:
+  RobotBridge(Ros2Profile profile, RobotDescription robot);
+
+  /// The lines of a message in CDR with its encapsulation; empty for one that is dropped or only kept here.
+  [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
+                                                 std::span<const std::uint8_t> bytes, Duration arrived);
+  /// What people should know, since the last call: as lines, too.
+  [[nodiscard]] std::vector<std::string> take_words();
+  /// Messages that were dropped.
+  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+  /// Whether odometry came.
+  [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
+
+  /// The message of a command; `now`: the stamp of a TwistStamped.
+  [[nodiscard]] std::vector<std::uint8_t> command(const VelocityCommand& command, SensorTime now) const;
+
+ private:
+  Result<std::vector<std::string>> lines_of(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
+                                            Duration arrived);
+  Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
+                                         Duration arrived);
+  Result<std::string> line_of(Sample sample, const Ros2Subscription& from, Duration arrived);
+  void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
+  Status keep_transforms(std::span<const std::uint8_t> bytes);
+  Status compare_camera(std::span<const std::uint8_t> bytes);
+  void compare_mounting();
+  void drop(const std::string& topic, const Error& error);
+  void say_once(std::string words);
+
+  Ros2Profile profile_;
+  RobotDescription robot_;
+  StampGate gate_{};
+  RobotMessageReader check_{"ROS 2"};  ///< nothing leaves that the other end would refuse
+  std::int64_t checked_ = 0;
+  FrameTree frames_{};
+  std::string camera_frame_{};
+  std::map<std::string, SO3> base_R_imu_{};  ///< by frame
+  std::map<std::string, std::uint64_t> dropped_of_{};
+  std::uint64_t dropped_ = 0;
+  std::map<std::string, bool> said_{};
+  std::vector<std::string> words_{};
+};
+
+}  // namespace waymark

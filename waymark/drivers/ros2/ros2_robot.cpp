@@ -1,0 +1,148 @@
+#include "waymark/drivers/ros2/ros2_robot.hpp"
+
+#include <chrono>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/ros2/command_sender.hpp"
+#include "waymark/drivers/ros2/robot_bridge.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kSlice = std::chrono::milliseconds(50);
+constexpr Duration kLookAgain = std::chrono::seconds(1);
+
+SensorTime wall_clock() {
+  return SensorTime(
+      std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
+}
+
+class Ros2Robot {
+ public:
+  Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
+            const Ros2RobotWire& wire, const Ros2RobotOptions& options)
+      : profile_(profile),
+        name_(robot.model.name),
+        bus_options_(std::move(bus_options)),
+        wire_(wire),
+        options_(options),
+        bridge_(profile, robot),
+        uses_(uses_of(profile)) {}
+
+  Status run() {
+    if (Status status = join(); !status) return status;
+    const CommandSender sender(
+        *bus_, publisher_,
+        [this](const VelocityCommand& command) { return bridge_.command(command, wall_clock()); },
+        wire_.input);
+    began_ = steady_now();
+    while (open_ && !sender.ended() && !wire_.should_stop()) {
+      const auto message = bus_->next(kSlice);
+      if (message) receive(*message);
+      if (Status status = look(); !status) return status;
+    }
+    return {};
+  }
+
+ private:
+  Status join() {
+    auto bus = open_bus(bus_options_);
+    if (!bus) return tl::unexpected(bus.error());
+    bus_ = std::move(*bus);
+    const TopicUse commands = command_use(profile_);
+    const auto publisher = bus_->advertise(commands.name, commands.qos);
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = *publisher;
+    for (Ros2Subscription& one : subscriptions_of(profile_)) {
+      const auto number = bus_->subscribe(dds_topic(one.topic, one.type), one.qos);
+      if (!number) return tl::unexpected(number.error());
+      subscriptions_.push_back(std::move(one));
+    }
+    return {};
+  }
+
+  void write(const std::string& line) { open_ = open_ && wire_.write(line); }
+
+  void receive(const BusMessage& message) {
+    const bool spoke = bridge_.speaks();
+    const auto lines = bridge_.receive(subscriptions_[message.subscription], message.bytes, message.arrived);
+    if (!spoke && bridge_.speaks()) greet();
+    for (const std::string& line : lines) write(line);
+    if (greeted_)
+      for (const std::string& line : bridge_.take_words()) write(line);
+  }
+
+  void greet() {
+    write(to_line(RobotHello{.name = name_}));
+    greeted_ = true;
+    if (!profile_.stops_by_itself)
+      say("the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
+          "ros2 "
+          "relay` on it");
+  }
+
+  /// Who is there, once a second.
+  Status look() {
+    const Duration now = steady_now();
+    if (now < next_look_) return {};
+    next_look_ = now + kLookAgain;
+    for (std::string& words : mismatches(uses_, bus_->endpoints())) say(std::move(words));
+    const Duration waited = now - began_;
+    if (greeted_) {
+      if (bus_->matched_subscriptions(publisher_) == 0 && waited > options_.report_after)
+        say(fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+      return {};
+    }
+    const std::string where = searched(bus_options_, *bus_);
+    if (waited >= options_.give_up_after)
+      return fail(ErrorCode::NotFound,
+                  fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
+                  {.source = "ROS 2"},
+                  "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
+    if (waited >= options_.report_after)
+      say(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
+    return {};
+  }
+
+  /// Once each.
+  void say(std::string words) {
+    if (!said_.insert(words).second) return;
+    if (greeted_)
+      write(to_line(RobotLog{std::move(words)}));
+    else
+      wire_.say(words);
+  }
+
+  Ros2Profile profile_;
+  std::string name_;
+  BusOptions bus_options_;
+  const Ros2RobotWire& wire_;
+  Ros2RobotOptions options_;
+  RobotBridge bridge_;
+  std::vector<TopicUse> uses_;
+  std::unique_ptr<Bus> bus_{};
+  std::size_t publisher_ = 0;
+  std::vector<Ros2Subscription> subscriptions_{};
+  Duration began_{};
+  Duration next_look_{};
+  bool greeted_ = false;
+  bool open_ = true;
+  std::set<std::string> said_{};
+};
+
+}  // namespace
+
+Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
+                      const BusOptions& bus_options, const Ros2RobotWire& wire,
+                      const Ros2RobotOptions& options) {
+  return Ros2Robot(profile, robot, bus_options, wire, options).run();
+}
+
+}  // namespace waymark

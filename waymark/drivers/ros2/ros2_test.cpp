@@ -1,0 +1,128 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "waymark/base/random.hpp"
+#include "waymark/drivers/ros2/command_repeat.hpp"
+#include "waymark/drivers/ros2/message_text.hpp"
+#include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/drivers/ros2/topic_tools.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+
+namespace waymark {
+namespace {
+
+using std::chrono::milliseconds;
+
+TEST(Ros2Profile, ThoseThatComeWithWaymarkAreRead) {
+  for (const char* name : {"limo", "turtlebot3", "limo-sim", "limo-sim-tags"}) {
+    const auto profile = find_ros2_profile(name);
+    ASSERT_TRUE(profile) << to_string(profile.error());
+    const auto uses = uses_of(*profile);
+    EXPECT_GE(uses.size(), 4U);
+    EXPECT_TRUE(uses.front().publishes);
+    EXPECT_TRUE(uses.front().qos.reliable) << "a node that asks for reliable commands hears them";
+  }
+  EXPECT_EQ(command_use(find_ros2_profile("turtlebot3").value()).name.type,
+            "geometry_msgs::msg::dds_::TwistStamped_");
+}
+
+TEST(Ros2Profile, SaysWhatIsWrong) {
+  const auto error = [](const char* text) { return to_string(parse_ros2_profile(text, "my.yaml").error()); };
+  EXPECT_NE(error("odometry_topic: ''\n").find("odometry_topic"), std::string::npos);
+  EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
+  EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
+  EXPECT_NE(error("image_topic: /a\ncompressed_image_topic: /b\n").find("exclude"), std::string::npos);
+  EXPECT_FALSE(find_ros2_profile("limmo"));
+}
+
+TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
+  Ros2Profile profile;
+  profile.image_topic = "/image";
+  for (const Ros2Subscription& one : subscriptions_of(profile)) {
+    const bool fixed = one.topic == "/tf_static";
+    EXPECT_EQ(one.qos.reliable, fixed) << one.topic;
+    EXPECT_EQ(one.qos.transient_local, fixed) << one.topic;
+  }
+}
+
+TEST(CommandRepeat, PublishesAtLeastTwentyTimesASecondAndNothingOlderThanTheTimeout) {
+  Random random(1);
+  CommandRepeat repeat;
+  Duration last_published{};
+  Duration last_given = Duration(-1);
+  for (Duration now{}; now < std::chrono::seconds(60); now += milliseconds(1)) {
+    const bool there = (now / std::chrono::seconds(5)) % 2 == 0;  // the driver comes and goes
+    if (there && random.uniform() < 0.03) {
+      repeat.offer({0.3, 0.1}, now);
+      last_given = now;
+    }
+    const auto command = repeat.due(now);
+    if (!command) {
+      ASSERT_LE(now - last_published, milliseconds(50));
+      continue;
+    }
+    last_published = now;
+    const bool fresh = last_given >= Duration(0) && now - last_given <= milliseconds(250);
+    ASSERT_EQ(command->speed_m_s != 0, fresh) << now.count();
+  }
+}
+
+TEST(CommandRepeat, WhatIsNoNumberIsZero) {
+  CommandRepeat repeat;
+  repeat.offer({std::numeric_limits<double>::quiet_NaN(), 1}, milliseconds(1));
+  const auto command = repeat.due(milliseconds(1));
+  ASSERT_TRUE(command);
+  EXPECT_EQ(*command, VelocityCommand{});
+}
+
+TEST(MessageText, ShowsEveryField) {
+  Odometry odometry{.stamp = SensorTime(std::chrono::milliseconds(12500)), .odom_T_base = SE2(1.25, -2, 0)};
+  odometry.speed_m_s = 0.5;
+  const auto text = message_text(ros2::Odometry::kType, cdr::encode(ros2::to_ros(odometry)));
+  ASSERT_TRUE(text) << to_string(text.error());
+  for (const char* line :
+       {"header:\n  stamp:\n    sec: 12\n    nanosec: 500000000\n  frame_id: 'odom'\n",
+        "child_frame_id: 'base_link'\n", "      x: 1.25\n      y: -2\n", "      x: 0.5\n", "# 36 in all"})
+    EXPECT_NE(text->find(line), std::string::npos) << line << "\n" << *text;
+  const auto image =
+      message_text(ros2::Image::kType, cdr::encode(ros2::to_ros(CameraFrame{.image = Image(64, 64)})));
+  ASSERT_TRUE(image);
+  EXPECT_NE(image->find("# 4096 in all"), std::string::npos) << *image;
+  EXPECT_LT(image->size(), 500U);
+}
+
+TEST(MessageText, RefusesWhatItCannotRead) {
+  const auto bytes = cdr::encode(ros2::to_ros(Odometry{}));
+  EXPECT_FALSE(message_text("my_msgs/msg/Own", bytes));
+  EXPECT_FALSE(message_text(ros2::Odometry::kType, std::span(bytes).first(40)));
+  EXPECT_FALSE(message_text(ros2::Odometry::kType, {}));
+  std::vector<std::uint8_t> names = {0, 1, 0, 0};
+  names.resize(200, 0xff);  // a list of 4 thousand million transforms
+  EXPECT_FALSE(message_text(ros2::TFMessage::kType, names));
+  EXPECT_FALSE(message_text(ros2::Joy::kType, names));
+}
+
+TEST(TopicTools, ListWhoUsesATopic) {
+  const BusTopic odom = dds_topic("/odom", "nav_msgs/msg/Odometry");
+  const auto topics = list_topics({{true, odom, {}, {}},
+                                   {false, odom, {.reliable = false}, {}},
+                                   {false, odom, {}, {}},
+                                   {true, {"other", "Thing"}, {}, {}}});
+  ASSERT_EQ(topics.size(), 1U);
+  EXPECT_EQ(topics[0].publishers, 1);
+  EXPECT_EQ(topics[0].subscriptions, 2);
+  EXPECT_EQ(topics[0].offered, "reliable");
+}
+
+TEST(TopicTools, RateIsThatOfTheMessages) {
+  RateCounter counter;
+  EXPECT_EQ(counter.text(), "no message");
+  for (int i = 0; i <= 100; ++i) counter.add(milliseconds(20 * i), 1000);
+  EXPECT_DOUBLE_EQ(counter.rate_hz(), 50);
+  EXPECT_EQ(counter.text(), "50.00 Hz, 0.050 MB/s, 20.0 ms apart (from 20.0 to 20.0), 101 messages");
+}
+
+}  // namespace
+}  // namespace waymark

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "waymark/base/error.hpp"
+#include "waymark/base/time.hpp"
+
+namespace waymark {
+
+/// Refuses stamps that would mislead an estimator: those that go back within a topic, and those of another
+/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured.
+class StampGate {
+ public:
+  /// Fails, and says why, on a stamp that is refused. `arrived`: steady clock here. `leads`: the topic whose
+  /// clock counts; other topics are refused until it spoke.
+  Status pass(const std::string& topic, SensorTime stamp, Duration arrived, bool leads);
+  /// Steady clock here less the robot's, in the mean of the last hundred odometry messages; nothing before
+  /// the first.
+  [[nodiscard]] std::optional<Duration> offset() const { return offset_; }
+
+ private:
+  std::optional<Duration> offset_{};
+  std::map<std::string, SensorTime> newest_{};
+};
+
+}  // namespace waymark

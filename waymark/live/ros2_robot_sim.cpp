@@ -1,0 +1,129 @@
+#include "waymark/live/ros2_robot_sim.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr const char* kOpticalFrame = "camera_color_optical_frame";
+constexpr TopicQos kSensors{.reliable = true, .depth = 10};
+constexpr TopicQos kPictures{.reliable = true, .depth = 5, .large = true};
+constexpr TopicQos kFixed{.reliable = true, .transient_local = true, .depth = 1};
+
+class Ros2RobotSim {
+ public:
+  Ros2RobotSim(Bus& bus, const SimulatedSetup& setup, const SE2& start,
+               std::unique_ptr<DetectingCamera> scene_camera)
+      : bus_(bus),
+        model_(setup.model),
+        camera_(setup.camera),
+        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
+               scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),
+        scene_camera_(std::move(scene_camera)) {}
+
+  Status run(const std::function<bool()>& should_stop) {
+    const auto commands = bus_.subscribe(dds_topic("/cmd_vel", ros2::Twist::kType), {.depth = 1});
+    if (!commands) return tl::unexpected(commands.error());
+    const auto now =
+        std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
+    switched_on_ = now - robot_.uptime();
+    const Duration began = steady_now();
+    Status status = publish("/tf_static",
+                            ros2::TFMessage{{ros2::to_ros_transform(SensorTime(now), ros2::kBaseFrame,
+                                                                    kOpticalFrame, model_.base_T_cam)}},
+                            kFixed);
+    while (status && !should_stop()) {
+      status = speak(robot_.next());
+      do {  // until its clock is due, and at least what waits
+        const Duration ahead = std::max(Duration(0), began + robot_.uptime() - steady_now());
+        const auto message = bus_.next(ahead);
+        if (message) obey(message->bytes);
+      } while (began + robot_.uptime() > steady_now() && !should_stop());
+    }
+    return status;
+  }
+
+ private:
+  /// Numbers that are none do not move it.
+  void obey(std::span<const std::uint8_t> bytes) {
+    const auto twist = cdr::decode<ros2::Twist>(bytes);
+    if (!twist || !std::isfinite(twist->linear.x) || !std::isfinite(twist->angular.z)) return;
+    (void)robot_.command({twist->linear.x, twist->angular.z});
+  }
+
+  template <class Message>
+  Status publish(const std::string& topic, const Message& message, const TopicQos& qos = kSensors) {
+    auto known = publishers_.find(topic);
+    if (known == publishers_.end()) {
+      const auto made = bus_.advertise(dds_topic(topic, Message::kType), qos);
+      if (!made) return tl::unexpected(made.error());
+      known = publishers_.emplace(topic, *made).first;
+    }
+    return bus_.publish(known->second, cdr::encode(message));
+  }
+
+  Status speak(Sample sample) {
+    std::visit([this](auto& value) { value.stamp += switched_on_; }, sample);
+    return std::visit([this](const auto& value) { return say(value); }, sample);
+  }
+
+  Status say(const Odometry& odometry) {
+    const auto tf = ros2::to_ros_transform(odometry.stamp, ros2::kOdomFrame, ros2::kBaseFrame,
+                                           lift(odometry.odom_T_base));
+    Status status = publish("/odom", ros2::to_ros(odometry));
+    return status ? publish("/tf", ros2::TFMessage{{tf}}) : status;
+  }
+  Status say(const ImuSample& imu) { return publish("/imu", ros2::to_ros(imu)); }
+  Status say(const WheelTicks& wheels) { return publish("/joint_states", ros2::to_ros(wheels)); }
+  Status say(const LaserScan& scan) { return publish("/scan", ros2::to_ros(scan)); }
+  Status say(const TruthPose& truth) { return publish("/truth/pose", ros2::to_ros(truth)); }
+  Status say(const TagFrame& frame) {
+    Status status = say_camera_info(frame.stamp);
+    return status ? publish("/tag_detections", ros2::to_ros(frame)) : status;
+  }
+  Status say(const CameraFrame& frame) {
+    auto taken = scene_camera_->take(robot_.shot());
+    if (!taken) return tl::unexpected(taken.error());
+    ros2::Image message = ros2::to_ros(CameraFrame{frame.stamp, "cam", std::move(taken->image)});
+    message.header.frame_id = kOpticalFrame;
+    Status status = say_camera_info(frame.stamp);
+    return status ? publish("/camera/color/image_raw", message, kPictures) : status;
+  }
+  template <class Other>
+  Status say(const Other& /*has no topic*/) {
+    return {};
+  }
+  Status say_camera_info(SensorTime stamp) {
+    ros2::CameraInfo message = ros2::to_ros(camera_, stamp);
+    message.header.frame_id = kOpticalFrame;
+    return publish("/camera/color/camera_info", message);
+  }
+
+  Bus& bus_;
+  RobotModel model_;
+  CameraModel camera_;
+  SimulatedRobot robot_;
+  std::unique_ptr<DetectingCamera> scene_camera_;
+  Duration switched_on_{};  ///< by this machine's clock
+  std::map<std::string, std::size_t> publishers_{};
+};
+
+}  // namespace
+
+Status run_ros2_robot_sim(Bus& bus, const SimulatedSetup& setup, const SE2& start,
+                          std::unique_ptr<DetectingCamera> scene_camera,
+                          const std::function<bool()>& should_stop) {
+  return Ros2RobotSim(bus, setup, start, std::move(scene_camera)).run(should_stop);
+}
+
+}  // namespace waymark
