@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/jobs/convert_video.hpp"
 #include "waymark/jobs/json_line.hpp"
 
@@ -44,9 +44,9 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
                                     Console& console) const {
   if (const Status used = check_used(); !used) return console.failed(used.error(), ExitCode::Usage);
   const auto poses = poses_.make();
-  if (!poses) return console.failed(naming_flag(poses.error()), ExitCode::Usage);
+  if (!poses) return fail_usage(poses.error(), console);
   const auto finder = detector_.make();
-  if (!finder) return console.failed(naming_flag(finder.error()), ExitCode::Usage);
+  if (!finder) return fail_usage(finder.error(), console);
   ConvertVideoJob job{.input = input, .output = output, .pictures = pictures_};
   if (*poses) {
     job.camera = (*poses)->camera;

@@ -10,12 +10,13 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/map_text.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
@@ -90,37 +91,16 @@ Result<MapVideoJob> MapVideoFlags::job_of(const MapArgs& args) const {
 
 ExitCode MapVideoFlags::map(const MapArgs& args, Console& console) const {
   const Result<MapVideoJob> job = job_of(args);
-  if (!job) return console.failed(naming_flag(job.error()), exit_code_of(naming_flag(job.error())));
+  if (!job) return fail_with(job.error(), console);
   const Result<TagFinder> finder = args.detector.make();
-  if (!finder) return console.failed(naming_flag(finder.error()), ExitCode::Usage);
+  if (!finder) return fail_usage(finder.error(), console);
   const Result<MapVideoReport> report = map_video(*job, *finder, control_from(console));
   if (!report)
     return console.failed(naming_flag(report.error()),
                           interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report, args.folder));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
-}
-
-std::string to_text(const MapVideoReport& report, const std::string& folder) {
-  std::string text = fmt::format("{}: {} tags from {} pictures ({} with a pose)\n", folder,
-                                 report.file.tags.tags.size(), report.pictures, report.trajectory.size());
-  text += fmt::format(
-      "corners within {:.2f} px (mean), noise {:.2f} px; {:.1f} successive pictures count as one\n",
-      report.map.reprojection_mean_px, report.map.noise_px, report.correlated_frames);
-  text += "  tag                   x m      y m      z m   sigma x  sigma y  sigma z m  pictures\n";
-  for (const auto& [id, tag] : report.file.tags.tags) {
-    const Eigen::Vector3d& p = tag.map_T_tag.translation();
-    const Eigen::Vector3d s = position_sigma_m(tag);
-    text += fmt::format("  {:<16}{:>9.4f}{:>9.4f}{:>9.4f}{:>10.4f}{:>9.4f}{:>9.4f}{:>12}{}\n", to_string(id),
-                        p.x(), p.y(), p.z(), s.x(), s.y(), s.z(), report.file.observations.at(id),
-                        id == report.file.anchor ? "   anchor" : "");
-  }
-  for (const TagBesidePrior& tag : report.beside)
-    text += fmt::format(
-        "{} stands {:+.4f} {:+.4f} {:+.4f} m (x y z) from where the prior map has it, turned {:.1f} deg\n",
-        to_string(tag.tag), tag.off_m.x(), tag.off_m.y(), tag.off_m.z(), to_degrees(tag.turned_rad));
-  return text;
 }
 
 }  // namespace waymark::cli

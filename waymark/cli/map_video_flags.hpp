@@ -31,7 +31,4 @@ class MapVideoFlags {
   std::string camera_name_;
 };
 
-/// What `waymark map` prints of a map that was made from videos.
-[[nodiscard]] std::string to_text(const MapVideoReport& report, const std::string& folder);
-
 }  // namespace waymark::cli

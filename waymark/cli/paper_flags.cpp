@@ -1,5 +1,8 @@
 #include "waymark/cli/paper_flags.hpp"
 
+#include "waymark/cli/failure.hpp"
+#include "waymark/cli/interrupt.hpp"
+
 namespace waymark::cli {
 
 PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
@@ -38,6 +41,12 @@ CLI::Option* name_tag_size(CLI::App& app) {
 Status check_tag_size(const CLI::Option& tag_size, bool given) {
   if (!given) return fail(ErrorCode::InvalidArgument, "--tag-size-m is required", {}, "For example 0.16.");
   return tag_size.count() > 0 ? plot::check_tag_size(tag_size.as<double>()) : Status();
+}
+
+ExitCode fail_writing(const Error& error, Console& console) {
+  if (interrupted()) return ExitCode::Interrupted;
+  return console.failed(naming_flag(error),
+                        error.code == ErrorCode::Unwritable ? ExitCode::SomeFailed : ExitCode::Usage);
 }
 
 }  // namespace waymark::cli

@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/cli/console.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/plot/render.hpp"
 #include "waymark/plot/sheet_layout.hpp"
@@ -53,6 +54,9 @@ CLI::Option* name_tag_size(CLI::App& app);
 /// Fails unless a size was `given`, by the flag or otherwise, and on a flag that is no size, in words that
 /// help who gave millimetres.
 [[nodiscard]] Status check_tag_size(const CLI::Option& tag_size, bool given);
+
+/// Says why a page was not written, and gives back the exit code.
+[[nodiscard]] ExitCode fail_writing(const Error& error, Console& console);
 
 /// What to do with the paper, for the end of every such verb.
 inline constexpr const char* kPrintReminder =

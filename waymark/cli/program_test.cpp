@@ -39,10 +39,8 @@ Run prepare_show(CLI::App& app) {
   const auto flags = std::make_shared<OptionFlags<SomeOptions>>(app, *settings, "some", "Some");
   return [settings, flags](Console& console) {
     SomeOptions options{.count = 7};
-    if (const Status applied = flags->apply(options); !applied) {
-      console.say(applied.error());
-      return ExitCode::Usage;
-    }
+    if (const Status applied = flags->apply(options); !applied)
+      return console.failed(applied.error(), ExitCode::Usage);
     console.print(
         fmt::format("{} {} {} {}\n", options.tag_size_m, options.count, options.careful, options.word));
     return ExitCode::Ok;

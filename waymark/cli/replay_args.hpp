@@ -2,11 +2,11 @@
 
 #include <string>
 
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_view.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/replay_route.hpp"
 
 namespace waymark::cli {
 

@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "waymark/cli/loop_steps.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/live/replay_route.hpp"
 
 namespace waymark::cli {
 

@@ -6,9 +6,9 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
-#include "waymark/cli/lap_file.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/live/start_recording.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <string>
 
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_view.hpp"
+#include "waymark/cli/lone_anchor_flags.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
-#include "waymark/cli/session_run.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/run_session.hpp"
 
 namespace waymark::cli {
 

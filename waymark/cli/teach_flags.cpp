@@ -43,7 +43,7 @@ Status check_speeds(const TeachArgs& args, const RobotSetup& setup) {
 }
 
 Status check_driver(const TeachJob& job) {
-  const std::vector<std::string> drivers = teach_drivers();
+  const std::vector<std::string> drivers = lap_drivers();
   if (std::ranges::find(drivers, job.driver) != drivers.end()) return {};
   return fail(ErrorCode::InvalidArgument, fmt::format("there is no driver '{}'", job.driver),
               {.key = "--driver"}, suggestion(job.driver, drivers));

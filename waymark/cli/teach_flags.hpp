@@ -1,9 +1,11 @@
 #pragma once
 
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/live_view.hpp"
+#include "waymark/cli/lone_anchor_flags.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/live/inputs.hpp"
+#include "waymark/live/teach_lap.hpp"
 
 namespace waymark::cli {
 

@@ -6,12 +6,12 @@
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/calibrate_camera_text.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/calibrate_camera_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
@@ -74,7 +74,7 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
     return failed(writable.error(), ExitCode::SomeFailed);
   const auto report = calibrate_camera(job, *target, *finder, control_from(console));
   if (!report) return failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   const Status written = write_camera_calibration(job, *report);
   return written ? ExitCode::Ok : failed(written.error(), ExitCode::SomeFailed);
 }

@@ -5,14 +5,14 @@
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/calibrate_robot_text.hpp"
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/calibrate_robot_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
@@ -51,12 +51,12 @@ Result<CalibrateRobotJob> job_of(const CalibrateRobotArgs& args) {
 
 ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
   const Result<CalibrateRobotJob> job = job_of(args);
-  if (!job) return console.failed(naming_flag(job.error()), ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
   const Result<CalibrateRobotReport> report = calibrate_robot(*job, control_from(console));
   if (!report)
     return console.failed(report.error(),
                           interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   if (const Status written = write_robot_calibration(*job, *report); !written)
     return console.failed(written.error(), ExitCode::SomeFailed);

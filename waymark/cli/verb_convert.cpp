@@ -10,8 +10,8 @@
 
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/convert_video_flags.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_log.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -38,20 +38,10 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
   }
 }
 
-std::string to_text(const ConvertJob& job, const ConvertReport& report) {
-  std::string text =
-      fmt::format("{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
-                  report.exported.messages, report.format == "mcap" ? "messages" : "lines");
-  for (const auto& [topic, count] : report.exported.by_topic)
-    text += fmt::format("  {:<32} {:>9}\n", topic, count);
-  return text;
-}
-
 ExitCode convert(const ConvertArgs& args, Console& console) {
   if (args.job.inputs.size() == 1 && looks_like_video(args.first))
     return args.video.convert(args.first, args.job.output, args.json, console);
-  if (const Status unused = args.video.check_unused(); !unused)
-    return console.failed(naming_flag(unused.error()), ExitCode::Usage);
+  if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
   const Result<ConvertReport> report = convert_log(args.job, control_from(console));
   if (!report) {
     console.say(naming_flag(report.error()));

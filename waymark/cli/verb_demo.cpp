@@ -8,17 +8,19 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/demo_run.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/live_view.hpp"
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
-#include "waymark/cli/session_run.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/live/run_demo.hpp"
+#include "waymark/live/run_session.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -48,20 +50,14 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
   for (std::string& word : args.scene.as_words()) words.push_back(std::move(word));
   Status status = clear_demo_folder(args.job.folder);
   if (status) status = become_the_robot(setup, std::move(words), {.lockstep = true, .pace = 1});
-  if (!status) {
-    console.say(status.error());
-    return ExitCode::SomeFailed;
-  }
-  const auto view = LiveView::start(args.live, setup, console);
-  if (!view) {
-    console.say(view.error());
-    return exit_code_of(view.error());
-  }
+  if (!status) return console.failed(status.error(), ExitCode::SomeFailed);
+  const auto view = start_page(args.live, setup, console);
+  if (!view) return fail_with(view.error(), console);
   const SessionJob job{
       .folder = demo.folder, .driver = "scripted", .replay = demo.replay, .feed = &(*view)->feed()};
   const auto stop = hear_stop("demo into " + demo.folder, console);
-  const Result<SessionReport> report = run_session(setup, job, console);
-  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
+  const Result<SessionReport> report = run_session(setup, job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
   if (args.json) console.print(json_line(to_json(*report)));
   return report->interrupted ? ExitCode::Interrupted : ExitCode::Ok;
 }
@@ -72,32 +68,29 @@ ExitCode demo(const DemoArgs& args, Console& console) {
   Status usable = args.options.apply(job.replay);  // before files are read
   if (usable) usable = args.scene.apply(job.images, pictures);
   Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
-  if (!setup) return console.failed(naming_flag(setup.error()), ExitCode::Usage);
+  if (!setup) return fail_usage(setup.error(), console);
   setup->simulated.pictures = pictures;
   if (args.live.view) return watched_demo(args, job, *setup, console);
   if (job.images)
     setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
-  const Result<DemoReport> report = run_demo(*setup, job, console);
+  const Result<DemoReport> report = run_demo(*setup, job, control_from(console));
   if (interrupted()) {
     console.say("stopped: what was recorded is kept");
     return ExitCode::Interrupted;
   }
-  if (!report) {
-    console.say(report.error());
-    return ExitCode::SomeFailed;
-  }
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   if (args.json) {
     console.print(json_line(to_json(*report, job)));
   } else {
     console.print(fmt::format("{}, {}: against the truth, anchored, not aligned\n",
                               setup->simulated.world.name, setup->simulated.model.name) +
-                  table(*report) +
+                  to_text(*report) +
                   fmt::format("{:.2f} s for {:.0f} s in the world; figures, recordings and report.html: {}\n",
                               report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,
                               job.folder));
   }
   for (const std::string& warning : report->map.warnings) console.say("warning: " + warning);
-  if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay));
+  if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
-#include "waymark/cli/detections_text.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
+#include "waymark/jobs/detections_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
@@ -56,14 +56,14 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         if (args.json)
           console.print(json_line(to_json(report, of_tags, args.covariance)));
         else if (report.detected)
-          console.print(cli::to_text(report) + cli::to_text(report.detections, of_tags));
+          console.print(to_text(report) + to_text(report.detections, of_tags));
         return !console.output_ended();
       });
   if (!summary) return wrong_usage(summary.error());
   console.say(
       fmt::format("{} pictures, {} tags, {} failed", summary->pictures, summary->tags, summary->failed));
-  const ExitCode code = exit_code_of(*summary);
-  return summary->annotations_failed && code == ExitCode::Ok ? ExitCode::SomeFailed : code;
+  if (summary->stopped) return ExitCode::Interrupted;
+  return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
 Run prepare_detect(CLI::App& app) {

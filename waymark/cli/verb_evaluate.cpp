@@ -8,10 +8,10 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/trajectory_text.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/trajectory_doubts.hpp"
+#include "waymark/jobs/trajectory_text.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -71,7 +71,7 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   job.alignment = *alignment_kind(args.alignment);
   const Result<TrajectoryReport> report = evaluate_trajectory(job, *inputs, control);
   if (!report) return failed(report.error());
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   for (const std::string& doubt : doubts_about(*report, inputs->reference, control))
     console.say("warning: " + doubt);
   if (args.figures.empty()) return ExitCode::Ok;

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
-#include "waymark/cli/detections_text.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/detections_text.hpp"
 #include "waymark/jobs/evaluate_detections.hpp"
 #include "waymark/jobs/json_line.hpp"
 
@@ -62,7 +62,7 @@ ExitCode evaluate(const EvaluateArgs& args, Console& console) {
   const auto report = evaluate_detections(*job, finder, control_from(console));
   if (!report) return failed(report.error(), ExitCode::SomeFailed);
   if (report->scores)
-    console.print(args.json ? json_line(to_json(*report->scores)) : cli::to_text(*report->scores));
+    console.print(args.json ? json_line(to_json(*report->scores)) : to_text(*report->scores));
   const bool some_failed = report->failed > 0 || report->error;
   if (report->error) console.say(*report->error);
   if (report->stopped) return ExitCode::Interrupted;

@@ -8,13 +8,14 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/experiment_run.hpp"
+#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/staged_folder.hpp"
+#include "waymark/live/run_grid.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -28,22 +29,6 @@ struct ExperimentArgs {
   bool force = false;
   bool json = false;
 };
-
-std::string table_of(const nlohmann::ordered_json& cells) {
-  std::string text = fmt::format("{:<52}{:>6}{:>11}{:>22}{:>22}\n", "", "runs", "completed",
-                                 "rmse median/worst [m]", "max median/worst [m]");
-  for (const auto& cell : cells) {
-    const auto metres = [&](const char* key) {  // nothing to judge is no zero
-      return cell[key].is_null() ? std::string("-") : fmt::format("{:.4f}", cell[key].get<double>());
-    };
-    text += fmt::format("{:<52}{:>6}{:>11}{:>14} /{:>6}{:>14} /{:>6}\n", cell["what"].get<std::string>(),
-                        cell["runs"].get<int>(), cell["completed"].get<int>(),
-                        metres("cross_track_rmse_median_m"), metres("cross_track_rmse_worst_m"),
-                        metres("cross_track_max_median_m"), metres("cross_track_max_worst_m"));
-    for (const auto& words : cell["endings"]) text += "    " + words.get<std::string>() + "\n";
-  }
-  return text;
-}
 
 /// What an experiment found takes hours: it is written over only when that is asked for.
 Status check_output(const ExperimentArgs& args) {
@@ -78,7 +63,7 @@ ExitCode experiment(const ExperimentArgs& args, Console& console) {
   }
   if (Status status = check_output(args); !status)
     return console.failed(status.error(), ExitCode::SomeFailed);
-  const auto runs = run_grid(*grid, args.output, console);
+  const auto runs = run_grid(*grid, args.output, control_from(console));
   if (!runs && interrupted()) {
     console.say("stopped: what was recorded is kept; --force begins anew");
     return ExitCode::Interrupted;
@@ -86,7 +71,7 @@ ExitCode experiment(const ExperimentArgs& args, Console& console) {
   if (!runs) return console.failed(runs.error(), ExitCode::SomeFailed);
   const nlohmann::ordered_json summaries = summaries_of(*runs);
   const Status written = write_text_file(fs::path(args.output) / "experiment.json", summaries.dump(2) + "\n");
-  console.print(args.json ? json_line({{"cells", summaries}}) : table_of(summaries));
+  console.print(args.json ? json_line({{"cells", summaries}}) : experiment_table(summaries));
   if (!written) console.say(written.error());
   if (interrupted()) return ExitCode::Interrupted;
   const bool all =

@@ -1,4 +1,3 @@
-#include <cmath>
 #include <memory>
 #include <string>
 
@@ -6,13 +5,15 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/explore_run.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/live/explore_world.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -34,44 +35,19 @@ struct ExploreArgs {
   bool json = false;
 };
 
-std::string explore_words(const ExploreReport& r) {
-  std::string text = fmt::format("{:.0f} s, {:.1f} m, {} turns; {} of {} tags seen\n", r.seconds,
-                                 r.distance_m, r.turns, r.seen.size(), r.tags);
-  text += fmt::format("{} collisions, ", r.collisions);
-  text += std::isfinite(r.nearest_m)
-              ? fmt::format("nearest to anything {:.3f} m from the hull\n", r.nearest_m)
-              : "nothing in this world to come near to\n";
-  if (!r.position_rmse_m) return text + "the place was never known\n";
-  return text + fmt::format(
-                    "the place was known {:.1f} % of the time; then by the truth:\n"
-                    "  position  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
-                    "  heading   {:.2f} deg rmse\n",
-                    100 * r.certain_fraction, *r.position_rmse_m, *r.position_p95_m, *r.position_max_m,
-                    *r.heading_rmse_deg);
-}
-
 ExitCode explore(const ExploreArgs& args, Console& console) {
   ExploreJob job = args.job;
   Status status =
       refuse(args.filter, "only the smoother of `waymark localize` has a delay", "Leave it out.", "lag_s");
   if (status) status = args.explore.apply(job.explore);
   if (status) status = args.filter.apply(job.filter);
-  if (!status) {
-    console.say(naming_flag(status.error()));
-    return ExitCode::Usage;
-  }
+  if (!status) return fail_usage(status.error(), console);
   Result<RobotSetup> setup = args.setup.make();
   status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
-  if (!status) {
-    console.say(status.error());
-    return ExitCode::Usage;
-  }
-  const Result<ExploreReport> report = explore_world(std::move(*setup), job, console);
-  if (!report) {
-    console.say(report.error());
-    return ExitCode::SomeFailed;
-  }
-  console.print(args.json ? json_line(to_json(*report)) : explore_words(*report));
+  if (!status) return console.failed(status.error(), ExitCode::Usage);
+  const Result<ExploreReport> report = explore_world(std::move(*setup), job, control_from(console));
+  if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   if (report->interrupted) {
     console.say("stopped: the robot stands");
     return ExitCode::Interrupted;

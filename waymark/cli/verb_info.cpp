@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
-#include "waymark/cli/info_text.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/jobs/info_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
@@ -29,7 +29,7 @@ std::string words_of(const LogProblem& problem) {
 ExitCode info(const InfoArgs& args, Console& console) {
   const Result<RecordingInfo> found = look_at(args.file, args.quick, control_from(console));
   if (!found) return console.failed(found.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*found)) : cli::to_text(*found));
+  console.print(args.json ? json_line(to_json(*found)) : to_text(*found));
   if (!found->summary.complete)
     console.say(
         "the file has no usable summary: it was cut, damaged or is still being written. What stands in "

@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/localize_text.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/localize_text.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -55,7 +55,7 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   Status flags = check_effects(args);
   if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
-  if (!flags) return console.failed(naming_flag(flags.error()), ExitCode::Usage);
+  if (!flags) return fail_usage(flags.error(), console);
   job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
@@ -64,12 +64,12 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
                           interrupted() ? ExitCode::Interrupted : exit_code_of(inputs.error()));
   // The robot's file may have said how it moves; what was asked for goes before.
   if (const Status asked = args.filter.apply(inputs->setup.filter); !asked)
-    return console.failed(naming_flag(asked.error()), ExitCode::Usage);
+    return fail_usage(asked.error(), console);
   const Result<LocalizeReport> report = localize(job, *inputs, control);
   if (!report)
     return console.failed(report.error(),
                           interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
-  console.print(args.json ? json_line(to_json(job, *report)) : cli::to_text(*report));
+  console.print(args.json ? json_line(to_json(job, *report)) : to_text(*report));
   for (const std::string& warning : inputs->warnings) console.say("warning: " + warning);
   for (const std::string& problem : report->problems) console.say(problem);
   for (const std::string& doubt : doubts_about(*report)) console.say(doubt);

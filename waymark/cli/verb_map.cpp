@@ -6,13 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
-#include "waymark/cli/map_text.hpp"
 #include "waymark/cli/map_video_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/map_text.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -20,21 +20,19 @@ namespace {
 /// With TagSLAM's files: no floor, any number of cameras and bodies.
 ExitCode map_tagslam(const MapArgs& args, Console& console) {
   const Result<MapSceneJob> job = args.make_scene_job();
-  if (!job) return console.failed(naming_flag(job.error()), ExitCode::Usage);
+  if (!job) return fail_usage(job.error(), console);
   const Result<MapSceneReport> report = map_scene_recording(*job, control_from(console));
   if (!report)
     return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report, args.folder));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }
 
 ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) {
-  if (Status status = args.check(); !status)
-    return console.failed(naming_flag(status.error()), ExitCode::Usage);
+  if (Status status = args.check(); !status) return fail_usage(status.error(), console);
   if (MapVideoFlags::takes(args)) return video.map(args, console);
-  if (Status status = video.check_unused(); !status)
-    return console.failed(naming_flag(status.error()), ExitCode::Usage);
+  if (Status status = video.check_unused(); !status) return fail_usage(status.error(), console);
   if (!args.tagslam.empty()) return map_tagslam(args, console);
   Result<MapJob> job = args.make_job();
   const Status maps = job ? args.read_maps(*job) : tl::unexpected(job.error());
@@ -43,17 +41,14 @@ ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) 
   std::optional<TagFinder> finder;
   if (args.detector.given()) {
     Result<TagFinder> made = args.detector.make();
-    if (!made) {
-      console.say(naming_flag(made.error()));
-      return ExitCode::Usage;
-    }
+    if (!made) return fail_usage(made.error(), console);
     finder = std::move(*made);
     job->finder = &*finder;
   }
   const Result<MapReport> report = map_recording(*job, control_from(console));
   if (!report)
     return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report)) : cli::to_text(*report, args.folder));
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }

@@ -29,15 +29,7 @@ ExitCode convert(const ConvertMapArgs& args, Console& console) {
   const Result<ReadMap> done = convert_map(job, control_from(console));
   if (!done)
     return console.failed(done.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
-  const std::string from = map_form_names()[static_cast<std::size_t>(done->form)];
-  const std::size_t tags = done->map.tags.tags.size();
-  console.print(args.json
-                    ? json_line({{"output", args.job.output},
-                                 {"from", from},
-                                 {"to", args.form},
-                                 {"tags", tags},
-                                 {"warnings", done->warnings}})
-                    : fmt::format("{}: {} tags, from {} to {}\n", args.job.output, tags, from, args.form));
+  console.print(args.json ? json_line(to_json(job, *done)) : to_text(job, *done));
   for (const std::string& warning : done->warnings) console.say("warning: " + warning);
   return ExitCode::Ok;
 }

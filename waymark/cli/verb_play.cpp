@@ -1,19 +1,14 @@
-#include <algorithm>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/log_options.hpp"
-#include "waymark/cli/playback_pace.hpp"
 #include "waymark/cli/selection_flags.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
-#include "waymark/jobs/sample_words.hpp"
+#include "waymark/jobs/play_log.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -28,40 +23,6 @@ struct PlayArgs {
   SelectionFlags selection;
 };
 
-/// How a visit is ended from inside.
-tl::unexpected<Error> enough() { return fail(ErrorCode::LimitExceeded, "stopped"); }
-
-Status play_samples(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
-  Pace pace(args.speed);
-  std::optional<SensorTime> start;
-  return log.visit_samples(selection, [&](const Sample& sample) -> Status {
-    if (!start) start = stamp_of(sample);
-    if (!pace.wait_for(stamp_of(sample).time_since_epoch().count())) return enough();
-    console.print(args.json ? json_line(to_json(sample)) : to_text(sample, *start));
-    return console.output_ended() ? enough() : Status{};
-  });
-}
-
-Status play_messages(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
-  Pace pace(args.speed);
-  const std::uint64_t start = recording_start_ns(log);
-  return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-    if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
-    if (args.json) {
-      console.print(json_line({{"topic", channel.topic},
-                               {"type", channel.type},
-                               {"log_time_ns", message.log_time},
-                               {"publish_time_ns", message.publish_time},
-                               {"size_bytes", message.data.size()}}));
-    } else {
-      const double since_s = static_cast<double>(static_cast<std::int64_t>(message.log_time - start)) * 1e-9;
-      console.print(fmt::format("{:>10.3f}  {:<24}  {}, {} bytes\n", since_s, channel.topic, channel.type,
-                                message.data.size()));
-    }
-    return console.output_ended() ? enough() : Status{};
-  });
-}
-
 ExitCode play(const PlayArgs& args, Console& console) {
   if (!(args.speed >= 0 && args.speed <= 1e6)) {
     console.say(Error{ErrorCode::InvalidArgument,
@@ -74,13 +35,18 @@ ExitCode play(const PlayArgs& args, Console& console) {
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = args.selection.make(**log);
   if (!selection) return console.failed(selection.error(), ExitCode::Usage);
-  const Status status = args.messages ? play_messages(args, **log, *selection, console)
-                                      : play_samples(args, **log, *selection, console);
+  const PlayOptions options{.speed = args.speed, .messages = args.messages, .json = args.json};
+  const Status status = play_log(
+      **log, *selection, options,
+      [&](const std::string& line) {
+        console.print(line);
+        return !console.output_ended();
+      },
+      interrupted);
   for (const LogProblem& problem : (*log)->problems()) console.say(problem.error);
   if (interrupted()) return ExitCode::Interrupted;
-  if (status || console.output_ended()) return ExitCode::Ok;
-  console.say(status.error());
-  return ExitCode::SomeFailed;
+  return status || console.output_ended() ? ExitCode::Ok
+                                          : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
 Run prepare(CLI::App& app) {

@@ -9,7 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/console_control.hpp"
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/figure_files.hpp"
 #include "waymark/jobs/report_page.hpp"
@@ -58,8 +58,7 @@ Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, const J
 
 ExitCode plot_one(const PlotArgs& args, Console& console) {
   const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
-  if (const Status free = check_output(args, output); !free)
-    return console.failed(free.error(), exit_code_of(free.error()));
+  if (const Status free = check_output(args, output); !free) return fail_with(free.error(), console);
   const Result<std::vector<plot::PageFigure>> figures = read_figures(args, control_from(console));
   if (!figures) return console.failed(figures.error(), ExitCode::SomeFailed);
   if (args.figure.empty()) {

@@ -7,8 +7,9 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/live_steps.hpp"
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/replay_args.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
@@ -19,35 +20,23 @@ namespace {
 
 ExitCode replay(const ReplayArgs& args, Console& console) {
   if (const auto known = args.job_of(args.job); !known)  // before files are read
-    return console.failed(naming_flag(known.error()), ExitCode::Usage);
+    return fail_usage(known.error(), console);
   const Result<RobotSetup> setup = args.make_setup();
   const Status seen = setup ? Status() : tl::unexpected(setup.error());
   ReplayJob calibrated = args.job;
-  if (const Status read = take_calibration(args.calibration, calibrated); seen && !read) {
-    console.say(read.error());
-    return exit_code_of(read.error());
-  }
+  if (const Status read = take_calibration(args.calibration, calibrated); seen && !read)
+    return fail_with(read.error(), console);
   Result<ReplayJob> job = seen ? args.job_of(std::move(calibrated)) : tl::unexpected(seen.error());
-  if (!job) {
-    console.say(naming_flag(job.error()));
-    return ExitCode::Usage;
-  }
-  const auto view = LiveView::start(args.live, *setup, console);
-  if (!view) {
-    console.say(view.error());
-    return exit_code_of(view.error());
-  }
+  if (!job) return fail_usage(job.error(), console);
+  const auto view = start_page(args.live, *setup, console);
+  if (!view) return fail_with(view.error(), console);
   if (*view) job->feed = &(*view)->feed();
   const auto stop = setup->process.empty() ? nullptr : hear_stop("replay of " + args.folder, console);
-  const Result<ReplayReport> report =
-      setup->process.empty() ? replay_route(*setup, *job, console) : replay_live(*setup, *job, console);
-  if (!report) {
-    console.say(report.error());
-    return exit_code_of(report.error());
-  }
-  console.print(args.json ? json_line(to_json(*report)) : table(*report));
+  const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
   for (const std::string& warning : report->warnings) console.say("warning: " + warning);
-  if (!succeeded(*report)) console.say(ending(*report));
+  if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
   if (report->end.interrupted) return ExitCode::Interrupted;
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
 }

@@ -8,10 +8,10 @@
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/speaking_robot.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/live/ros2_robot_sim.hpp"
+#include "waymark/live/simulated_process.hpp"
 #include "waymark/simulation/path.hpp"
 
 namespace waymark::cli {
@@ -30,7 +30,7 @@ struct RobotSimArgs {
   SetupFlags setup;
   PictureFlags pictures;
   Ros2Flags network;
-  SpeakingOptions options{};
+  SimulatedProcessOptions options{};
   bool ros2 = false;
 };
 
@@ -61,15 +61,13 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   if (simulated.pictures) {
     auto made = DetectingCamera::make(std::make_shared<const World>(simulated.world), simulated.cameras(),
                                       *simulated.pictures);
-    if (!made) {
-      console.say(made.error());
-      return ExitCode::SomeFailed;
-    }
+    if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
     scene_camera = std::move(*made);
   }
   const SE2 start = path.front().map_T_path;
-  status = args.ros2 ? speak_ros2(args, simulated, start, std::move(scene_camera))
-                     : run_speaking_robot(simulated, start, std::move(scene_camera), args.options);
+  status = args.ros2
+               ? speak_ros2(args, simulated, start, std::move(scene_camera))
+               : run_simulated_process(simulated, start, std::move(scene_camera), args.options, interrupted);
   if (status) return ExitCode::Ok;
   console.say(status.error());
   return ExitCode::SomeFailed;

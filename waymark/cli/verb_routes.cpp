@@ -6,7 +6,7 @@
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/edit_routes.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -21,22 +21,13 @@ struct RoutesArgs {
   bool json = false;
 };
 
-std::string line_of(const std::string& name, const Route& route) {
-  std::string text = fmt::format("{:<20} {:>8.2f} m, {}\n", name.empty() ? "(taught)" : name, route.length_m,
-                                 route.closed ? "closed" : "open");
-  for (const Station& station : route.stations)
-    text += fmt::format("  {:<18} {:>8.2f} m, stands for {:g} s\n", station.name, station.arc_length_m,
-                        station.pause_s);
-  return text;
-}
-
 ExitCode routes(const RoutesArgs& args, Console& console) {
   RoutesJob job = args.job;
   if (args.named->count() > 0) job.route = args.route;
   const Result<NamedRoutes> found = edit_routes(job);
-  if (!found) return console.failed(found.error(), exit_code_of(found.error()));
+  if (!found) return fail_with(found.error(), console);
   for (const auto& [name, route] : *found)
-    console.print(args.json ? json_line(to_json(name, route)) : line_of(name, route));
+    console.print(args.json ? json_line(to_json(name, route)) : to_text(name, route));
   return ExitCode::Ok;
 }
 

@@ -7,60 +7,41 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/run_args.hpp"
-#include "waymark/cli/session_run.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/live/run_session.hpp"
 
 namespace waymark::cli {
 namespace {
-
-std::string session_words(const SessionReport& report) {
-  std::string text = fmt::format("{} laps taught, {} replays\n", report.laps_taught, report.replays.size());
-  for (const ReplayReport& replay : report.replays) {
-    text += ending(replay);
-    if (replay.judgement)
-      text += fmt::format("; by the truth {:.3f} m rmse from the taught way, {:.3f} m worst",
-                          replay.judgement->cross_track_rmse_m, replay.judgement->cross_track_max_m);
-    text += '\n';
-  }
-  return text;
-}
 
 ExitCode run(const RunArgs& args, Console& console) {
   Result<RobotSetup> setup = args.make_setup();
   SessionJob job = args.job;
   job.folder = args.folder;
   Status status = setup ? Status() : tl::unexpected(setup.error());
-  if (const Status read = take_calibration(args.calibration, job.replay); status && !read) {
-    console.say(read.error());
-    return exit_code_of(read.error());
-  }
+  if (const Status read = take_calibration(args.calibration, job.replay); status && !read)
+    return fail_with(read.error(), console);
   if (status) status = args.options.apply(job.replay);
   if (status && !job.replay.route.empty() && job.map.empty())
     status = fail(ErrorCode::InvalidArgument, "a lap that is taught has one route", {.key = "--route"},
                   "Give --map with the map that has this route.");
-  if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
-  const auto view = LiveView::start(args.live, *setup, console);
-  if (!view) {
-    console.say(view.error());
-    return exit_code_of(view.error());
-  }
+  if (!status) return fail_usage(status.error(), console);
+  const auto view = start_page(args.live, *setup, console);
+  if (!view) return fail_with(view.error(), console);
   if (*view) {
     job.feed = &(*view)->feed();
     if (args.driver->count() == 0) job.driver = "page";
   }
   job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
   const auto stop = hear_stop("run into " + args.folder, console);
-  const Result<SessionReport> report = run_session(*setup, job, console);
-  if (!report) {
-    console.say(report.error());
-    return exit_code_of(report.error());
-  }
-  console.print(args.json ? json_line(to_json(*report)) : session_words(*report));
+  const Result<SessionReport> report = run_session(*setup, job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
   if (report->interrupted) {
     console.say(
         fmt::format("stopped by {}: the robot stands, and the files are whole up to here", interrupted_by()));

@@ -7,12 +7,14 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/board_text.hpp"
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/tag_prints.hpp"
+#include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/board.hpp"
 
 namespace waymark::cli {
@@ -66,26 +68,22 @@ Result<Planned> plan(const BoardArgs& args) {
 }
 
 /// board.yaml beside board.pdf.
-Status write_target(const Planned& planned, WrittenPages& written) {
-  if (planned.kalibr_target.empty() || written.code != ExitCode::Ok) return {};
+void write_target(const Planned& planned, WrittenPages& written) {
+  if (planned.kalibr_target.empty() || !written.status) return;
   const std::string path = std::filesystem::path(written.files.front()).replace_extension(".yaml").string();
   const std::vector<std::uint8_t> bytes(planned.kalibr_target.begin(), planned.kalibr_target.end());
-  Status saved = write_bytes(path, bytes);
-  if (saved) written.files.push_back(path);
-  return saved;
+  written.status = write_bytes(path, bytes);
+  if (written.status) written.files.push_back(path);
 }
 
 ExitCode draw(const BoardArgs& args, Console& console) {
   const auto planned = plan(args);
-  if (!planned) return console.failed(naming_flag(planned.error()), ExitCode::Usage);
+  if (!planned) return fail_usage(planned.error(), console);
   WrittenPages written = write_pages({plot::draw_board(planned->layout)}, planned->format, args.paper.output,
-                                     args.paper.dpi, console);
-  if (const Status saved = write_target(*planned, written); !saved) {
-    console.say(saved.error());
-    written.code = ExitCode::SomeFailed;
-  }
+                                     args.paper.dpi, control_from(console));
+  write_target(*planned, written);
   if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
-  if (written.code != ExitCode::Ok) return written.code;
+  if (!written.status) return fail_writing(written.status.error(), console);
   if (!args.paper.json) console.print(to_text(planned->layout, written.files));
   if (planned->layout.options.style == plot::BoardStyle::AprilGrid) {
     console.say(

@@ -6,11 +6,14 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/families/tag_numbers.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/tag_prints.hpp"
+#include "waymark/jobs/write_pages.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -48,36 +51,15 @@ Result<Planned> plan(const SheetArgs& args) {
   return Planned{std::move(*layout), *format};
 }
 
-nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
-  std::size_t tags = 0;
-  for (const auto& page : layout.pages) tags += page.size();
-  return {{"pages", layout.pages.size()},
-          {"tags", tags},
-          {"tags_per_page", layout.tags_per_page},
-          {"family", std::string(to_string(layout.family))},
-          {"tag_size_m", layout.tag_size_mm / 1e3},
-          {"paper", layout.paper.name},
-          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
-          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
-          {"files", files}};
-}
-
 ExitCode draw(const SheetArgs& args, Console& console) {
   const auto planned = plan(args);
-  if (!planned) return console.failed(naming_flag(planned.error()), ExitCode::Usage);
+  if (!planned) return fail_usage(planned.error(), console);
   const plot::SheetLayout& layout = planned->layout;
-  const WrittenPages written =
-      write_pages(plot::draw_sheet(layout), planned->format, args.paper.output, args.paper.dpi, console);
+  const WrittenPages written = write_pages(plot::draw_sheet(layout), planned->format, args.paper.output,
+                                           args.paper.dpi, control_from(console));
   if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
-  if (written.code != ExitCode::Ok) return written.code;
-  if (!args.paper.json) {
-    const std::size_t pages = layout.pages.size();
-    console.print(fmt::format(
-        "{}: {} page{} {}, {} tag{} a page, {} of {:g} m\n",
-        written.files.size() == 1 ? written.files.front() : written.files.front() + " …", pages,
-        pages == 1 ? "" : "s", layout.paper.name, layout.pages.front().size(),
-        layout.pages.front().size() == 1 ? "" : "s", to_string(layout.family), layout.tag_size_mm / 1e3));
-  }
+  if (!written.status) return fail_writing(written.status.error(), console);
+  if (!args.paper.json) console.print(to_text(layout, written.files));
   console.say(kPrintReminder);
   return ExitCode::Ok;
 }

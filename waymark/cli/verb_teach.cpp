@@ -7,8 +7,9 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/teach_flags.hpp"
 #include "waymark/cli/verb.hpp"
@@ -17,42 +18,17 @@
 namespace waymark::cli {
 namespace {
 
-std::string to_text(const TeachReport& report, const std::string& file, bool loop) {
-  const TeachSummary& s = report.summary;
-  std::string text = fmt::format(
-      "{}: {:.1f} s, {:.2f} m by odometry, {} frames\n"
-      "{} tags seen, {} detections, two or more in view {:.1f} % of the time ({} frames with fewer)\n",
-      file, report.end.lap_s, s.distance_m, s.frames, s.seen.size(), s.detections,
-      100 * s.two_tags_fraction(), s.low_observability_frames);
-  if (s.closed_loop || loop)
-    text += s.closed_loop ? "The loop is closed: the anchor was seen at the start and again at the end.\n"
-                          : "The loop is not closed.\n";
-  if (!s.seen.empty()) {
-    const auto fewest = std::ranges::min_element(s.seen, {}, [](const auto& seen) { return seen.second; });
-    text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
-                        to_string(fewest->first));
-  }
-  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
-                     : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
-                       "makes of it what it can.\n";
-  return text;
-}
-
 ExitCode teach(const TeachArgs& args, Console& console) {
   const Result<RobotSetup> setup = args.make_setup();
   const Status status = setup ? args.check(*setup) : tl::unexpected(setup.error());
-  if (!status) return console.failed(naming_flag(status.error()), ExitCode::Usage);
+  if (!status) return fail_usage(status.error(), console);
   TeachJob job = args.job_of(*setup);
-  const auto view = LiveView::start(args.live, *setup, console);
-  if (!view) {
-    console.say(view.error());
-    return exit_code_of(view.error());
-  }
+  const auto view = start_page(args.live, *setup, console);
+  if (!view) return fail_with(view.error(), console);
   if (*view) job.feed = &(*view)->feed();
   const auto stop = setup->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
-  const Result<TeachReport> report =
-      setup->process.empty() ? teach_lap(*setup, job, console) : teach_live(*setup, job, console);
-  if (!report) return console.failed(report.error(), exit_code_of(report.error()));
+  const Result<TeachReport> report = teach_lap(*setup, job, control_from(console));
+  if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report, args.job.output))
                           : to_text(*report, args.job.output, setup->simulated.world.path_closed));
   for (const std::string& warning : report->summary.warnings) console.say("warning: " + warning);

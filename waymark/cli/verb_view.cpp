@@ -3,30 +3,32 @@
 
 #include <CLI/App.hpp>
 
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/live_view.hpp"
-#include "waymark/cli/offered_files.hpp"
-#include "waymark/cli/page_files.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/live/offered_files.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ViewArgs {
   std::string path;
-  PageFlags page{};
+  PageOptions page{};
 };
 
 ExitCode view(const ViewArgs& args, Console& console) {
-  auto offered = offered_by(args.path, console);
+  const JobControl control = control_from(console);
+  auto offered = offered_by(args.path, control);
   if (!offered) return console.failed(offered.error(), ExitCode::SomeFailed);
   Result<ServerOptions> options = server_options(args.page, false);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
-  tell_of_damage(*offered, console);
+  tell_of_damage(*offered, control);
   options->offered = std::move(*offered);
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
-  if (!server) return console.failed(server.error(), exit_code_of(server.error()));
-  announce(*server, args.page, console, true);
+  if (!server) return fail_with(server.error(), console);
+  announce(*server, args.page, control, [&](const std::string& url) { console.print(url + "\n"); });
   console.say("open this address in a browser; Ctrl-C ends");
   server->run([] { return interrupted(); });
   return ExitCode::Ok;

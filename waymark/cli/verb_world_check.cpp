@@ -19,19 +19,6 @@ struct CheckArgs {
   bool json = false;
 };
 
-std::string to_text(const WorldVerdict& verdict, const SimulatedSetup& s) {
-  const WorldCheck& c = verdict.check;
-  return fmt::format(
-      "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
-      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
-      "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
-      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n",
-      s.world.name, s.world.tags.tags.size(), s.world.path_closed ? "a lap" : "a way", c.lap_m, s.model.name,
-      c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
-      100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
-      c.sharpest_right_1_m);
-}
-
 ExitCode check(const CheckArgs& args, Console& console) {
   const Result<RobotSetup> setup = load_setup(args.world, args.robot_file, 1);
   if (!setup) return console.failed(setup.error(), ExitCode::Usage);
@@ -39,7 +26,8 @@ ExitCode check(const CheckArgs& args, Console& console) {
   const Result<WorldVerdict> verdict = judge_world(s.world, s.model, s.camera, s.robot.tag_camera);
   if (!verdict) return console.failed(verdict.error(), ExitCode::SomeFailed);
   for (const std::string& doubt : verdict->doubts) console.say("warning: " + doubt);
-  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model)) : to_text(*verdict, s));
+  console.print(args.json ? json_line(to_json(*verdict, s.world, s.model))
+                          : to_text(*verdict, s.world, s.model));
   if (!verdict->good) console.say("this world does not allow a good lap");
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
 }

@@ -44,17 +44,6 @@ Result<LayWorldJob> job_of(const NewArgs& args) {
   return LayWorldJob{.path = args.path, .output = args.output, .robot = std::move(*robot), .layout = layout};
 }
 
-std::string to_text(const LayWorldReport& report, const std::string& file) {
-  const WorldCheck& check = report.check;
-  return fmt::format(
-      "{}: {} tags along {} of {:.2f} m\n"
-      "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
-      "hull to the nearest tag    {:.3f} m ({})\n",
-      file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
-      100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
-      check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
-}
-
 ExitCode make_world(const NewArgs& args, Console& console) {
   const Result<LayWorldJob> job = job_of(args);
   if (!job) return console.failed(job.error(), ExitCode::Usage);

@@ -5,8 +5,8 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/failure.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/page_files.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -25,19 +25,6 @@ struct OrbitArgs {
   OptionFlags<OrbitOptions> options;
 };
 
-std::string to_text(const World& world, const OrbitReport& r) {
-  const auto verdict = [](bool good) { return good ? "yes" : "NO"; };
-  return fmt::format(
-      "{}: {} steps on a circle of {:.2f} m about {} tags\n"
-      "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
-      "with noise     largest jump {:.3f} m of {:.3f} m that the noise explains, {:.2f} of {:.2f} deg (no "
-      "discontinuity: {})\n"
-      "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
-      world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),
-      r.jump_m, r.jump_limit_m, r.jump_deg, r.jump_limit_deg, verdict(r.continuous()), r.smallest_axis_cosine,
-      verdict(r.upright()));
-}
-
 ExitCode go_round(const OrbitArgs& args, Console& console) {
   OrbitOptions options;
   Status status = args.options.apply(options);
@@ -47,7 +34,7 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
   const World& world = setup->simulated.world;
   const Result<OrbitReport> report = orbit(world, options);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
-  console.print(args.json ? json_line(to_json(*report, world)) : to_text(world, *report));
+  console.print(args.json ? json_line(to_json(*report, world)) : to_text(*report, world));
   if (!args.output.empty()) {
     if (status = write_orbit(args.output, world, *report); !status) {
       console.say(naming_flag(status.error()));

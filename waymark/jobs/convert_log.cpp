@@ -202,4 +202,13 @@ nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& repor
           {"problems", std::move(problems)}};
 }
 
+std::string to_text(const ConvertJob& job, const ConvertReport& report) {
+  std::string text =
+      fmt::format("{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
+                  report.exported.messages, report.format == "mcap" ? "messages" : "lines");
+  for (const auto& [topic, count] : report.exported.by_topic)
+    text += fmt::format("  {:<32} {:>9}\n", topic, count);
+  return text;
+}
+
 }  // namespace waymark

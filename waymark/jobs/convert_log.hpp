@@ -32,6 +32,8 @@ struct ConvertReport {
 
 /// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
 [[nodiscard]] Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control);
+/// What was written: messages by topic.
+[[nodiscard]] std::string to_text(const ConvertJob& job, const ConvertReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& report);
 
 }  // namespace waymark

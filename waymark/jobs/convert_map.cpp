@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/config/text_file.hpp"
 #include "waymark/jobs/lap_input.hpp"
@@ -12,6 +13,8 @@
 
 namespace waymark {
 namespace {
+
+std::string name_of(MapForm form) { return map_form_names()[static_cast<std::size_t>(form)]; }
 
 Status remove_tags(const ConvertMapJob& job, MapFile& map) {
   for (const std::string& name : job.remove) {
@@ -50,8 +53,7 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
   const bool as_recording =
       job.form == MapForm::Transforms && std::filesystem::path(job.output).extension() == ".mcap";
   if (!as_recording && is_named_recording(job.output))
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("a map of form {} is YAML", map_form_names()[static_cast<std::size_t>(job.form)]),
+    return fail(ErrorCode::InvalidArgument, fmt::format("a map of form {} is YAML", name_of(job.form)),
                 {.source = job.output}, "End the name in .yaml, or write transforms with --to tf.");
   if (Status wanted = control.go_on(); !wanted) return tl::unexpected(wanted.error());
   const Status status = as_recording                   ? write_map_transforms(job.output, read->map)
@@ -59,6 +61,19 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
                                                        : write_text_file(job.output, *text);
   if (!status) return tl::unexpected(status.error());
   return read;
+}
+
+std::string to_text(const ConvertMapJob& job, const ReadMap& read) {
+  return fmt::format("{}: {} tags, from {} to {}\n", job.output, read.map.tags.tags.size(),
+                     name_of(read.form), name_of(job.form));
+}
+
+nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read) {
+  return {{"output", job.output},
+          {"from", name_of(read.form)},
+          {"to", name_of(job.form)},
+          {"tags", read.map.tags.tags.size()},
+          {"warnings", read.warnings}};
 }
 
 }  // namespace waymark

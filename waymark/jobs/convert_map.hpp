@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/jobs/job_control.hpp"
 
@@ -21,5 +23,7 @@ struct ConvertMapJob {
 
 /// What was read, less what was left out, with warnings of what the form cannot say.
 [[nodiscard]] Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const ConvertMapJob& job, const ReadMap& read);
+[[nodiscard]] nlohmann::ordered_json to_json(const ConvertMapJob& job, const ReadMap& read);
 
 }  // namespace waymark

@@ -142,4 +142,13 @@ nlohmann::ordered_json to_json(const std::string& name, const Route& route) {
           {"closed", route.closed}, {"reverses", reverses},          {"stations", std::move(stations)}};
 }
 
+std::string to_text(const std::string& name, const Route& route) {
+  std::string text = fmt::format("{:<20} {:>8.2f} m, {}\n", name.empty() ? "(taught)" : name, route.length_m,
+                                 route.closed ? "closed" : "open");
+  for (const Station& station : route.stations)
+    text += fmt::format("  {:<18} {:>8.2f} m, stands for {:g} s\n", station.name, station.arc_length_m,
+                        station.pause_s);
+  return text;
+}
+
 }  // namespace waymark

@@ -29,6 +29,7 @@ using NamedRoutes = std::vector<std::pair<std::string, Route>>;
 
 /// The routes that are asked for, after the change that is asked for was written.
 [[nodiscard]] Result<NamedRoutes> edit_routes(const RoutesJob& job);
+[[nodiscard]] std::string to_text(const std::string& name, const Route& route);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::string& name, const Route& route);
 
 }  // namespace waymark

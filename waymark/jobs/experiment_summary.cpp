@@ -58,4 +58,20 @@ nlohmann::ordered_json summaries_of(const std::vector<ExperimentRun>& runs) {
   return summaries;
 }
 
+std::string experiment_table(const nlohmann::ordered_json& cells) {
+  std::string text = fmt::format("{:<52}{:>6}{:>11}{:>22}{:>22}\n", "", "runs", "completed",
+                                 "rmse median/worst [m]", "max median/worst [m]");
+  for (const auto& cell : cells) {
+    const auto metres = [&](const char* key) {  // nothing to judge is no zero
+      return cell[key].is_null() ? std::string("-") : fmt::format("{:.4f}", cell[key].get<double>());
+    };
+    text += fmt::format("{:<52}{:>6}{:>11}{:>14} /{:>6}{:>14} /{:>6}\n", cell["what"].get<std::string>(),
+                        cell["runs"].get<int>(), cell["completed"].get<int>(),
+                        metres("cross_track_rmse_median_m"), metres("cross_track_rmse_worst_m"),
+                        metres("cross_track_max_median_m"), metres("cross_track_max_worst_m"));
+    for (const auto& words : cell["endings"]) text += "    " + words.get<std::string>() + "\n";
+  }
+  return text;
+}
+
 }  // namespace waymark

@@ -25,4 +25,7 @@ struct ExperimentRun {
 /// error, and how those ended that were not completed.
 [[nodiscard]] nlohmann::ordered_json summaries_of(const std::vector<ExperimentRun>& runs);
 
+/// The same as a table, a row a cell.
+[[nodiscard]] std::string experiment_table(const nlohmann::ordered_json& summaries);
+
 }  // namespace waymark

@@ -37,4 +37,11 @@ struct JobControl {
   }
 };
 
+/// The same without words: for a step of a job that shows its own.
+[[nodiscard]] inline JobControl silent(const JobControl& control) {
+  JobControl quiet;
+  quiet.cancelled = control.cancelled;
+  return quiet;
+}
+
 }  // namespace waymark

@@ -109,4 +109,30 @@ nlohmann::ordered_json to_json(const OrbitReport& r, const World& world) {
           {"good", r.closes() && r.continuous() && r.upright()}};
 }
 
+std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot) {
+  const WorldCheck& c = verdict.check;
+  return fmt::format(
+      "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
+      "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
+      "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
+      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n",
+      world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "a way", c.lap_m, robot.name,
+      c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
+      100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
+      c.sharpest_right_1_m);
+}
+
+std::string to_text(const OrbitReport& r, const World& world) {
+  const auto verdict = [](bool good) { return good ? "yes" : "NO"; };
+  return fmt::format(
+      "{}: {} steps on a circle of {:.2f} m about {} tags\n"
+      "without noise  compositions close to {:.1e} (below 1e-12: {})\n"
+      "with noise     largest jump {:.3f} m of {:.3f} m that the noise explains, {:.2f} of {:.2f} deg (no "
+      "discontinuity: {})\n"
+      "               smallest cosine of an axis with its nominal one {:.4f} (no inversion: {})\n",
+      world.name, r.map_T_cam.size(), r.radius_m, world.tags.tags.size(), r.closure, verdict(r.closes()),
+      r.jump_m, r.jump_limit_m, r.jump_deg, r.jump_limit_deg, verdict(r.continuous()), r.smallest_axis_cosine,
+      verdict(r.upright()));
+}
+
 }  // namespace waymark

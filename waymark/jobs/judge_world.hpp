@@ -26,11 +26,13 @@ struct WorldVerdict {
                                                const CameraModel& camera, const TagCameraOptions& tag_camera);
 /// The tag nearest to the hull, by name.
 [[nodiscard]] std::string nearest_tag(const WorldCheck& check);
+[[nodiscard]] std::string to_text(const WorldVerdict& verdict, const World& world, const RobotModel& robot);
 [[nodiscard]] nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world,
                                              const RobotModel& robot);
 
 /// Draws the circle of an orbit (.svg, .png or .pdf).
 [[nodiscard]] Status write_orbit(const std::string& path, const World& world, const OrbitReport& report);
+[[nodiscard]] std::string to_text(const OrbitReport& report, const World& world);
 [[nodiscard]] nlohmann::ordered_json to_json(const OrbitReport& report, const World& world);
 
 }  // namespace waymark

@@ -158,4 +158,15 @@ nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& 
           {"min_clearance_m", report.check.min_clearance_m}};
 }
 
+std::string to_text(const LayWorldReport& report, const std::string& file) {
+  const WorldCheck& check = report.check;
+  return fmt::format(
+      "{}: {} tags along {} of {:.2f} m\n"
+      "two tags or more in view   {:.1f} % of the way, one or more {:.1f} %\n"
+      "hull to the nearest tag    {:.3f} m ({})\n",
+      file, report.world.tags.tags.size(), report.world.path_closed ? "a lap" : "a way", check.lap_m,
+      100 * check.two_tags_fraction, 100 * check.one_tag_fraction, check.min_clearance_m,
+      check.nearest_tag ? to_string(*check.nearest_tag) : "no tag");
+}
+
 }  // namespace waymark

@@ -26,6 +26,7 @@ struct LayWorldReport {
 
 /// A line that comes back to its beginning is a lap, of which what overlaps is left out.
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
+[[nodiscard]] std::string to_text(const LayWorldReport& report, const std::string& file);
 [[nodiscard]] nlohmann::ordered_json to_json(const LayWorldReport& report, const std::string& file);
 
 }  // namespace waymark

@@ -119,4 +119,22 @@ nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& rep
           {"files", report.files}};
 }
 
+std::string to_text(const OptimizedRoute& found) {
+  std::string text = fmt::format("{:<38}{:>10}{:>12}\n", "", "taught", "optimised");
+  const auto add = [&](const char* what, double taught, double better, int digits) {
+    text += fmt::format("{:<38}{:>10.{}f}{:>12.{}f}\n", what, taught, digits, better, digits);
+  };
+  const RouteFigures& a = found.taught;
+  const RouteFigures& b = found.optimized;
+  add("lap [s]", a.lap_s, b.lap_s, 2);
+  add("length [m]", a.length_m, b.length_m, 2);
+  add("tightest curve [1/m]", a.max_curvature_1_m, b.max_curvature_1_m, 2);
+  add("change of curvature, mean square [m^-4]", a.smoothness_1_m4, b.smoothness_1_m4, 2);
+  add("hull to the nearest tag [m]", a.min_clearance_m, b.min_clearance_m, 3);
+  add("two tags or more in view [%]", 100 * a.two_tags_fraction, 100 * b.two_tags_fraction, 1);
+  add("tags in view, mean", a.mean_tags, b.mean_tags, 2);
+  add("farthest from the taught route [m]", 0, b.largest_offset_m, 3);
+  return text;
+}
+
 }  // namespace waymark

@@ -28,6 +28,8 @@ struct OptimizeReport {
 [[nodiscard]] Result<OptimizeReport> optimize_route_of(const OptimizeJob& job);
 /// The command that drives the route as it was promised: the speed is the route's, the rest is told.
 [[nodiscard]] std::string drive_command(const OptimizeJob& job);
+/// The taught route and the optimised one side by side.
+[[nodiscard]] std::string to_text(const OptimizedRoute& found);
 [[nodiscard]] nlohmann::ordered_json to_json(const OptimizeJob& job, const OptimizeReport& report);
 
 }  // namespace waymark

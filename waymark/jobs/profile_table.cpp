@@ -175,4 +175,14 @@ SimulatedRobotOptions options_like(const RecordingProfile& profile, SimulatedRob
   return options;
 }
 
+std::string to_text(const std::vector<ProfileRow>& rows) {
+  const auto cell = [](const std::optional<double>& value) {
+    return value ? fmt::format("{:.4g}", *value) : "-";
+  };
+  std::string text = fmt::format("{:<40}{:>12}{:>12}\n", "", "recording", "simulation");
+  for (const ProfileRow& row : rows)
+    text += fmt::format("{:<40}{:>12}{:>12}\n", row.words, cell(row.recording), cell(row.simulation));
+  return text;
+}
+
 }  // namespace waymark

@@ -33,6 +33,7 @@ struct ProfileRow {
 /// What the recording says about the robot, in the simulator's words: rates, noises, latency, gaps.
 [[nodiscard]] SimulatedRobotOptions options_like(const RecordingProfile& profile,
                                                  SimulatedRobotOptions options);
+[[nodiscard]] std::string to_text(const std::vector<ProfileRow>& rows);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<ProfileRow>& rows, const std::string& file);
 
 }  // namespace waymark

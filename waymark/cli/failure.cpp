@@ -1,0 +1,28 @@
+#include "waymark/cli/failure.hpp"
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/options_flags.hpp"
+
+namespace waymark::cli {
+
+Error naming_flag(Error error) {
+  if (error.place.source.empty() && !error.place.key.empty() && !error.place.key.starts_with('-'))
+    error.place.key = flag_name(error.place.key);
+  return error;
+}
+
+ExitCode exit_code_of(const Error& error) {
+  if (interrupted()) return ExitCode::Interrupted;
+  return error.place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+}
+
+ExitCode fail_with(const Error& error, Console& console) {
+  const Error named = naming_flag(error);
+  return console.failed(named, exit_code_of(named));
+}
+
+ExitCode fail_usage(const Error& error, Console& console) {
+  return console.failed(naming_flag(error), ExitCode::Usage);
+}
+
+}  // namespace waymark::cli

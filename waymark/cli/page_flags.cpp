@@ -1,0 +1,46 @@
+#include "waymark/cli/page_flags.hpp"
+
+#include <array>
+#include <cstddef>
+
+#include <CLI/App.hpp>
+
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/settings.hpp"
+
+namespace waymark::cli {
+
+void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view) {
+  std::array<CLI::Option*, 4> all{};
+  all[0] = app.add_option("--port", page.port, "Port of the page; where it is taken, any other. 0: any")
+               ->check(CLI::Range(0, 65535))
+               ->capture_default_str();
+  all[1] =
+      app.add_option(
+             "--listen", page.listen,
+             "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token")
+          ->capture_default_str()
+          ->type_name("ADDRESS");
+  all[2] = app.add_option("--token", page.token,
+                          "Token that grants control and remote viewing: 16 characters or more. Unless "
+                          "given: a random one")
+               ->type_name("WORD");
+  all[3] = app.add_flag("--open", page.open, "Open the page in the browser");
+  if (view == nullptr) return;
+  for (CLI::Option* option : all) option->needs(view);
+  for (std::size_t i = 0; i < 3; ++i) all[i]->group(kMoreGroup);
+}
+
+void add_flags(CLI::App& app, LiveFlags& flags) {
+  CLI::Option* view =
+      app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
+  add_flags(app, flags.page, view);
+}
+
+Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
+                                             Console& console) {
+  if (!flags.view) return std::unique_ptr<LivePage>();
+  return LivePage::start(flags.page, setup, control_from(console));
+}
+
+}  // namespace waymark::cli

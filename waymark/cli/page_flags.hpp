@@ -1,0 +1,29 @@
+#pragma once
+
+#include <memory>
+
+#include "waymark/cli/console.hpp"
+#include "waymark/live/live_page.hpp"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace waymark::cli {
+
+/// The flags of every verb that serves the page. With `view`, they mean something only where it is given.
+void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view = nullptr);
+
+/// --view, and the flags of the page with it.
+struct LiveFlags {
+  bool view = false;
+  PageOptions page{};
+};
+void add_flags(CLI::App& app, LiveFlags& flags);
+
+/// The page of a robot that runs; nullptr without --view.
+[[nodiscard]] Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
+                                                           Console& console);
+
+}  // namespace waymark::cli

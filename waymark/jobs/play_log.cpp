@@ -1,0 +1,85 @@
+#include "waymark/jobs/play_log.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <thread>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/sample_words.hpp"
+
+namespace waymark {
+namespace {
+
+/// Waits until what is `time` in the recording is due.
+class PlaybackPace {
+ public:
+  PlaybackPace(double speed, const std::function<bool()>& cancelled) : speed_(speed), cancelled_(cancelled) {}
+
+  /// False when the waiting was cancelled.
+  bool wait_for(std::int64_t time_ns) {
+    using std::chrono::steady_clock;
+    if (!first_ns_) first_ns_ = time_ns;
+    if (speed_ <= 0) return !cancelled_();
+    const double since_s =
+        static_cast<double>(std::max<std::int64_t>(0, time_ns - *first_ns_)) * 1e-9 / speed_;
+    const auto due = begin_ + std::chrono::duration_cast<steady_clock::duration>(
+                                  std::chrono::duration<double>(std::min(since_s, kLongest_s)));
+    // In slices, so that it can be cancelled.
+    while (!cancelled_() && steady_clock::now() < due)
+      std::this_thread::sleep_for(std::min<steady_clock::duration>(due - steady_clock::now(), kSlice));
+    return !cancelled_();
+  }
+
+ private:
+  static constexpr double kLongest_s = 1e8;
+  static constexpr std::chrono::milliseconds kSlice{50};
+
+  double speed_;
+  const std::function<bool()>& cancelled_;
+  std::optional<std::int64_t> first_ns_{};
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+/// How a visit is ended from inside.
+tl::unexpected<Error> enough() { return fail(ErrorCode::LimitExceeded, "stopped"); }
+
+std::string message_line(const LogChannel& channel, const LogMessage& message, std::uint64_t start,
+                         bool json) {
+  if (json)
+    return json_line({{"topic", channel.topic},
+                      {"type", channel.type},
+                      {"log_time_ns", message.log_time},
+                      {"publish_time_ns", message.publish_time},
+                      {"size_bytes", message.data.size()}});
+  const double since_s = static_cast<double>(static_cast<std::int64_t>(message.log_time - start)) * 1e-9;
+  return fmt::format("{:>10.3f}  {:<24}  {}, {} bytes\n", since_s, channel.topic, channel.type,
+                     message.data.size());
+}
+
+}  // namespace
+
+Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
+                const std::function<bool(const std::string&)>& on_line,
+                const std::function<bool()>& cancelled) {
+  PlaybackPace pace(options.speed, cancelled);
+  if (options.messages) {
+    const std::uint64_t start = recording_start_ns(log);
+    return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+      if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
+      return on_line(message_line(channel, message, start, options.json)) ? Status() : enough();
+    });
+  }
+  std::optional<SensorTime> start;
+  return log.visit_samples(selection, [&](const Sample& sample) -> Status {
+    if (!start) start = stamp_of(sample);
+    if (!pace.wait_for(stamp_of(sample).time_since_epoch().count())) return enough();
+    return on_line(options.json ? json_line(to_json(sample)) : to_text(sample, *start)) ? Status() : enough();
+  });
+}
+
+}  // namespace waymark

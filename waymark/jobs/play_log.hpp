@@ -1,0 +1,22 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "waymark/recording/message_log.hpp"
+
+namespace waymark {
+
+struct PlayOptions {
+  double speed = 1;       ///< as recorded; 0: without waiting
+  bool messages = false;  ///< as they lie in the file, instead of samples
+  bool json = false;      ///< one object a line instead of words
+};
+
+/// Gives a line a sample, or a message, of what is selected, each when it is due. `on_line` returns false to
+/// end it, and `cancelled` is asked while it waits; then it fails (LimitExceeded).
+[[nodiscard]] Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
+                              const std::function<bool(const std::string&)>& on_line,
+                              const std::function<bool()>& cancelled);
+
+}  // namespace waymark

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/recording/mcap_recover.hpp"
+
+/// `waymark recover`: what is whole of a damaged recording, in a new one.
+namespace waymark {
+
+struct RecoverJob {
+  std::string file;
+  std::string output{};  ///< empty: lap.recovered.mcap beside lap.mcap
+};
+
+struct RecoverReport {
+  std::string file;
+  std::string output;
+  mcap::Recovery recovery{};
+};
+
+[[nodiscard]] Result<RecoverReport> recover_log(const RecoverJob& job);
+[[nodiscard]] std::string to_text(const RecoverReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const RecoverReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,58 @@
+#include "waymark/jobs/tag_prints.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace waymark {
+
+std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
+  const plot::BoardOptions& options = layout.options;
+  std::string text = fmt::format("{}: {} board of {} x {} tags, {} of {:g} m, 1 page {}\n", files.front(),
+                                 to_string(options.style), options.columns, options.rows,
+                                 to_string(options.family), options.tag_size_m, layout.paper.name);
+  if (files.size() > 1) text += fmt::format("{}: the target file for Kalibr\n", files.back());
+  return text;
+}
+
+nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
+  const plot::BoardOptions& options = layout.options;
+  return {{"pages", 1},
+          {"tags", layout.tags.size()},
+          {"tags_per_page", layout.tags.size()},
+          {"style", std::string(to_string(options.style))},
+          {"family", std::string(to_string(options.family))},
+          {"cols", options.columns},
+          {"rows", options.rows},
+          {"first_id", options.first_id},
+          {"tag_size_m", options.tag_size_m},
+          {"spacing", options.spacing},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
+  const std::size_t pages = layout.pages.size();
+  const std::size_t tags = layout.pages.front().size();
+  return fmt::format("{}: {} page{} {}, {} tag{} a page, {} of {:g} m\n",
+                     files.size() == 1 ? files.front() : files.front() + " …", pages, pages == 1 ? "" : "s",
+                     layout.paper.name, tags, tags == 1 ? "" : "s", to_string(layout.family),
+                     layout.tag_size_mm / 1e3);
+}
+
+nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
+  std::size_t tags = 0;
+  for (const auto& page : layout.pages) tags += page.size();
+  return {{"pages", layout.pages.size()},
+          {"tags", tags},
+          {"tags_per_page", layout.tags_per_page},
+          {"family", std::string(to_string(layout.family))},
+          {"tag_size_m", layout.tag_size_mm / 1e3},
+          {"paper", layout.paper.name},
+          {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
+          {"ruler_m", layout.footer.ruler.width_mm / 1e3},
+          {"files", files}};
+}
+
+}  // namespace waymark

@@ -1,0 +1,41 @@
+#include "waymark/jobs/write_pages.hpp"
+
+#include <filesystem>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/codecs/image_file.hpp"
+
+namespace waymark {
+
+std::string page_path(const std::string& path, std::size_t page, std::size_t pages) {
+  if (pages == 1) return path;
+  std::filesystem::path name(path);
+  const std::size_t digits = std::to_string(pages).size();
+  const std::string numbered =
+      fmt::format("{}-{:0{}}{}", name.stem().string(), page, digits, name.extension().string());
+  return name.replace_filename(numbered).string();
+}
+
+WrittenPages write_pages(const std::vector<plot::Drawing>& pages, plot::FileFormat format,
+                         const std::string& path, double dpi, const JobControl& control) {
+  WrittenPages written;
+  const std::size_t files = format == plot::FileFormat::Pdf ? 1 : pages.size();
+  for (std::size_t i = 0; i < files; ++i) {
+    written.status = control.go_on();
+    if (!written.status) return written;
+    const std::string file = page_path(path, i + 1, files);
+    control.progress({.words = file, .done = i, .all = files});
+    const auto bytes = format == plot::FileFormat::Pdf   ? plot::render_pdf(pages)
+                       : format == plot::FileFormat::Svg ? plot::render_svg(pages[i])
+                                                         : plot::render_png(pages[i], dpi);
+    written.status = bytes ? write_bytes(file, *bytes) : Status(tl::unexpected(bytes.error()));
+    if (!written.status) return written;
+    written.files.push_back(file);
+  }
+  return written;
+}
+
+}  // namespace waymark

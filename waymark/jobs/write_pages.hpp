@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "waymark/base/error.hpp"
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/plot/render.hpp"
+
+namespace waymark {
+
+/// What was written, and what ended it before its time.
+struct WrittenPages {
+  std::vector<std::string> files;
+  Status status{};
+};
+
+/// The file of one page of many: "tags-07.png" is page 7 of 24 of "tags.png". The only page keeps the name.
+[[nodiscard]] std::string page_path(const std::string& path, std::size_t page, std::size_t pages);
+
+/// Writes pages to one PDF, or to an SVG or PNG each (PNG with `dpi`). Stops at the first
+/// that fails, or once it is cancelled.
+[[nodiscard]] WrittenPages write_pages(const std::vector<plot::Drawing>& pages, plot::FileFormat format,
+                                       const std::string& path, double dpi, const JobControl& control);
+
+}  // namespace waymark

@@ -1,0 +1,92 @@
+#include "waymark/live/live_page.hpp"
+
+#include <array>
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spawn.h>
+
+#include "waymark/server/access.hpp"
+#include "waymark/server/assets.hpp"
+
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX has it in no header
+
+namespace waymark {
+
+Result<ServerOptions> server_options(const PageOptions& page, bool live) {
+  ServerOptions options{.port = static_cast<std::uint16_t>(page.port), .address = page.listen};
+  if (!page.token.empty()) {
+    if (Status status = check_token(page.token); !status) return tl::unexpected(status.error());
+    options.token = page.token;
+  } else if (live || page.listen != "127.0.0.1") {
+    options.token = make_token();
+  }
+  return options;
+}
+
+bool open_browser(const std::string& url) {
+#ifdef __APPLE__
+  std::string program = "open";
+#else
+  std::string program = "xdg-open";
+#endif
+  std::string argument = url;
+  std::array<char*, 3> words = {program.data(), argument.data(), nullptr};
+  pid_t child = 0;
+  return posix_spawnp(&child, program.c_str(), nullptr, nullptr, words.data(), environ) == 0;
+}
+
+void announce(const HttpServer& server, const PageOptions& page, const JobControl& control,
+              const std::function<void(const std::string&)>& address) {
+  if (viewer_assets().empty())
+    control.note(
+        "the page is not in this program: run tools/build_viewer.sh in its source folder and build again");
+  if (page.port != 0 && server.port() != page.port)
+    control.note(fmt::format("port {} is taken: this is another one", page.port));
+  address(server.url());
+  for (const std::string& url : server.urls_from_elsewhere()) control.note("from another machine: " + url);
+  if (page.open && !open_browser(server.url())) control.note("no browser could be opened: do it by hand");
+}
+
+Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const RobotSetup& setup,
+                                                  const JobControl& control) {
+  if (setup.process.empty())
+    return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run --view`",
+                {.key = "view"},
+                "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
+  Result<ServerOptions> options = server_options(page, true);
+  if (!options) return tl::unexpected(options.error());
+  std::unique_ptr<LivePage> view(new LivePage);
+  options->feed = &view->feed_;
+  options->robot_name = setup.simulated.model.name;
+  Result<HttpServer> server = HttpServer::listen(std::move(*options));
+  if (!server) return tl::unexpected(server.error());
+  announce(*server, page, control, [&control](const std::string& url) { control.note("the page: " + url); });
+  view->server_ = std::make_unique<HttpServer>(std::move(*server));
+  view->thread_ =
+      std::thread([live = view.get()] { live->server_->run([live] { return live->over_.load(); }); });
+  return view;
+}
+
+LivePage::~LivePage() {
+  over_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+std::int64_t host_now_ns() {
+  return std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()).count();
+}
+
+RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control) {
+  listener.should_stop = control.cancelled;
+  if (feed == nullptr) return listener;
+  RobotListener out = listener;
+  out.on_sample = [feed, inner = std::move(listener.on_sample)](const Sample& sample) {
+    feed->publish(sample, host_now_ns());
+    return inner(sample);
+  };
+  return out;
+}
+
+}  // namespace waymark

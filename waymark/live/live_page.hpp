@@ -1,0 +1,66 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/live/robot_setup.hpp"
+#include "waymark/runtime/robot_loop.hpp"
+#include "waymark/server/http_server.hpp"
+#include "waymark/server/live_feed.hpp"
+
+namespace waymark {
+
+/// How the page is served.
+struct PageOptions {
+  int port = 8642;  ///< where it is taken, any other; 0: any
+  std::string listen = "127.0.0.1";
+  std::string token = {};  ///< empty: a random one, where one is needed
+  bool open = false;       ///< in the browser
+};
+
+/// Options of the server; a server that others reach, or that shows a robot (`live`), gets a token where none
+/// is given. Fails on a token that is too weak.
+[[nodiscard]] Result<ServerOptions> server_options(const PageOptions& page, bool live);
+
+/// Reports what is worth reporting of a page that is served, such as its other addresses, and opens it if
+/// asked to. `address` gets the first one.
+void announce(const HttpServer& server, const PageOptions& page, const JobControl& control,
+              const std::function<void(const std::string&)>& address);
+
+/// Asks the desktop to show the page; false: it could not.
+[[nodiscard]] bool open_browser(const std::string& url);
+
+/// The page of a robot that runs, served by a thread of its own until this is destroyed. The robot's loop
+/// must have ended by then.
+class LivePage {
+ public:
+  /// Fails when the robot of the setup is no process: a simulated one in this process goes as fast as it can,
+  /// which nobody could watch.
+  static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
+                                                 const JobControl& control);
+  ~LivePage();
+  LivePage(const LivePage&) = delete;
+  LivePage& operator=(const LivePage&) = delete;
+
+  [[nodiscard]] LiveFeed& feed() { return feed_; }
+
+ private:
+  LivePage() = default;
+  LiveFeed feed_{};
+  std::unique_ptr<HttpServer> server_{};
+  std::atomic<bool> over_{false};
+  std::thread thread_{};
+};
+
+/// The system's clock, as the feed wants it.
+[[nodiscard]] std::int64_t host_now_ns();
+
+/// A listener whose samples viewers see as well, if there is a feed, and that the control ends.
+[[nodiscard]] RobotListener watched(RobotListener listener, LiveFeed* feed, const JobControl& control);
+
+}  // namespace waymark

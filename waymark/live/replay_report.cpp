@@ -1,0 +1,88 @@
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/live/replay_route.hpp"
+
+namespace waymark {
+
+std::string ending(const ReplayReport& report, std::string_view stopped_by) {
+  const ReplayEnd& end = report.end;
+  const double driven_m =
+      std::round(100 * report.end.driven_m) / 100 + 0.0;  // a robot that swayed: no "-0.00"
+  const std::string where =
+      fmt::format("after {:.2f} m of a route of {:.2f} m", driven_m, report.route_length_m);
+  if (end.finished) return "the route was driven to its end";
+  if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", stopped_by, where);
+  if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting)
+    return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
+                                          "map. Is it the map of this place?"
+                                        : "never knew where it is: no two tags of the map were seen at once";
+  if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
+  return "ran out of time " + where;
+}
+
+std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
+  const ReplayEnd& end = report.end;
+  std::string text =
+      fmt::format("{}; {:.1f} s, {} stops\n", ending(report, stopped_by), end.lap_s, end.stops);
+  for (const StationVisit& visit : report.visits)
+    text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
+                        visit.arc_length_m, visit.stood_s);
+  if (end.frames > 0)
+    text += fmt::format("two or more tags in view {:.1f} % of the time\n",
+                        100.0 * end.frames_with_two_tags / end.frames);
+  if (!report.judgement) return text;
+  const ReplayJudgement& j = *report.judgement;
+  return text + fmt::format(
+                    "by the truth: {} laps completed, {:.2f} m driven\n"
+                    "  from the taught way  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  heading              {:.2f} deg rmse\n"
+                    "  nearest to a tag     {:.3f} m from the hull\n",
+                    j.laps_completed, j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
+                    j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
+}
+
+bool succeeded(const ReplayReport& report) { return report.end.finished; }
+
+namespace {
+
+nlohmann::ordered_json visits_json(const ReplayReport& report) {
+  auto visits = nlohmann::ordered_json::array();
+  for (const StationVisit& visit : report.visits)
+    visits.push_back({{"name", visit.name},
+                      {"arc_length_m", visit.arc_length_m},
+                      {"arrived_s", to_seconds(visit.arrived.time_since_epoch())},
+                      {"stood_s", visit.stood_s}});
+  return visits;
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const ReplayReport& report) {
+  const ReplayEnd& end = report.end;
+  const auto judged = [&](auto member) -> nlohmann::ordered_json {
+    if (!report.judgement) return nullptr;
+    return (*report.judgement).*member;
+  };
+  const double two_tags = end.frames > 0 ? static_cast<double>(end.frames_with_two_tags) / end.frames : 0.0;
+  return {{"laps_completed", judged(&ReplayJudgement::laps_completed)},
+          {"finished", end.finished},
+          {"reason", end.reason},
+          {"cross_track_rmse_m", judged(&ReplayJudgement::cross_track_rmse_m)},
+          {"cross_track_p95_m", judged(&ReplayJudgement::cross_track_p95_m)},
+          {"cross_track_max_m", judged(&ReplayJudgement::cross_track_max_m)},
+          {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
+          {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
+          {"two_tags_fraction", two_tags},
+          {"stops", end.stops},
+          {"distance_m", judged(&ReplayJudgement::distance_m)},
+          {"lap_s", end.lap_s},
+          {"stations", visits_json(report)},
+          {"wall_s", report.wall_s},
+          {"warnings", report.warnings}};
+}
+
+}  // namespace waymark

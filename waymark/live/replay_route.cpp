@@ -1,0 +1,205 @@
+#include "waymark/live/replay_route.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "waymark/base/suggest.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/localize_log.hpp"
+#include "waymark/jobs/recording_kind.hpp"
+#include "waymark/jobs/route_files.hpp"
+#include "waymark/live/live_replay.hpp"
+#include "waymark/live/replay_log.hpp"
+#include "waymark/live/start_recording.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostMapBytes = std::size_t{1} << 26U;
+
+/// A route that nobody drove is held against itself; closed, a little beyond its end.
+Trajectory path_of(const Route& route) {
+  Trajectory path;
+  const std::size_t beyond = route.closed ? route.points.size() / 10 : 0;
+  for (std::size_t i = 0; i < route.points.size() + beyond; ++i)
+    path.push_back(
+        {SensorTime(std::chrono::milliseconds(i)), lift(route.points[i % route.points.size()].map_T_base)});
+  return path;
+}
+
+/// The true way of the lap that was taught; empty when nobody knows it.
+Result<Trajectory> taught_path(const ReplayJob& job, const JobControl& control) {
+  if (!job.taught.empty()) {
+    Result<RecordedLap> lap = read_lap_file(job.taught, silent(control));
+    if (!lap) return tl::unexpected(lap.error());
+    if (lap->truth.empty())
+      return fail(ErrorCode::NotFound, "this recording holds no truth to judge against",
+                  {.source = job.taught});
+    return std::move(lap->truth);
+  }
+  const fs::path beside = job.folder / file_name_for_route("truth_trajectory", job.route, ".txt");
+  std::error_code ignored;
+  if (!fs::exists(beside, ignored)) return Trajectory();
+  return read_trajectory(beside);
+}
+
+}  // namespace
+
+void judge(const RobotSetup& setup, ReplayReport& report) {
+  if (report.taught_path.empty()) {
+    report.warnings.emplace_back(
+        "the true way of the teach lap is not known (--taught gives its recording): not judged");
+    return;
+  }
+  const Result<ReplayJudgement> judgement = judge_replay(
+      report.true_path, report.taught_path, setup.simulated.world.tags, setup.simulated.model.hull);
+  if (judgement)
+    report.judgement = *judgement;
+  else
+    report.warnings.push_back("not judged: " + to_string(judgement.error()));
+}
+
+Result<LocalizationKind> parse_replay_method(const std::string& name) {
+  std::vector<std::string> known = localization_methods();
+  std::erase(known, to_string(LocalizationKind::Smoother));
+  if (std::ranges::find(known, name) != known.end()) return parse_localization_method(name);
+  return fail(ErrorCode::InvalidArgument, fmt::format("there is no method '{}'", name), {.key = "--method"},
+              suggestion(name, known));
+}
+
+Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control) {
+  Result<MapFolder> folder = read_map_and_route(job.folder, job.route);
+  if (!folder) return tl::unexpected(folder.error());
+  Result<Trajectory> taught = taught_path(job, control);
+  if (!taught) return tl::unexpected(taught.error());
+  if (taught->empty() && !job.route.empty()) *taught = path_of(folder->route);
+  return ReplayFiles{std::move(*folder), std::move(*taught)};
+}
+
+Status check_laps(const ReplayJob& job, const Route& route) {
+  if (route.closed || job.replay.laps == 1) return {};
+  return fail(ErrorCode::InvalidArgument, "the route is open: it is driven once, from its start to its end",
+              {.key = "--laps"}, "Leave --laps out, or teach a lap that comes back to its start.");
+}
+
+Status take_calibration(const std::string& path, ReplayJob& job) {
+  if (path.empty()) return {};
+  Result<Calibration> calibration = read_calibration(path);
+  if (!calibration) return tl::unexpected(calibration.error());
+  take_calibrated(*calibration, job.filter);
+  // Both are shares of what was asked: wheels that are controlled turn as asked, the robot by the gain less.
+  if (const auto gain = calibration->known("yaw_gain")) job.replay.actuators.turn_gain = *gain;
+  job.calibration = std::move(*calibration);
+  return {};
+}
+
+ReplayerSetup replayer_setup(const ReplayJob& job) {
+  return {.method = job.method,
+          .filter = job.filter,
+          .anchor = job.anchor,
+          .calibration = job.calibration,
+          .replay = job.replay};
+}
+
+namespace {
+
+std::string replay_options_yaml(const ReplayOptions& options) {
+  return "follower:\n" + write_fields(options.follower, 2) + "actuators:\n" +
+         write_fields(options.actuators, 2) + "profile:\n" + write_fields(options.profile, 2) + "pursuit:\n" +
+         write_fields(options.pursuit, 2) + "goal:\n" + write_fields(options.goal, 2) + "watch:\n" +
+         write_fields(options.watch, 2) + "consistency:\n" + write_fields(options.consistency, 2) +
+         "safety:\n" + write_fields(options.safety, 2);
+}
+
+}  // namespace
+
+Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup, const ReplayJob& job) {
+  if (job.output.empty()) return std::optional<SampleRecorder>();
+  Result<SampleRecorder> recorder = start_recording(
+      job.output,
+      {.verb = "replay",
+       .driver = std::string(to_string(job.replay.controller)),
+       .options = fmt::format("replay:\n  method: {}\n  laps: {}\n", to_string(job.method), job.replay.laps) +
+                  (job.method == LocalizationKind::Anchor ? "anchor:\n" + write_fields(job.anchor, 2)
+                                                          : "filter:\n" + write_fields(job.filter, 2)) +
+                  replay_options_yaml(job.replay),
+       .durable = job.durable},
+      setup);
+  if (!recorder) return tl::unexpected(recorder.error());
+  for (const std::string& name :
+       {std::string("map.yaml"), route_file_name(job.route)}) {  // what it was driven by
+    const auto text = read_text_file(job.folder / name, kMostMapBytes);
+    if (!text) return tl::unexpected(text.error());
+    Status status = recorder->add_attachment(name, "application/yaml", {}, *text);
+    if (!status) return tl::unexpected(status.error());
+  }
+  return std::optional<SampleRecorder>(std::move(*recorder));
+}
+
+double goal_m(const Route& route, const ReplayJob& job) {
+  return route.length_m * (route.closed ? job.replay.laps : 1);
+}
+
+std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route) {
+  const double most = job.replay.safety.max_speed_m_s;
+  double asked = job.replay.profile.speed_m_s;
+  for (const RoutePoint& point : route.points) {
+    if (job.replay.profile.speed_m_s <= 0) asked = std::max(asked, std::abs(point.speed_m_s));
+  }
+  if (asked <= most) return {};
+  return {
+      fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (--max-speed-m-s)",
+                  asked, most)};
+}
+
+namespace {
+
+Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& job,
+                                      const JobControl& control) {
+  const Stopwatch watch;
+  const Result<ReplayFiles> loaded = load_replay(job, control);
+  if (!loaded) return tl::unexpected(loaded.error());
+  if (Status laps = check_laps(job, loaded->route); !laps) return tl::unexpected(laps.error());
+  Result<std::optional<SampleRecorder>> recorder = record_replay(setup, job);
+  if (!recorder) return tl::unexpected(recorder.error());
+  const auto replayer = make_replayer(*loaded, setup.robot(), replayer_setup(job));
+  if (!replayer) return tl::unexpected(replayer.error());
+  const double goal = goal_m(loaded->route, job);
+  ReplayLog log(std::move(*recorder), job.images, goal, control);
+  LapListener listener;
+  listener.on_sample = [&](const Sample& sample) { return log.on_sample(sample); };
+  listener.on_step = [&](SensorTime now, const ReplayStep& step) { return log.on_step(now, step); };
+  listener.should_stop = control.cancelled;
+  const auto end = drive_replay(setup.simulated, **replayer, listener, {.timeout_s = 60 + 20 * goal});
+  const Status closed = log.close();
+  if (!end) return tl::unexpected(end.error());
+  if (!closed) return tl::unexpected(closed.error());
+  ReplayReport report{.end = *end,
+                      .route_length_m = loaded->route.length_m,
+                      .true_path = std::move(log.true_path()),
+                      .taught_path = loaded->taught,
+                      .visits = log.visits(),
+                      .warnings = speed_warnings(job, loaded->route)};
+  for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
+  judge(setup, report);
+  report.wall_s = watch.seconds();
+  return report;
+}
+
+}  // namespace
+
+Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
+  return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
+}
+
+}  // namespace waymark

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/evaluation/replay_judgement.hpp"
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/jobs/replay_setup.hpp"
+#include "waymark/jobs/stopwatch.hpp"
+#include "waymark/live/replay_notes.hpp"
+#include "waymark/live/robot_setup.hpp"
+
+namespace waymark {
+
+class LiveFeed;
+
+struct ReplayJob {
+  std::filesystem::path folder;  ///< with map.yaml and route.yaml
+  std::string route{};           ///< name of another route of the folder (route-NAME.yaml)
+  LocalizationKind method = LocalizationKind::Riekf;
+  std::string output{};  ///< recording to write; empty: none
+  bool durable = false;  ///< of the recording: also a power cut loses at most a second
+  std::string images{};  ///< how pictures are recorded: raw, jpeg; empty: not at all
+  std::string taught{};  ///< recording of the lap to judge against; empty: the truth of the route's own lap
+                         ///< in the folder; a route without one (an optimised one) is held against itself
+  RiekfOptions filter{};
+  AnchorOptions anchor{};
+  ReplayOptions replay{};                    ///< laps, controller, limits
+  std::optional<Calibration> calibration{};  ///< of the robot's camera
+  LiveFeed* feed = nullptr;                  ///< of viewers, if there are any
+};
+
+/// What calibration.yaml knows better than the robot's file: camera and mounting, the filter's scales, and
+/// where the follower begins to learn the turn gain. An empty name changes nothing.
+[[nodiscard]] Status take_calibration(const std::string& path, ReplayJob& job);
+
+/// A method that a replay can use, by name. Fails on a name that is none, and on the smoother, which speaks
+/// of the past.
+[[nodiscard]] Result<LocalizationKind> parse_replay_method(const std::string& name);
+
+/// What a replay needs from its files.
+struct ReplayFiles : MapFolder {
+  Trajectory taught{};  ///< the true way of the teach lap; empty when not known
+};
+
+/// Reads the folder of the job; fails in words.
+[[nodiscard]] Result<ReplayFiles> load_replay(const ReplayJob& job, const JobControl& control);
+/// Fails when several laps, or a part of one, are asked for on an open route.
+[[nodiscard]] Status check_laps(const ReplayJob& job, const Route& route);
+/// How the job drives a robot.
+[[nodiscard]] ReplayerSetup replayer_setup(const ReplayJob& job);
+
+struct ReplayReport {
+  ReplayEnd end{};
+  double route_length_m = 0;
+  Trajectory true_path{};
+  Trajectory taught_path{};                    ///< empty when not known
+  std::optional<ReplayJudgement> judgement{};  ///< nothing when there is nothing to judge, or against
+  std::vector<StationVisit> visits{};
+  std::vector<std::string> warnings{};
+  double wall_s = 0;
+};
+
+/// How far a replay of the job goes along its route.
+[[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
+
+/// What is asked for and will not be driven: faster than the limiter lets pass.
+[[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);
+
+/// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
+/// none.
+[[nodiscard]] Result<std::optional<SampleRecorder>> record_replay(const RobotSetup& setup,
+                                                                  const ReplayJob& job);
+/// Compares the true path with the taught one, or warns why that cannot be.
+void judge(const RobotSetup& setup, ReplayReport& report);
+
+/// Lets the robot of the setup, simulated or a process, drive the route of the folder.
+[[nodiscard]] Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job,
+                                                const JobControl& control);
+
+/// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …". `stopped_by`: who cancels.
+[[nodiscard]] std::string ending(const ReplayReport& report, std::string_view stopped_by = "its caller");
+/// The same with stops, stations and the judgement, a line each.
+[[nodiscard]] std::string to_text(const ReplayReport& report, std::string_view stopped_by = "its caller");
+/// Whether the robot drove the laps it was asked to.
+[[nodiscard]] bool succeeded(const ReplayReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const ReplayReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "waymark/jobs/map_lap.hpp"
+#include "waymark/live/replay_route.hpp"
+#include "waymark/live/teach_lap.hpp"
+
+namespace waymark {
+
+struct DemoJob {
+  std::string folder = "demo";
+  bool images = false;
+  ReplayJob replay{};  ///< laps, options; files and noise are the demo's
+};
+
+struct DemoReport {
+  TeachReport teach{};
+  MapReport map{};
+  ReplayReport replay{};
+  std::vector<std::string> figures{};
+  double wall_s = 0;
+};
+
+/// Makes the folder ready: a demo may be run again, and its own recordings of last time go. A lap or a map of
+/// somebody else stays, and fails.
+[[nodiscard]] Status clear_demo_folder(const std::string& folder);
+/// Teach, map and replay in a row, figures and the report. What fails is said with the step it failed in.
+[[nodiscard]] Result<DemoReport> run_demo(const RobotSetup& setup, const DemoJob& job,
+                                          const JobControl& control);
+/// A line a figure: what, and how good.
+[[nodiscard]] std::string to_text(const DemoReport& report);
+[[nodiscard]] nlohmann::ordered_json to_json(const DemoReport& report, const DemoJob& job);
+
+}  // namespace waymark

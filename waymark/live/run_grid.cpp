@@ -1,0 +1,101 @@
+#include "waymark/live/run_grid.hpp"
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "waymark/config/faults_file.hpp"
+#include "waymark/jobs/map_lap.hpp"
+#include "waymark/live/replay_route.hpp"
+#include "waymark/live/teach_lap.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kOtherDay = 1000;  // the replay has other noise than the teach lap
+
+struct ExperimentCell {
+  std::string world, robot, controller, faults;
+  double speed_m_s = 0;
+  [[nodiscard]] std::string words() const {
+    return fmt::format("{}, {}, {}, {} m/s{}", world, robot, controller, speed_m_s,
+                       faults == kNoFaults ? "" : ", " + faults);
+  }
+};
+
+/// A taught and mapped lap for a world, a robot and a seed.
+Status make_lap(const RobotSetup& setup, const fs::path& folder, const JobControl& control) {
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  const std::string lap = (folder / "lap.mcap").string();
+  fs::remove(lap, ignored);
+  const auto taught = teach_lap(setup, {.output = lap}, control);
+  if (!taught) return tl::unexpected(taught.error());
+  const auto map = map_recording({.lap = lap, .folder = folder / "map"}, control);
+  return map ? Status() : tl::unexpected(map.error());
+}
+
+Result<ExperimentRun> replay_cell(RobotSetup setup, const ExperimentGrid& grid, const ExperimentCell& cell,
+                                  const fs::path& map, std::uint64_t seed, const JobControl& control) {
+  setup.simulated.robot.seed = seed + kOtherDay;
+  if (cell.faults != kNoFaults) {
+    auto faults = read_faults(cell.faults, setup.simulated.world);
+    if (!faults) return tl::unexpected(faults.error());
+    setup.simulated.robot.faults = std::move(*faults);
+  }
+  ReplayJob job{.folder = map};
+  job.replay.laps = grid.laps;
+  job.replay.controller = *parse_controller(cell.controller);  // the grid was checked
+  job.replay.profile.speed_m_s = cell.speed_m_s;
+  job.replay.safety.max_speed_m_s = std::max(job.replay.safety.max_speed_m_s, 1.2 * cell.speed_m_s);
+  const auto report = replay_route(setup, job, control);
+  if (!report) return tl::unexpected(report.error());
+  return ExperimentRun{cell.words(), seed, succeeded(*report), ending(*report), report->judgement};
+}
+
+Result<std::vector<ExperimentRun>> run_lap(const ExperimentGrid& grid, const ExperimentCell& place,
+                                           std::uint64_t seed, const fs::path& folder,
+                                           const JobControl& control) {
+  const auto setup = setup_of(grid, place.world, place.robot, seed);
+  if (!setup) return tl::unexpected(setup.error());
+  if (Status status = make_lap(*setup, folder, control); !status) return tl::unexpected(status.error());
+  std::vector<ExperimentRun> runs;
+  for (const std::string& controller : grid.controllers) {
+    for (const double speed : grid.speeds_m_s) {
+      for (const std::string& faults : grid.faults) {
+        if (control.cancelled()) return runs;
+        const ExperimentCell cell{place.world, place.robot, controller, faults, speed};
+        auto run = replay_cell(*setup, grid, cell, folder / "map", seed, control);
+        if (!run) return tl::unexpected(run.error());
+        runs.push_back(std::move(*run));
+      }
+    }
+  }
+  return runs;
+}
+
+}  // namespace
+
+Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid, const fs::path& folder,
+                                            const JobControl& control) {
+  std::vector<ExperimentRun> runs;
+  int lap = 0;
+  for (const std::string& world : grid.worlds) {
+    for (const std::string& robot : grid.robots) {
+      for (const std::uint64_t seed : grid.seeds) {
+        if (control.cancelled()) return runs;
+        auto some =
+            run_lap(grid, {world, robot, "", "", 0}, seed, folder / fmt::format("lap-{}", ++lap), control);
+        if (!some) return tl::unexpected(some.error());
+        runs.insert(runs.end(), some->begin(), some->end());
+      }
+    }
+  }
+  return runs;
+}
+
+}  // namespace waymark

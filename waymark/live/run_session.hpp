@@ -1,0 +1,52 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/live/replay_route.hpp"
+#include "waymark/live/session_files.hpp"
+#include "waymark/live/teach_lap.hpp"
+#include "waymark/runtime/operator_session.hpp"
+
+/// The operator's session with its files: teach, map, replay, with one button.
+namespace waymark {
+
+class LiveFeed;
+
+struct SessionJob {
+  std::filesystem::path folder;  ///< of what is written: lap.mcap, map/, replay.mcap
+  std::string map{};             ///< folder of a map that is there already: the session begins with ready
+  std::string driver = "gamepad";
+  double speed_m_s = kUsualSpeed_m_s;
+  std::string images{};      ///< how pictures are recorded: raw, jpeg; empty: not at all
+  ReplayJob replay{};        ///< method, options; folder and output are the session's
+  MapMaker make_map{};       ///< empty: map_recording()
+  LiveFeed* feed = nullptr;  ///< of viewers, if there are any
+};
+
+struct SessionReport {
+  int laps_taught = 0;
+  std::vector<double> mapping_s{};  ///< from the end of each lap to its map
+  bool map_failed = false;          ///< the last lap could not be mapped
+  std::vector<ReplayReport> replays{};
+  bool interrupted = false;
+  std::string state{};   ///< the last one
+  std::string reason{};  ///< of the last stop or failure
+  double wall_s = 0;
+};
+
+/// Runs the session until the operator ends it, or the control cancels it. The setup must have a process.
+[[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
+                                                const JobControl& control);
+/// The same with an input that is there already; `driver` is then a name for the recordings.
+[[nodiscard]] Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job,
+                                                std::unique_ptr<OperatorInput> input,
+                                                const JobControl& control);
+/// Laps, and how each replay ended.
+[[nodiscard]] std::string to_text(const SessionReport& report, std::string_view stopped_by = "its caller");
+[[nodiscard]] nlohmann::ordered_json to_json(const SessionReport& report);
+
+}  // namespace waymark

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/jobs/lap_input.hpp"
+#include "waymark/live/robot_setup.hpp"
+#include "waymark/pipeline/teacher.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+/// What stands in our recordings beside the samples (docs/formats/recording.md, "Metadata and attachments").
+namespace waymark {
+
+/// What the teach phase knows of a setup: camera, tags' sizes, the anchor and its pose.
+[[nodiscard]] TeachSetup teach_setup(const SimulatedSetup& setup);
+
+/// For a world of which only the anchor is known: it stands at the origin until the lap is mapped.
+void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
+
+/// How a recording comes to be.
+struct Making {
+  std::string verb;      ///< of waymark
+  std::string driver;    ///< what decided the commands: "scripted", "pursuit"
+  std::string options;   ///< its effective options, as YAML
+  bool durable = false;  ///< sync each second, so that a power cut loses no more
+};
+
+/// A new recording that says how it was made: metadata, effective options, the robot's file, and, as truth,
+/// the world's. Fails when the file exists.
+[[nodiscard]] Result<SampleRecorder> start_recording(const std::string& path, const Making& making,
+                                                     const RobotSetup& setup);
+
+}  // namespace waymark

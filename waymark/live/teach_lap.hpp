@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/jobs/stopwatch.hpp"
+#include "waymark/live/robot_setup.hpp"
+#include "waymark/pipeline/teacher.hpp"
+
+namespace waymark {
+
+class LiveFeed;
+
+/// How fast people teach; a robot that cannot is driven as fast as it goes.
+inline constexpr double kUsualSpeed_m_s = 0.3;
+
+struct TeachJob {
+  std::string output;                  ///< recording to write
+  std::string driver = "scripted";     ///< of lap_drivers()
+  double speed_m_s = kUsualSpeed_m_s;  ///< that the driver means to drive
+  double second_speed_m_s = 0;         ///< another in turn with it (scripted); 0: none
+  double wander_m = 0.02;              ///< how far off the line (scripted), standard deviation
+  double wander_time_s = 3;            ///< and how long that lasts
+  double overlap_m = 1;                ///< how far past the start a closed lap is driven (scripted)
+  bool durable = false;                ///< also a power cut loses at most a second
+  std::string images{};                ///< how pictures are recorded: raw, jpeg; empty: not at all
+  LiveFeed* feed = nullptr;            ///< of viewers, if there are any
+};
+
+struct TeachReport {
+  TeachSummary summary{};
+  LapEnd end{};
+  double worst_blur_px = 0;  ///< by yaw rate, exposure and focal length
+  int blurred_frames = 0;
+  int abrupt_moments = 0;
+  double wall_s = 0;
+};
+
+/// Records a lap that somebody drives with the robot of the setup, simulated or a process. For a process,
+/// "scripted" needs its world, and a robot that knows the truth. Cancelling stops the robot and closes the
+/// file.
+[[nodiscard]] Result<TeachReport> teach_lap(const RobotSetup& setup, const TeachJob& job,
+                                            const JobControl& control);
+/// The same of a robot that is a process; called by teach_lap().
+[[nodiscard]] Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job,
+                                                const JobControl& control);
+
+/// What was driven and seen, and whether it can be mapped; `loop`: the route was to close.
+[[nodiscard]] std::string to_text(const TeachReport& report, const std::string& file, bool loop);
+[[nodiscard]] nlohmann::ordered_json to_json(const TeachReport& report, const std::string& file);
+
+}  // namespace waymark
