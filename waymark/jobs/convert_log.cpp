@@ -15,6 +15,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/jobs/robot_setup.hpp"
+#include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {
@@ -135,9 +136,7 @@ Result<ExportReport> write_out(const std::string& format, MessageLog& log, const
 Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
                  ExportOptions& options) {
   if (job.robot.empty()) return {};
-  const bool samples =
-      log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv || log.format() == LogFormat::Merged;
-  if (format != "mcap" || !samples)
+  if (format != "mcap" || !gives_samples(log.format()))
     return fail(
         ErrorCode::InvalidArgument,
         "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
-#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/media/video_format.hpp"
+#include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {

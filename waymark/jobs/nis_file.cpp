@@ -3,9 +3,9 @@
 #include <limits>
 
 #include "waymark/jobs/estimate_message.hpp"
-#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/trajectory_files.hpp"
 #include "waymark/recording/cdr.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/logged_poses.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_messages.hpp"

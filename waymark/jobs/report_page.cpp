@@ -10,9 +10,9 @@
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
-#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/trajectory_files.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {

@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/suggest.hpp"
-#include "waymark/jobs/recording_kind.hpp"
+#include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {

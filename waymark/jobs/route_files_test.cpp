@@ -7,9 +7,9 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/jobs/figure_files.hpp"
-#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/recording/compression.hpp"
+#include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
 namespace {

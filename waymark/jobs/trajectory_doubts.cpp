@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "waymark/geometry/lie.hpp"
-#include "waymark/jobs/recording_kind.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

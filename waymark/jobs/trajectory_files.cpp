@@ -12,7 +12,7 @@
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/evaluation/csv.hpp"
 #include "waymark/jobs/picture_files.hpp"
-#include "waymark/jobs/recording_kind.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/logged_poses.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/jobs/recording_kind.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {

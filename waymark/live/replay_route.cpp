@@ -14,7 +14,6 @@
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/jobs/localize_log.hpp"
-#include "waymark/jobs/recording_kind.hpp"
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/live/live_replay.hpp"
 #include "waymark/live/replay_log.hpp"

@@ -7,6 +7,7 @@
 
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/export_progress.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/mcap_writer.hpp"
 #include "waymark/recording/sample_recorder.hpp"
@@ -225,10 +226,8 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
 
 Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                  const ExportOptions& options) {
-  const bool samples =
-      log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv || log.format() == LogFormat::Merged;
-  return samples ? export_samples(log, std::move(sink), options)
-                 : export_messages(log, std::move(sink), options);
+  return gives_samples(log.format()) ? export_samples(log, std::move(sink), options)
+                                     : export_messages(log, std::move(sink), options);
 }
 
 }  // namespace waymark

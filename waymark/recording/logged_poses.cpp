@@ -6,6 +6,7 @@
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 #include "waymark/recording/export_progress.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_messages.hpp"
@@ -96,9 +97,8 @@ Status visit_samples_of(MessageLog& log, const std::string& topic, const LogSele
 }  // namespace
 
 bool poses_are_samples(const MessageLog& log) {
-  if (log.format() == LogFormat::Lcm || log.format() == LogFormat::Csv) return true;
-  return log.format() == LogFormat::Merged &&
-         std::ranges::none_of(log.channels(), [](const LogChannel& c) { return has_poses(c.type); });
+  if (log.format() != LogFormat::Merged) return gives_samples(log.format());
+  return std::ranges::none_of(log.channels(), [](const LogChannel& c) { return has_poses(c.type); });
 }
 
 std::vector<std::string> pose_topics(const MessageLog& log) {

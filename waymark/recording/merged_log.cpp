@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/log_problems.hpp"
 #include "waymark/recording/split_log.hpp"
 
@@ -112,11 +113,6 @@ class MergedLog final : public MessageLog {
   std::vector<LogProblem> problems_;  ///< of the last visit
 };
 
-bool is_ros(const MessageLog& log) {
-  return log.format() == LogFormat::Mcap || log.format() == LogFormat::Rosbag2 ||
-         log.format() == LogFormat::Ros1Bag;
-}
-
 /// The topic of its odometry; nothing where it has none.
 std::optional<std::string> odometry_topic(const MessageLog& log) {
   const auto channel = std::ranges::find_if(log.channels(), [](const LogChannel& c) {
@@ -166,7 +162,7 @@ Result<std::unique_ptr<MessageLog>> open_logs(const std::vector<std::string>& pa
   if (Status status = check_one_drive(paths, parts); !status) return tl::unexpected(status.error());
   const LogFormat first = parts.front()->format();
   const bool alike = std::ranges::all_of(parts, [&](const auto& part) { return part->format() == first; });
-  if (alike && is_ros(*parts.front())) return join_logs(std::move(parts), {});
+  if (alike && !gives_samples(first)) return join_logs(std::move(parts), {});
   return merge_logs(std::move(parts));
 }
 

@@ -1,17 +1,10 @@
 #include "waymark/recording/message_log.hpp"
 
 #include <algorithm>
-#include <array>
 
-#include "waymark/recording/csv_log.hpp"
-#include "waymark/recording/lcm_log.hpp"
-#include "waymark/recording/mcap_log.hpp"
-#include "waymark/recording/mcap_records.hpp"
-#include "waymark/recording/ros1_bag_log.hpp"
-#include "waymark/recording/ros1_bag_records.hpp"
+#include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 #include "waymark/recording/rosbag2_log.hpp"
-#include "waymark/recording/temporary_file.hpp"
 #include "waymark/recording/unpack.hpp"
 #include "waymark/recording/unpacked_log.hpp"
 
@@ -29,51 +22,7 @@ Result<Bytes> head_of(const ByteSource& source) {
   return head;
 }
 
-bool begins(ByteSpan head, ByteSpan magic) {
-  return head.size() >= magic.size() && std::ranges::equal(head.first(magic.size()), magic);
-}
-
-/// SQLite reads files, not bytes: what is none yet is written to one.
-Result<std::unique_ptr<MessageLog>> open_sqlite(const ByteSource& source, const LogOptions& options) {
-  if (const auto unpacked = unpacked_to(source)) return open_rosbag2_bytes(unpacked, source.name(), options);
-  const Result<std::uint64_t> size = source.size();
-  if (!size) return tl::unexpected(size.error());
-  const auto file = TemporaryFile::create();
-  if (!file) return tl::unexpected(file.error());
-  Bytes piece;
-  for (std::uint64_t at = 0; at < *size; at += piece.size()) {
-    piece.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kHeadBytes, *size - at)));
-    Status status = source.read(at, piece);
-    if (status) status = (*file)->append(piece);
-    if (!status) return tl::unexpected(status.error());
-  }
-  return open_rosbag2_bytes(*file, source.name(), options);
-}
-
-Result<std::unique_ptr<MessageLog>> open_plain(std::unique_ptr<ByteSource> source, ByteSpan head,
-                                               const LogOptions& options) {
-  if (begins(head, mcap::kMagic)) return open_mcap_log(std::move(source), options);
-  if (begins(head, as_bytes(ros1bag::kMagic))) return open_ros1_bag(std::move(source), options);
-  if (begins(head, as_bytes(kSqliteMagic))) return open_sqlite(*source, options);
-  if (begins(head, as_bytes("#ROSBAG V1")))
-    return fail(ErrorCode::Unsupported, "a ROS bag of version 1, from before 2010",
-                {.source = source->name()}, "Convert it with `rosbag fix`.");
-  if (looks_like_lcm(head, source->size().value_or(0))) return open_lcm_log(std::move(source), options);
-  if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", {.source = source->name()});
-  if (source->name().ends_with(".yaml") || source->name().ends_with(".yml"))
-    return fail(ErrorCode::Unsupported, "this is a YAML file, and no recording", {.source = source->name()},
-                "A map goes after --map, a robot after --robot or --robot-file, a world after --world.");
-  if (looks_like_csv(head)) return open_csv_log(std::move(source), options);
-  return fail(ErrorCode::Unsupported, "this is no recording of a kind we know", {.source = source->name()},
-              "Known: MCAP, rosbag2 (.db3, bag folder), ROS 1 bag, LCM event log, CSV with named columns.");
-}
-
 }  // namespace
-
-std::string_view to_string(LogFormat format) {
-  constexpr std::array<std::string_view, 6> kNames = {"mcap", "rosbag2", "ros1bag", "lcm", "csv", "merged"};
-  return kNames.at(static_cast<std::size_t>(format));
-}
 
 LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
   LogSelection selection;
@@ -102,7 +51,7 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
   Result<Bytes> head = head_of(*source);
   if (!head) return tl::unexpected(head.error());
   const Packing packing = packing_of(*head);
-  if (packing == Packing::None) return open_plain(std::move(source), *head, options);
+  if (packing == Packing::None) return open_by_format(std::move(source), *head, options);
 
   Result<UnpackedFile> unpacked = unpack_file(*source, packing, options.unpack);
   if (!unpacked) return tl::unexpected(unpacked.error());
@@ -112,7 +61,7 @@ Result<std::unique_ptr<MessageLog>> open_log(std::unique_ptr<ByteSource> source,
     unpacked->damage->hint = "Nothing of it could be unpacked: not one block of the packing is whole.";
     return tl::unexpected(*unpacked->damage);
   }
-  Result<std::unique_ptr<MessageLog>> log = open_plain(std::move(unpacked->source), *head, options);
+  Result<std::unique_ptr<MessageLog>> log = open_by_format(std::move(unpacked->source), *head, options);
   if (!log) return log;
   return with_packing(std::move(*log), packing, unpacked->damage, source->size().value_or(0));
 }
@@ -124,8 +73,7 @@ Result<std::unique_ptr<MessageLog>> open_log(const std::filesystem::path& path, 
   Result<std::unique_ptr<ByteSource>> source = open_file(path);
   if (!source) return tl::unexpected(source.error());
   const Result<Bytes> head = head_of(**source);
-  if (head && begins(*head, as_bytes(kSqliteMagic)))
-    return open_rosbag2_file(path, path.string(), false, options);
+  if (head && begins_as_sqlite(*head)) return open_rosbag2_file(path, path.string(), false, options);
   return open_log(std::move(*source), options);
 }
 
