@@ -8,10 +8,12 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
   zlib1g-dev libsqlite3-dev libboost-dev libavformat-dev libavcodec-dev libavutil-dev
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libfastrtps-dev)
 # Without libgstreamer*-dev no gstreamer: cameras, without libav*-dev no videos, without libfastrtps-dev no ROS 2. Only where gamepads are wanted: libsdl2-dev.
+# Only for the Python package: pybind11-dev python3-dev python3-numpy.
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
   libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
-  python3-numpy libmujoco-dev liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
+  pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
+  libmujoco-dev liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools libxml2-utils)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.

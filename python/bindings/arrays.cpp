@@ -1,0 +1,98 @@
+#include "python/bindings/arrays.hpp"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "python/bindings/errors.hpp"
+
+namespace waymark::python {
+namespace {
+
+std::string shape_text(const std::vector<py::ssize_t>& shape) {
+  std::string text;
+  for (const py::ssize_t length : shape)
+    text += (text.empty() ? "" : ", ") + (length < 0 ? std::string("n") : std::to_string(length));
+  return "(" + text + (shape.size() == 1 ? ",)" : ")");
+}
+
+std::vector<py::ssize_t> shape_of(const py::array& array) {
+  return {array.shape(), array.shape() + array.ndim()};
+}
+
+bool fits(const std::vector<py::ssize_t>& shape, const std::vector<py::ssize_t>& wanted) {
+  if (shape.size() != wanted.size()) return false;
+  for (std::size_t i = 0; i < shape.size(); ++i)
+    if (wanted[i] >= 0 && shape[i] != wanted[i]) return false;
+  return true;
+}
+
+std::string type_text(const py::handle& value) {
+  return py::str(py::type::handle_of(value).attr("__name__"));
+}
+
+/// Any array of real numbers; what Python cannot make one of is refused.
+py::array real_array(const py::handle& value, const char* name) {
+  const py::array array = py::array::ensure(value);
+  if (!array) {
+    PyErr_Clear();
+    refuse(name, fmt::format("a {} is no array of numbers", type_text(value)),
+           "Give a NumPy array of float64.");
+  }
+  const char kind = array.dtype().kind();
+  if (kind != 'f' && kind != 'i' && kind != 'u')
+    refuse(name, fmt::format("numbers of dtype {} are not real numbers", std::string(py::str(array.dtype()))),
+           "Give a NumPy array of float64.");
+  return array;
+}
+
+}  // namespace
+
+Doubles doubles(const py::handle& value, const char* name, const std::vector<py::ssize_t>& shape,
+                Numbers numbers) {
+  const py::array array = real_array(value, name);
+  if (!fits(shape_of(array), shape))
+    refuse(name, fmt::format("shape {} where {} is needed", shape_text(shape_of(array)), shape_text(shape)));
+  const Doubles converted(array);
+  for (py::ssize_t i = 0; numbers == Numbers::Finite && i < converted.size(); ++i)
+    if (!std::isfinite(converted.data()[i])) refuse(name, "a number is not finite");
+  return converted;
+}
+
+ImageView image_view(const py::handle& value, const char* name) {
+  if (!py::isinstance<py::array>(value))
+    refuse(name, fmt::format("a {} is no picture", type_text(value)),
+           "Give a NumPy array (height, width) of uint8.");
+  const auto array = py::reinterpret_borrow<py::array>(value);
+  if (!array.dtype().is(py::dtype::of<std::uint8_t>()) &&
+      !(array.dtype().kind() == 'u' && array.itemsize() == 1))
+    refuse(name, fmt::format("pixels of dtype {} where uint8 is needed", std::string(py::str(array.dtype()))),
+           "Scale to 0 … 255 and convert with .astype(numpy.uint8).");
+  if (array.ndim() != 2)
+    refuse(name, fmt::format("shape {} where (height, width) is needed", shape_text(shape_of(array))),
+           "Convert a colour picture to grey with waymark.image.grey().");
+  const py::ssize_t height = array.shape(0);
+  const py::ssize_t width = array.shape(1);
+  constexpr py::ssize_t kMost = std::numeric_limits<int>::max();
+  if (height > kMost || width > kMost) refuse(name, "a side of the picture is too long");
+  if (height == 0 || width == 0) return {};
+  const bool rows_in_order = height == 1 || (array.strides(0) >= width && array.strides(0) <= kMost);
+  if ((width > 1 && array.strides(1) != 1) || !rows_in_order)
+    refuse(name, "the pixels of a row do not lie side by side, or rows overlap or run backwards",
+           "Copy it with numpy.ascontiguousarray().");
+  const auto stride = static_cast<int>(height == 1 ? width : array.strides(0));
+  return {static_cast<const std::uint8_t*>(array.data()), static_cast<int>(width), static_cast<int>(height),
+          stride};
+}
+
+py::array_t<std::uint8_t> to_array(Image image) {
+  auto owned = std::make_unique<Image>(std::move(image));
+  const Image* pixels = owned.get();
+  const py::capsule owner(owned.release(), [](void* kept) { delete static_cast<Image*>(kept); });
+  return py::array_t<std::uint8_t>({pixels->height(), pixels->width()}, pixels->view().data, owner);
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,130 @@
+#include <string>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include "python/bindings/arrays.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/rooms.hpp"
+#include "python/bindings/trajectories.hpp"
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/trajectory_file.hpp"
+#include "waymark/config/world_file.hpp"
+
+namespace waymark::python {
+namespace {
+
+using Path = std::filesystem::path;
+
+py::array_t<std::uint8_t> read_grey(const Path& path) {
+  Result<Image> image;
+  {
+    const py::gil_scoped_release release;
+    image = read_image(path);
+  }
+  return to_array(value_of(std::move(image)));
+}
+
+void write_grey(const Path& path, const py::object& image) {
+  const ImageView view = image_view(image);
+  Status status;
+  {
+    const py::gil_scoped_release release;
+    status = write_image(path, view);
+  }
+  check(status);
+}
+
+World world_named(const std::string& name) {
+  return value_of(read_world(value_of(find_shared("worlds", name))));
+}
+
+RobotDescription robot_named(const std::string& name) {
+  return value_of(read_robot(value_of(find_shared("robots", name))));
+}
+
+void bind_descriptions(py::module_& m) {
+  py::class_<World> world(m, "World", "A place with tags and a line to drive.");
+  world.def_readonly("name", &World::name);
+  world.def_readwrite("tags", &World::tags, "TagMap; a copy: assign one to change it.");
+  world.def_property_readonly(
+      "path_m",
+      [](const World& w) {
+        py::array_t<double> array({static_cast<py::ssize_t>(w.path_m.size()), py::ssize_t{2}});
+        for (std::size_t i = 0; i < w.path_m.size(); ++i)
+          Eigen::Map<Eigen::Vector2d>{array.mutable_data(static_cast<py::ssize_t>(i), 0)} = w.path_m[i];
+        return array;
+      },
+      "The line a driver follows, (n, 2) [m].");
+  world.def_readonly("path_closed", &World::path_closed);
+  py::class_<RobotDescription> robot(m, "RobotDescription", "A robot's body, camera, mounting and limits.");
+  robot.def(
+      "to_yaml", [](const RobotDescription& r) { return to_yaml(r); },
+      "As a robot's file (docs/formats/robot.md).");
+  robot.def_property_readonly("name", [](const RobotDescription& r) { return r.model.name; });
+  robot.def_readwrite("camera", &RobotDescription::camera, "CameraModel");
+  robot.def_property(
+      "base_T_cam", [](const RobotDescription& r) { return r.model.base_T_cam; },
+      [](RobotDescription& r, const SE3& base_T_cam) { r.model.base_T_cam = base_T_cam; },
+      "SE3; base: x forward, y left, z up, on the floor; optical frame: x right, y down, z forward.");
+  robot.def_property_readonly(
+      "speed_m_s", [](const RobotDescription& r) { return r.model.limits.speed_m_s; },
+      "Largest speed [m/s].");
+  robot.def_property_readonly(
+      "yaw_rate_rad_s", [](const RobotDescription& r) { return r.model.limits.yaw_rate_rad_s; },
+      "Largest yaw rate [rad/s].");
+  robot.def_property_readonly(
+      "track_m", [](const RobotDescription& r) { return r.model.track_m; },
+      "Distance of left and right wheels [m].");
+  robot.def_property_readonly(
+      "wheel_radius_m", [](const RobotDescription& r) { return r.model.wheel_radius_m; }, "[m]");
+}
+
+}  // namespace
+
+void bind_image(py::module_& m) {
+  m.doc() = "Grey pictures as NumPy arrays (height, width) of uint8.";
+  m.def("read", &read_grey, py::arg("path"),
+        "A picture of any format that the program reads, as grey levels; the array owns it, nothing is "
+        "copied.");
+  m.def("write", &write_grey, py::arg("path"), py::arg("image"),
+        "Writes a grey picture; the suffix says how: .png, .jpg, .pgm.");
+}
+
+void bind_config(py::module_& m) {
+  m.doc() = "Files of worlds, robots, maps, routes and trajectories.";
+  bind_descriptions(m);
+  m.def("read_world", &world_named, py::arg("name"),
+        "A world from a file, or one that comes with Waymark by its name, such as 'circuit24'.");
+  m.def("read_robot", &robot_named, py::arg("name"),
+        "A robot from a file, or one that comes with Waymark by its name, such as 'limo'.");
+  m.def(
+      "read_map", [](const Path& path) { return value_of(read_map(path)).tags; }, py::arg("path"),
+      "The TagMap of map.yaml.");
+  m.def(
+      "write_map",
+      [](const Path& path, const TagMap& tags, const std::string& method) {
+        if (tags.tags.empty())
+          refuse("tags", "the map is empty", "Add a tag: tags['tag36h11:0'] = MappedTag(…).");
+        check(write_map(
+            path, {.tags = tags, .anchor = tags.tags.begin()->first, .provenance = {{"method", method}}}));
+      },
+      py::arg("path"), py::arg("tags"), py::arg("method") = "python",
+      "Writes a TagMap as map.yaml; the first tag is its anchor.");
+  m.def(
+      "read_route", [](const Path& path) { return value_of(read_route(path)); }, py::arg("path"),
+      "The Route of route.yaml.");
+  m.def(
+      "read_trajectory", [](const Path& path) { return listed(value_of(read_trajectory(path))); },
+      py::arg("path"), "A Trajectory from TUM text.");
+  m.def(
+      "to_tum", [](const PoseList& list) { return to_tum(plain(list)); }, py::arg("trajectory"),
+      "The trajectory as TUM text.");
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "waymark/tags/tag_finder.hpp"
+
+namespace waymark::python {
+
+/// A tag finder and the keywords it was made of.
+struct PythonDetector {
+  TagFinder finder;
+  pybind11::dict keywords;
+};
+
+}  // namespace waymark::python

@@ -1,0 +1,87 @@
+#include "waymark/families/family.hpp"
+
+#include <string>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/errors.hpp"
+#include "python/bindings/rooms.hpp"
+#include "waymark/families/hamming.hpp"
+
+namespace waymark::python {
+namespace {
+
+FamilyId family_named(const std::string& name) { return value_of(parse_family(name)); }
+
+py::dict layout(const std::string& name) {
+  const Family& found = family(family_named(name));
+  py::list bits;
+  for (const BitCell& cell : found.bits) bits.append(py::make_tuple(cell.x, cell.y));
+  py::dict answer;
+  answer["name"] = found.name;
+  answer["width_at_border"] = found.width_at_border;
+  answer["total_width"] = found.total_width;
+  answer["reversed_border"] = found.reversed_border;
+  answer["min_hamming"] = found.min_hamming;
+  answer["bits"] = bits;
+  answer["codes"] =
+      py::array_t<std::uint64_t>(static_cast<py::ssize_t>(found.codes.size()), found.codes.data());
+  return answer;
+}
+
+py::array_t<std::uint8_t> bitmap_of(const std::string& tag) {
+  const TagId id = value_of(parse_tag_id(tag));
+  const auto cells = bitmap(id);
+  const int width = family(id.family).total_width;
+  return py::array_t<std::uint8_t>({width, width}, cells.data());
+}
+
+std::vector<std::string> family_names() {
+  std::vector<std::string> names;
+  for (const FamilyId id : kAllFamilies) names.emplace_back(to_string(id));
+  return names;
+}
+
+}  // namespace
+
+void bind_families(py::module_& m) {
+  m.doc() =
+      "Tag families of AprilTag 3: layout of the bits, codes, bitmaps, Hamming distances under rotation.";
+  m.def("names", &family_names, "The nine families.");
+  m.def("family", &layout, py::arg("name"),
+        "Layout and codes of a family as a dictionary: width_at_border and total_width [cells], bits [(x, y) "
+        "of each data bit, most "
+        "significant first], codes (n,) uint64, min_hamming, reversed_border.");
+  m.def("bitmap", &bitmap_of, py::arg("tag"),
+        "The printed tag, such as 'tag36h11:7': (cells, cells) uint8, 0 black, 255 white, 128 not part of "
+        "the tag.");
+  m.def("hamming_distance", &hamming_distance, py::arg("a"), py::arg("b"),
+        "Number of bits in which two codes differ.");
+  m.def(
+      "turned",
+      [](const std::string& name, std::uint64_t code, int quarter_turns) {
+        return CodeRotation(family(family_named(name))).turned(code, quarter_turns);
+      },
+      py::arg("family"), py::arg("code"), py::arg("quarter_turns"),
+      "The code as it is read after the print was turned clockwise by quarter_turns * 90 degrees.");
+  m.def(
+      "min_rotational_distance",
+      [](const std::string& name, std::uint64_t a, std::uint64_t b) {
+        return CodeRotation(family(family_named(name))).min_rotational_distance(a, b);
+      },
+      py::arg("family"), py::arg("a"), py::arg("b"),
+      "Smallest Hamming distance between `a` and the four turns of `b`.");
+  m.def(
+      "minimum_distance",
+      [](const std::string& name) {
+        const Family& found = family(family_named(name));
+        const py::gil_scoped_release release;
+        return minimum_distance(found);
+      },
+      py::arg("family"),
+      "Smallest distance between two codes of the family in any turn; seconds for the largest families.");
+}
+
+}  // namespace waymark::python

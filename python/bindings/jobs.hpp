@@ -1,0 +1,53 @@
+#pragma once
+
+#include <utility>
+
+#include <pybind11/pybind11.h>
+
+#include "python/bindings/errors.hpp"
+#include "waymark/jobs/job_control.hpp"
+
+namespace waymark::python {
+
+/// A job that runs without the GIL, tells Python how far it is, and ends on Ctrl-C or when Python raises.
+class PythonJob {
+ public:
+  explicit PythonJob(py::object progress) : progress_(std::move(progress)) {}
+  PythonJob(const PythonJob&) = delete;
+  PythonJob& operator=(const PythonJob&) = delete;
+
+  [[nodiscard]] JobControl control() {
+    JobControl control;
+    control.progress = [this](const JobProgress& now) { tell(now); };
+    control.cancelled = [this] { return cancelled(); };
+    return control;
+  }
+  /// Raises what the callback raised, or KeyboardInterrupt.
+  void rethrow() { pending_.rethrow(); }
+
+ private:
+  void tell(const JobProgress& now) {
+    if (failed_) return;
+    const py::gil_scoped_acquire acquire;
+    if (progress_.is_none()) return;
+    failed_ = !pending_.guard([&]() -> Status {
+      progress_(now.words, now.done, now.all);
+      return {};
+    });
+  }
+  bool cancelled() {
+    if (failed_) return true;
+    const py::gil_scoped_acquire acquire;
+    failed_ = !pending_.guard([&]() -> Status {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      return {};
+    });
+    return failed_;
+  }
+
+  py::object progress_;
+  PendingException pending_{};
+  bool failed_ = false;
+};
+
+}  // namespace waymark::python

@@ -1,0 +1,126 @@
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/options.hpp"
+#include "python/bindings/rooms.hpp"
+#include "python/bindings/trajectories.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/geometry/planar.hpp"
+#include "waymark/jobs/localize_log.hpp"
+#include "waymark/pipeline/localizer.hpp"
+
+namespace waymark::python {
+namespace {
+
+/// What a method is given by keyword: its own fields.
+void take_options(LocalizationKind method, const py::dict& given, RiekfOptions& filter,
+                  AnchorOptions& anchor) {
+  if (method == LocalizationKind::Anchor) {
+    update_options(anchor, given);
+  } else {
+    update_options(filter, given);
+  }
+}
+
+std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot, const std::string& method,
+                                const py::kwargs& given) {
+  LocalizerSetup setup{.landmarks = Landmarks(map), .tags = map};
+  setup.sensor = {
+      .camera = robot.camera, .base_T_sensor = robot.model.base_T_cam, .more_cameras = robot.more_cameras};
+  setup.method = value_of(parse_localization_method(method));
+  take_options(setup.method, given, setup.filter, setup.anchor);
+  return std::make_unique<Localizer>(value_of(Localizer::make(setup)));
+}
+
+/// Samples that a localizer looks at one by one, or a list of them.
+void add_all(Localizer& localizer, const py::iterable& samples) {
+  for (const py::handle& sample : samples) localizer.add(py::cast<Sample>(sample));
+}
+
+PoseList listed(const std::vector<LocalizationEstimate>& estimates) {
+  PoseList list;
+  for (const LocalizationEstimate& at : estimates)
+    list.poses.push_back({at.stamp, lift(at.map_T_base), at.covariance});
+  return list;
+}
+
+/// Certain estimates after each frame of tags, or the run in hindsight.
+Result<PoseList> run(const LocalizeInputs& inputs) {
+  auto localizer = Localizer::make(inputs.setup);
+  if (!localizer) return tl::unexpected(localizer.error());
+  std::vector<LocalizationEstimate> estimates;
+  for (const Sample& sample : inputs.samples) {
+    localizer->add(sample);
+    const auto estimate = localizer->estimate();
+    const bool sees = std::holds_alternative<TagFrame>(sample) ||
+                      std::holds_alternative<TagPoseFrame>(sample) ||
+                      std::holds_alternative<RangeBearing>(sample);
+    if (!sees || !estimate || !estimate->certain) continue;
+    if (estimates.empty() || estimates.back().stamp < estimate->stamp) estimates.push_back(*estimate);
+  }
+  return listed(inputs.setup.method == LocalizationKind::Smoother ? localizer->smoothed() : estimates);
+}
+
+PoseList localize_recording(const std::string& recording, const std::string& map, const std::string& method,
+                            const py::kwargs& given) {
+  LocalizeJob job{.logs = {recording}, .map = map};
+  job.method = value_of(parse_localization_method(method));
+  take_options(job.method, given, job.filter, job.anchor);
+  Result<PoseList> list;
+  {
+    const py::gil_scoped_release release;
+    const auto inputs = read_localize_inputs(job, {});
+    list = inputs ? run(*inputs) : tl::unexpected(inputs.error());
+  }
+  return value_of(std::move(list));
+}
+
+}  // namespace
+
+void bind_localization(py::module_& m) {
+  m.doc() =
+      "Pose of the robot from tags of a known map and from odometry, with covariance "
+      "(docs/concepts/localization.md).";
+  py::class_<LocalizationEstimate> estimate(m, "LocalizationEstimate", "Estimated pose of the robot.");
+  estimate.def_property_readonly(
+      "stamp_ns", [](const LocalizationEstimate& e) { return e.stamp.time_since_epoch().count(); }, "[ns]");
+  estimate.def_readonly("map_T_base", &LocalizationEstimate::map_T_base, "SE2 [m, rad]");
+  estimate.def_property_readonly(
+      "covariance", [](const LocalizationEstimate& e) { return to_array(e.covariance); },
+      "(3, 3) of x, y [m] and yaw [rad] in map coordinates.");
+  estimate.def_readonly("certain", &LocalizationEstimate::certain,
+                        "False: a guess; nothing should drive by it.");
+  estimate.def_property_readonly("position_sigma_m", &LocalizationEstimate::position_sigma_m,
+                                 "The larger standard deviation of the position [m].");
+
+  py::class_<Localizer> localizer(m, "Localizer",
+                                  "Samples in, in order of time; where the robot is comes out at any time.");
+  localizer.def(py::init(&make), py::arg("map"), py::arg("robot"), py::arg("method") = "riekf",
+                ("`method`: riekf (right-invariant extended Kalman filter), ekf, anchor (nearest tag and "
+                 "odometry), smoother. Options by "
+                 "keyword, of the filters:\n\n" +
+                 options_help<RiekfOptions>() + "\nof anchor:\n\n" + options_help<AnchorOptions>())
+                    .c_str());
+  localizer.def("add", &Localizer::add, py::arg("sample"),
+                "One sample; commands, scans, pictures and the truth are passed over.");
+  localizer.def("add_all", &add_all, py::arg("samples"), "All samples of an iterable.");
+  localizer.def("estimate", &Localizer::estimate, "The newest estimate; None before the first.");
+  localizer.def(
+      "smoothed", [](const Localizer& l) { return listed(l.smoothed()); },
+      "The run in hindsight as Trajectory, when the method is smoother; else empty.");
+  m.def("methods", &localization_methods, "The names of the methods.");
+  m.def("localize_recording", &localize_recording, py::arg("recording"), py::arg("map"),
+        py::arg("method") = "riekf",
+        "Trajectory of the certain estimates, one after each picture, of a recording of any format with the "
+        "map of a folder. Options by "
+        "keyword as for Localizer.");
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,137 @@
+#include "python/bindings/log_reader.hpp"
+
+#include <unistd.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include <pybind11/stl.h>
+
+#include "python/bindings/errors.hpp"
+
+namespace waymark::python {
+namespace {
+
+constexpr std::size_t kAhead = 32;
+
+struct Message {
+  std::string topic;
+  std::string type;
+  std::uint64_t log_time = 0;
+  std::string data;
+};
+using Item = std::variant<Sample, Message>;
+
+py::object to_python(Item item) {
+  if (auto* sample = std::get_if<Sample>(&item)) return py::cast(std::move(*sample));
+  const Message& message = std::get<Message>(item);
+  return py::make_tuple(message.topic, message.type, message.log_time, py::bytes(message.data));
+}
+
+/// The word with which whoever asked ends the reading; nobody sees it.
+Status stop() { return fail(ErrorCode::Unreadable, "closed"); }
+
+}  // namespace
+
+/// What the thread and whoever asks have in common. The thread keeps it alive and is detached: nobody waits.
+class LogReader::Queue {
+ public:
+  Status push(Item item) {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return closed_ || items_.size() < kAhead; });
+    if (closed_) return stop();
+    items_.push_back(std::move(item));
+    changed_.notify_all();
+    return {};
+  }
+  void end(Status status) {
+    const std::scoped_lock lock(mutex_);
+    end_ = std::move(status);
+    changed_.notify_all();
+  }
+  void close() {
+    const std::scoped_lock lock(mutex_);
+    closed_ = true;
+    items_.clear();
+    changed_.notify_all();
+  }
+  /// Nothing at the end.
+  Result<std::optional<Item>> pop() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return closed_ || end_ || !items_.empty(); });
+    if (!items_.empty()) {
+      Item item = std::move(items_.front());
+      items_.pop_front();
+      changed_.notify_all();
+      return std::optional(std::move(item));
+    }
+    if (end_ && !*end_) return tl::unexpected(end_->error());
+    return std::optional<Item>();
+  }
+  [[nodiscard]] bool closed() {
+    const std::scoped_lock lock(mutex_);
+    return closed_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Item> items_;
+  std::optional<Status> end_{};
+  bool closed_ = false;
+};
+
+LogReader::LogReader(const std::string& path, const LogSelection& selection, bool samples)
+    : queue_(std::make_shared<Queue>()), process_(getpid()) {
+  std::thread([queue = queue_, path, selection, samples] {
+    auto log = open_log(path);
+    if (!log) return queue->end(tl::unexpected(log.error()));
+    queue->end(
+        samples ? (*log)->visit_samples(selection, [&](const Sample& sample) { return queue->push(sample); })
+                : (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) {
+                    return queue->push(Message{channel.topic,
+                                               channel.type,
+                                               message.log_time,
+                                               {message.data.begin(), message.data.end()}});
+                  }));
+  }).detach();
+}
+
+std::unique_ptr<LogReader> LogReader::samples(const std::string& path, LogSelection selection) {
+  return std::unique_ptr<LogReader>(new LogReader(path, selection, true));
+}
+
+std::unique_ptr<LogReader> LogReader::messages(const std::string& path, LogSelection selection) {
+  return std::unique_ptr<LogReader>(new LogReader(path, selection, false));
+}
+
+LogReader::~LogReader() {
+  // In a child after fork() the mutex may be held by a thread that does not exist: it is left alone.
+  if (queue_ && process_ == getpid()) queue_->close();
+}
+
+void LogReader::close() {
+  if (process_ == getpid()) queue_->close();
+}
+
+py::object LogReader::next() {
+  if (process_ != getpid())
+    throw std::runtime_error(
+        "an iterator over a recording does not survive fork(): open the recording anew in the child");
+  if (queue_->closed()) throw py::value_error("the iterator is closed");
+  Result<std::optional<Item>> item;
+  {
+    const py::gil_scoped_release release;
+    item = queue_->pop();
+  }
+  std::optional<Item> found = value_of(std::move(item));
+  if (!found) throw py::stop_iteration();
+  return to_python(std::move(*found));
+}
+
+}  // namespace waymark::python

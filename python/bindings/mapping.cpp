@@ -1,0 +1,103 @@
+#include <optional>
+#include <string>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <nlohmann/json.hpp>
+
+#include "python/bindings/errors.hpp"
+#include "python/bindings/jobs.hpp"
+#include "python/bindings/options.hpp"
+#include "python/bindings/rooms.hpp"
+#include "python/bindings/tag_ids.hpp"
+#include "python/bindings/trajectories.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/map_lap.hpp"
+
+namespace waymark::python {
+namespace {
+
+/// Options in a dictionary of their own: `chain={...}`.
+template <class Options>
+void take_section(py::dict& given, const char* name, Options& options) {
+  const py::object section = take(given, name);
+  if (section.is_none()) return;
+  if (!PyDict_Check(section.ptr())) refuse(name, "options are a dictionary", "Write {'key': value}.");
+  update_options(options, section);
+}
+
+MapJob job_of(const std::string& recording, const std::string& folder, const py::kwargs& given) {
+  py::dict rest = given.attr("copy")();
+  MapJob job{.lap = recording, .folder = folder};
+  if (const py::object method = take(rest, "method"); !method.is_none())
+    job.options.method = value_of(parse_map_method(py::cast<std::string>(method)));
+  if (const py::object anchor = take(rest, "anchor"); !anchor.is_none())
+    job.overrides.anchor = to_string(tag_of(anchor));
+  if (const py::object pose = take(rest, "map_T_anchor"); !pose.is_none())
+    job.overrides.map_T_anchor = py::cast<SE3>(pose);
+  if (const py::object size = take(rest, "tag_size_m"); !size.is_none())
+    job.overrides.tag_size_m = py::cast<double>(size);
+  take_section(rest, "chain", job.options.chain);
+  take_section(rest, "bundle", job.options.bundle);
+  take_section(rest, "route", job.options.route);
+  for (const auto& [name, value] : rest)
+    throw py::type_error("map_recording() has no keyword '" + std::string(py::str(name)) + "'");
+  return job;
+}
+
+MapReport map_file(const std::string& recording, const std::string& folder, const py::object& progress,
+                   const py::kwargs& given) {
+  const MapJob job = job_of(recording, folder, given);
+  PythonJob control(progress);
+  Result<MapReport> report;
+  {
+    const py::gil_scoped_release release;
+    report = map_recording(job, control.control());
+  }
+  control.rethrow();
+  return value_of(std::move(report));
+}
+
+py::object summary_of(const MapReport& report) {
+  return py::module_::import("json").attr("loads")(json_line(to_json(report)));
+}
+
+}  // namespace
+
+void bind_mapping(py::module_& m) {
+  m.doc() =
+      "A recorded lap becomes a map of the tags, the way the robot went, and a route "
+      "(docs/concepts/mapping.md).";
+  py::class_<MapReport> report(m, "MapReport", "What a lap became.");
+  report.def_property_readonly(
+      "map", [](const MapReport& r) { return r.lap.map; }, "TagMap");
+  report.def_property_readonly(
+      "start_map",
+      [](const MapReport& r) -> std::optional<TagMap> {
+        return r.lap.bundle ? std::optional(r.lap.bundle->start_map) : std::nullopt;
+      },
+      "TagMap by the chain, before anything was optimised; None where nothing was.");
+  report.def_property_readonly(
+      "true_map", [](const MapReport& r) { return r.true_tags; },
+      "TagMap of the recording's truth; empty when it is not known.");
+  report.def_property_readonly(
+      "route", [](const MapReport& r) { return r.lap.route; }, "Route");
+  report.def_property_readonly(
+      "trajectory", [](const MapReport& r) { return listed(r.lap.trajectory); }, "Trajectory of the base.");
+  report.def_property_readonly("true_trajectory", [](const MapReport& r) { return listed(r.true_path); });
+  report.def_property_readonly("warnings", [](const MapReport& r) { return r.warnings; });
+  report.def_property_readonly(
+      "files", [](const MapReport& r) { return r.files; }, "What was written.");
+  report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");
+  m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
+        ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
+         "map` does. progress(words, "
+         "done, all) is called meanwhile; an exception in it, or Ctrl-C, leaves the folder as it was. "
+         "Keywords: method ('bundle', 'chain'), "
+         "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +
+         options_help<ChainOptions>() + "bundle:\n" + options_help<BundleMapOptions>() + "route:\n" +
+         options_help<RouteOptions>())
+            .c_str());
+}
+
+}  // namespace waymark::python

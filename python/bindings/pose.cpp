@@ -1,0 +1,110 @@
+#include <string>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/options.hpp"
+#include "python/bindings/rooms.hpp"
+#include "waymark/pose/multi_tag_pose.hpp"
+#include "waymark/pose/square_pose.hpp"
+#include "waymark/pose/tag_pose.hpp"
+
+namespace waymark::python {
+namespace {
+
+TagPose one_tag(const TagDetection& detection, double size_m, const CameraModel& camera,
+                const py::kwargs& given) {
+  return value_of(estimate_tag_pose(detection, size_m, camera, options_of<TagPoseOptions>(given)));
+}
+
+MultiTagPose camera_pose(const std::vector<TagDetection>& detections, const TagMap& map,
+                         const CameraModel& camera, const py::kwargs& given) {
+  const auto options = options_of<MultiTagOptions>(given);
+  Result<MultiTagPose> found;
+  {
+    const py::gil_scoped_release release;
+    found = estimate_camera_pose(detections, map, camera, options);
+  }
+  return value_of(std::move(found));
+}
+
+py::list closed_form(const py::object& bearings, double size_m) {
+  const Eigen::Matrix<double, 4, 3> given = matrix_of<4, 3>(bearings, "cam_bearings");
+  std::array<Eigen::Vector3d, 4> rays;
+  for (int i = 0; i < 4; ++i) rays[static_cast<std::size_t>(i)] = given.row(i).transpose().normalized();
+  if (!(size_m > 0 && size_m < 1e9))
+    refuse("size_m", fmt::format("a tag of {} m", size_m), "Give the side in metres, above 0.");
+  const SquarePoses poses = square_poses(rays, size_m);
+  py::list answer;
+  if (poses.defect != QuadDefect::None) refuse("cam_bearings", to_string(poses.defect));
+  for (const SE3& cam_T_tag : poses.cam_T_tag) answer.append(cam_T_tag);
+  return answer;
+}
+
+void bind_results(py::module_& m) {
+  py::class_<TagPoseSolution> solution(
+      m, "TagPoseSolution", "One pose that explains the corners: a minimum of the reprojection error.");
+  solution.def_readonly("cam_T_tag", &TagPoseSolution::cam_T_tag, "SE3");
+  solution.def_readonly("chi2", &TagPoseSolution::chi2,
+                        "Squared residuals over their variance; 2 degrees of freedom.");
+  solution.def_readonly("rms_px", &TagPoseSolution::rms_px, "Root mean square distance of the corners [px].");
+  solution.def_property_readonly(
+      "covariance", [](const TagPoseSolution& s) { return to_array(s.covariance); },
+      "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad].");
+  py::class_<TagPose> pose(m, "TagPose", "Both poses of a flat square: noise decides which fits better.");
+  pose.def_readonly("best", &TagPose::best, "The smaller chi2; not certainly the true one.");
+  pose.def_readonly("other", &TagPose::other, "The larger chi2; None when there is no second minimum.");
+  pose.def_property_readonly("ambiguity_ratio", &TagPose::ambiguity_ratio,
+                             "best.rms_px / other.rms_px, 0 to 1: near 1 nothing tells them apart.");
+  pose.def_property_readonly("likelihood_ratio", &TagPose::likelihood_ratio,
+                             "Likelihood of `other` over that of `best`, 0 to 1.");
+  py::class_<CameraPoseEstimate> estimate(m, "CameraPoseEstimate",
+                                          "One pose of the camera that explains a set of tags.");
+  estimate.def_readonly("map_T_cam", &CameraPoseEstimate::map_T_cam, "SE3");
+  estimate.def_property_readonly(
+      "covariance", [](const CameraPoseEstimate& e) { return to_array(e.covariance); },
+      "(6, 6) in the map frame's left tangent (translation, rotation) [m, rad].");
+  estimate.def_readonly("chi2", &CameraPoseEstimate::chi2, "8 residuals a tag, 6 unknowns.");
+  estimate.def_readonly("rms_px", &CameraPoseEstimate::rms_px, "[px]");
+  estimate.def_readonly("detections", &CameraPoseEstimate::detections,
+                        "Indices of the detections it rests on.");
+  py::class_<MultiTagPose> multi(m, "MultiTagPose", "What one picture says about where the camera is.");
+  multi.def_readonly("estimates", &MultiTagPose::estimates,
+                     "Best first; more than one: the picture does not tell which is true.");
+  multi.def_property_readonly(
+      "rejected",
+      [](const MultiTagPose& p) {
+        py::list rejected;
+        for (const RejectedTag& tag : p.rejected)
+          rejected.append(py::make_tuple(tag.detection, to_string(tag.reason)));
+        return rejected;
+      },
+      "(index of the detection, reason in words) of each detection that was not used.");
+  multi.def_property_readonly("usable", &MultiTagPose::usable);
+  multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous);
+}
+
+}  // namespace
+
+void bind_pose(py::module_& m) {
+  m.doc() = "Pose of the camera from the corners of tags, with covariance (docs/concepts/pose.md).";
+  bind_results(m);
+  m.def("estimate_tag_pose", &one_tag, py::arg("detection"), py::arg("size_m"), py::arg("camera"),
+        ("Both poses of one tag. size_m: side of the square where black border meets white border. Options "
+         "by keyword:\n\n" +
+         options_help<TagPoseOptions>())
+            .c_str());
+  m.def("estimate_camera_pose", &camera_pose, py::arg("detections"), py::arg("map"), py::arg("camera"),
+        ("The pose of the camera in the map from all tags of one picture. Options by keyword:\n\n" +
+         options_help<MultiTagOptions>())
+            .c_str());
+  m.def("square_poses", &closed_form, py::arg("cam_bearings"), py::arg("size_m"),
+        "The two poses (SE3) of a square by infinitesimal plane-based pose estimation (Collins and Bartoli, "
+        "IJCV 109, 2014) from the "
+        "directions (4, 3) to TL, TR, BR, BL in the camera frame.");
+}
+
+}  // namespace waymark::python

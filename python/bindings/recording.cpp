@@ -1,0 +1,189 @@
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/errors.hpp"
+#include "python/bindings/log_reader.hpp"
+#include "python/bindings/rooms.hpp"
+#include "waymark/recording/message_log.hpp"
+#include "waymark/recording/sample_recorder.hpp"
+
+namespace waymark::python {
+namespace {
+
+LogSelection selection_of(const std::optional<std::set<std::string>>& topics,
+                          std::optional<std::uint64_t> from, std::optional<std::uint64_t> to) {
+  LogSelection selection;
+  if (topics) selection.topics = *topics;
+  if (from) selection.from = *from;
+  if (to) selection.to = *to;
+  return selection;
+}
+
+/// A recording as Python has it: facts, and readers of their own for each iteration.
+struct Recording {
+  std::string path;
+  std::unique_ptr<MessageLog> log;
+};
+
+std::unique_ptr<Recording> open_recording(const std::string& path) {
+  auto recording = std::make_unique<Recording>(Recording{.path = path});
+  const py::gil_scoped_release release;
+  recording->log = value_of(open_log(path));
+  return recording;
+}
+
+py::list channels_of(const Recording& recording) {
+  py::list all;
+  for (const LogChannel& channel : recording.log->channels()) {
+    py::dict one;
+    one["topic"] = channel.topic;
+    one["type"] = channel.type;
+    one["encoding"] = channel.encoding;
+    one["messages"] = channel.messages;
+    all.append(one);
+  }
+  return all;
+}
+
+py::dict summary_of(const Recording& recording) {
+  const LogSummary summary = recording.log->summary();
+  py::dict answer;
+  answer["format"] = std::string(to_string(recording.log->format()));
+  answer["description"] = recording.log->description();
+  answer["start_ns"] = summary.start;
+  answer["end_ns"] = summary.end;
+  answer["messages"] = summary.messages;
+  answer["size_bytes"] = summary.size_bytes;
+  answer["complete"] = summary.complete;
+  return answer;
+}
+
+py::dict setup_of(Recording& recording) {
+  const RecordingSetup setup = value_of(recording.log->setup());
+  py::dict answer;
+  answer["camera"] = setup.camera;
+  answer["base_T_cam"] = setup.base_T_cam;
+  answer["metadata"] = setup.metadata;
+  return answer;
+}
+
+py::dict attachments_of(Recording& recording) {
+  py::dict answer;
+  check(recording.log->visit_attachments([&](const MessageLog::Attachment& attachment) -> Status {
+    answer[py::str(attachment.name)] =
+        py::bytes(reinterpret_cast<const char*>(attachment.data.data()), attachment.data.size());
+    return {};
+  }));
+  return answer;
+}
+
+std::vector<std::string> problems_of(const Recording& recording) {
+  std::vector<std::string> words;
+  for (const LogProblem& problem : recording.log->problems()) words.push_back(to_string(problem.error));
+  return words;
+}
+
+/// A recorder that knows when it is closed.
+class Writer {
+ public:
+  explicit Writer(const std::string& path)
+      : recorder_(
+            value_of(SampleRecorder::open(value_of(create_file(path)), {.library = "waymark python"}))) {}
+
+  void add(const Sample& sample) { check(open().add(sample)); }
+  void add_camera(std::int64_t stamp_ns, const CameraModel& camera, const SE3& base_T_cam,
+                  const std::string& name) {
+    check(open().add_camera(SensorTime(Duration(stamp_ns)), camera, base_T_cam, name));
+  }
+  void add_metadata(const std::string& name, const std::map<std::string, std::string>& values) {
+    check(open().add_metadata(name, values));
+  }
+  void add_attachment(const std::string& name, const std::string& media_type, const std::string& data) {
+    check(open().add_attachment(name, media_type, {}, data));
+  }
+  void close() {
+    if (!recorder_) return;
+    SampleRecorder closing = std::move(*recorder_);
+    recorder_.reset();
+    check(closing.close());
+  }
+
+ private:
+  SampleRecorder& open() {
+    if (!recorder_) throw py::value_error("the recording is closed");
+    return *recorder_;
+  }
+  std::optional<SampleRecorder> recorder_;
+};
+
+void bind_writer(py::module_& m) {
+  py::class_<Writer> writer(m, "Writer",
+                            "Writes samples as ROS 2 messages into a new MCAP file "
+                            "(docs/formats/recording.md). Use it in a with statement.");
+  writer.def(py::init<const std::string&>(), py::arg("path"),
+             "A new file; raises Unwritable where one stands already.");
+  writer.def("add", &Writer::add, py::arg("sample"), "A sample; its stamp is the log time.");
+  writer.def("add_camera", &Writer::add_camera, py::arg("stamp_ns"), py::arg("camera"), py::arg("base_T_cam"),
+             py::arg("name") = "cam",
+             "The lens and the mounting (SE3) of a camera; before its first picture.");
+  writer.def("add_metadata", &Writer::add_metadata, py::arg("name"), py::arg("values"),
+             "Facts about the recording, words by words.");
+  writer.def("add_attachment", &Writer::add_attachment, py::arg("name"), py::arg("media_type"),
+             py::arg("data"), "A file inside the recording.");
+  writer.def("close", &Writer::close, "Ends the file with its summary. Again: nothing happens.");
+  writer.def("__enter__", [](const py::object& self) { return self; });
+  writer.def("__exit__", [](Writer& self, const py::args&) { self.close(); });
+}
+
+}  // namespace
+
+void bind_recording(py::module_& m) {
+  m.doc() = "Recordings: MCAP, rosbag2, ROS 1 bags, LCM logs and CSV tables read, MCAP written.";
+  py::class_<LogReader>(m, "Iterator",
+                        "Messages or samples of a recording, read ahead by a thread as they are asked for.")
+      .def("__iter__", [](const py::object& self) { return self; })
+      .def("__next__", &LogReader::next)
+      .def("close", &LogReader::close, "Ends the reading. Again: nothing happens.");
+  const auto topics = py::arg("topics") = py::none();
+  const auto from = py::arg("from_ns") = py::none();
+  const auto to = py::arg("to_ns") = py::none();
+  py::class_<Recording> recording(m, "Recording",
+                                  "A recording of any format. Iterating over it gives its samples.");
+  recording.def(py::init(&open_recording), py::arg("path"),
+                "Recognised by its first bytes; raises NotFound or Unreadable.");
+  recording.def_readonly("path", &Recording::path);
+  recording.def_property_readonly(
+      "channels", &channels_of,
+      "A dictionary of topic, type, encoding and number of messages for each channel.");
+  recording.def_property_readonly("summary", &summary_of, "Format, times [ns] and size.");
+  recording.def_property_readonly(
+      "setup", &setup_of,
+      "camera (CameraModel), base_T_cam (SE3) and metadata, None where it does not know them.");
+  recording.def_property_readonly("attachments", &attachments_of, "The files inside it, bytes by name.");
+  recording.def_property_readonly("problems", &problems_of, "Damage and traps, in words.");
+  recording.def(
+      "samples",
+      [](const Recording& r, const std::optional<std::set<std::string>>& names,
+         std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
+        return LogReader::samples(r.path, selection_of(names, first, last));
+      },
+      topics, from, to, "Iterator of the samples, in order of time; log times in [from_ns, to_ns).");
+  recording.def(
+      "messages",
+      [](const Recording& r, const std::optional<std::set<std::string>>& names,
+         std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
+        return LogReader::messages(r.path, selection_of(names, first, last));
+      },
+      topics, from, to, "Iterator of (topic, type, log time [ns], bytes as they lie in the file).");
+  recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}); });
+  bind_writer(m);
+}
+
+}  // namespace waymark::python

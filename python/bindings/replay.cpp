@@ -1,0 +1,185 @@
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/detector.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/options.hpp"
+#include "python/bindings/rooms.hpp"
+#include "waymark/jobs/replay_setup.hpp"
+#include "waymark/runtime/replay_session.hpp"
+#include "waymark/runtime/robot_loop.hpp"
+#include "waymark/runtime/step_robot.hpp"
+
+namespace waymark::python {
+namespace {
+
+const char* word_of(ReplayState state) {
+  switch (state) {
+    case ReplayState::Waiting:
+      return "waiting";
+    case ReplayState::Refused:
+      return "refused";
+    case ReplayState::Driving:
+      return "driving";
+    case ReplayState::AtStation:
+      return "at_station";
+    case ReplayState::Stopped:
+      return "stopped";
+    case ReplayState::Finished:
+      return "finished";
+    case ReplayState::Incomplete:
+      return "incomplete";
+  }
+  return "unknown";
+}
+
+/// What drive() is given.
+struct Drive {
+  MapFolder folder{};
+  std::unique_ptr<Replayer> replayer{};
+  double timeout_s = 600;
+  double period_s = 0.05;
+  const PythonDetector* detector = nullptr;
+};
+
+ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
+                       const std::string& controller) {
+  ReplayerSetup setup;
+  setup.replay.laps = laps;
+  setup.method = value_of(parse_localization_method(method));
+  setup.replay.controller = value_of(parse_controller(controller));
+  const auto section = [&](const char* name, auto& options) {
+    const py::object found = take(given, name);
+    if (found.is_none()) return;
+    if (!PyDict_Check(found.ptr())) refuse(name, "options are a dictionary", "Write {'key': value}.");
+    update_options(options, found);
+  };
+  section("filter", setup.filter);
+  section("follower", setup.replay.follower);
+  section("pursuit", setup.replay.pursuit);
+  section("profile", setup.replay.profile);
+  section("safety", setup.replay.safety);
+  section("watch", setup.replay.watch);
+  for (const auto& [name, value] : given)
+    throw py::type_error("drive() has no keyword '" + std::string(py::str(name)) + "'");
+  return setup;
+}
+
+/// Asks the Python robot for what its sensors measured in one period.
+StepRobot::Step step_of(const py::object& robot, PendingException& pending) {
+  return [&](const VelocityCommand& command, SensorTime now) -> Result<std::vector<Sample>> {
+    const py::gil_scoped_acquire acquire;
+    return pending.guard([&]() -> Result<std::vector<Sample>> {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      const py::object samples =
+          robot.attr("step")(command.speed_m_s, command.yaw_rate_rad_s, now.time_since_epoch().count());
+      std::vector<Sample> list;
+      for (const py::handle& sample : py::iter(samples)) list.push_back(py::cast<Sample>(sample));
+      return list;
+    });
+  };
+}
+
+ReplayListener listener_of(const py::object& on_step, PendingException& pending) {
+  ReplayListener listener;
+  if (on_step.is_none()) return listener;
+  listener.on_step = [&](SensorTime now, const ReplayStep& step) -> Status {
+    const py::gil_scoped_acquire acquire;
+    return pending.guard([&]() -> Status {
+      on_step(now.time_since_epoch().count(), step);
+      return {};
+    });
+  };
+  return listener;
+}
+
+Result<ReplayEnd> run(const Drive& drive, const py::object& robot, const py::object& on_step,
+                      PendingException& pending) {
+  StepRobot stepped(step_of(robot, pending), Duration(static_cast<std::int64_t>(drive.period_s * 1e9)));
+  ReplaySession session(*drive.replayer, listener_of(on_step, pending));
+  PictureSearch search;
+  if (drive.detector != nullptr) {
+    const RobotDescription& described = *drive.folder.robot;
+    search = {.finder = &drive.detector->finder,
+              .cameras = {{described.camera_name, described.camera, described.model.base_T_cam}}};
+  }
+  RobotLoop loop(stepped, stepped, stepped.pacing(), std::move(search), {.timeout_s = drive.timeout_s});
+  const auto driven = loop.drive(session.listener());
+  if (!driven) return tl::unexpected(driven.error());
+  return session.end(*driven);
+}
+
+py::dict dict_of(const ReplayEnd& end) {
+  py::dict answer;
+  answer["finished"] = end.finished;
+  answer["state"] = word_of(end.state);
+  answer["reason"] = end.reason;
+  answer["given_up"] = end.given_up;
+  answer["timed_out"] = end.timed_out;
+  answer["driven_m"] = end.driven_m;
+  answer["stops"] = end.stops;
+  answer["frames"] = end.frames;
+  answer["lap_s"] = end.lap_s;
+  return answer;
+}
+
+py::dict drive_robot(const std::string& map, const py::object& robot, const std::string& route, double laps,
+                     const std::string& method, const std::string& controller, double timeout_s,
+                     double period_s, const PythonDetector* detector, const py::object& on_step,
+                     const py::kwargs& given) {
+  if (!py::hasattr(robot, "step"))
+    throw py::type_error("a robot has a method step(speed_m_s, yaw_rate_rad_s, now_ns)");
+  if (!(period_s >= 0.001 && period_s <= 1)) refuse("period_s", "not a period from 0.001 to 1 s");
+  Drive drive{.folder = value_of(read_map_folder(map, route)),
+              .timeout_s = timeout_s,
+              .period_s = period_s,
+              .detector = detector};
+  drive.replayer = value_of(make_replayer(drive.folder, setup_of(given, laps, method, controller)));
+  PendingException pending;
+  Result<ReplayEnd> end;
+  {
+    const py::gil_scoped_release release;
+    end = run(drive, robot, on_step, pending);
+  }
+  pending.rethrow();
+  return dict_of(value_of(std::move(end)));
+}
+
+}  // namespace
+
+void bind_replay(py::module_& m) {
+  m.doc() = "Drives a robot of one's own along a route (docs/concepts/replay.md).";
+  py::class_<ReplayStep> step(m, "ReplayStep", "What is sent to the robot, and why.");
+  step.def_property_readonly("state", [](const ReplayStep& s) { return word_of(s.state); });
+  step.def_property_readonly(
+      "speed_m_s", [](const ReplayStep& s) { return s.command.speed_m_s; }, "[m/s]");
+  step.def_property_readonly(
+      "yaw_rate_rad_s", [](const ReplayStep& s) { return s.command.yaw_rate_rad_s; }, "[rad/s]");
+  step.def_readonly("reason", &ReplayStep::reason, "Of a refusal, a stop, or a pause; else None.");
+  step.def_readonly("estimate", &ReplayStep::estimate, "LocalizationEstimate; None before the first.");
+  step.def_readonly("driven_m", &ReplayStep::driven_m, "Along the route since the start [m].");
+  m.def("drive", &drive_robot, py::arg("map"), py::arg("robot"), py::arg("route") = "", py::arg("laps") = 1.0,
+        py::arg("method") = "riekf", py::arg("controller") = "follower", py::arg("timeout_s") = 600.0,
+        py::arg("period_s") = 0.05, py::arg("detector") = static_cast<const PythonDetector*>(nullptr),
+        py::arg("on_step") = py::none(),
+        ("Lets a robot repeat the route of a map's folder. robot.step(speed_m_s, yaw_rate_rad_s, now_ns) "
+         "obeys the command for one period "
+         "and returns the samples that its sensors measured until now_ns (TagFrame, or CameraFrame where a "
+         "detector is given; Odometry; "
+         "ImuSample; LaserScan). on_step(now_ns, ReplayStep) sees every decision. However the drive ends, "
+         "the last command is zero; an "
+         "exception of the robot or of on_step ends it and is raised again. Gives a dictionary: finished, "
+         "state, reason, driven_m, stops, "
+         "frames, lap_s. Dictionaries of options: filter, follower, pursuit, profile, watch, "
+         "safety:\n\nfollower:\n" +
+         options_help<FollowerOptions>() + "pursuit:\n" + options_help<PurePursuitOptions>() + "safety:\n" +
+         options_help<SafetyOptions>())
+            .c_str());
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <optional>
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/rooms.hpp"
+#include "python/bindings/tag_ids.hpp"
+#include "python/bindings/values.hpp"
+#include "waymark/samples/corners.hpp"
+#include "waymark/samples/robot_samples.hpp"
+
+namespace waymark::python {
+namespace {
+
+/// The corners where they lie in the detection, (4, 2).
+py::array_t<double> corners_view(const py::object& self) {
+  auto& detection = py::cast<TagDetection&>(self);
+  return py::array_t<double>({4, 2}, detection.corners_px[0].data(), self);
+}
+
+void set_corners(TagDetection& detection, const py::object& corners) {
+  const Eigen::Matrix<double, 4, 2> px = matrix_of<4, 2>(corners, "corners_px");
+  for (int i = 0; i < 4; ++i) detection.corners_px[static_cast<std::size_t>(i)] = px.row(i);
+}
+
+py::object corner_covariance(const TagDetection& detection) {
+  if (!detection.corner_covariance_px2) return py::none();
+  return to_array(*detection.corner_covariance_px2);
+}
+
+void set_corner_covariance(TagDetection& detection, const py::object& covariance) {
+  detection.corner_covariance_px2.reset();
+  if (!covariance.is_none())
+    detection.corner_covariance_px2 = matrix_of<8, 8>(covariance, "corner_covariance_px2");
+}
+
+template <class T>
+void def_tag(py::class_<T>& cls) {
+  cls.def_property(
+      "tag", [](const T& value) { return to_string(value.tag); },
+      [](T& value, const py::object& tag) { value.tag = tag_of(tag); },
+      "Name of the tag, such as 'tag36h11:7'; a number means that of tag36h11.");
+}
+
+void bind_detection(py::module_& m) {
+  py::class_<TagDetection> cls(m, "TagDetection", "One tag in one image.");
+  def_tag(cls);
+  cls.def_property_readonly(
+      "id", [](const TagDetection& d) { return d.tag.number; }, "Number of the tag in its family.");
+  cls.def_readwrite("hamming", &TagDetection::hamming, "Bits corrected.");
+  cls.def_readwrite("decision_margin", &TagDetection::decision_margin,
+                    "Mean distance of the data bits from the threshold of black and white [grey levels].");
+  cls.def_property("corners_px", &corners_view, &set_corners,
+                   "TL, TR, BR, BL of the printed tag, (4, 2) [px], centres of pixels at + 1/2; the "
+                   "detection's own memory.");
+  cls.def_property("corner_covariance_px2", &corner_covariance, &set_corner_covariance,
+                   "(8, 8) of x0 y0 x1 y1 … [px^2]; None when it is not known.");
+  cls.def_property_readonly(
+      "center_px", [](const TagDetection& d) { return to_array(center_px(d.corners_px)); },
+      "Where the diagonals cross, (2,) [px].");
+  cls.def_property_readonly(
+      "side_px", [](const TagDetection& d) { return mean_side_px(d.corners_px); },
+      "Mean length of the sides [px].");
+  finish_value(cls, {"tag", "hamming", "decision_margin", "corners_px", "corner_covariance_px2"});
+  def_keyword_init(cls);
+}
+
+void bind_camera_samples(py::module_& m) {
+  py::class_<TagFrame> tags(m, "TagFrame", "The tags of one picture; an empty list: none was seen.");
+  def_stamp(tags);
+  tags.def_readwrite("camera", &TagFrame::camera, "Name of the camera.");
+  tags.def_readwrite("detections", &TagFrame::detections,
+                     "List of TagDetection; a copy: assign a list to change it.");
+  finish_value(tags, {"stamp_ns", "camera", "detections"});
+  def_keyword_init(tags);
+
+  py::class_<CameraFrame> picture(m, "CameraFrame", "A grey picture.");
+  def_stamp(picture);
+  picture.def_readwrite("camera", &CameraFrame::camera, "Name of the camera.");
+  picture.def_property_readonly(
+      "image",
+      [](const py::object& self) -> py::array {
+        auto& frame = py::cast<CameraFrame&>(self);
+        if (frame.image.empty()) return py::array_t<std::uint8_t>({0, 0});
+        return py::array_t<std::uint8_t>({frame.image.height(), frame.image.width()}, frame.image.row(0),
+                                         self);
+      },
+      "(height, width) uint8; the frame's own memory.");
+  picture.def(py::init([](std::int64_t stamp_ns, const py::object& image, std::string camera) {
+                const ImageView view = image_view(image);
+                CameraFrame frame{.stamp = SensorTime(Duration(stamp_ns)),
+                                  .camera = std::move(camera),
+                                  .image = Image(view.width, view.height)};
+                for (int y = 0; y < view.height; ++y)
+                  std::copy_n(view.row(y), view.width, frame.image.row(y));
+                return frame;
+              }),
+              py::arg("stamp_ns"), py::arg("image"), py::arg("camera") = "cam",
+              "Copies a picture (height, width) of uint8.");
+  finish_value(picture, {"stamp_ns", "camera", "image"});
+
+  py::class_<SeenTagPose> seen(m, "SeenTagPose",
+                               "A tag as a robot's own software placed it before the camera.");
+  def_tag(seen);
+  seen.def_readwrite("cam_T_tag", &SeenTagPose::cam_T_tag,
+                     "SE3; tag frame: centre, x right, y down, z into the tag.");
+  finish_value(seen, {"tag", "cam_T_tag"});
+  def_keyword_init(seen);
+  py::class_<TagPoseFrame> poses(m, "TagPoseFrame", "The poses of the tags of one picture.");
+  def_stamp(poses);
+  poses.def_readwrite("camera", &TagPoseFrame::camera);
+  poses.def_readwrite("tags", &TagPoseFrame::tags,
+                      "List of SeenTagPose; a copy: assign a list to change it.");
+  finish_value(poses, {"stamp_ns", "camera", "tags"});
+  def_keyword_init(poses);
+}
+
+void bind_motion_samples(py::module_& m) {
+  py::class_<Odometry> odometry(m, "Odometry",
+                                "Where the wheels say the robot went since it was switched on.");
+  def_stamp(odometry);
+  odometry.def_readwrite("odom_T_base", &Odometry::odom_T_base, "SE2 [m, rad].");
+  odometry.def_readwrite("speed_m_s", &Odometry::speed_m_s, "Along base x [m/s].");
+  odometry.def_readwrite("yaw_rate_rad_s", &Odometry::yaw_rate_rad_s, "About base z [rad/s].");
+  finish_value(odometry, {"stamp_ns", "odom_T_base", "speed_m_s", "yaw_rate_rad_s"});
+  def_keyword_init(odometry);
+
+  py::class_<WheelTicks> wheels(m, "WheelTicks",
+                                "How far each side's wheels have turned since the robot was switched on.");
+  def_stamp(wheels);
+  wheels.def_readwrite("left_rad", &WheelTicks::left_rad, "[rad]");
+  wheels.def_readwrite("right_rad", &WheelTicks::right_rad, "[rad]");
+  finish_value(wheels, {"stamp_ns", "left_rad", "right_rad"});
+  def_keyword_init(wheels);
+
+  py::class_<ImuSample> imu(m, "ImuSample", "Yaw rate and specific force in base axes.");
+  def_stamp(imu);
+  imu.def_property(
+      "angular_velocity_rad_s", [](const ImuSample& s) { return to_array(s.angular_velocity_rad_s); },
+      [](ImuSample& s, const py::object& v) {
+        s.angular_velocity_rad_s = matrix_of<3, 1>(v, "angular_velocity_rad_s");
+      },
+      "(3,) [rad/s]");
+  imu.def_property(
+      "linear_acceleration_m_s2", [](const ImuSample& s) { return to_array(s.linear_acceleration_m_s2); },
+      [](ImuSample& s, const py::object& v) {
+        s.linear_acceleration_m_s2 = matrix_of<3, 1>(v, "linear_acceleration_m_s2");
+      },
+      "(3,) [m/s^2]");
+  finish_value(imu, {"stamp_ns", "angular_velocity_rad_s", "linear_acceleration_m_s2"});
+  def_keyword_init(imu);
+
+  py::class_<StampedCommand> command(m, "StampedCommand", "A command as it was given.");
+  def_stamp(command);
+  command.def_property(
+      "speed_m_s", [](const StampedCommand& c) { return c.command.speed_m_s; },
+      [](StampedCommand& c, double v) { c.command.speed_m_s = v; }, "[m/s]");
+  command.def_property(
+      "yaw_rate_rad_s", [](const StampedCommand& c) { return c.command.yaw_rate_rad_s; },
+      [](StampedCommand& c, double v) { c.command.yaw_rate_rad_s = v; }, "[rad/s]");
+  finish_value(command, {"stamp_ns", "speed_m_s", "yaw_rate_rad_s"});
+  def_keyword_init(command);
+
+  py::class_<TruthPose> truth(m, "TruthPose", "What only a simulator or a motion capture system knows.");
+  def_stamp(truth);
+  truth.def_readwrite("map_T_base", &TruthPose::map_T_base, "SE3 [m, rad].");
+  finish_value(truth, {"stamp_ns", "map_T_base"});
+  def_keyword_init(truth);
+}
+
+void bind_other_samples(py::module_& m) {
+  py::class_<RangeBearing> range(m, "RangeBearing", "Distance and direction of a landmark with a number.");
+  def_stamp(range);
+  range.def_readwrite("landmark", &RangeBearing::landmark);
+  range.def_readwrite("range_m", &RangeBearing::range_m, "[m]");
+  range.def_readwrite("bearing_rad", &RangeBearing::bearing_rad,
+                      "Counter-clockwise from the sensor's x axis [rad].");
+  finish_value(range, {"stamp_ns", "landmark", "range_m", "bearing_rad"});
+  def_keyword_init(range);
+
+  py::class_<LaserScan> scan(m, "LaserScan", "One turn of a planar lidar.");
+  def_stamp(scan);
+  scan.def_readwrite("angle_min_rad", &LaserScan::angle_min_rad, "Direction of the first ray [rad].");
+  scan.def_readwrite("angle_increment_rad", &LaserScan::angle_increment_rad, "From ray to ray [rad].");
+  scan.def_readwrite("time_increment_s", &LaserScan::time_increment_s, "From ray to ray [s].");
+  scan.def_readwrite("range_min_m", &LaserScan::range_min_m, "[m]");
+  scan.def_readwrite("range_max_m", &LaserScan::range_max_m, "[m]");
+  scan.def_property(
+      "ranges_m",
+      [](const LaserScan& s) {
+        return py::array_t<float>(static_cast<py::ssize_t>(s.ranges_m.size()), s.ranges_m.data());
+      },
+      [](LaserScan& s, const py::object& ranges) {
+        const Doubles given = doubles(ranges, "ranges_m", {-1}, Numbers::Any);
+        s.ranges_m.resize(static_cast<std::size_t>(given.size()));
+        std::transform(given.data(), given.data() + given.size(), s.ranges_m.begin(),
+                       [](double r) { return static_cast<float>(r); });
+      },
+      "(rays,) float32 [m]; infinite where nothing was in range.");
+  finish_value(scan, {"stamp_ns", "angle_min_rad", "angle_increment_rad", "time_increment_s", "range_min_m",
+                      "range_max_m", "ranges_m"});
+  def_keyword_init(scan);
+
+  py::class_<GamepadState> pad(m, "GamepadState", "Sticks and buttons of a gamepad.");
+  def_stamp(pad);
+  pad.def_readwrite("axes", &GamepadState::axes, "-1 to 1; a copy.");
+  pad.def_readwrite("buttons", &GamepadState::buttons, "1 pressed; a copy.");
+  finish_value(pad, {"stamp_ns", "axes", "buttons"});
+  def_keyword_init(pad);
+}
+
+}  // namespace
+
+void bind_samples(py::module_& m) {
+  m.doc() =
+      "What robots send: plain values with a stamp in nanoseconds on the clock of the sensor. All are made "
+      "by keywords, compare, "
+      "copy and pickle.";
+  bind_detection(m);
+  bind_camera_samples(m);
+  bind_motion_samples(m);
+  bind_other_samples(m);
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,128 @@
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "python/bindings/arrays.hpp"
+#include "python/bindings/errors.hpp"
+#include "python/bindings/options.hpp"
+#include "python/bindings/rooms.hpp"
+#include "python/bindings/simulator.hpp"
+#include "python/bindings/tag_ids.hpp"
+#include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/simulation/photograph.hpp"
+
+namespace waymark::python {
+namespace {
+
+py::dict dict_of(const TagTruth& truth) {
+  py::dict answer;
+  answer["tag"] = to_string(truth.tag);
+  answer["cam_T_tag"] = truth.cam_T_tag;
+  answer["size_m"] = truth.size_m;
+  answer["corners_px"] = py::array_t<double>({4, 2}, truth.corners_px[0].data());
+  answer["size_px"] = truth.size_px;
+  answer["tilt_rad"] = truth.tilt_rad;
+  answer["visible_fraction"] = truth.visible_fraction;
+  return answer;
+}
+
+py::tuple take_photograph(const CameraModel& camera, const py::iterable& tags, std::uint64_t seed,
+                          const py::kwargs& given) {
+  const auto options = options_of<PhotographOptions>(given);
+  PhotographScene scene;
+  for (const py::handle& entry : tags) {
+    const auto tag = py::cast<py::tuple>(entry);
+    if (tag.size() != 3) refuse("tags", "an entry is not (tag, cam_T_tag, size_m)");
+    scene.tags.push_back(
+        {.tag = tag_of(tag[0]), .cam_T_tag = py::cast<SE3>(tag[1]), .size_m = py::cast<double>(tag[2])});
+  }
+  Result<Photograph> taken;
+  {
+    const py::gil_scoped_release release;
+    Random random(seed);
+    taken = photograph(camera, scene, options, random);
+  }
+  Photograph picture = value_of(std::move(taken));
+  py::list truths;
+  for (const TagTruth& truth : picture.tags) truths.append(dict_of(truth));
+  return py::make_tuple(to_array(std::move(picture.image)), truths);
+}
+
+/// The samples of a lap that a script drives on the world's line.
+std::vector<Sample> scripted_lap(const World& world, const RobotDescription& robot, std::uint64_t seed,
+                                 const py::kwargs& given) {
+  SimulatedSetup setup{
+      .world = world, .model = robot.model, .camera = robot.camera, .robot = robot.simulation};
+  setup.camera_name = robot.camera_name;
+  setup.more_cameras = robot.more_cameras;
+  setup.robot.seed = seed;
+  update_options(setup.robot, given);
+  std::vector<Sample> samples;
+  Result<LapEnd> end;
+  {
+    const py::gil_scoped_release release;
+    LapListener listener;
+    listener.on_sample = [&](const Sample& sample) -> Status {
+      samples.push_back(sample);
+      return {};
+    };
+    end = drive_scripted_lap(setup, {}, listener);
+  }
+  (void)value_of(std::move(end));
+  return samples;
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& m) {
+  m.doc() =
+      "Simulated worlds, robots and cameras; only a simulation knows the truth "
+      "(docs/concepts/simulation.md).";
+  const std::string options = options_help<SimulatedRobotOptions>();
+  m.def("photograph", &take_photograph, py::arg("camera"), py::arg("tags"), py::arg("seed") = 1,
+        ("A still photograph of tags (tag, cam_T_tag, size_m): the picture (height, width) uint8, and what "
+         "is true of each tag as a "
+         "dictionary. Options by keyword:\n\n" +
+         options_help<PhotographOptions>())
+            .c_str());
+  m.def("scripted_lap", &scripted_lap, py::arg("world"), py::arg("robot"), py::arg("seed") = 1,
+        ("The samples of a lap that a script drives on the world's line, tags without pictures, the truth "
+         "among them. Options of the "
+         "robot by keyword, over those of its description:\n\n" +
+         options)
+            .c_str());
+  py::class_<Simulator> simulator(
+      m, "Simulator",
+      "A robot in a world whose time passes only when it is asked. It stops by itself when commands cease.");
+  simulator.def(py::init([](const World& world, const RobotDescription& robot, std::uint64_t seed,
+                            bool pictures, const std::optional<SE2>& start, const py::kwargs& given) {
+                  SimulatedRobotOptions simulated = robot.simulation;
+                  simulated.seed = seed;
+                  update_options(simulated, given);
+                  check(waymark::check(simulated));
+                  return std::make_unique<Simulator>(world, robot, simulated, pictures, start);
+                }),
+                py::arg("world"), py::arg("robot"), py::arg("seed") = 1, py::arg("pictures") = false,
+                py::arg("start") = py::none(),
+                ("With pictures=True the camera gives CameraFrame, else TagFrame. start: SE2 in map; None: "
+                 "where the world's line begins. "
+                 "Options of the robot by keyword, over those of its description:\n\n" +
+                 options)
+                    .c_str());
+  simulator.def("next", &Simulator::next, "The next sample of any sensor; the time passes until then.");
+  simulator.def("advance", &Simulator::advance, py::arg("seconds"),
+                "The samples of the next seconds as a list.");
+  simulator.def("command", &Simulator::command, py::arg("speed_m_s"), py::arg("yaw_rate_rad_s"),
+                "Acts from now on, until the watchdog's time is over.");
+  simulator.def_property_readonly("now_ns", &Simulator::now_ns, "The robot's clock [ns].");
+  simulator.def_property_readonly("true_map_T_base", &Simulator::truth,
+                                  "SE2; for whoever judges, never for an estimator.");
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,65 @@
+#include "python/bindings/simulator.hpp"
+
+#include <cmath>
+
+#include "python/bindings/errors.hpp"
+#include "waymark/simulation/path.hpp"
+
+namespace waymark::python {
+namespace {
+
+constexpr double kPathStep_m = 0.02;
+constexpr double kMostAdvance_s = 3600;
+
+SE2 start_of(const World& world, const std::optional<SE2>& start) {
+  if (start) return *start;
+  const auto path = sample_path(world.path_m, world.path_closed, kPathStep_m);
+  if (path.empty()) refuse("start", "the world has no line to start on", "Give start=SE2(x, y, yaw).");
+  return path.front().map_T_path;
+}
+
+std::vector<MountedCamera> cameras_of(const RobotDescription& robot) {
+  std::vector<MountedCamera> cameras{{robot.camera_name, robot.camera, robot.model.base_T_cam}};
+  cameras.insert(cameras.end(), robot.more_cameras.begin(), robot.more_cameras.end());
+  return cameras;
+}
+
+}  // namespace
+
+Simulator::Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,
+                     bool pictures, const std::optional<SE2>& start) {
+  const std::vector<MountedCamera> cameras = cameras_of(robot);
+  robot_ = std::make_unique<SimulatedRobot>(world, robot.model, cameras, start_of(world, start), options,
+                                            pictures ? CameraOutput::Shots : CameraOutput::Corners);
+  if (pictures) camera_ = value_of(DetectingCamera::make(std::make_shared<const World>(world), cameras, {}));
+}
+
+Sample Simulator::next() {
+  Result<RenderedFrame> taken;
+  Sample sample;
+  {
+    const py::gil_scoped_release release;
+    sample = robot_->next();
+    auto* frame = std::get_if<CameraFrame>(&sample);
+    if (frame == nullptr || !camera_) return sample;
+    taken = camera_->take(robot_->shot());
+  }
+  std::get<CameraFrame>(sample).image = value_of(std::move(taken)).image;
+  return sample;
+}
+
+std::vector<Sample> Simulator::advance(double seconds) {
+  if (!(seconds >= 0 && seconds <= kMostAdvance_s)) refuse("seconds", "not a time from 0 to 3600 s");
+  const std::int64_t end = now_ns() + std::llround(seconds * 1e9);
+  std::vector<Sample> samples;
+  while (now_ns() < end) samples.push_back(next());
+  return samples;
+}
+
+void Simulator::command(double speed_m_s, double yaw_rate_rad_s) {
+  if (!std::isfinite(speed_m_s) || !std::isfinite(yaw_rate_rad_s))
+    refuse("command", "a number is not finite");
+  check(robot_->command({speed_m_s, yaw_rate_rad_s}));
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include <pybind11/pybind11.h>
+
+#include "python/bindings/errors.hpp"
+#include "waymark/families/family.hpp"
+
+namespace waymark::python {
+
+/// A tag as Python names it: "tag36h11:7", or a number of tag36h11.
+[[nodiscard]] inline TagId tag_of(const py::handle& tag) {
+  if (PyUnicode_Check(tag.ptr())) return value_of(parse_tag_id(py::cast<std::string>(tag)));
+  if (PyIndex_Check(tag.ptr()) && !PyBool_Check(tag.ptr()))
+    return value_of(parse_tag_id("tag36h11:" + std::string(py::str(tag))));
+  refuse("tag", "a tag is named by a string or a number", "Write 'tag36h11:7', or 7 for that of tag36h11.");
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,30 @@
+#include "python/bindings/values.hpp"
+
+#include <algorithm>
+
+#include <pybind11/stl.h>
+
+#include "waymark/base/suggest.hpp"
+
+namespace waymark::python {
+void finish_value(const py::object& cls, const std::vector<std::string>& names) {
+  const py::module_ shared = py::module_::import("waymark._same");
+  py::setattr(cls, "_fields", py::tuple(py::cast(names)));
+  py::setattr(cls, "__repr__", shared.attr("repr_of"));
+  py::setattr(cls, "__eq__", shared.attr("equals"));
+  py::setattr(cls, "__reduce__", shared.attr("reduce"));
+  py::setattr(cls, "__hash__", py::none());
+}
+
+void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given) {
+  const auto names = py::cast<std::vector<std::string>>(cls.attr("_fields"));
+  for (const auto& [name, value] : given) {
+    const auto word = py::cast<std::string>(name);
+    if (std::find(names.begin(), names.end(), word) == names.end())
+      throw py::type_error(py::cast<std::string>(cls.attr("__name__")) + " has no '" + word + "'. " +
+                           suggestion(word, names));
+    py::setattr(self, name, value);
+  }
+}
+
+}  // namespace waymark::python

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <pybind11/pybind11.h>
+
+#include "waymark/base/time.hpp"
+
+namespace waymark::python {
+
+namespace py = pybind11;
+
+/// Gives a class of plain values its repr(), ==, copy and pickle from the names of its attributes, in order.
+void finish_value(const py::object& cls, const std::vector<std::string>& names);
+
+/// Sets the attributes that the keywords name; TypeError for one that is not among `names`.
+void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given);
+
+/// `Class(name=value, …)` for a struct with a default for everything.
+template <class T, class... Extra>
+void def_keyword_init(py::class_<T, Extra...>& cls) {
+  cls.def(py::init([cls_ptr = cls.ptr()](const py::kwargs& given) {
+    auto value = std::make_unique<T>();
+    {
+      const py::object self = py::cast(value.get(), py::return_value_policy::reference);
+      set_attributes(self, py::reinterpret_borrow<py::object>(cls_ptr), given);
+    }  // the reference is gone before the value gets its owner
+    return value;
+  }));
+}
+
+/// The attribute stamp_ns of a struct with a `stamp`: nanoseconds on the clock of the sensor.
+template <class T, class... Extra>
+void def_stamp(py::class_<T, Extra...>& cls) {
+  cls.def_property(
+      "stamp_ns", [](const T& value) { return value.stamp.time_since_epoch().count(); },
+      [](T& value, std::int64_t ns) { value.stamp = SensorTime(Duration(ns)); },
+      "Time of the measurement on the clock of the sensor [ns]; of a camera the middle of the exposure.");
+}
+
+}  // namespace waymark::python

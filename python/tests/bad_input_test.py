@@ -1,0 +1,266 @@
+#!/usr/bin/python3
+"""Bad input gives clear exceptions and never a crash: arrays, options, closed objects, callbacks, threads, pickles, fork.
+
+usage: bad_input_test.py PROGRAM     (PYTHONPATH names the package)
+"""
+import os
+import pathlib
+import pickle
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+
+from waymark import camera, config, errors, families, geometry, localization, mapping, recording, replay, samples, simulation, tags
+
+PROGRAM = sys.argv.pop(1)
+LENS = camera.pinhole(320, 240, 300, 300, 160, 120)
+
+
+class Arrays(unittest.TestCase):
+    def refused(self, image, *words):
+        with self.assertRaises(errors.InvalidArgument) as raised:
+            tags.Detector().detect(image)
+        self.assertEqual(raised.exception.key, "image")
+        for word in words:
+            self.assertIn(word, str(raised.exception))
+
+    def test_pictures_that_are_none(self):
+        grey = np.zeros((40, 60), np.uint8)
+        self.refused(grey.astype(float), "float64", "uint8")
+        self.refused(np.zeros((40, 60, 3), np.uint8), "(40, 60, 3)", "grey")
+        self.refused(grey[:, ::2], "ascontiguousarray")
+        self.refused(grey[::-1], "ascontiguousarray")
+        self.refused(np.broadcast_to(grey[0], (40, 60)), "ascontiguousarray")
+        self.refused(grey.T, "ascontiguousarray")
+        self.refused([[0, 1], [2, 3]], "list")
+        self.refused(None, "NoneType")
+        self.refused(np.array("text"), "uint8")
+
+    def test_empty_and_tiny_pictures_hold_no_tag(self):
+        for shape in ((0, 0), (0, 5), (1, 1), (3, 2), (1, 1000)):
+            self.assertEqual(tags.Detector().detect(np.zeros(shape, np.uint8)), [])
+
+    def test_numbers_that_are_none(self):
+        for matrix, word in ((np.full((4, 4), np.nan), "not finite"), (np.eye(3), "(3, 3)"), (np.eye(4) * 2, ""),
+                             (np.eye(4, dtype=complex), "complex"), ("text", ""), (np.array([object()] * 16).reshape(4, 4), "object"),
+                             (np.diag([1.0, 1, -1, 1]), "")):
+            with self.assertRaises(errors.InvalidArgument) as raised:
+                geometry.SE3.from_matrix(matrix)
+            self.assertIn(word, str(raised.exception))
+        with self.assertRaises(errors.InvalidArgument):
+            geometry.SE3.exp([1, 2, 3])
+        with self.assertRaises(errors.InvalidArgument):
+            LENS.project(np.zeros((2, 2)))
+        self.assertTrue(np.isnan(LENS.project([np.nan, 0, 1])).all())
+        self.assertEqual(LENS.project(np.zeros((0, 3))).shape, (0, 2))
+        self.assertEqual(LENS.project(np.array([[0, 0, 1]], dtype=np.int32)).tolist(), [[160, 120]])
+        with self.assertRaises(TypeError):
+            geometry.SE2("x", 0, 0)
+
+    def test_corners_of_a_detection(self):
+        detection = samples.TagDetection(tag=7)
+        with self.assertRaises(errors.InvalidArgument):
+            detection.corners_px = np.full((4, 2), np.inf)
+        with self.assertRaises(errors.InvalidArgument):
+            detection.corners_px = np.zeros(8)
+
+
+class Words(unittest.TestCase):
+    def test_options(self):
+        for keywords, key, word in (({"quad_decimat": 2}, "quad_decimat", "quad_decimate"), ({"quad_decimate": 99}, "quad_decimate", "[1, 8]"),
+                                    ({"quad_decimate": float("nan")}, "quad_decimate", ""), ({"max_hamming": 1.5}, "max_hamming", ""),
+                                    ({"families": "tag36h11"}, "families", "list"), ({"families": ["tag99"]}, "", "tag99"),
+                                    ({"max_hamming": object()}, "max_hamming", "object"), ({"max_hamming": [[]]}, "max_hamming", ""),
+                                    ({"refinement": 3}, "refinement", "dictionary"), ({"refinement": {"x": 1}}, "x", "")):
+            with self.assertRaises(errors.InvalidArgument, msg=str(keywords)) as raised:
+                tags.Detector(**keywords)
+            self.assertIn(word, str(raised.exception))
+            self.assertIn(key, raised.exception.key)
+        tags.Detector(max_hamming=np.int64(1), quad_decimate=np.float32(2), refine_edges=np.bool_(True), families=("tag36h11",))
+
+    def test_unknown_attributes_and_tags(self):
+        with self.assertRaises(TypeError) as raised:
+            samples.Odometry(stamp=3)
+        self.assertIn("stamp_ns", str(raised.exception))
+        for tag in ("tag36h11:9999", "nothing", -1, 2**70, 1.5, None, True):
+            with self.assertRaises(errors.InvalidArgument, msg=str(tag)):
+                samples.TagDetection(tag=tag)
+        with self.assertRaises(errors.InvalidArgument):
+            families.family("tag36h12")
+        with self.assertRaises(KeyError):
+            samples.TagMap()[3]
+
+    def test_files(self):
+        with self.assertRaises(errors.NotFound) as raised:
+            recording.Recording("/nowhere.mcap")
+        self.assertIn("/nowhere.mcap", str(raised.exception))
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "camera.yaml"
+            path.write_text("image_width: 3\nfolly: 1\n")
+            with self.assertRaises(errors.WaymarkError) as raised:
+                camera.read_camera(str(path))
+            again = pickle.loads(pickle.dumps(raised.exception))
+            self.assertEqual((again.source, again.line, again.message), (str(path), raised.exception.line, raised.exception.message))
+            self.assertIsNotNone(again.line)
+        with self.assertRaises(errors.NotFound) as raised:
+            config.read_world("circuit25")
+        self.assertIn("circuit24", str(raised.exception))
+
+
+class Closed(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = os.path.join(self.folder.name, "a.mcap")
+        with recording.Writer(self.path) as writer:
+            for i in range(500):
+                writer.add(samples.Odometry(stamp_ns=i * 20_000_000))
+        self.writer = writer
+
+    def test_used_after_close(self):
+        self.writer.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            self.writer.add(samples.Odometry())
+        with self.assertRaises(errors.Unwritable):
+            recording.Writer(self.path)
+        iterator = recording.Recording(self.path).samples()
+        next(iterator)
+        iterator.close()
+        iterator.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            next(iterator)
+
+    def test_iterators_that_nobody_ends(self):
+        for _ in range(50):
+            next(recording.Recording(self.path).samples())
+        self.assertEqual(len(list(recording.Recording(self.path))), 500)
+
+    def test_damaged_recording(self):
+        data = pathlib.Path(self.path).read_bytes()
+        cut = pathlib.Path(self.folder.name) / "cut.mcap"
+        cut.write_bytes(data[: len(data) // 2])
+        damaged = recording.Recording(str(cut))
+        list(damaged)
+        self.assertFalse(damaged.summary["complete"])
+
+    def test_fork(self):
+        iterator = recording.Recording(self.path).samples()
+        next(iterator)
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                next(iterator)
+            except RuntimeError:
+                code = 0 if len(list(recording.Recording(self.path))) == 500 else 2
+            finally:
+                os._exit(code)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        self.assertEqual(len(list(iterator)), 499)
+
+    def test_wrong_samples(self):
+        with self.assertRaises(TypeError):
+            recording.Writer(self.path + "2").add("odometry")
+
+
+class Threads(unittest.TestCase):
+    def test_one_detector_in_four_threads(self):
+        pose = geometry.SE3(geometry.SO3(), [0, 0, 1])
+        picture, _ = simulation.photograph(LENS, [(5, pose, 0.2)], seed=1)
+        detector = tags.Detector()
+        expected = detector.detect(picture)
+        self.assertEqual(len(expected), 1)
+        results = []
+        threads = [threading.Thread(target=lambda: results.extend(detector.detect(picture) == expected for _ in range(10))) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(results, [True] * 40)
+
+
+class Robot:
+    """One line of kinematics that sees the tags of the map."""
+
+    def __init__(self, folder, wrong=None):
+        self.robot = config.read_robot("limo")
+        self.map = config.read_map(folder / "map.yaml")
+        x, y, yaw = config.read_route(folder / "route.yaml").points[0, :3]
+        self.at = geometry.SE2(x, y, yaw)
+        self.commands = []
+        self.wrong = wrong
+
+    def step(self, speed_m_s, yaw_rate_rad_s, now_ns):
+        self.commands.append((speed_m_s, yaw_rate_rad_s))
+        if self.wrong is not None and len(self.commands) > 40:
+            return self.wrong()
+        self.at = self.at @ geometry.SE2.exp([0.05 * speed_m_s, 0, 0.05 * yaw_rate_rad_s])
+        cam_T_map = (self.at.lift() @ self.robot.base_T_cam).inverse()
+        seen = []
+        for name in self.map:
+            corners = samples.visible_corners(self.robot.camera, cam_T_map @ self.map[name].map_T_tag, self.map[name].size_m)
+            if corners is not None:
+                seen.append(samples.TagDetection(tag=name, corners_px=corners))
+        return [samples.Odometry(stamp_ns=now_ns, odom_T_base=self.at, speed_m_s=speed_m_s, yaw_rate_rad_s=yaw_rate_rad_s),
+                samples.TagFrame(stamp_ns=now_ns, detections=seen)]
+
+
+class Callbacks(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+        path = pathlib.Path(cls.folder.name)
+        cls.lap, cls.map = str(path / "lap.mcap"), path / "map"
+        subprocess.run([PROGRAM, "teach", "--world", "circuit24", "--seed", "1", "-o", cls.lap], check=True, capture_output=True)
+        mapping.map_recording(cls.lap, str(cls.map))
+
+    def test_a_robot_of_python_repeats_the_lap(self):
+        robot = Robot(self.map)
+        states = set()
+        end = replay.drive(str(self.map), robot, on_step=lambda now, step: states.add(step.state))
+        self.assertTrue(end["finished"], end)
+        self.assertGreater(end["driven_m"], 5)
+        self.assertEqual(robot.commands[-1][0], robot.commands[-1][0])
+        self.assertIn("driving", states)
+
+    def test_a_robot_that_raises(self):
+        def raises():
+            raise KeyError("encoder")
+
+        robot = Robot(self.map, wrong=raises)
+        with self.assertRaisesRegex(KeyError, "encoder"):
+            replay.drive(str(self.map), robot)
+        for wrong in (lambda: 3, lambda: ["odometry"], lambda: None):
+            with self.assertRaises((TypeError, RuntimeError)):
+                replay.drive(str(self.map), Robot(self.map, wrong=wrong))
+        with self.assertRaises(TypeError):
+            replay.drive(str(self.map), object())
+        with self.assertRaises(TypeError):
+            replay.drive(str(self.map), Robot(self.map), speed=3)
+        with self.assertRaises(ZeroDivisionError):
+            replay.drive(str(self.map), Robot(self.map), on_step=lambda now, step: 1 / 0)
+
+    def test_a_job_that_is_interrupted_leaves_nothing(self):
+        folder = pathlib.Path(self.folder.name) / "other"
+
+        def stop(words, done, count):
+            raise KeyboardInterrupt
+
+        with self.assertRaises(KeyboardInterrupt):
+            mapping.map_recording(self.lap, str(folder), progress=stop)
+        self.assertFalse((folder / "map.yaml").exists())
+
+    def test_wrong_methods(self):
+        with self.assertRaisesRegex(errors.InvalidArgument, "riekf"):
+            localization.Localizer(config.read_map(self.map / "map.yaml"), config.read_robot("limo"), method="rieqf")
+        with self.assertRaises(errors.InvalidArgument):
+            localization.Localizer(samples.TagMap(), config.read_robot("limo"))
+
+
+if __name__ == "__main__":
+    unittest.main()

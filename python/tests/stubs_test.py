@@ -1,0 +1,62 @@
+#!/usr/bin/python3
+"""The type stubs are those of the module, and mypy finds what is wrong by them.
+
+usage: stubs_test.py SOURCE     (PYTHONPATH names the package). Exit code 77 without mypy.
+"""
+import importlib.util
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+RIGHT = """
+import numpy as np
+import waymark
+from waymark import camera, geometry, tags
+
+pose: geometry.SE3 = geometry.SE3.exp([0, 0, 1, 0, 0, 0]) @ geometry.SE3()
+lens: camera.CameraModel = camera.pinhole(640, 480, 500, 500, 320, 240)
+for detection in tags.Detector(max_hamming=1).detect(np.zeros((480, 640), np.uint8), lens):
+    number: int = detection.id
+"""
+WRONG = {
+    "geometry.SE2('a', 0, 0)": "call-overload",
+    "camera.pinhole(640, 480)": "call-arg",
+    "tags.Detector().detekt(1)": "attr-defined",
+    "number: str = geometry.SE2(0, 0, 0).yaw": "assignment",
+}
+
+
+def mypy(source):
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "program.py"
+        path.write_text(source)
+        environment = dict(os.environ, MYPYPATH=os.environ["PYTHONPATH"])
+        return subprocess.run([sys.executable, "-m", "mypy", "--no-incremental", "--cache-dir", folder, str(path)], capture_output=True, text=True,
+                              check=False, env=environment)
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    if importlib.util.find_spec("mypy") is None:
+        print("mypy is not installed (Debian: mypy)")
+        return 77
+    done = subprocess.run([sys.executable, root / "tools" / "update_python_stubs.py", "--check"], check=False)
+    if done.returncode != 0:
+        return 1
+    right = mypy(RIGHT)
+    if right.returncode != 0:
+        print(right.stdout, right.stderr)
+        return 1
+    everything = "from waymark import camera, geometry, tags\n" + "\n".join(WRONG) + "\n"
+    found = mypy(everything).stdout
+    for number, code in enumerate(WRONG.values(), start=2):
+        if not any(f"program.py:{number}:" in line and f"[{code}]" in line for line in found.splitlines()):
+            print(f"line {number} should be [{code}]:\n{everything}\n{found}")
+            return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

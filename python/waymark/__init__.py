@@ -1,0 +1,49 @@
+"""Waymark: teach a robot a route once and repeat it, from AprilTags and one camera.
+
+One module a room, with the names of the C++ library:
+
+    geometry       SO2, SE2, SO3, SE3: exp, log, adjoint, covariance
+    camera         CameraModel: project, unproject; files of calibrations
+    image          grey pictures as NumPy arrays
+    families       codes, bitmaps and Hamming distances of tag families
+    samples        what robots send, tag maps, routes, trajectories
+    tags           Detector
+    pose           pose of a camera from tags, with covariance
+    mapping        a recorded lap becomes a map and a route
+    localization   Localizer: riekf, ekf, anchor, smoother
+    evaluation     errors against the truth
+    simulation     photographs, a simulated robot, scripted laps
+    recording      MCAP and other logs, as iterators and pandas frames
+    replay         drive a robot of one's own along a route
+    config         files of worlds, robots, maps, routes
+
+Conventions: a_T_b takes coordinates of b to a; tangents are translation, then rotation, in the parent frame; pixel (i, j) has its
+centre at (i + 1/2, j + 1/2); SI units and radians; stamps are nanoseconds. Errors are exceptions of waymark.errors.
+"""
+
+import os as _os
+import sys as _sys
+
+_share = _os.path.join(_os.path.dirname(__file__), "share")
+if _os.path.isdir(_share):  # a wheel brings the worlds and robots with it
+    _os.environ.setdefault("WAYMARK_SHARE", _share)
+
+from . import _waymark, errors  # noqa: E402
+from .errors import WaymarkError  # noqa: E402
+
+for _name in ("camera", "config", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose", "recording",
+              "replay", "samples", "simulation", "tags"):
+    _module = getattr(_waymark, _name)
+    _module.__name__ = f"{__name__}.{_name}"
+    _sys.modules[_module.__name__] = _module
+    globals()[_name] = _module
+    for _value in vars(_module).values():  # so that help() and pickle name the public module
+        if getattr(_value, "__module__", "").startswith(f"{__name__}._waymark"):
+            try:
+                _value.__module__ = _module.__name__
+            except (AttributeError, TypeError):
+                pass
+
+__version__ = _waymark.__version__
+__all__ = ["WaymarkError", "camera", "config", "errors", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose",
+           "recording", "replay", "samples", "simulation", "tags"]

@@ -1,0 +1,96 @@
+"""A solution of the exercise "Marker Based Visual Loc", as the file a student hands in: the nearest tag says where the robot is, odometry
+carries on from there ("Marker-Based Visual Localization with AprilTags and Odometry Fusion", sections "Choosing the Best Tag" and
+"Odometry Fusion and Outlier Rejection"), and a lidar keeps it off the walls.
+"""
+import math
+import random
+from pathlib import Path
+
+import cv2
+import HAL
+import numpy as np
+import pyapriltags
+import WebGUI
+import yaml
+
+TAG_SIZE_M = 0.24
+FIELD_OF_VIEW_RAD = 1.02974  # of the robot's camera; the width of the picture as focal length is 13 % too much
+FAR_M = 3.0  # beyond this a tag must agree with odometry …
+JUMP_M = 0.4  # … within this
+FREE_M = 0.6
+ROBOT_T_CAM = np.array([[0, 0, 1, 0.069], [-1, 0, 0, -0.047], [0, -1, 0, 0.117], [0, 0, 0, 1]], dtype=float)
+
+tags = yaml.safe_load(Path("/resources/exercises/marker_visual_loc/apriltags_poses.yaml").read_text())["tags"]
+detector = pyapriltags.Detector(families="tag36h11")
+
+
+def world_T_tag(tag_id):
+    """Tag frame: x right, y down, z into the tag."""
+    x, y, z, yaw = tags[f"tag_{tag_id}"]["position"]
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[-s, 0, -c, x], [c, 0, -s, y], [0, -1, 0, z], [0, 0, 0, 1]])
+
+
+def cam_T_tag(corners, K):
+    h = TAG_SIZE_M / 2
+    points = np.array([[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]])  # bottom left, bottom right, top right, top left
+    found, rotation, translation = cv2.solvePnP(points, np.asarray(corners, dtype=float), K, None)
+    if not found:
+        return None
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = cv2.Rodrigues(rotation)[0], translation.ravel()
+    return T
+
+
+def planar(x, y, yaw):
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.array([[c, -s, x], [s, c, y], [0, 0, 1]])
+
+
+def fix(image):
+    """(distance of the nearest tag, pose of the robot), or None."""
+    gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+    height, width = gray.shape
+    f = width / 2 / math.tan(FIELD_OF_VIEW_RAD / 2)
+    K = np.array([[f, 0, width / 2], [0, f, height / 2], [0, 0, 1]])
+    nearest = None
+    for tag in detector.detect(gray):
+        T = cam_T_tag(tag.corners, K) if f"tag_{tag.tag_id}" in tags else None
+        if T is not None and (nearest is None or np.linalg.norm(T[:3, 3]) < nearest[0]):
+            world_T_robot = world_T_tag(tag.tag_id) @ np.linalg.inv(T) @ np.linalg.inv(ROBOT_T_CAM)
+            yaw = math.atan2(world_T_robot[1, 0], world_T_robot[0, 0])
+            nearest = np.linalg.norm(T[:3, 3]), planar(world_T_robot[0, 3], world_T_robot[1, 3], yaw)
+    return nearest
+
+
+def front_m():
+    laser = HAL.getLaserData()
+    if not laser.values:
+        return 0.0
+    step = (laser.maxAngle - laser.minAngle) / max(len(laser.values) - 1, 1)
+    ahead = [r for i, r in enumerate(laser.values) if abs(math.remainder(laser.minAngle + i * step, 2 * math.pi)) < 0.5]
+    return min(ahead)
+
+
+world_T_odom = None
+turning, turn = False, 0.5
+while True:
+    seen = fix(HAL.getImage())
+    odom = HAL.getOdom()
+    odom_T_robot = planar(odom.x, odom.y, odom.yaw)
+    if seen is not None:
+        distance, pose = seen
+        jump = math.inf if world_T_odom is None else np.linalg.norm((pose - world_T_odom @ odom_T_robot)[:2, 2])
+        if world_T_odom is None or distance < FAR_M or jump < JUMP_M:
+            world_T_odom = pose @ np.linalg.inv(odom_T_robot)
+    if world_T_odom is not None:
+        estimate = world_T_odom @ odom_T_robot
+        WebGUI.showEstimatedPose((estimate[0, 2], estimate[1, 2], math.atan2(estimate[1, 0], estimate[0, 0])))
+    if front_m() < FREE_M:
+        if not turning:
+            turn = random.choice((-0.5, 0.5))
+        turning = True
+    elif turning and front_m() > 2 * FREE_M:
+        turning = False
+    HAL.setV(0.0 if turning else 0.2)
+    HAL.setW(turn if turning else random.uniform(-0.1, 0.1))

@@ -1,0 +1,49 @@
+"""Exceptions of Waymark: what is wrong, where, and how to mend it.
+
+Each has the attributes message, hint, source (file), line (1-based), byte (0-based offset) and key (argument or
+configuration value); what is not known is None or empty.
+"""
+
+
+class WaymarkError(Exception):
+    """Any expected failure."""
+
+    message = ""
+    hint = ""
+    source = ""
+    line = None
+    byte = None
+    key = ""
+
+    def __reduce__(self):
+        return _rebuild, (type(self), self.args, dict(self.__dict__))
+
+
+class InvalidArgument(WaymarkError, ValueError):
+    """A value outside its documented range, or values that contradict each other."""
+
+
+class NotFound(WaymarkError, LookupError):
+    """A file, key, tag or topic that is not there."""
+
+
+class Unreadable(WaymarkError, ValueError):
+    """Input that exists but cannot be decoded."""
+
+
+class Unwritable(WaymarkError, OSError):
+    """Output that cannot be created or completed."""
+
+
+class Unsupported(WaymarkError, NotImplementedError):
+    """Valid input of a kind that this build does not handle."""
+
+
+class LimitExceeded(WaymarkError, MemoryError):
+    """Would need more memory, time or pixels than allowed."""
+
+
+def _rebuild(cls, args, attributes):
+    error = cls(*args)
+    error.__dict__.update(attributes)
+    return error
