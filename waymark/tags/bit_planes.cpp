@@ -72,7 +72,7 @@ int noise_gate(const Tiles& tiles, int least) {
   int range = 0;
   for (int below = counts[0]; below <= total / 5 && range < 255; ++range)
     below += counts[static_cast<std::size_t>(range + 1)];
-  return std::max(least, static_cast<int>(kTimes * range + 0.5));
+  return std::min(255, std::max(least, static_cast<int>(kTimes * range + 0.5)));
 }
 
 void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& rule,
@@ -83,19 +83,12 @@ void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& 
   plane.words_a_row = static_cast<std::size_t>((image.width + kWordBits - 1) / kWordBits);
   plane.words.resize(plane.words_a_row * static_cast<std::size_t>(image.height));
   plane.thresholds.resize(static_cast<std::size_t>(tiles.columns));
-  const bool dark = rule.polarity == Polarity::Dark;
-  const auto bits = dark ? kernels.below : kernels.above;
+  const auto bits = rule.dark ? kernels.below : kernels.above;
   for (int y = 0; y < image.height; ++y) {
     if (y % kTilePx == 0) {
       const std::size_t at = static_cast<std::size_t>(y / kTilePx) * static_cast<std::size_t>(tiles.columns);
-      for (std::size_t i = 0; i < plane.thresholds.size(); ++i) {
-        const int low = tiles.window_low[at + i];
-        const int high = tiles.window_high[at + i];
-        const int step = ((high - low) * rule.share_256 + 128) >> 8;
-        const int level = dark ? low + step : high - step;
-        const int nothing = dark ? 0 : 255;
-        plane.thresholds[i] = static_cast<std::uint8_t>(high - low < rule.gate ? nothing : level);
-      }
+      kernels.thresholds(&tiles.window_low[at], &tiles.window_high[at], plane.thresholds.size(), rule,
+                         plane.thresholds.data());
     }
     bits(image.row(y), image.width, plane.thresholds.data(),
          plane.words.data() + static_cast<std::size_t>(y) * plane.words_a_row);

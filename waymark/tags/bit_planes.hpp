@@ -33,15 +33,6 @@ struct BitPlane {
 
 enum class Polarity : std::uint8_t { Dark, Bright };
 
-/// Where the local threshold lies.
-struct ThresholdRule {
-  Polarity polarity = Polarity::Dark;
-  /// Share of the range of the window between its darkest and (Dark) or brightest (Bright) level and the
-  /// threshold, in 256ths.
-  int share_256 = 128;
-  int gate = 15;  ///< [grey level] windows of a smaller range hold nothing
-};
-
 /// Fills the tiles of an image. No allocation once they have the size. O(pixels).
 void measure_tiles(const ImageView& image, const PlaneKernels& kernels, Tiles& tiles);
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "waymark/tags/row_runs.hpp"
+#include "waymark/tags/threshold_row.hpp"
+
 namespace waymark::search {
 namespace {
 
@@ -51,7 +54,9 @@ void above_portable(const std::uint8_t* row, int width, const std::uint8_t* thre
 }  // namespace
 
 const PlaneKernels& portable_plane_kernels() {
-  static const PlaneKernels kernels = {"portable", tile_extremes_portable, below_portable, above_portable};
+  static const PlaneKernels kernels = {
+      "portable",     tile_extremes_portable, ThresholdRow<struct PortableThresholds>::run,
+      below_portable, above_portable,         RowScan<struct PortableRows>::run};
   return kernels;
 }
 
@@ -66,7 +71,9 @@ std::vector<const PlaneKernels*> runnable_plane_kernels() {
   std::vector<const PlaneKernels*> all = {&portable_plane_kernels()};
   if (neon_plane_kernels() != nullptr) all.push_back(neon_plane_kernels());
 #ifdef WAYMARK_AVX2
-  if (__builtin_cpu_supports("avx2") != 0) all.push_back(avx2_plane_kernels());
+  const bool has_all = __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("bmi") != 0 &&
+                       __builtin_cpu_supports("popcnt") != 0;
+  if (has_all) all.push_back(avx2_plane_kernels());
 #endif
   return all;
 }

@@ -1,9 +1,11 @@
-// Compiled with AVX2 (CMakeLists.txt), and called only on processors that have it.
+// Compiled with AVX2, BMI and POPCNT (CMakeLists.txt), and called only on processors that have them.
 #include <immintrin.h>
 
 #include <cstring>
 
 #include "waymark/tags/plane_kernels.hpp"
+#include "waymark/tags/row_runs.hpp"
+#include "waymark/tags/threshold_row.hpp"
 
 namespace waymark::search {
 namespace {
@@ -91,7 +93,9 @@ void above_avx2(const std::uint8_t* row, int width, const std::uint8_t* threshol
 }  // namespace
 
 const PlaneKernels* avx2_plane_kernels() {
-  static const PlaneKernels kernels = {"AVX2", tile_extremes_avx2, below_avx2, above_avx2};
+  static const PlaneKernels kernels = {
+      "AVX2",     tile_extremes_avx2, ThresholdRow<struct Avx2Thresholds>::run,
+      below_avx2, above_avx2,         RowScan<struct Avx2Rows>::run};
   return &kernels;
 }
 

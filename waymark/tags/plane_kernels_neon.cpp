@@ -1,5 +1,7 @@
 // For processors with NEON, which every 64-bit ARM has.
 #include "waymark/tags/plane_kernels.hpp"
+#include "waymark/tags/row_runs.hpp"
+#include "waymark/tags/threshold_row.hpp"
 
 #if defined(__ARM_NEON) && defined(__aarch64__)
 #include <arm_neon.h>
@@ -77,7 +79,9 @@ void above_neon(const std::uint8_t* row, int width, const std::uint8_t* threshol
 }  // namespace
 
 const PlaneKernels* neon_plane_kernels() {
-  static const PlaneKernels kernels = {"NEON", tile_extremes_neon, below_neon, above_neon};
+  static const PlaneKernels kernels = {
+      "NEON",     tile_extremes_neon, ThresholdRow<struct NeonThresholds>::run,
+      below_neon, above_neon,         RowScan<struct NeonRows>::run};
   return &kernels;
 }
 

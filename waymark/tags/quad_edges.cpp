@@ -52,32 +52,29 @@ struct LineSums {
   }
 };
 
-/// The mean place of the squared steps outwards along one row or column of pixels.
+/// The squared steps outwards along one row or column of pixels, and their sum weighted by place.
 struct Crossing {
-  float weight = 0;
-  float place = 0;  ///< weighted sum
+  std::int64_t weight = 0;
+  std::int64_t place = 0;
 };
 
-Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int low, int high, int outward) {
+Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int count, int outward) {
   Crossing sum;
   int before = *pixel;
-  for (int k = low; k < high; ++k) {
+  for (int k = 1; k <= count; ++k) {
     pixel += step;
-    const int rise = (*pixel - before) * outward;
+    const int rise = std::max((*pixel - before) * outward, 0);
     before = *pixel;
-    if (rise <= 0) continue;
-    const auto weight = static_cast<float>(rise * rise);
-    sum.weight += weight;
-    sum.place += weight * static_cast<float>(k + 1);
+    sum.weight += rise * rise;
+    sum.place += std::int64_t{rise * rise} * k;
   }
   return sum;
 }
 
 bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
-  constexpr float kTrim = 0.12F;       // of the edge at each end, where the corner is round
-  constexpr float kMostWeight = 4000;  // of one crossing: a glint must not outweigh the edge
-  constexpr float kLeastWeight = 9;    // a step of 3 grey levels
-  constexpr int kMostCrossings = 20;
+  constexpr float kTrim = 0.12F;              // of the edge at each end, where the corner is round
+  constexpr std::int64_t kMostWeight = 4000;  // of one crossing: a glint must not outweigh the edge
+  constexpr std::int64_t kLeastWeight = 9;    // a step of 3 grey levels
   if (course.length < 3) return false;
   const float trim = std::max(0.5F, kTrim * course.length);
   int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
@@ -86,7 +83,7 @@ bool find_line(const ImageView& image, const Course& course, const EdgeSearch& s
     first = static_cast<int>(course.from + 0.25F * course.length);
     last = static_cast<int>(course.from + 0.75F * course.length);
   }
-  const int step = std::max(1, (last - first + 1) / kMostCrossings);
+  const int step = std::max(1, (last - first + 1) / search.crossings);
   const int reach = static_cast<int>(std::ceil(search.reach_px * std::sqrt(1 + course.slope * course.slope)));
   const int along_limit = course.level ? image.width : image.height;
   const int across_limit = course.level ? image.height : image.width;
@@ -99,9 +96,10 @@ bool find_line(const ImageView& image, const Course& course, const EdgeSearch& s
     const int high = std::min(near + 1 + reach, across_limit - 1);
     if (high - low < 2) continue;
     const std::uint8_t* pixel = course.level ? image.row(low) + t : image.row(t) + low;
-    const Crossing found = crossing(pixel, stride, low, high, course.outward * search.sign);
+    const Crossing found = crossing(pixel, stride, high - low, course.outward * search.sign);
     if (found.weight < kLeastWeight) continue;
-    sums.add(std::min(found.weight, kMostWeight), t + 0.5, found.place / found.weight);
+    const double place = low + static_cast<double>(found.place) / static_cast<double>(found.weight);
+    sums.add(static_cast<double>(std::min(found.weight, kMostWeight)), t + 0.5, place);
   }
   const double spread = sums.w * sums.tt - sums.t * sums.t;
   if (sums.count < 2 || spread < 1e-6) return false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,6 +23,11 @@ using Quad = std::array<Eigen::Vector2f, 4>;
   return 0.5F * (cross_at(quad[0], quad[1], quad[2]) + cross_at(quad[0], quad[2], quad[3]));
 }
 
+/// A corner between pixels.
+struct HullPoint {
+  std::int32_t x = 0, y = 0;
+};
+
 /// The quad that a component's convex hull is, if it is one. A workspace: no allocation once it has grown.
 class QuadFitter {
  public:
@@ -30,17 +36,19 @@ class QuadFitter {
 
  private:
   void make_hull(const std::vector<Run>& runs, const Component& component);
+  [[nodiscard]] double hull_area() const;
   [[nodiscard]] int farthest(int from, int to) const;
-  [[nodiscard]] bool choose_corners(float hull_area, Quad& quad) const;
+  [[nodiscard]] bool choose_corners(double hull_area, Quad& quad) const;
 
-  std::vector<float> left_, right_;
-  std::vector<Eigen::Vector2f> left_chain_, hull_;
+  std::vector<std::int32_t> left_, right_;
+  std::vector<HullPoint> left_chain_, hull_;
 };
 
 /// How edges are searched.
 struct EdgeSearch {
   float reach_px = 2;  ///< to both sides of the edge
   int sign = 1;        ///< 1: brighter outside the quad, -1: darker
+  int crossings = 20;  ///< of one edge that are looked at, or up to twice as many
 };
 
 /// Moves the four edges to where the image changes most (lines through the means of the squared gradients

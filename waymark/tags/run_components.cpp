@@ -1,8 +1,8 @@
 #include "waymark/tags/run_components.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
+#include <iterator>
 
 namespace waymark::search {
 
@@ -31,69 +31,77 @@ std::int32_t RunComponents::unite(std::int32_t a, std::int32_t b) {
   return a;
 }
 
-void RunComponents::find_edges(const BitPlane& plane, int y) {
-  edges_.clear();
-  const std::uint64_t* words = plane.row(y);
-  std::uint64_t carry = 0;
-  for (std::size_t i = 0; i < plane.words_a_row; ++i) {
-    const std::uint64_t word = words[i];
-    std::uint64_t changes = word ^ ((word << 1U) | carry);
-    carry = word >> 63U;
-    while (changes != 0) {
-      edges_.push_back(static_cast<std::int16_t>(static_cast<int>(64 * i) + std::countr_zero(changes)));
-      changes &= changes - 1;
-    }
+/// The first run of the set that this one belongs to: sets are named by their first run while rows are added.
+std::int32_t RunComponents::first_of(std::int32_t run) {
+  while (set_[at(run)] != run) {
+    set_[at(run)] = set_[at(set_[at(run)])];
+    run = set_[at(run)];
   }
-  if (carry != 0) edges_.push_back(static_cast<std::int16_t>(plane.width));
+  return run;
 }
 
-void RunComponents::add_run(std::int16_t x0, std::int16_t x1, int y, PreviousRow& above,
-                            std::int32_t end_above) {
-  const auto id = static_cast<std::int32_t>(runs_.size());
-  while (above.begin < end_above && runs_[at(above.begin)].x1 < x0) ++above.begin;
-  std::int32_t mine = -1;
-  std::int32_t other = above.begin;
-  for (; other < end_above && runs_[at(other)].x0 <= x1; ++other) {
-    const Run& run = runs_[at(other)];
-    if (run.x1 == x0 || run.x0 == x1) {
-      diagonals_.emplace_back(other, id);
+void RunComponents::add_row(int y, std::int32_t above) {
+  const auto here = static_cast<std::int32_t>(runs_.size());
+  const std::size_t count = row_.count;
+  runs_.resize(runs_.size() + count);
+  set_.resize(runs_.size());
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::int32_t id = here + static_cast<std::int32_t>(k);
+    runs_[at(id)] = {row_.begins[k], row_.ends[k], static_cast<std::int16_t>(y), -1, -1};
+    set_[at(id)] = id;
+  }
+  for (std::size_t k = 0; k < row_.side_count; ++k) {
+    const std::int32_t id = here + row_.sides[k].here;
+    const std::int32_t theirs = first_of(above + row_.sides[k].above);
+    if (set_[at(id)] == id) {
+      set_[at(id)] = theirs;
       continue;
     }
-    const std::int32_t theirs = root(run.component);
-    mine = mine < 0 ? theirs : (theirs == mine ? mine : unite(mine, theirs));
+    const std::int32_t mine = first_of(id);
+    set_[at(std::max(mine, theirs))] = std::min(mine, theirs);
   }
-  if (other > above.begin) above.begin = other - 1;  // the last one may touch the next run too
-  const auto row = static_cast<std::int16_t>(y);
-  const auto next_row = static_cast<std::int16_t>(y + 1);
-  if (mine < 0) {
-    mine = static_cast<std::int32_t>(components_.size());
-    components_.push_back({mine, x0, x1, row, next_row, x1 - x0, 1, id, id, false});
-  } else {
-    Component& component = components_[at(mine)];
-    component.x0 = std::min(component.x0, x0);
-    component.x1 = std::max(component.x1, x1);
+  for (std::size_t k = 0; k < row_.corner_count; ++k)
+    diagonals_.emplace_back(above + row_.corners[k].above, here + row_.corners[k].here);
+}
+
+/// Components from the sets. A set's first run comes before all others of it.
+void RunComponents::gather() {
+  for (std::int32_t id = 0; id < std::ssize(runs_); ++id) {
+    Run& run = runs_[at(id)];
+    const auto next_row = static_cast<std::int16_t>(run.y + 1);
+    if (set_[at(id)] == id) {
+      run.component = static_cast<std::int32_t>(components_.size());
+      components_.push_back(
+          {run.component, run.x0, run.x1, run.y, next_row, run.x1 - run.x0, 1, id, id, false});
+      continue;
+    }
+    run.component = runs_[at(set_[at(id)])].component;
+    Component& component = components_[at(run.component)];
+    component.x0 = std::min(component.x0, run.x0);
+    component.x1 = std::max(component.x1, run.x1);
     component.y1 = next_row;
-    component.area += x1 - x0;
+    component.area += run.x1 - run.x0;
     ++component.run_count;
     runs_[at(component.last)].next = id;
     component.last = id;
   }
-  runs_.push_back({x0, x1, row, -1, mine});
 }
 
-void RunComponents::label(const BitPlane& plane) {
+void RunComponents::label(const BitPlane& plane, const PlaneKernels& kernels) {
   runs_.clear();
+  set_.clear();
   components_.clear();
   diagonals_.clear();
-  PreviousRow above;
+  row_.begin_plane(plane.width);
+  nothing_.assign(plane.words_a_row, 0);
+  std::int32_t above = 0;
   for (int y = 0; y < plane.height; ++y) {
-    find_edges(plane, y);
-    const auto begin = static_cast<std::int32_t>(runs_.size());
-    const std::int32_t end_above = above.end;
-    for (std::size_t k = 0; k + 1 < edges_.size(); k += 2)
-      add_run(edges_[k], edges_[k + 1], y, above, end_above);
-    above = {begin, static_cast<std::int32_t>(runs_.size())};
+    kernels.runs_of_row(plane.row(y), y == 0 ? nothing_.data() : plane.row(y - 1), plane.words_a_row, row_);
+    const auto here = static_cast<std::int32_t>(runs_.size());
+    add_row(y, above);
+    above = here;
   }
+  gather();
 }
 
 void RunComponents::join_diagonals() {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/tags/bit_planes.hpp"
+#include "waymark/tags/row_runs.hpp"
 
 namespace waymark::search {
 
@@ -15,7 +16,7 @@ namespace waymark::search {
 struct Run {
   std::int16_t x0 = 0, x1 = 0, y = 0;
   std::int32_t next = -1;       ///< the component's next run, in no order of rows once components were joined
-  std::int32_t component = -1;  ///< as it was when the run was added: follow its parents
+  std::int32_t component = -1;  ///< as it was before joins: follow its parents
 };
 
 /// A connected set of pixels: columns [x0, x1), rows [y0, y1).
@@ -35,7 +36,7 @@ struct Component {
 class RunComponents {
  public:
   /// O(words + runs). No allocation once the workspace has grown.
-  void label(const BitPlane& plane);
+  void label(const BitPlane& plane, const PlaneKernels& kernels = best_plane_kernels());
 
   /// Joins what touches at a corner. Components that changed have joined_diagonally set.
   void join_diagonals();
@@ -46,17 +47,17 @@ class RunComponents {
   [[nodiscard]] bool is_root(std::int32_t index) const { return components_[at(index)].parent == index; }
 
  private:
-  struct PreviousRow {
-    std::int32_t begin = 0, end = 0;
-  };
-  void find_edges(const BitPlane& plane, int y);
-  void add_run(std::int16_t x0, std::int16_t x1, int y, PreviousRow& above, std::int32_t end_above);
+  std::int32_t first_of(std::int32_t run);
+  void add_row(int y, std::int32_t above);
+  void gather();
   std::int32_t root(std::int32_t component);
   std::int32_t unite(std::int32_t a, std::int32_t b);
 
   std::vector<Run> runs_;
   std::vector<Component> components_;
-  std::vector<std::int16_t> edges_;  ///< columns where the row changes: begin, end, begin, …
+  std::vector<std::int32_t> set_;  ///< of each run: an earlier run of the same component, or itself
+  RowRuns row_;
+  std::vector<std::uint64_t> nothing_;                            ///< the row above the first one
   std::vector<std::pair<std::int32_t, std::int32_t>> diagonals_;  ///< runs that touch at a corner
 };
 

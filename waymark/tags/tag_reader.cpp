@@ -248,12 +248,11 @@ std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFa
 }
 
 std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
-                                            const ReadableFamily& family, bool inverted,
-                                            ReadProgress& progress) {
+                                            const ReadableFamily& family, bool inverted, bool& bits_read) {
   constexpr int kEnoughSteps = 6;     // of 8
   constexpr float kPairStep = 0.25F;  // of the contrast
   constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
-  progress = {.border_cells = 4 * family.width};
+  bits_read = false;
   if (!place(quad, family, inverted)) return std::nullopt;
   const int side = side_of(family);
   levels_.resize(static_cast<std::size_t>(side * side));
@@ -261,10 +260,10 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
   const Levels levels = sample_border(image, family);
   if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;
-  progress.border_pairs = border_pairs(family, kPairStep * levels.contrast());
-  if (4 * progress.border_pairs < 3 * progress.border_cells) return std::nullopt;
+  const int pairs = border_pairs(family, kPairStep * levels.contrast());
+  if (pairs < 3 * family.width) return std::nullopt;  // of 4 * width
   sample_inside(image, family);
-  progress.bits_read = true;
+  bits_read = true;
   std::optional<TagDetection> best;
   for (const float amount : kSharpening) {
     sharpen(family, levels, amount);

@@ -32,13 +32,6 @@ struct ReaderOptions {
   double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
 };
 
-/// How far the best attempt at a quad came; tells whether another attempt may help.
-struct ReadProgress {
-  int border_pairs = 0;  ///< of border cells that differ from their surroundings as they should
-  int border_cells = 0;
-  bool bits_read = false;
-};
-
 /// Reads tags from quads: levels of black and white as planes fitted to the border and its surroundings, so
 /// that light may change across the tag; bits held against their mean; sharpened by several amounts.
 class TagReader {
@@ -51,9 +44,9 @@ class TagReader {
                                      bool inverted);
 
   /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
-  /// black and white exchanged. O(cells).
+  /// black and white exchanged. `bits_read`: whether the border was seen. O(cells).
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
-                                   bool inverted, ReadProgress& progress);
+                                   bool inverted, bool& bits_read);
 
  private:
   /// Levels across the tag: constant, change per cell along x and along y, from its middle.

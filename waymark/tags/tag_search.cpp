@@ -9,7 +9,7 @@ namespace {
 
 /// A share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings, is
 /// still below when its paper is not.
-constexpr std::array<int, 2> kShares = {128, 72};
+constexpr std::array<std::uint16_t, 2> kShares = {128, 72};
 
 bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
   for (std::size_t i = 0; i < 4; ++i) {
@@ -68,14 +68,15 @@ const std::vector<TagDetection>& TagSearch::run(const ImageView& image,
 
 void TagSearch::search_polarity(const ImageView& image, Polarity polarity) {
   boxes_.clear();
-  for (const int share : kShares) {
-    threshold(image, tiles_, {.polarity = polarity, .share_256 = share, .gate = gate_}, *kernels_, plane_);
+  const bool dark = polarity == Polarity::Dark;
+  for (const std::uint16_t share : kShares) {
+    threshold(image, tiles_, {dark, share, static_cast<std::uint8_t>(gate_)}, *kernels_, plane_);
     search_plane(image, polarity);
   }
 }
 
 void TagSearch::search_plane(const ImageView& image, Polarity polarity) {
-  components_.label(plane_);
+  components_.label(plane_, *kernels_);
   counts_.runs += components_.runs().size();
   counts_.components += components_.components().size();
   search_components(image, polarity, false);
@@ -126,19 +127,17 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
   if (known(attempt.outline)) return;
   constexpr float kWidestReach = 2.5F;  // px
   constexpr float kPreciseCell = 2;     // px; of smaller ones the outline says too little
+  constexpr int kFewCrossings = 8;      // find the place
   attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
   if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.outline)) return;
   const int sign = polarity == Polarity::Dark ? 1 : -1;
   const float reach = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
   attempt.sharpened = attempt.outline;
-  attempt.has_sharpened = sharpen_edges(image, {reach, sign}, attempt.sharpened);
-  ReadProgress progress;
-  if (attempt.has_sharpened) {
-    if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.sharpened)) return;
-    sharpen_edges(image, {std::min(1.5F, reach), sign}, attempt.sharpened);
-    if (read_any(image, attempt.sharpened, progress)) return;
-  }
-  read_varied(image, attempt, progress);
+  if (!sharpen_edges(image, {reach, sign, kFewCrossings}, attempt.sharpened)) return;
+  if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.sharpened)) return;
+  sharpen_edges(image, {std::min(1.5F, reach), sign}, attempt.sharpened);
+  const std::size_t borders = counts_.borders;
+  if (!read_any(image, attempt.sharpened) && counts_.borders > borders) read_varied(image, attempt);
 }
 
 bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
@@ -147,13 +146,11 @@ bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
   });
 }
 
-bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress& best) {
+bool TagSearch::read_any(const ImageView& image, const Quad& quad) {
   for (const Wanted& wanted : wanted_) {
-    ReadProgress progress;
-    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, progress);
-    counts_.borders += progress.bits_read ? 1 : 0;
-    if (progress.border_pairs * std::max(best.border_cells, 1) >= best.border_pairs * progress.border_cells)
-      best = progress;
+    bool bits_read = false;
+    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, bits_read);
+    counts_.borders += bits_read ? 1 : 0;
     if (tag) {
       found_.push_back(*tag);
       return true;
@@ -163,20 +160,13 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress&
 }
 
 /// Small and blurred tags: their outline is off by a part of a cell, and a pixel more or less makes them
-/// readable.
-bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt, const ReadProgress& progress) {
-  constexpr float kSmallCell = 4;      // px
-  constexpr float kVerySmallCell = 3;  // px
+/// readable. Only where the border was seen: of the tags of the rendered sets none was read so without.
+bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
-  const bool half = 2 * progress.border_pairs >= progress.border_cells;
-  const bool promising = progress.bits_read || (half && attempt.cell_px < kSmallCell);
-  if (attempt.has_sharpened ? !promising : attempt.cell_px >= kVerySmallCell) return false;
-  ReadProgress ignored;
-  if (read_any(image, attempt.outline, ignored)) return true;
+  if (read_any(image, attempt.outline)) return true;
   for (std::size_t i = 0; i < kGrowth.size(); ++i) {
-    const bool from_outline = i % 2 == 0 || !attempt.has_sharpened;
-    const Quad quad = grown(from_outline ? attempt.outline : attempt.sharpened, 1.414F * kGrowth[i]);
-    if (read_any(image, quad, ignored)) return true;
+    const Quad quad = grown(i % 2 == 0 ? attempt.outline : attempt.sharpened, 1.414F * kGrowth[i]);
+    if (read_any(image, quad)) return true;
   }
   return false;
 }

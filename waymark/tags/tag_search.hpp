@@ -50,7 +50,6 @@ class TagSearch {
   struct Attempt {
     Quad outline;
     Quad sharpened;
-    bool has_sharpened = false;
     float cell_px = 0;
   };
 
@@ -59,8 +58,8 @@ class TagSearch {
   void search_components(const ImageView& image, Polarity polarity, bool joined);
   void search_component(const ImageView& image, Polarity polarity, const Component& component);
   bool may_be_a_border(const ImageView& image, const Quad& quad);
-  bool read_any(const ImageView& image, const Quad& quad, ReadProgress& best);
-  bool read_varied(const ImageView& image, const Attempt& attempt, const ReadProgress& progress);
+  bool read_any(const ImageView& image, const Quad& quad);
+  bool read_varied(const ImageView& image, const Attempt& attempt);
   [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
   [[nodiscard]] bool known(const Quad& quad) const;
 
