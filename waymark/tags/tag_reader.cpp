@@ -25,16 +25,15 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
   return true;
 }
 
-int side_of(const ReadableFamily& family) { return family.width + 2 * family.margin; }
-
-/// Calls visit(inner x, inner y, outer x, outer y) for the cells along the border and those outside it.
+/// Calls visit(side, inner x, inner y, outer x, outer y) for the cells along the border and those outside it.
+/// Side i follows corner i of the quad.
 template <class Visit>
 void for_border_pairs(int width, Visit&& visit) {
   for (int k = 0; k < width; ++k) {
-    visit(k, 0, k, -1);
-    visit(k, width - 1, k, width);
-    visit(0, k, -1, k);
-    visit(width - 1, k, width, k);
+    visit(0U, k, 0, k, -1);
+    visit(1U, width - 1, k, width, k);
+    visit(2U, k, width - 1, k, width);
+    visit(3U, 0, k, -1, k);
   }
 }
 
@@ -152,16 +151,34 @@ TagReader::Levels TagReader::sample_border(const ImageView& image, const Readabl
   return {border.plane(), around.plane()};
 }
 
-int TagReader::border_pairs(const ReadableFamily& family, float step) const {
+std::array<int, 4> TagReader::border_pairs(const ReadableFamily& family, float step) const {
   const int side = side_of(family);
   const auto level = [&](int x, int y) {
     return levels_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)];
   };
-  int pairs = 0;
-  for_border_pairs(family.width, [&](int x, int y, int out_x, int out_y) {
-    pairs += level(out_x, out_y) > level(x, y) + step ? 1 : 0;
+  std::array<int, 4> pairs{};
+  for_border_pairs(family.width, [&](std::size_t at, int x, int y, int out_x, int out_y) {
+    pairs[at] += level(out_x, out_y) > level(x, y) + step ? 1 : 0;
   });
   return pairs;
+}
+
+/// Even levels, from all sides but one.
+TagReader::Levels TagReader::levels_beside(const ReadableFamily& family, std::size_t covered) const {
+  const int side = side_of(family);
+  const auto level = [&](int x, int y) {
+    return levels_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)];
+  };
+  Levels levels;
+  for_border_pairs(family.width, [&](std::size_t at, int x, int y, int out_x, int out_y) {
+    if (at == covered) return;
+    levels.border[0] += level(x, y);
+    levels.around[0] += level(out_x, out_y);
+  });
+  const auto count = static_cast<float>(3 * family.width);
+  levels.border[0] /= count;
+  levels.around[0] /= count;
+  return levels;
 }
 
 void TagReader::sample_inside(const ImageView& image, const ReadableFamily& family) {
@@ -176,83 +193,13 @@ void TagReader::sample_inside(const ImageView& image, const ReadableFamily& fami
   }
 }
 
-/// Distances of the cells from the threshold, after each was moved away from the mean of its neighbours.
-void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
-  const int side = side_of(family);
-  const float middle = kHalf * static_cast<float>(side - 1);
-  Plane mean{};
-  for (std::size_t i = 0; i < 3; ++i) mean[i] = kHalf * (levels.border[i] + levels.around[i]);
-  const auto at = [side](int x, int y) { return static_cast<std::size_t>(y * side + x); };
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      const float here = levels_[at(x, y)];
-      float around = 0;
-      around += y > 0 ? levels_[at(x, y - 1)] : here;
-      around += y + 1 < side ? levels_[at(x, y + 1)] : here;
-      around += x > 0 ? levels_[at(x - 1, y)] : here;
-      around += x + 1 < side ? levels_[at(x + 1, y)] : here;
-      const float threshold =
-          mean[0] + mean[1] * (static_cast<float>(x) - middle) + mean[2] * (static_cast<float>(y) - middle);
-      distances_[at(x, y)] = here + amount * kHalf * (4 * here - around) - threshold;
-    }
-  }
-}
-
-/// Whether the bits that would have to be wrong are ones that were nearly undecided. `margin`: mean distance
-/// of the bits from the threshold, wrong ones counted as negative.
-bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
-                           float& margin) const {
-  constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
-  float right = 0;
-  float wrong = 0;
-  int wrong_count = 0;
-  const std::vector<std::uint16_t>& cells = family.cells[turn];
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    const bool is_wrong = ((wrong_bits >> (cells.size() - 1 - k)) & 1U) != 0;
-    const float distance = std::abs(distances_[cells[k]]);
-    (is_wrong ? wrong : right) += distance;
-    wrong_count += is_wrong ? 1 : 0;
-  }
-  const auto count = static_cast<float>(cells.size());
-  margin = (right - wrong) / count;
-  const float mean_right = right / std::max(1.0F, count - static_cast<float>(wrong_count));
-  return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
-}
-
-std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFamily& family) {
-  // In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
-  // bright one, inverted or not.
-  const bool one_is_high = !family.bright_border;
-  std::optional<TagDetection> best;
-  for (std::size_t turn = 0; turn < 4; ++turn) {
-    std::uint64_t code = 0;
-    for (const std::uint16_t at : family.cells[turn]) {
-      const bool high = distances_[at] > 0;
-      code = (code << 1U) | (high == one_is_high ? 1U : 0U);
-    }
-    const std::optional<NearestCode> near = family.codes.find(code);
-    if (!near || (best && near->distance >= best->hamming)) continue;
-    const std::uint64_t wrong =
-        code ^ waymark::family(family.id).codes[static_cast<std::size_t>(near->number)];
-    float margin = 0;
-    if (!believable(family, turn, wrong, margin) || !(margin >= static_cast<float>(options_.min_margin)))
-      continue;
-    TagDetection detection;
-    detection.tag = {family.id, near->number};
-    detection.hamming = near->distance;
-    detection.decision_margin = margin;
-    for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = quad[(i + turn) % 4].cast<double>();
-    best = detection;
-  }
-  return best;
-}
-
 std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& quad,
-                                            const ReadableFamily& family, bool inverted, bool& bits_read) {
-  constexpr int kEnoughSteps = 6;     // of 8
+                                            const ReadableFamily& family, bool inverted,
+                                            ReadProgress& progress) {
+  constexpr int kEnoughSteps = 5;     // of 8
   constexpr float kPairStep = 0.25F;  // of the contrast
   constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
-  bits_read = false;
+  progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
   const int side = side_of(family);
   levels_.resize(static_cast<std::size_t>(side * side));
@@ -260,18 +207,39 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
   const Levels levels = sample_border(image, family);
   if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;
-  const int pairs = border_pairs(family, kPairStep * levels.contrast());
-  if (pairs < 3 * family.width) return std::nullopt;  // of 4 * width
+  const std::array<int, 4> pairs = border_pairs(family, kPairStep * levels.contrast());
+  for (const int along : pairs) progress.sides_seen += 4 * along >= 3 * family.width ? 1 : 0;
+  const int seen = pairs[0] + pairs[1] + pairs[2] + pairs[3];
+  progress.border_seen = seen >= 3 * family.width || progress.sides_seen >= 3;
+  if (!progress.border_seen) return std::nullopt;
   sample_inside(image, family);
-  bits_read = true;
   std::optional<TagDetection> best;
   for (const float amount : kSharpening) {
     sharpen(family, levels, amount);
+    if (progress.changes == 0) progress.changes = changes_inside(family);
     const std::optional<TagDetection> found = decode(quad, family);
     if (found && (!best || found->hamming < best->hamming)) best = found;
     if (best && best->hamming <= 1) break;
   }
   return best;
+}
+
+std::optional<TagDetection> TagReader::read_covered(const ImageView& image, const Quad& quad,
+                                                    const ReadableFamily& family, bool inverted,
+                                                    std::size_t covered) {
+  constexpr float kPairStep = 0.25F;  // of the contrast
+  constexpr float kSharpening = 0.25F;
+  if (!place(quad, family, inverted)) return std::nullopt;
+  (void)sample_border(image, family);
+  const Levels levels = levels_beside(family, covered);
+  if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;
+  const std::array<int, 4> pairs = border_pairs(family, kPairStep * levels.contrast());
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (i != covered && 4 * pairs[i] < 3 * family.width) return std::nullopt;
+  }
+  sample_inside(image, family);
+  sharpen(family, levels, kSharpening);
+  return decode(quad, family);
 }
 
 }  // namespace waymark::search

@@ -27,9 +27,19 @@ struct ReadableFamily {
   ReadableFamily(const Family& family, int max_hamming);
 };
 
+/// Sampled cells along a side.
+[[nodiscard]] inline int side_of(const ReadableFamily& family) { return family.width + 2 * family.margin; }
+
 struct ReaderOptions {
   double min_contrast = 5;  ///< [grey level] between the border and its surroundings
   double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
+};
+
+/// What was seen of a quad that was read, or could not be.
+struct ReadProgress {
+  bool border_seen = false;  ///< so that bits were read
+  int sides_seen = 0;        ///< of the border: those along which most cells differ as a border's do
+  int changes = 0;           ///< between dark and bright among neighbouring cells inside
 };
 
 /// Reads tags from quads: levels of black and white as planes fitted to the border and its surroundings, so
@@ -44,9 +54,14 @@ class TagReader {
                                      bool inverted);
 
   /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
-  /// black and white exchanged. `bits_read`: whether the border was seen. O(cells).
+  /// black and white exchanged. O(cells).
   std::optional<TagDetection> read(const ImageView& image, const Quad& quad, const ReadableFamily& family,
-                                   bool inverted, bool& bits_read);
+                                   bool inverted, ReadProgress& progress);
+
+  /// The same of a tag that something covers along the side after corner `covered` of the quad: levels come
+  /// from the other three sides, all of which must be seen, and are taken as even.
+  std::optional<TagDetection> read_covered(const ImageView& image, const Quad& quad,
+                                           const ReadableFamily& family, bool inverted, std::size_t covered);
 
  private:
   /// Levels across the tag: constant, change per cell along x and along y, from its middle.
@@ -61,7 +76,10 @@ class TagReader {
   [[nodiscard]] int steps_outwards(const ImageView& image, const ReadableFamily& family) const;
   bool place(const Quad& quad, const ReadableFamily& family, bool inverted);
   Levels sample_border(const ImageView& image, const ReadableFamily& family);
-  [[nodiscard]] int border_pairs(const ReadableFamily& family, float step) const;
+  /// Of the cells along each side, from the quad's first corner on, those that differ from what is outside.
+  [[nodiscard]] std::array<int, 4> border_pairs(const ReadableFamily& family, float step) const;
+  [[nodiscard]] Levels levels_beside(const ReadableFamily& family, std::size_t covered) const;
+  [[nodiscard]] int changes_inside(const ReadableFamily& family) const;
   void sample_inside(const ImageView& image, const ReadableFamily& family);
   void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
   std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);

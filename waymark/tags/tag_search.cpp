@@ -38,6 +38,15 @@ Quad grown(const Quad& quad, float by_px) {
   return out;
 }
 
+/// The quad with the side after corner `side` moved outwards by a share of the sides that end there.
+Quad extended(const Quad& quad, std::size_t side, float share) {
+  Quad out = quad;
+  const std::size_t next = (side + 1) % 4;
+  out[side] += share * (quad[side] - quad[(side + 3) % 4]);
+  out[next] += share * (quad[next] - quad[(side + 2) % 4]);
+  return out;
+}
+
 }  // namespace
 
 TagSearch::TagSearch(const SearchOptions& options, const PlaneKernels& kernels)
@@ -120,24 +129,51 @@ bool TagSearch::known(const Quad& quad) const {
   });
 }
 
+namespace {
+
+constexpr float kPreciseCell = 2;  // px; of smaller ones the outline says too little
+
+}  // namespace
+
 void TagSearch::search_component(const ImageView& image, Polarity polarity, const Component& component) {
+  constexpr float kWidestReach = 2.5F;   // px
+  constexpr float kBeyondACell = 1.25F;  // cells
+  constexpr float kLargeCell = 3;        // px
+  constexpr double kRunsARow = 2;        // at least, with bits inside
   Attempt attempt;
   if (!fitter_.fit(components_, component, attempt.outline)) return;
   ++counts_.quads;
   if (known(attempt.outline)) return;
-  constexpr float kWidestReach = 2.5F;  // px
-  constexpr float kPreciseCell = 2;     // px; of smaller ones the outline says too little
-  constexpr int kFewCrossings = 8;      // find the place
   attempt.cell_px = std::sqrt(area(attempt.outline)) / static_cast<float>(least_width_);
-  if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.outline)) return;
-  const int sign = polarity == Polarity::Dark ? 1 : -1;
-  const float reach = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
+  attempt.sign = polarity == Polarity::Dark ? 1 : -1;
+  attempt.reach_px = std::clamp(0.9F * attempt.cell_px, 1.0F, kWidestReach);
+  if (read_outline(image, attempt)) return;
+  // What touches the border at a side, and goes on beyond it, pulls the outline off by up to a cell.
+  const int height = component.y1 - component.y0;
+  if (attempt.cell_px < kLargeCell || component.run_count < kRunsARow * height) return;
+  attempt.reach_px = kBeyondACell * attempt.cell_px;
+  attempt.far = true;
+  read_outline(image, attempt);
+}
+
+bool TagSearch::read_outline(const ImageView& image, Attempt& attempt) {
+  constexpr int kFewCrossings = 8;  // find the place
+  // Between cells inside: the bits of a tag change often, the inside of most other quads hardly.
+  constexpr int kFewChanges = 8;
+  constexpr int kSomeChanges = 14;
+  constexpr float kLastReach = 1.5F;  // px
+  const bool precise = attempt.cell_px > kPreciseCell;
+  if (!attempt.far && precise && !may_be_a_border(image, attempt.outline)) return false;
   attempt.sharpened = attempt.outline;
-  if (!sharpen_edges(image, {reach, sign, kFewCrossings}, attempt.sharpened)) return;
-  if (attempt.cell_px > kPreciseCell && !may_be_a_border(image, attempt.sharpened)) return;
-  sharpen_edges(image, {std::min(1.5F, reach), sign}, attempt.sharpened);
-  const std::size_t borders = counts_.borders;
-  if (!read_any(image, attempt.sharpened) && counts_.borders > borders) read_varied(image, attempt);
+  const EdgeSearch first{attempt.reach_px, attempt.sign, kFewCrossings};
+  if (!sharpen_edges(image, first, attempt.sharpened)) return false;
+  if (precise && !may_be_a_border(image, attempt.sharpened)) return false;
+  sharpen_edges(image, {std::min(kLastReach, attempt.reach_px), attempt.sign}, attempt.sharpened);
+  ReadProgress progress;
+  if (read_any(image, attempt.sharpened, progress)) return true;
+  if (!progress.border_seen || progress.changes < kFewChanges) return false;
+  if (!attempt.far && read_varied(image, attempt)) return true;
+  return precise && progress.changes >= kSomeChanges && read_covered(image, attempt.sharpened);
 }
 
 bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
@@ -146,11 +182,13 @@ bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
   });
 }
 
-bool TagSearch::read_any(const ImageView& image, const Quad& quad) {
+bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress& best) {
   for (const Wanted& wanted : wanted_) {
-    bool bits_read = false;
-    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, bits_read);
-    counts_.borders += bits_read ? 1 : 0;
+    ReadProgress progress;
+    const auto tag = reader_.read(image, quad, *wanted.family, wanted.inverted, progress);
+    counts_.borders += progress.border_seen ? 1 : 0;
+    best.border_seen = best.border_seen || progress.border_seen;
+    best.changes = std::max(best.changes, progress.changes);
     if (tag) {
       found_.push_back(*tag);
       return true;
@@ -163,10 +201,43 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad) {
 /// readable. Only where the border was seen: of the tags of the rendered sets none was read so without.
 bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
   constexpr std::array<float, 5> kGrowth = {-0.35F, 0.3F, -0.7F, 0.6F, -1.0F};
-  if (read_any(image, attempt.outline)) return true;
+  ReadProgress ignored;
+  if (read_any(image, attempt.outline, ignored)) return true;
   for (std::size_t i = 0; i < kGrowth.size(); ++i) {
     const Quad quad = grown(i % 2 == 0 ? attempt.outline : attempt.sharpened, 1.414F * kGrowth[i]);
-    if (read_any(image, quad)) return true;
+    if (read_any(image, quad, ignored)) return true;
+  }
+  return false;
+}
+
+/// A tag with something over one side of its border: the quad ends where that begins or, where it is dark and
+/// outside, where it ends. The other three sides are right, so the fourth is tried where the bits then fit.
+bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
+  constexpr std::array<float, 6> kMissing = {0.5F, 0.9F, 1.3F, 1.65F, 0.2F, -0.35F};  // cells
+  for (const Wanted& wanted : wanted_) {
+    const auto width = static_cast<float>(wanted.family->width);
+    const auto read = [&](std::size_t side, float missing) {
+      const Quad whole = extended(quad, side, missing / (width - missing));
+      return reader_.read_covered(image, whole, *wanted.family, wanted.inverted, side);
+    };
+    for (std::size_t side = 0; side < 4; ++side) {
+      for (const float missing : kMissing) {
+        auto tag = read(side, missing);
+        if (!tag) continue;
+        float best = missing;
+        for (const float step : {0.2F, 0.1F, 0.05F}) {
+          for (const float sign : {-1.0F, 1.0F}) {
+            const float moved = best + sign * step;
+            const auto other = read(side, moved);
+            if (!other || other->tag != tag->tag || other->decision_margin <= tag->decision_margin) continue;
+            tag = other;
+            best = moved;
+          }
+        }
+        found_.push_back(*tag);
+        return true;
+      }
+    }
   }
   return false;
 }

@@ -51,14 +51,19 @@ class TagSearch {
     Quad outline;
     Quad sharpened;
     float cell_px = 0;
+    float reach_px = 0;  ///< how far from the outline edges are searched first
+    int sign = 1;        ///< 1: brighter outside
+    bool far = false;    ///< the outline is not trusted
   };
 
   void search_polarity(const ImageView& image, Polarity polarity);
   void search_plane(const ImageView& image, Polarity polarity);
   void search_components(const ImageView& image, Polarity polarity, bool joined);
   void search_component(const ImageView& image, Polarity polarity, const Component& component);
+  bool read_outline(const ImageView& image, Attempt& attempt);
   bool may_be_a_border(const ImageView& image, const Quad& quad);
-  bool read_any(const ImageView& image, const Quad& quad);
+  bool read_any(const ImageView& image, const Quad& quad, ReadProgress& best);
+  bool read_covered(const ImageView& image, const Quad& quad);
   bool read_varied(const ImageView& image, const Attempt& attempt);
   [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
   [[nodiscard]] bool known(const Quad& quad) const;

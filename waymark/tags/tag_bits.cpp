@@ -1,0 +1,96 @@
+// From the levels of a tag's cells to its code.
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "waymark/tags/tag_reader.hpp"
+
+namespace waymark::search {
+
+/// Distances of the cells from the threshold, after each was moved away from the mean of its neighbours.
+void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
+  const int side = side_of(family);
+  const float middle = 0.5F * static_cast<float>(side - 1);
+  Plane mean{};
+  for (std::size_t i = 0; i < 3; ++i) mean[i] = 0.5F * (levels.border[i] + levels.around[i]);
+  const auto at = [side](int x, int y) { return static_cast<std::size_t>(y * side + x); };
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const float here = levels_[at(x, y)];
+      float around = 0;
+      around += y > 0 ? levels_[at(x, y - 1)] : here;
+      around += y + 1 < side ? levels_[at(x, y + 1)] : here;
+      around += x > 0 ? levels_[at(x - 1, y)] : here;
+      around += x + 1 < side ? levels_[at(x + 1, y)] : here;
+      const float threshold =
+          mean[0] + mean[1] * (static_cast<float>(x) - middle) + mean[2] * (static_cast<float>(y) - middle);
+      distances_[at(x, y)] = here + amount * 0.5F * (4 * here - around) - threshold;
+    }
+  }
+}
+
+/// Whether the bits that would have to be wrong are ones that were nearly undecided. `margin`: mean distance
+/// of the bits from the threshold, wrong ones counted as negative.
+bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
+                           float& margin) const {
+  constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
+  float right = 0;
+  float wrong = 0;
+  int wrong_count = 0;
+  const std::vector<std::uint16_t>& cells = family.cells[turn];
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const bool is_wrong = ((wrong_bits >> (cells.size() - 1 - k)) & 1U) != 0;
+    const float distance = std::abs(distances_[cells[k]]);
+    (is_wrong ? wrong : right) += distance;
+    wrong_count += is_wrong ? 1 : 0;
+  }
+  const auto count = static_cast<float>(cells.size());
+  margin = (right - wrong) / count;
+  const float mean_right = right / std::max(1.0F, count - static_cast<float>(wrong_count));
+  return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
+}
+
+std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFamily& family) {
+  // In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
+  // bright one, inverted or not.
+  const bool one_is_high = !family.bright_border;
+  std::optional<TagDetection> best;
+  for (std::size_t turn = 0; turn < 4; ++turn) {
+    std::uint64_t code = 0;
+    for (const std::uint16_t at : family.cells[turn]) {
+      const bool high = distances_[at] > 0;
+      code = (code << 1U) | (high == one_is_high ? 1U : 0U);
+    }
+    const std::optional<NearestCode> near = family.codes.find(code);
+    if (!near || (best && near->distance >= best->hamming)) continue;
+    const std::uint64_t wrong =
+        code ^ waymark::family(family.id).codes[static_cast<std::size_t>(near->number)];
+    float margin = 0;
+    if (!believable(family, turn, wrong, margin) || !(margin >= static_cast<float>(options_.min_margin)))
+      continue;
+    TagDetection detection;
+    detection.tag = {family.id, near->number};
+    detection.hamming = near->distance;
+    detection.decision_margin = margin;
+    for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = quad[(i + turn) % 4].cast<double>();
+    best = detection;
+  }
+  return best;
+}
+
+int TagReader::changes_inside(const ReadableFamily& family) const {
+  const int side = side_of(family);
+  const auto bright = [&](int x, int y) {
+    return distances_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)] > 0;
+  };
+  int changes = 0;
+  for (int y = 1; y < family.width - 1; ++y) {
+    for (int x = 1; x < family.width - 1; ++x) {
+      changes += x > 1 && bright(x, y) != bright(x - 1, y) ? 1 : 0;
+      changes += y > 1 && bright(x, y) != bright(x, y - 1) ? 1 : 0;
+    }
+  }
+  return changes;
+}
+
+}  // namespace waymark::search
