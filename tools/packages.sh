@@ -14,7 +14,7 @@ WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-
   libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
   pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
   libmujoco-dev liblcm-dev python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
-  gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools libxml2-utils)
+  gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools libxml2-utils g++-aarch64-linux-gnu qemu-user googletest)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {

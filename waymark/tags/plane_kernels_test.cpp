@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iostream>
 #include <iterator>
 #include <utility>
 #include <vector>
@@ -48,6 +49,12 @@ TEST(PlaneKernels, AllVersionsGiveTheSameBytes) {
       ASSERT_EQ(words, words_portable) << kernels->name << ", width " << width;
     }
   }
+}
+
+TEST(PlaneKernels, AreNamed) {
+  for (const PlaneKernels* kernels : runnable_plane_kernels())
+    std::cout << kernels->name << " is among the kernels\n";
+  EXPECT_STREQ(runnable_plane_kernels().front()->name, "portable");
 }
 
 TEST(PlaneKernels, AllVersionsGiveTheSameThresholds) {

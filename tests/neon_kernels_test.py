@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""The kernels for NEON give what the portable ones give: plane_kernels_test.cpp and run_components_test.cpp, compiled for 64-bit ARM by
+Debian's cross compiler and run by qemu-user. Only what they test is compiled. Runs where WAYMARK_FULL is set.
+
+usage: neon_kernels_test.py SOURCE_FOLDER
+"""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+SKIPPED = 77
+COMPILER, EMULATOR = "aarch64-linux-gnu-g++", "qemu-aarch64"
+GTEST = pathlib.Path("/usr/src/googletest/googletest")  # of Debian's package googletest
+TAGS = ["plane_kernels.cpp", "plane_kernels_neon.cpp", "run_components.cpp", "plane_kernels_test.cpp", "run_components_test.cpp"]
+
+
+def main():
+    source = pathlib.Path(sys.argv[1]).resolve()
+    if not os.environ.get("WAYMARK_FULL"):
+        print("skipped: WAYMARK_FULL is not set")
+        return SKIPPED
+    missing = [name for name in (COMPILER, EMULATOR) if shutil.which(name) is None]
+    missing += [] if GTEST.exists() else [str(GTEST)]
+    if missing:
+        print("skipped: there is no " + ", ".join(missing))
+        return SKIPPED
+    with tempfile.TemporaryDirectory() as folder:
+        program = pathlib.Path(folder) / "neon_kernels"
+        words = [COMPILER, "-std=c++20", "-O2", "-static", f"-I{source}", f"-I{GTEST}", f"-I{GTEST}/include",
+                 f"{GTEST}/src/gtest-all.cc", f"{GTEST}/src/gtest_main.cc", str(source / "waymark/base/random.cpp")]
+        words += [str(source / "waymark/tags" / name) for name in TAGS] + ["-o", str(program)]
+        subprocess.run(words, check=True)
+        done = subprocess.run([EMULATOR, str(program)], capture_output=True, text=True)
+        print(done.stdout, done.stderr)
+        if done.returncode != 0:
+            return 1
+        if "NEON is among the kernels" not in done.stdout:
+            print("the kernels for NEON did not run")
+            return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
