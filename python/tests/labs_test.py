@@ -1,0 +1,77 @@
+#!/usr/bin/python3
+"""Each lab gives nothing for an empty answer, all points for its solution, and fewer for each of at least five wrong answers.
+
+usage: labs_test.py SOURCE     (PYTHONPATH names the package). With WAYMARK_FULL the notebooks are executed by nbclient as well.
+"""
+import contextlib
+import importlib.util
+import io
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(sys.argv.pop(1))
+LABS = sorted((SOURCE / "labs").glob("[0-9]*.py"))
+CHECK = "# ## Check\n"
+
+
+def points_of(lab, answer=""):
+    """(points, possible, what was printed) of a lab with an answer before its check."""
+    text = lab.read_text()
+    before, after = text.split("# %% [markdown]\n" + CHECK)
+    names, printed = {}, io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(before, lab.name, "exec"), names)  # noqa: S102
+        exec(compile(answer, "answer", "exec"), names)  # noqa: S102
+        exec(compile(after, lab.name, "exec"), names)  # noqa: S102
+    return names["lab"].points, names["lab"].possible, printed.getvalue()
+
+
+class Labs(unittest.TestCase):
+    def test_there_are_labs(self):
+        self.assertGreaterEqual(len(LABS), 1)
+
+    def test_empty_answers_get_nothing(self):
+        for lab in LABS:
+            points, possible, printed = points_of(lab)
+            self.assertEqual((lab.name, points, possible), (lab.name, 0, 10), printed)
+            self.assertIn("not done yet", printed)
+
+    def test_solutions_get_everything(self):
+        for lab in LABS:
+            points, possible, printed = points_of(lab, (SOURCE / "labs" / "solutions" / lab.name).read_text())
+            self.assertEqual((lab.name, points), (lab.name, possible), printed)
+
+    def test_wrong_answers_are_caught(self):
+        for lab in LABS:
+            solution = (SOURCE / "labs" / "solutions" / lab.name).read_text()
+            answer, _, wrong = solution.partition("\nWRONG = ")
+            mistakes = eval(wrong)  # noqa: S307  our own file
+            self.assertGreaterEqual(len(mistakes), 5, lab.name)
+            for what, (right, mistake) in mistakes.items():
+                self.assertEqual(answer.count(right), 1, f"{lab.name}: {what}")
+                points, possible, printed = points_of(lab, answer.replace(right, mistake))
+                self.assertLess(points, possible, f"{lab.name}: {what}\n{printed}")
+                self.assertIn("WRONG", printed)
+
+    @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
+    def test_notebooks_run(self):
+        if importlib.util.find_spec("nbclient") is None or importlib.util.find_spec("ipykernel") is None:
+            self.skipTest("nbclient or ipykernel is missing (Debian: python3-nbclient python3-ipykernel)")
+        import nbclient
+        import nbformat
+
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([sys.executable, SOURCE / "tools" / "make_notebooks.py", folder, "--solved"], check=True, capture_output=True)
+            for path in sorted(pathlib.Path(folder).glob("*.ipynb")):
+                book = nbformat.read(path, as_version=4)
+                nbclient.NotebookClient(book, timeout=120).execute()
+                output = "".join(part.get("text", "") for cell in book.cells if cell.cell_type == "code" for part in cell.outputs)
+                self.assertIn("10 of 10 points", output, path.name)
+
+
+if __name__ == "__main__":
+    unittest.main()

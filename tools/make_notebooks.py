@@ -1,0 +1,49 @@
+#!/usr/bin/python3
+"""Turns labs/*.py (cells: `# %%` code, `# %% [markdown]` text) into notebooks.
+
+usage: tools/make_notebooks.py OUTPUT_FOLDER [--solved]     --solved: with the solution before the check. Needs python3-nbformat.
+"""
+import pathlib
+import re
+import sys
+
+LABS = pathlib.Path(__file__).resolve().parent.parent / "labs"
+CHECK = "## Check"
+
+
+def cells_of(text):
+    """(is markdown, text) of each cell."""
+    parts = re.split(r"^# %%( \[markdown\])?[ ]*\n", text, flags=re.M)
+    for markdown, body in zip(parts[1::2], parts[2::2]):
+        lines = body.strip("\n").split("\n")
+        yield bool(markdown), "\n".join(re.sub(r"^# ?", "", line) for line in lines) if markdown else "\n".join(lines)
+
+
+def notebook_of(lab, solution=None):
+    import nbformat
+
+    book = nbformat.v4.new_notebook(metadata={"kernelspec": {"name": "python3", "display_name": "Python 3", "language": "python"}})
+    for number, (markdown, text) in enumerate(cells_of(lab.read_text())):
+        if markdown and text.startswith(CHECK) and solution is not None:
+            book.cells.append(nbformat.v4.new_code_cell(solution.read_text(), id="solution"))
+        book.cells.append((nbformat.v4.new_markdown_cell if markdown else nbformat.v4.new_code_cell)(text, id=f"cell-{number}"))
+    nbformat.validate(book)
+    return nbformat.writes(book)
+
+
+def main():
+    arguments = [word for word in sys.argv[1:] if word != "--solved"]
+    if len(arguments) != 1:
+        print(__doc__, file=sys.stderr)
+        return 2
+    output = pathlib.Path(arguments[0])
+    output.mkdir(parents=True, exist_ok=True)
+    for lab in sorted(LABS.glob("[0-9]*.py")):
+        solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None
+        (output / f"{lab.stem}.ipynb").write_text(notebook_of(lab, solution))
+        print(output / f"{lab.stem}.ipynb")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,68 @@
+#!/usr/bin/python3
+"""Time of the detector and the filter through Python as a ratio to C++, on rendered pictures of 1280 x 720 with tags.
+
+usage: tools/python_ratio.py PEER [RUNS]     PEER: the program waymark_python_peer; PYTHONPATH names the package of the same build
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+from waymark import camera, config, image, localization, samples, simulation, tags
+
+FRAMES = 40
+SHARE = pathlib.Path(__file__).resolve().parent.parent / "share"
+
+
+def robot_720p(folder):
+    """The robot with a camera of 1280 x 720, and its file."""
+    robot = config.read_robot("limo")
+    robot.camera = camera.pinhole(1280, 720, 950, 950, 640.5, 360.5)
+    path = folder / "robot.yaml"
+    path.write_text(robot.to_yaml())
+    return config.read_robot(str(path)), path
+
+
+def python_times(picture, world, robot):
+    detector, localizer = tags.Detector(), localization.Localizer(world.tags, robot)
+    detector_s = filter_s = 0.0
+    for i in range(FRAMES):
+        begin = time.process_time()
+        found = detector.detect(picture, robot.camera)
+        seen = time.process_time()
+        for k in range(3):
+            localizer.add(samples.Odometry(stamp_ns=(60 * i + 20 * k) * 1_000_000))
+        localizer.add(samples.TagFrame(stamp_ns=(60 * i + 40) * 1_000_000, detections=found))
+        localizer.estimate()
+        done = time.process_time()
+        if i >= 3:
+            detector_s += seen - begin
+            filter_s += done - seen
+    return detector_s / (FRAMES - 3), filter_s / (FRAMES - 3)
+
+
+def main():
+    peer, runs = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 7
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+        robot, robot_file = robot_720p(folder)
+        world = config.read_world("circuit24")
+        simulator = simulation.Simulator(world, robot, pictures=True)
+        picture = next(s for s in iter(simulator.next, None) if isinstance(s, samples.CameraFrame)).image
+        image.write(str(folder / "picture.png"), picture)
+        python, cpp = [], []
+        for _ in range(runs):  # in turn, so that a busy machine hits both
+            python.append(python_times(picture, world, robot))
+            done = subprocess.run([peer, folder / "picture.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES)], check=True, capture_output=True,
+                                  text=True)
+            cpp.append(tuple(float(word) for word in done.stdout.split()))
+    for row, name in enumerate(("detector", "filter")):
+        ours, theirs = min(run[row] for run in python), min(run[row] for run in cpp)
+        print(f"{name}: {ours * 1e3:.4f} ms through Python, {theirs * 1e3:.4f} ms in C++, ratio {ours / theirs:.3f}")
+    ours, theirs = min(map(sum, python)), min(map(sum, cpp))
+    print(f"both, a frame: {ours * 1e3:.4f} ms through Python, {theirs * 1e3:.4f} ms in C++, ratio {ours / theirs:.3f}")
+
+
+if __name__ == "__main__":
+    main()
