@@ -1,7 +1,5 @@
 #include "python/bindings/values.hpp"
 
-#include <algorithm>
-
 #include <pybind11/stl.h>
 
 #include "waymark/base/suggest.hpp"
@@ -17,12 +15,12 @@ void finish_value(const py::object& cls, const std::vector<std::string>& names) 
 }
 
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given) {
-  const auto names = py::cast<std::vector<std::string>>(cls.attr("_fields"));
+  const py::tuple names = cls.attr("_fields");
   for (const auto& [name, value] : given) {
-    const auto word = py::cast<std::string>(name);
-    if (std::find(names.begin(), names.end(), word) == names.end())
-      throw py::type_error(py::cast<std::string>(cls.attr("__name__")) + " has no '" + word + "'. " +
-                           suggestion(word, names));
+    if (!names.contains(name))
+      throw py::type_error(std::string(py::str(cls.attr("__name__"))) + " has no '" +
+                           std::string(py::str(name)) + "'. " +
+                           suggestion(std::string(py::str(name)), py::cast<std::vector<std::string>>(names)));
     py::setattr(self, name, value);
   }
 }

@@ -4,6 +4,7 @@
 usage: labs_test.py SOURCE     (PYTHONPATH names the package). With WAYMARK_FULL the notebooks are executed by nbclient as well.
 """
 import contextlib
+import functools
 import importlib.util
 import io
 import os
@@ -11,20 +12,33 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
+
+from waymark import labs
 
 SOURCE = pathlib.Path(sys.argv.pop(1))
 LABS = sorted((SOURCE / "labs").glob("[0-9]*.py"))
 CHECK = "# ## Check\n"
 
 
+@functools.cache
+def prepared(lab, before):
+    """What stands before the check, run once for all answers."""
+    names = {}
+    exec(compile(before, lab.name, "exec"), names)  # noqa: S102
+    return names
+
+
 def points_of(lab, answer=""):
     """(points, possible, what was printed) of a lab with an answer before its check."""
-    text = lab.read_text()
-    before, after = text.split("# %% [markdown]\n" + CHECK)
-    names, printed = {}, io.StringIO()
+    before, after = lab.read_text().split("# %% [markdown]\n" + CHECK)
+    printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
-        exec(compile(before, lab.name, "exec"), names)  # noqa: S102
+        names = dict(prepared(lab, before))
+        names["lab"] = labs.Lab(lab.name)
+        own = {name: types.FunctionType(value.__code__, names, name) for name, value in names.items() if isinstance(value, types.FunctionType)}
+        names.update(own)
         exec(compile(answer, "answer", "exec"), names)  # noqa: S102
         exec(compile(after, lab.name, "exec"), names)  # noqa: S102
     return names["lab"].points, names["lab"].possible, printed.getvalue()

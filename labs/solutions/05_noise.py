@@ -1,0 +1,40 @@
+import numpy as np
+
+
+def pixel_jacobian(p):
+    x, y, z = p
+    return np.array([[500 / z, 0, -500 * x / z**2], [0, 500 / z, -500 * y / z**2]])
+
+
+def pose_jacobian():
+    rows = []
+    for p in cam_corners:
+        cross = np.array([[0, -p[2], p[1]], [p[2], 0, -p[0]], [-p[1], p[0], 0]])
+        rows.append(pixel_jacobian(p) @ np.hstack([np.eye(3), -cross]))
+    return np.vstack(rows)
+
+
+def bound(J, sigma):
+    return np.linalg.inv(J.T @ J / sigma**2)
+
+
+def mean_nees(errors, P):
+    inverse = np.linalg.inv(P)
+    return np.mean([e @ inverse @ e for e in errors])
+
+
+def share_inside(errors, P):
+    inverse = np.linalg.inv(P)
+    return np.mean([e @ inverse @ e < 12.592 for e in errors])
+
+
+WRONG = {
+    "depth forgotten": ("-500 * x / z**2", "0"),
+    "depth not squared": ("-500 * y / z**2", "-500 * y / z"),
+    "sign of the rotation": ("np.eye(3), -cross", "np.eye(3), cross"),
+    "rotation before translation": ("[np.eye(3), -cross]", "[-cross, np.eye(3)]"),
+    "sigma not squared": ("/ sigma**2", "/ sigma"),
+    "information instead of its inverse": ("return np.linalg.inv(J.T @ J / sigma**2)", "return J.T @ J / sigma**2"),
+    "covariance not inverted": ("    inverse = np.linalg.inv(P)\n    return np.mean([e @ inverse @ e for", "    inverse = P\n    return np.mean([e @ inverse @ e for"),
+    "quantile of another number of coordinates": ("12.592", "7.815"),
+}
