@@ -1,9 +1,12 @@
 // Peers of Waymark on Eclipse Cyclone DDS, with types that idlc generated: nothing here is shared with Waymark.
-//   peer robot SECONDS [late]     odometry 50 Hz (y counts up), tf_static, camera_info, a 2 MB picture 5 Hz, IMU; prints commands
+//   peer robot SECONDS            odometry 50 Hz (y counts up), tf_static, camera_info, a 2 MB picture 5 Hz, IMU; prints commands
 //   peer listen SECONDS           prints each command of /cmd_vel with the time of CLOCK_MONOTONIC [ns]
 //   peer record SECONDS           counts and sums what a robot publishes: odometry, pictures, tf_static; drives it with /cmd_vel
 //   peer best-effort SECONDS      publishes /odom best effort and /imu with the type of /odom
 //   peer crowd SECONDS N          N topics
+//   peer watch SECONDS            counts what a Waymark node publishes: /waymark/pose, /tf, /diagnostics
+//   peer call SECONDS NAME        calls the service /waymark/NAME (std_srvs/Trigger) as rmw_cyclonedds does
+//   peer latency SECONDS          pictures of 640 x 480 at 30 Hz; time from each to the next command: median, p99 [ms]
 #include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +15,6 @@
 
 #include "ros.h"
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 enum { kWidth = 1920, kHeight = 1080 };
 
 static dds_entity_t participant;
@@ -197,6 +199,130 @@ static void crowd(double seconds, int count) {
   dds_sleepfor((int64_t)(seconds * 1e9));
 }
 
+static void watch(double seconds) {
+  dds_entity_t pose = endpoint(0, "rt/waymark/pose", &geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, qos(1, 0, 100));
+  dds_entity_t tf = endpoint(0, "rt/tf", &tf2_msgs_msg_dds__TFMessage__desc, qos(1, 0, 100));
+  dds_entity_t diagnostics = endpoint(0, "rt/diagnostics", &diagnostic_msgs_msg_dds__DiagnosticArray__desc, qos(1, 0, 100));
+  int poses = 0, links = 0, odom_links = 0, states = 0;
+  double largest = 0;
+  char phase[64] = "none";
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) {
+    void *raw = NULL;
+    dds_sample_info_t info;
+    while (dds_take(pose, &raw, &info, 1, 1) == 1) {
+      const geometry_msgs_msg_dds__PoseWithCovarianceStamped_ *m = raw;
+      if (info.valid_data && strcmp(m->header_.frame_id_, "map") == 0) {
+        ++poses;
+        const double s = m->pose_.covariance_[0];
+        if (s > largest) largest = s;
+      }
+      dds_return_loan(pose, &raw, 1);
+      raw = NULL;
+    }
+    while (dds_take(tf, &raw, &info, 1, 1) == 1) {
+      const tf2_msgs_msg_dds__TFMessage_ *m = raw;
+      for (uint32_t i = 0; info.valid_data && i < m->transforms_._length; ++i) {
+        const geometry_msgs_msg_dds__TransformStamped_ *link = &m->transforms_._buffer[i];
+        if (!strcmp(link->header_.frame_id_, "map") && !strcmp(link->child_frame_id_, "odom")) ++links;
+        if (!strcmp(link->header_.frame_id_, "odom") && !strcmp(link->child_frame_id_, "base_link")) ++odom_links;
+      }
+      dds_return_loan(tf, &raw, 1);
+      raw = NULL;
+    }
+    while (dds_take(diagnostics, &raw, &info, 1, 1) == 1) {
+      const diagnostic_msgs_msg_dds__DiagnosticArray_ *m = raw;
+      if (info.valid_data && m->status_._length == 1) { ++states; snprintf(phase, sizeof phase, "%s", m->status_._buffer[0].values_._buffer[0].value_); }
+      dds_return_loan(diagnostics, &raw, 1);
+      raw = NULL;
+    }
+    dds_sleepfor(DDS_MSECS(5));
+  }
+  printf("poses %d links %d odom %d states %d phase %s variance %.3g\n", poses, links, odom_links, states, phase, largest);
+}
+
+static void call(double seconds, const char *service) {
+  char request_name[96], reply_name[96];
+  snprintf(request_name, sizeof request_name, "rq/waymark/%sRequest", service);
+  snprintf(reply_name, sizeof reply_name, "rr/waymark/%sReply", service);
+  dds_entity_t requests = endpoint(1, request_name, &std_srvs_srv_dds__Trigger_Request__desc, qos(1, 0, 10));
+  dds_entity_t replies = endpoint(0, reply_name, &std_srvs_srv_dds__Trigger_Response__desc, qos(1, 0, 10));
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  dds_publication_matched_status_t out;
+  dds_subscription_matched_status_t in;
+  do {
+    dds_get_publication_matched_status(requests, &out);
+    dds_get_subscription_matched_status(replies, &in);
+    dds_sleepfor(DDS_MSECS(20));
+  } while (dds_time() < end && (out.current_count == 0 || in.current_count == 0));
+  dds_sleepfor(DDS_MSECS(300));
+  std_srvs_srv_dds__Trigger_Request_ request = {0x1122334455667788ULL, 42, 0};
+  dds_write(requests, &request);
+  while (dds_time() < end) {
+    void *raw = NULL;
+    dds_sample_info_t info;
+    if (dds_take(replies, &raw, &info, 1, 1) == 1) {
+      const std_srvs_srv_dds__Trigger_Response_ *m = raw;
+      if (info.valid_data && m->guid_ == request.guid_ && m->sequence_ == 42) {
+        printf("%s: %s\n", m->success_ ? "yes" : "no", m->message_);
+        return;
+      }
+      dds_return_loan(replies, &raw, 1);
+    }
+    dds_sleepfor(DDS_MSECS(5));
+  }
+  printf("no reply\n");
+}
+
+static int by_size(const void *a, const void *b) { return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b); }
+
+static void latency(double seconds) {
+  enum { kWide = 640, kHigh = 480, kMost = 100000 };
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  dds_entity_t image = endpoint(1, "rt/camera/color/image_raw", &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
+  dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 10));
+  nav_msgs_msg_dds__Odometry_ o;
+  memset(&o, 0, sizeof o);
+  o.header_.frame_id_ = "odom";
+  o.child_frame_id_ = "base_link";
+  o.pose_.pose_.orientation_.w_ = 1;
+  sensor_msgs_msg_dds__Image_ m;
+  memset(&m, 0, sizeof m);
+  m.header_.frame_id_ = "camera_color_optical_frame";
+  m.width_ = m.step_ = kWide;
+  m.height_ = kHigh;
+  m.encoding_ = "mono8";
+  m.data_._length = m.data_._maximum = kWide * kHigh;
+  m.data_._buffer = malloc(kWide * kHigh);
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x) m.data_._buffer[y * kWide + x] = (uint8_t)(((x / 80 + y / 80) % 2 ? 40 : 180) + (x * 7 + y * 13) % 20);
+  double *ms = malloc(sizeof(double) * kMost);
+  int count = 0, pictures = 0;
+  const int64_t begin = dds_time();
+  int64_t next = begin, sent = 0;
+  while (dds_time() - begin < (int64_t)(seconds * 1e9)) {
+    if (dds_time() >= next) {
+      next += DDS_SECS(1) / 30;
+      o.header_.stamp_ = m.header_.stamp_ = stamp();
+      dds_write(odom, &o);
+      sent = dds_time();
+      dds_write(image, &m);
+      ++pictures;
+    }
+    void *raw = NULL;
+    dds_sample_info_t info;
+    while (dds_take(commands, &raw, &info, 1, 1) == 1) {
+      if (info.valid_data && sent && dds_time() - begin > DDS_SECS(5) && count < kMost) { ms[count++] = (double)(dds_time() - sent) / 1e6; sent = 0; }
+      dds_return_loan(commands, &raw, 1);
+      raw = NULL;
+    }
+    dds_sleepfor(DDS_MSECS(1) / 4);
+  }
+  qsort(ms, (size_t)count, sizeof *ms, by_size);
+  if (count > 10) printf("latency of %d of %d pictures: median %.1f ms, p90 %.1f ms, p99 %.1f ms, worst %.1f ms\n", count, pictures, ms[count / 2], ms[count * 9 / 10], ms[count * 99 / 100], ms[count - 1]);
+  else printf("%d commands\n", count);
+}
+
 int main(int argc, char **argv) {
   const char *domain = getenv("ROS_DOMAIN_ID");
   if (argc < 3) { fputs("usage: peer robot|listen|record|best-effort|crowd SECONDS [N]\n", stderr); return 2; }
@@ -208,6 +334,9 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "record") == 0) record(seconds);
   else if (strcmp(argv[1], "best-effort") == 0) best_effort(seconds);
   else if (strcmp(argv[1], "crowd") == 0 && argc > 3) crowd(seconds, atoi(argv[3]));
+  else if (strcmp(argv[1], "watch") == 0) watch(seconds);
+  else if (strcmp(argv[1], "call") == 0 && argc > 3) call(seconds, argv[3]);
+  else if (strcmp(argv[1], "latency") == 0) latency(seconds);
   else return 2;
   dds_delete(participant);
   return 0;

@@ -5,7 +5,6 @@ Every test has a domain of its own, on this machine alone.
 
 usage: wire_test.py PROGRAM PEER [TestClass.test]
 """
-import base64
 import itertools
 import json
 import os
@@ -19,10 +18,9 @@ import threading
 import time
 import unittest
 
+from wire_peer import environment
+
 PROGRAM, PEER = sys.argv[1:3]
-UNICAST = ('<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface address="127.0.0.1"/></Interfaces>'
-           "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
-           '<MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>')
 DOMAINS = itertools.count(1 + os.getpid() % 199)
 COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
@@ -30,8 +28,7 @@ WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 
 class Wire(unittest.TestCase):
     def setUp(self):
-        self.environment = {**os.environ, "ROS_DOMAIN_ID": str(next(DOMAINS)), "ROS_LOCALHOST_ONLY": "1",
-                            "CYCLONEDDS_URI": UNICAST}
+        self.environment = environment(next(DOMAINS))
         self.running = []
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
@@ -114,7 +111,7 @@ class Robot(Wire):
         steps = [round(1e3 * (b["y_m"] - a["y_m"])) for a, b in zip(odometry, odometry[1:])]
         self.assertTrue(all(step >= 1 for step in steps), steps)
         self.assertEqual([line for line in lines if line["type"] == "imu"][0]["angular_velocity_rad_s"], [0, 0, 0.25])
-        picture = base64.b64decode([line for line in lines if line["type"] == "image"][0]["jpeg_base64"])
+        picture = pathlib.Path([line for line in lines if line["type"] == "image"][-1]["path"]).read_bytes()
         header, pixels = picture[: -1920 * 1080], picture[-1920 * 1080:]
         self.assertTrue(header.startswith(b"P5") and b"1920 1080" in header, header)
         for k in (0, 1, 1919, 1920, 1_000_000, 1920 * 1080 - 1):
@@ -224,8 +221,18 @@ class Simulated(Wire):
         self.ends(sim)
         self.succeeds("map", lap, "-o", chart)
         sim = self.simulated(7) if over_the_wire else None
-        replay = self.succeeds("replay", chart, *robot, "--world", "mbot-square", *seed, "--json")
+        node = ("--publish-ros2",) if over_the_wire else ()
+        watcher = self.start(PEER, "watch", 14) if over_the_wire else None
+        replay = self.succeeds("replay", chart, *robot, "--world", "mbot-square", *seed, *node, "--json")
         self.ends(sim)
+        if watcher:
+            words = watcher.communicate(timeout=60)[0].split()
+            seen = dict(zip(words[::2], words[1::2]))
+            self.assertGreater(int(seen["poses"]), 30, words)
+            self.assertGreater(int(seen["links"]), 30, words)
+            self.assertGreater(int(seen["odom"]), 30, words)
+            self.assertEqual(seen["phase"], "replaying", words)
+            self.assertTrue(0 < float(seen["variance"]) < 1, words)
         return json.loads(replay)
 
     def simulated(self, seed):
@@ -248,6 +255,33 @@ class Simulated(Wire):
         print(f"cross-track error of the replay: {1e3 * rmse[0]:.1f} mm over DDS, {1e3 * rmse[1]:.1f} mm in one process")
         self.assertTrue(wire["finished"], wire)
         self.assertLess(rmse[0], 0.03)
+
+    def test_services_are_the_buttons_of_a_session(self):
+        self.simulated(1)
+        self.start(PROGRAM, "run", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--world", "mbot-square", "--driver", "lines",
+                   "--publish-ros2", "-o", self.folder / "session", stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        deadline = time.monotonic() + 30
+        while self.call("pause") == "no: pause has no effect in phase ''\n" and time.monotonic() < deadline:
+            pass  # the robot has not been heard yet
+        calls = [("pause", "no: pause has no effect in phase 'idle'\n"), ("start_teach", "yes: start_teach in phase idle\n"),
+                 ("start_teach", "no: start_teach has no effect in phase 'teaching'\n"), ("stop", "yes: stop in phase teaching\n")]
+        for service, reply in calls:
+            self.assertEqual(self.call(service), reply)
+
+    def call(self, service):
+        return self.start(PEER, "call", 20, service).communicate(timeout=40)[0]
+
+    def test_a_recording_is_played_to_the_network(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        recorder = self.start(PEER, "record", 10)
+        time.sleep(1)
+        self.assertIn("messages published", self.succeeds("play", lap, "--ros2", "--to", 8))
+        words = recorder.communicate(timeout=60)[0].split()
+        seen = dict(zip(words[0:10:2], words[1:10:2]))
+        self.assertGreater(int(seen["odometry"]), 50, words)
+        self.assertEqual(seen["links"], "1", words)
+        self.assertGreater(abs(float(words[11])) + abs(float(words[12])), 0.3, words)
 
     def folder_of(self, name):
         (self.folder / name).mkdir()

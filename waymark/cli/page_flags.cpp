@@ -35,10 +35,16 @@ void add_flags(CLI::App& app, LiveFlags& flags) {
   CLI::Option* view =
       app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
   add_flags(app, flags.page, view);
+  app.add_flag("--publish-ros2", flags.ros2,
+               "Publish pose, /tf, tags and path on the network of ROS 2, with services as buttons: "
+               "docs/howto/ros2.md")
+      ->excludes(view)
+      ->group(kMoreGroup);
 }
 
 Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
                                              Console& console) {
+  if (flags.ros2) return LivePage::start_ros2(setup);
   if (!flags.view) return std::unique_ptr<LivePage>();
   return LivePage::start(flags.page, setup, control_from(console));
 }

@@ -18,11 +18,12 @@ void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view = nullptr);
 /// --view, and the flags of the page with it.
 struct LiveFlags {
   bool view = false;
+  bool ros2 = false;  ///< published on the network of ROS 2
   PageOptions page{};
 };
 void add_flags(CLI::App& app, LiveFlags& flags);
 
-/// The page of a robot that runs; nullptr without --view.
+/// The page of a robot that runs; nullptr without --view and --publish-ros2.
 [[nodiscard]] Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
                                                            Console& console);
 

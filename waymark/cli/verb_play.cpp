@@ -8,6 +8,8 @@
 #include "waymark/cli/log_options.hpp"
 #include "waymark/cli/selection_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/ros2/log_publisher.hpp"
 #include "waymark/jobs/play_log.hpp"
 
 namespace waymark::cli {
@@ -20,8 +22,23 @@ struct PlayArgs {
   double speed = 1;
   bool messages = false;
   bool json = false;
+  bool ros2 = false;
   SelectionFlags selection;
 };
+
+Status play_to_ros2(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
+  const auto bus = open_bus();
+  if (!bus) return tl::unexpected(bus.error());
+  LogPublisher publisher(**bus);
+  const auto publish = [&](const LogChannel& channel, const LogMessage& message) {
+    return publisher.publish(channel, message);
+  };
+  const Status status = play_messages(log, selection, args.speed, publish, interrupted);
+  for (const std::string& topic : publisher.passed_over())
+    console.say(topic + " was passed over: not of ROS");
+  console.print(fmt::format("{} messages published\n", publisher.published()));
+  return status;
+}
 
 ExitCode play(const PlayArgs& args, Console& console) {
   if (!(args.speed >= 0 && args.speed <= 1e6)) {
@@ -36,13 +53,12 @@ ExitCode play(const PlayArgs& args, Console& console) {
   const Result<LogSelection> selection = args.selection.make(**log);
   if (!selection) return console.failed(selection.error(), ExitCode::Usage);
   const PlayOptions options{.speed = args.speed, .messages = args.messages, .json = args.json};
-  const Status status = play_log(
-      **log, *selection, options,
-      [&](const std::string& line) {
-        console.print(line);
-        return !console.output_ended();
-      },
-      interrupted);
+  const auto print = [&](const std::string& line) {
+    console.print(line);
+    return !console.output_ended();
+  };
+  const Status status = args.ros2 ? play_to_ros2(args, **log, *selection, console)
+                                  : play_log(**log, *selection, options, print, interrupted);
   for (const LogProblem& problem : (*log)->problems()) console.say(problem.error);
   if (interrupted()) return ExitCode::Interrupted;
   return status || console.output_ended() ? ExitCode::Ok
@@ -60,6 +76,9 @@ Run prepare(CLI::App& app) {
       ->type_name("NUMBER");
   app.add_flag("--messages", args->messages,
                "All messages as they lie in the file (topic, type, size) instead of samples");
+  app.add_flag(
+      "--ros2", args->ros2,
+      "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
   app.add_flag("--json", args->json, "One JSON object a line instead of words");
   return [args](Console& console) { return play(*args, console); };
 }
@@ -81,6 +100,7 @@ Examples:
   waymark play lap.mcap
   waymark play lap.mcap --speed 0 --from 10 --to 12 --topics /odom,/tag_detections
   waymark play lap.mcap --speed 0 --json
+  waymark play lap.mcap --ros2
 )",
       .prepare = prepare,
       .verbs = {}};

@@ -63,17 +63,27 @@ std::string message_line(const LogChannel& channel, const LogMessage& message, s
 
 }  // namespace
 
+Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
+                     const MessageLog::Visitor& on_message, const std::function<bool()>& cancelled) {
+  PlaybackPace pace(speed, cancelled);
+  const std::uint64_t start = recording_start_ns(log);
+  return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+    if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
+    return on_message(channel, message);
+  });
+}
+
 Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,
                 const std::function<bool(const std::string&)>& on_line,
                 const std::function<bool()>& cancelled) {
-  PlaybackPace pace(options.speed, cancelled);
   if (options.messages) {
-    const std::uint64_t start = recording_start_ns(log);
-    return log.visit(selection, [&](const LogChannel& channel, const LogMessage& message) -> Status {
-      if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
+    const auto on_message = [&, start = recording_start_ns(log)](const LogChannel& channel,
+                                                                 const LogMessage& message) -> Status {
       return on_line(message_line(channel, message, start, options.json)) ? Status() : enough();
-    });
+    };
+    return play_messages(log, selection, options.speed, on_message, cancelled);
   }
+  PlaybackPace pace(options.speed, cancelled);
   std::optional<SensorTime> start;
   return log.visit_samples(selection, [&](const Sample& sample) -> Status {
     if (!start) start = stamp_of(sample);

@@ -19,4 +19,9 @@ struct PlayOptions {
                               const std::function<bool(const std::string&)>& on_line,
                               const std::function<bool()>& cancelled);
 
+/// The same with the messages themselves.
+[[nodiscard]] Status play_messages(MessageLog& log, const LogSelection& selection, double speed,
+                                   const MessageLog::Visitor& on_message,
+                                   const std::function<bool()>& cancelled);
+
 }  // namespace waymark

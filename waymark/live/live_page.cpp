@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <spawn.h>
 
+#include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
@@ -49,12 +50,31 @@ void announce(const HttpServer& server, const PageOptions& page, const JobContro
   if (page.open && !open_browser(server.url())) control.note("no browser could be opened: do it by hand");
 }
 
+namespace {
+
+Status refuse_in_process(const RobotSetup& setup, const char* key) {
+  if (!setup.process.empty()) return {};
+  return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run --view`",
+              {.key = key}, "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup) {
+  if (Status status = refuse_in_process(setup, "publish-ros2"); !status)
+    return tl::unexpected(status.error());
+  std::unique_ptr<LivePage> view(new LivePage);
+  auto bus = open_bus();
+  if (!bus) return tl::unexpected(bus.error());
+  auto node = Ros2Node::start(std::move(*bus), view->feed_);
+  if (!node) return tl::unexpected(node.error());
+  view->node_ = std::move(*node);
+  return view;
+}
+
 Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const RobotSetup& setup,
                                                   const JobControl& control) {
-  if (setup.process.empty())
-    return fail(ErrorCode::InvalidArgument, "a simulated robot is watched with `waymark run --view`",
-                {.key = "view"},
-                "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
+  if (Status status = refuse_in_process(setup, "view"); !status) return tl::unexpected(status.error());
   Result<ServerOptions> options = server_options(page, true);
   if (!options) return tl::unexpected(options.error());
   std::unique_ptr<LivePage> view(new LivePage);

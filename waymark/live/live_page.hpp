@@ -9,6 +9,7 @@
 
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/live/ros2_node.hpp"
 #include "waymark/runtime/robot_loop.hpp"
 #include "waymark/server/http_server.hpp"
 #include "waymark/server/live_feed.hpp"
@@ -43,6 +44,8 @@ class LivePage {
   /// which nobody could watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
+  /// The same as a node of ROS 2 instead of a page, where the environment variables of ROS say.
+  static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup);
   ~LivePage();
   LivePage(const LivePage&) = delete;
   LivePage& operator=(const LivePage&) = delete;
@@ -53,6 +56,7 @@ class LivePage {
   LivePage() = default;
   LiveFeed feed_{};
   std::unique_ptr<HttpServer> server_{};
+  std::unique_ptr<Ros2Node> node_{};
   std::atomic<bool> over_{false};
   std::thread thread_{};
 };

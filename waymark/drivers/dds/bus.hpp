@@ -41,10 +41,18 @@ struct BusOptions {
   std::string keystore{};  ///< folder of the enclave's certificates (SROS 2); empty: no security
 };
 
+/// Which request a reply answers: writer's GUID (of the client's reader, where the request names it) and
+/// sequence number, as RTPS has them.
+struct RequestIdentity {
+  std::array<std::uint8_t, 16> guid{};
+  std::int64_t sequence = 0;
+};
+
 struct BusMessage {
   std::size_t subscription = 0;  ///< as subscribe() numbered it
   std::vector<std::uint8_t> bytes{};
   Duration arrived{};  ///< steady clock
+  RequestIdentity identity{};
 };
 
 /// A publisher or a subscription of somebody else.
@@ -69,6 +77,9 @@ class Bus {
   /// are dropped and counted.
   virtual Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) = 0;
   virtual Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) = 0;
+  /// The same as the reply to a request.
+  virtual Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
+                       const RequestIdentity& to) = 0;
   /// The oldest message that waits; nothing: none came within `most`.
   virtual std::optional<BusMessage> next(Duration most) = 0;
   [[nodiscard]] virtual bool more() const = 0;

@@ -4,6 +4,8 @@
 
 #include <dlfcn.h>
 
+#include "waymark/drivers/dds/ros_environment.hpp"
+
 namespace waymark {
 namespace {
 
@@ -39,6 +41,13 @@ Result<std::unique_ptr<Bus>> open_bus(const BusOptions& options) {
   (*open)(options, bus, error);
   if (!bus) return tl::unexpected(error);
   return bus;
+}
+
+Result<std::unique_ptr<Bus>> open_bus() {
+  BusOptions options;
+  if (Status status = apply_ros_environment(options, process_environment()); !status)
+    return tl::unexpected(status.error());
+  return open_bus(options);
 }
 
 }  // namespace waymark

@@ -14,5 +14,7 @@ inline constexpr const char* kOpenBusSymbol = "waymark_open_bus";
 /// Joins the domain. The module libwaymark-dds.so is loaded by the first call: beside the program that runs,
 /// or in ../lib/waymark. Fails where it is not there, cannot be loaded, or cannot join.
 [[nodiscard]] Result<std::unique_ptr<Bus>> open_bus(const BusOptions& options);
+/// As the environment variables of ROS say (apply_ros_environment()).
+[[nodiscard]] Result<std::unique_ptr<Bus>> open_bus();
 
 }  // namespace waymark

@@ -1,5 +1,6 @@
 #include "waymark/drivers/fastdds/fastdds_bus.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <utility>
@@ -25,6 +26,18 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
+/// As rmw_fastrtps does: the reader of the client where the request names it, else its writer.
+RequestIdentity identity_of(const dds::SampleInfo& info) {
+  const auto& related = info.related_sample_identity.writer_guid();
+  const bool named = related != eprosima::fastrtps::rtps::GUID_t::unknown();
+  const auto& guid = named ? related : info.sample_identity.writer_guid();
+  RequestIdentity identity{.sequence =
+                               static_cast<std::int64_t>(info.sample_identity.sequence_number().to64long())};
+  std::copy_n(guid.guidPrefix.value, 12, identity.guid.begin());
+  std::copy_n(guid.entityId.value, 4, identity.guid.begin() + 12);
+  return identity;
+}
+
 /// Puts what comes into the queue, on the thread it comes by.
 class Arrival final : public dds::DataReaderListener {
  public:
@@ -35,8 +48,8 @@ class Arrival final : public dds::DataReaderListener {
     dds::SampleInfo info;
     while (reader->take_next_sample(&raw, &info) == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK) {
       if (!info.valid_data) continue;
-      queue_.push(
-          {number_, std::exchange(raw.bytes, {}), std::chrono::steady_clock::now().time_since_epoch()});
+      queue_.push({number_, std::exchange(raw.bytes, {}), std::chrono::steady_clock::now().time_since_epoch(),
+                   identity_of(info)});
     }
   }
 
@@ -53,6 +66,8 @@ class FastddsBus final : public Bus {
   Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& qos) override;
   Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) override;
   Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override;
+  Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
+               const RequestIdentity& to) override;
   std::optional<BusMessage> next(Duration most) override { return queue_.take(most); }
   [[nodiscard]] bool more() const override { return !queue_.empty(); }
   [[nodiscard]] int matched_subscriptions(std::size_t publisher) const override;
@@ -137,6 +152,20 @@ Status FastddsBus::publish(std::size_t publisher, std::span<const std::uint8_t> 
   RawCdr raw{{bytes.begin(), bytes.end()}};
   if (writers_[publisher]->write(&raw)) return {};
   return fail(ErrorCode::Unwritable, fmt::format("a message of {} bytes cannot be sent", bytes.size()),
+              {.key = writers_[publisher]->get_topic()->get_name()});
+}
+
+Status FastddsBus::reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
+                         const RequestIdentity& to) {
+  RawCdr raw{{bytes.begin(), bytes.end()}};
+  eprosima::fastrtps::rtps::WriteParams parameters;
+  auto& related = parameters.related_sample_identity();
+  std::copy_n(to.guid.begin(), 12, related.writer_guid().guidPrefix.value);
+  std::copy_n(to.guid.begin() + 12, 4, related.writer_guid().entityId.value);
+  related.sequence_number() =
+      eprosima::fastrtps::rtps::SequenceNumber_t(static_cast<std::uint64_t>(to.sequence));
+  if (writers_[publisher]->write(&raw, parameters)) return {};
+  return fail(ErrorCode::Unwritable, "a reply cannot be sent",
               {.key = writers_[publisher]->get_topic()->get_name()});
 }
 

@@ -31,8 +31,8 @@ bool worth_saying(std::uint64_t count) { return count <= kEachSaid || (count & (
 
 }  // namespace
 
-RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot)
-    : profile_(std::move(profile)), robot_(std::move(robot)) {
+RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture)
+    : profile_(std::move(profile)), robot_(std::move(robot)), put_picture_(std::move(put_picture)) {
   (void)check_.read({.text = to_line(RobotHello{.name = robot_.model.name})});
 }
 
@@ -105,7 +105,7 @@ Result<std::string> RobotBridge::line_of(Sample sample, const Ros2Subscription& 
     frame->camera = "cam";
     const auto picture = encode_pnm(frame->image);
     if (!picture) return tl::unexpected(picture.error());
-    return to_line(sample, *picture);
+    return picture_line(frame->stamp, *picture);
   }
   if (auto* tags = std::get_if<TagFrame>(&sample)) tags->camera = "cam";
   std::string line = to_line(sample);
@@ -124,7 +124,17 @@ Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from
   if (Status status = gate_.pass(from.topic, stamp, arrived, false); !status)
     return tl::unexpected(status.error());
   camera_frame_ = frame_name(message->header.frame_id);
-  return to_line(CameraFrame{.stamp = stamp}, message->data);
+  return picture_line(stamp, message->data);
+}
+
+/// A path costs neither base64 nor JSON of the picture's size.
+Result<std::string> RobotBridge::picture_line(SensorTime stamp,
+                                              const std::vector<std::uint8_t>& picture) const {
+  if (!put_picture_) return to_line(CameraFrame{.stamp = stamp}, picture);
+  const auto path = put_picture_(picture);
+  if (!path) return tl::unexpected(path.error());
+  return fmt::format("{{\"type\":\"image\",\"stamp_ns\":{},\"path\":\"{}\"}}\n",
+                     stamp.time_since_epoch().count(), *path);
 }
 
 void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -20,7 +21,11 @@ namespace waymark {
 /// none, or a stamp that misleads is dropped, counted, and named in words. Pure.
 class RobotBridge {
  public:
-  RobotBridge(Ros2Profile profile, RobotDescription robot);
+  /// Puts a picture, the bytes of a JPEG, PNG or PNM file, where the other side finds it: the path of a file.
+  using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
+
+  /// Without `put_picture` pictures stand in the lines themselves.
+  RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture = {});
 
   /// The lines of a message in CDR with its encapsulation; empty for one that is dropped or only kept here.
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
@@ -41,6 +46,8 @@ class RobotBridge {
   Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
                                          Duration arrived);
   Result<std::string> line_of(Sample sample, const Ros2Subscription& from, Duration arrived);
+  [[nodiscard]] Result<std::string> picture_line(SensorTime stamp,
+                                                 const std::vector<std::uint8_t>& picture) const;
   void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
   Status keep_transforms(std::span<const std::uint8_t> bytes);
   Status compare_camera(std::span<const std::uint8_t> bytes);
@@ -50,6 +57,7 @@ class RobotBridge {
 
   Ros2Profile profile_;
   RobotDescription robot_;
+  PutPicture put_picture_;
   StampGate gate_{};
   RobotMessageReader check_{"ROS 2"};  ///< nothing leaves that the other end would refuse
   std::int64_t checked_ = 0;

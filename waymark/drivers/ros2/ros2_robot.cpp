@@ -10,6 +10,7 @@
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/command_sender.hpp"
+#include "waymark/drivers/ros2/picture_ring.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
@@ -33,7 +34,7 @@ class Ros2Robot {
         bus_options_(std::move(bus_options)),
         wire_(wire),
         options_(options),
-        bridge_(profile, robot),
+        bridge_(profile, robot, picture_place()),
         uses_(uses_of(profile)) {}
 
   Status run() {
@@ -52,6 +53,14 @@ class Ros2Robot {
   }
 
  private:
+  /// Nothing where no file can be made: pictures then travel in the lines.
+  RobotBridge::PutPicture picture_place() {
+    auto made = PictureRing::make();
+    if (!made) return {};
+    const auto ring = std::make_shared<PictureRing>(std::move(*made));
+    return [ring](std::span<const std::uint8_t> bytes) { return ring->put(bytes); };
+  }
+
   Status join() {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());

@@ -1,0 +1,26 @@
+"""Waymark with a TurtleBot3 (turtlebot3_bringup runs on the robot): ready to be taught by its services, shown in RViz.
+
+    ros2 launch waymark turtlebot3.launch.py anchor:=0 tag_size_m:=0.16
+    ros2 service call /waymark/start_teach std_srvs/srv/Trigger
+"""
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description():
+    return LaunchDescription([
+        DeclareLaunchArgument("anchor", default_value="0", description="Tag the map stands on"),
+        DeclareLaunchArgument("tag_size_m", default_value="0.16", description="Side of the tags' black squares"),
+        DeclareLaunchArgument("folder", default_value="waymark_session", description="Where recordings and maps are written"),
+        DeclareLaunchArgument("driver", default_value="gamepad", description="Who drives the lap: gamepad or keyboard"),
+        ExecuteProcess(
+            cmd=["waymark", "run", "--robot", "ros2:turtlebot3", "--driver", LaunchConfiguration("driver"),
+                 "--anchor", LaunchConfiguration("anchor"), "--tag-size-m", LaunchConfiguration("tag_size_m"),
+                 "--publish-ros2", "--output", LaunchConfiguration("folder")],
+            output="screen"),
+        Node(package="rviz2", executable="rviz2",
+             arguments=["-d", [FindPackageShare("waymark"), "/rviz/waymark.rviz"]]),
+    ])

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "waymark/drivers/dds/bus.hpp"
+#include "waymark/recording/cdr_channels.hpp"
+
+namespace waymark {
+
+/// Publishes the messages of a recording as they lie in it, with their own stamps; those of ROS 1 as ROS 2
+/// writes them. /tf_static and camera_info are kept for late joiners.
+class LogPublisher {
+ public:
+  explicit LogPublisher(Bus& bus) : bus_(bus) {}
+
+  /// A message that is not of ROS is passed over. Fails where the network refuses it.
+  Status publish(const LogChannel& channel, const LogMessage& message);
+  [[nodiscard]] std::uint64_t published() const { return published_; }
+  /// Topics that were passed over: not of ROS, or damaged.
+  [[nodiscard]] const std::set<std::string>& passed_over() const { return passed_over_; }
+
+ private:
+  Bus& bus_;
+  CdrChannels channels_{[](LogProblem::Kind, const std::string&, const Error&) {}};
+  std::map<std::string, std::size_t> publishers_{};  ///< by topic
+  std::set<std::string> passed_over_{};
+  std::uint64_t published_ = 0;
+};
+
+}  // namespace waymark

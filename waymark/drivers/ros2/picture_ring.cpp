@@ -1,0 +1,49 @@
+#include "waymark/drivers/ros2/picture_ring.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr unsigned kNames = 10;
+
+}  // namespace
+
+Result<PictureRing> PictureRing::make() {
+  std::error_code error;
+  const fs::path memory = "/dev/shm";
+  const fs::path where = fs::is_directory(memory, error) ? memory : fs::temp_directory_path(error);
+  std::string name = (where / "waymark-pictures-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr)
+    return fail(ErrorCode::Unwritable, "no folder for pictures can be made", {.source = where.string()});
+  return PictureRing(fs::path(name));
+}
+
+PictureRing::~PictureRing() {
+  std::error_code ignored;
+  if (!folder_.empty()) fs::remove_all(folder_, ignored);
+}
+
+Result<std::string> PictureRing::put(std::span<const std::uint8_t> bytes) {
+  const fs::path unfinished = folder_ / "next";
+  const fs::path path = folder_ / fmt::format("{}.picture", next_++ % kNames);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(unfinished.c_str(), "wb"),
+                                                             &std::fclose);
+  const bool written = file != nullptr &&
+                       std::fwrite(bytes.data(), 1, bytes.size(), file.get()) == bytes.size() &&
+                       std::fflush(file.get()) == 0;
+  std::error_code error;
+  if (written) fs::rename(unfinished, path, error);
+  if (!written || error)
+    return fail(ErrorCode::Unwritable, "a picture cannot be written", {.source = path.string()},
+                "Is the memory full?");
+  return path.string();
+}
+
+}  // namespace waymark

@@ -1,0 +1,160 @@
+#include "waymark/live/ros2_node.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr Duration kSlice = std::chrono::milliseconds(5);
+constexpr Duration kStatusPeriod = std::chrono::seconds(1);
+constexpr std::size_t kOdometryKept = 100;
+constexpr std::size_t kMostPoses = 5000;  // of the path
+constexpr const char* kServices[] = {"start_teach", "map", "replay", "pause", "stop"};
+
+/// What each service needs, and does.
+struct Rule {
+  std::string_view service;
+  std::string_view phase;
+  ViewerOrder::Kind press;
+};
+using Kind = ViewerOrder::Kind;
+constexpr Rule kRules[] = {
+    {"start_teach", "idle", Kind::Go}, {"map", "teaching", Kind::Go},     {"replay", "ready", Kind::Go},
+    {"replay", "done", Kind::Go},      {"replay", "stopped", Kind::Go},   {"replay", "paused", Kind::Go},
+    {"pause", "replaying", Kind::Go},  {"stop", "replaying", Kind::Stop}, {"stop", "paused", Kind::Stop},
+    {"stop", "teaching", Kind::Stop},
+};
+
+/// The odometry at a moment: the newest that is not later, else the oldest.
+const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
+  const auto later = std::ranges::find_if(all, [&](const Odometry& one) { return one.stamp > stamp; });
+  if (all.empty()) return nullptr;
+  return later == all.begin() ? &*later : &*std::prev(later);
+}
+
+}  // namespace
+
+ServiceButton button_of_service(const std::string& service, const std::string& phase) {
+  for (const Rule& rule : kRules)
+    if (rule.service == service && rule.phase == phase) return {rule.press, service + " in phase " + phase};
+  if (service == "stop") return {Kind::Stop, "stop"};  // whatever happens, it is never refused
+  return {{}, service + " has no effect in phase '" + phase + "'"};
+}
+
+Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed) {
+  std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed));
+  if (Status status = node->offer_services(); !status) return tl::unexpected(status.error());
+  feed.set_listening(true);
+  node->thread_ = std::thread([raw = node.get()] { raw->run(); });
+  return node;
+}
+
+Ros2Node::~Ros2Node() {
+  over_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+Status Ros2Node::offer_services() {
+  for (const std::string service : kServices) {
+    const auto answer = [this, service]() -> TriggerReply {
+      const ServiceButton button = button_of_service(service, status_.phase);
+      if (button.press) feed_.order({.kind = *button.press});
+      return {button.press.has_value(), button.words};
+    };
+    if (Status status = services_.offer("/waymark/" + service, answer); !status) return status;
+  }
+  return {};
+}
+
+void Ros2Node::run() {
+  while (!over_) {
+    if (const auto message = bus_->next(kSlice)) (void)services_.receive(*message);
+    publish_updates();
+  }
+}
+
+template <class Message>
+void Ros2Node::publish(const std::string& topic, const Message& message, bool kept) {
+  auto known = publishers_.find(topic);
+  if (known == publishers_.end()) {
+    const TopicQos qos{.transient_local = kept, .depth = kept ? 1 : 10};
+    const auto made = bus_->advertise(dds_topic(topic, Message::kType), qos);
+    if (!made) return;  // nobody gets it, and the drive goes on
+    known = publishers_.emplace(topic, *made).first;
+  }
+  (void)bus_->publish(known->second, cdr::encode(message));
+}
+
+void Ros2Node::publish_updates() {
+  LiveFeed::Updates updates = feed_.take();
+  for (LiveSample& sample : updates.samples) {
+    std::visit([this](const auto& value) { say(value); }, sample.value);
+    auto* received = std::get_if<Sample>(&sample.value);
+    auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
+    if (picture != nullptr) feed_.give_back(std::move(*picture));
+  }
+  if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
+    publish("/waymark/markers", *shapes_, true);
+  const Duration now = steady_now();
+  if (updates.status == status_ && now - status_said_ < kStatusPeriod) return;
+  if (updates.status.phase != status_.phase) path_.poses.clear();
+  status_ = updates.status;
+  status_said_ = now;
+  say_status(status_);
+}
+
+void Ros2Node::say(const Sample& sample) {
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+    odometry_.push_back(*odometry);
+    if (odometry_.size() > kOdometryKept) odometry_.pop_front();
+  }
+  if (const auto* tags = std::get_if<TagFrame>(&sample)) publish("/waymark/tags", ros2::to_ros(*tags));
+}
+
+void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
+  publish("/waymark/pose", estimate);
+  const SensorTime stamp = ros2::from_ros(estimate.header.stamp);
+  if (const Odometry* odometry = odometry_at(odometry_, stamp)) {
+    const SE3 map_T_odom = ros2::from_ros(estimate.pose.pose) * lift(odometry->odom_T_base).inverse();
+    publish("/tf",
+            ros2::TFMessage{{ros2::to_ros_transform(stamp, ros2::kMapFrame, ros2::kOdomFrame, map_T_odom)}});
+  }
+  if (path_.poses.size() >= kMostPoses)
+    path_.poses.erase(path_.poses.begin(), path_.poses.begin() + kMostPoses / 2);
+  path_.header = estimate.header;
+  path_.poses.push_back({estimate.header, estimate.pose.pose});
+  constexpr std::size_t kEach = 10;  // a whole path each time is long
+  if (path_.poses.size() % kEach == 0) publish("/waymark/path", path_);
+}
+
+void Ros2Node::say(const ros2::DiagnosticArray& compared) { publish("/waymark/nis", compared); }
+
+void Ros2Node::say_status(const LiveStatus& status) {
+  const bool lost = status.certain && !*status.certain;
+  const bool stands = !status.reason.empty() || !status.halted.empty();
+  ros2::DiagnosticStatus one{
+      .level = static_cast<std::uint8_t>(stands ? 2
+                                         : lost ? 1
+                                                : 0),
+      .name = "waymark: drive",
+      .message = stands ? (status.halted.empty() ? status.reason : status.halted) : status.phase,
+      .hardware_id = "waymark"};
+  one.values = {{"phase", status.phase},
+                {"certain", !status.certain   ? "unknown"
+                            : *status.certain ? "true"
+                                              : "false"},
+                {"driven_m", std::to_string(status.driven_m)},
+                {"goal_m", std::to_string(status.goal_m)},
+                {"dropped_pictures", std::to_string(status.dropped_pictures)}};
+  ros2::DiagnosticArray message{.status = {std::move(one)}};
+  const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
+  message.header.stamp = ros2::to_ros(SensorTime(now));
+  publish("/diagnostics", message);
+}
+
+}  // namespace waymark

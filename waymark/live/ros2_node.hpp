@@ -1,0 +1,65 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/ros2/trigger_service.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/server/live_feed.hpp"
+
+namespace waymark {
+
+/// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
+/// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /diagnostics; and the services
+/// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
+/// On a thread of its own, which takes the feed.
+class Ros2Node {
+ public:
+  /// The feed outlives the node.
+  static Result<std::unique_ptr<Ros2Node>> start(std::unique_ptr<Bus> bus, LiveFeed& feed);
+  ~Ros2Node();
+  Ros2Node(const Ros2Node&) = delete;
+  Ros2Node& operator=(const Ros2Node&) = delete;
+
+ private:
+  Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed) : bus_(std::move(bus)), services_(*bus_), feed_(feed) {}
+  Status offer_services();
+  void run();
+  void publish_updates();
+  void say(const Sample& sample);
+  void say(const ros2::PoseWithCovarianceStamped& estimate);
+  void say(const ros2::DiagnosticArray& compared);
+  void say_status(const LiveStatus& status);
+  template <class Message>
+  void publish(const std::string& topic, const Message& message, bool kept = false);
+
+  std::unique_ptr<Bus> bus_;
+  TriggerServices services_;
+  LiveFeed& feed_;
+  LiveStatus status_{};
+  std::shared_ptr<const ros2::MarkerArray> shapes_{};
+  std::deque<Odometry> odometry_{};
+  ros2::Path path_{};
+  Duration status_said_{};
+  std::map<std::string, std::size_t> publishers_{};
+  std::atomic<bool> over_ = false;
+  std::thread thread_{};
+};
+
+/// Which button a service presses in a phase of the drive, or why none; the phases are those of
+/// OperatorState.
+struct ServiceButton {
+  std::optional<ViewerOrder::Kind> press{};
+  std::string words{};
+};
+[[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
+
+}  // namespace waymark
