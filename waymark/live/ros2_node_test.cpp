@@ -1,0 +1,165 @@
+#include "waymark/live/ros2_node.hpp"
+
+#include <mutex>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/geometry/planar.hpp"
+
+namespace waymark {
+namespace {
+
+/// What was published on a network that ends here, and requests for whoever subscribes.
+struct Network {
+  std::mutex mutex{};
+  std::vector<std::string> publishers{};     ///< topics by number
+  std::vector<std::string> subscriptions{};  ///< likewise
+  std::map<std::string, std::vector<std::vector<std::uint8_t>>> sent{};
+  std::vector<BusMessage> waiting{};
+  std::vector<RequestIdentity> answered{};
+};
+
+class FakeBus final : public Bus {
+ public:
+  explicit FakeBus(Network& network) : network_(network) {}
+
+  Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& /*qos*/) override {
+    const std::scoped_lock lock(network_.mutex);
+    network_.publishers.push_back(topic.topic);
+    return network_.publishers.size() - 1;
+  }
+  Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& /*qos*/) override {
+    const std::scoped_lock lock(network_.mutex);
+    network_.subscriptions.push_back(topic.topic);
+    return network_.subscriptions.size() - 1;
+  }
+  Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override {
+    const std::scoped_lock lock(network_.mutex);
+    network_.sent[network_.publishers[publisher]].emplace_back(bytes.begin(), bytes.end());
+    return {};
+  }
+  Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
+               const RequestIdentity& to) override {
+    (void)publish(publisher, bytes);
+    network_.answered.push_back(to);
+    return {};
+  }
+  std::optional<BusMessage> next(Duration most) override {
+    {
+      const std::scoped_lock lock(network_.mutex);
+      if (!network_.waiting.empty()) {
+        BusMessage message = network_.waiting.front();
+        network_.waiting.erase(network_.waiting.begin());
+        return message;
+      }
+    }
+    std::this_thread::sleep_for(most);
+    return std::nullopt;
+  }
+  [[nodiscard]] bool more() const override { return false; }
+  [[nodiscard]] int matched_subscriptions(std::size_t /*publisher*/) const override { return 1; }
+  [[nodiscard]] int matched_publishers(std::size_t /*subscription*/) const override { return 1; }
+  [[nodiscard]] std::uint64_t dropped(std::size_t /*subscription*/) const override { return 0; }
+  [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return {}; }
+  [[nodiscard]] std::vector<std::string> participants() const override { return {}; }
+
+ private:
+  Network& network_;
+};
+
+class Node : public testing::Test {
+ protected:
+  void SetUp() override { node_ = Ros2Node::start(std::make_unique<FakeBus>(network_), feed_).value(); }
+
+  /// The messages of a topic as soon as there are so many; what there is after ten seconds.
+  std::vector<std::vector<std::uint8_t>> sent(const std::string& topic, std::size_t many) {
+    const Duration deadline = steady_now() + std::chrono::seconds(10);
+    while (steady_now() < deadline) {
+      {
+        const std::scoped_lock lock(network_.mutex);
+        if (network_.sent[topic].size() >= many) return network_.sent[topic];
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const std::scoped_lock lock(network_.mutex);
+    return network_.sent[topic];
+  }
+  void request(const std::string& topic, std::vector<std::uint8_t> bytes, RequestIdentity identity = {}) {
+    const std::scoped_lock lock(network_.mutex);
+    for (std::size_t i = 0; i < network_.subscriptions.size(); ++i)
+      if (network_.subscriptions[i] == topic) network_.waiting.push_back({i, std::move(bytes), {}, identity});
+  }
+
+  Network network_{};
+  LiveFeed feed_{};
+  std::unique_ptr<Ros2Node> node_{};
+};
+
+TEST_F(Node, MapToOdomPutsTheRobotWhereTheEstimateHasIt) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  const SE2 odom_T_base(1, 2, 0.5);
+  const SE2 map_T_base(4, -1, -0.25);
+  feed_.publish(Sample(Odometry{.stamp = stamp, .odom_T_base = odom_T_base}), 0);
+  feed_.publish(Sample(Odometry{.stamp = stamp + std::chrono::milliseconds(20), .odom_T_base = SE2(9, 9, 0)}),
+                0);
+  ros2::PoseWithCovarianceStamped estimate{.header = {ros2::to_ros(stamp), "map"}};
+  estimate.pose.pose = ros2::to_ros(lift(map_T_base));
+  feed_.publish(estimate, 0);
+  const auto frames = sent("rt/tf", 1);
+  ASSERT_EQ(frames.size(), 1U);
+  const auto message = cdr::decode<ros2::TFMessage>(frames[0]);
+  ASSERT_TRUE(message && message->transforms.size() == 1);
+  EXPECT_EQ(message->transforms[0].header.frame_id, "map");
+  EXPECT_EQ(message->transforms[0].child_frame_id, "odom");
+  const SE3 map_T_odom = ros2::from_ros(message->transforms[0]);
+  EXPECT_TRUE((map_T_odom * lift(odom_T_base)).matrix().isApprox(lift(map_T_base).matrix(), 1e-12))
+      << "by the odometry of that moment, not by a later one";
+  EXPECT_EQ(sent("rt/waymark/pose", 1).size(), 1U);
+}
+
+TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
+  feed_.tell({.phase = "idle"});
+  ASSERT_FALSE(sent("rt/diagnostics", 1).empty());
+  const std::vector<std::uint8_t> plain = {0, 1, 0, 0, 0};  // rmw_fastrtps: nothing but a filling byte
+  RequestIdentity client{.sequence = 7};
+  client.guid[3] = 9;
+  request("rq/waymark/pauseRequest", plain, client);
+  auto replies = sent("rr/waymark/pauseReply", 1);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_EQ(replies[0][4], 0) << "no success in this phase";
+  ASSERT_EQ(network_.answered.size(), 1U);
+  EXPECT_EQ(network_.answered[0].sequence, 7);
+  EXPECT_EQ(network_.answered[0].guid, client.guid);
+  EXPECT_TRUE(feed_.take_orders().empty());
+
+  std::vector<std::uint8_t> headed = {0, 1, 0, 0};  // rmw_cyclonedds: a header of 16 bytes before it
+  for (std::uint8_t i = 0; i < 17; ++i) headed.push_back(i);
+  request("rq/waymark/start_teachRequest", headed);
+  replies = sent("rr/waymark/start_teachReply", 1);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_TRUE(std::equal(headed.begin(), headed.begin() + 20, replies[0].begin())) << "its header comes back";
+  EXPECT_EQ(replies[0][20], 1) << "success";
+  const auto orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Go);
+}
+
+TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
+  for (const char* phase :
+       {"", "idle", "teaching", "mapping", "ready", "replaying", "paused", "done", "stopped"}) {
+    EXPECT_EQ(button_of_service("stop", phase).press, ViewerOrder::Kind::Stop) << phase;
+    EXPECT_EQ(button_of_service("start_teach", phase).press.has_value(), phase == std::string("idle"))
+        << phase;
+    EXPECT_EQ(button_of_service("map", phase).press.has_value(), phase == std::string("teaching")) << phase;
+    EXPECT_EQ(button_of_service("pause", phase).press.has_value(), phase == std::string("replaying"))
+        << phase;
+  }
+  EXPECT_FALSE(button_of_service("replay", "replaying").press) << "it would pause";
+  EXPECT_TRUE(button_of_service("replay", "paused").press);
+}
+
+}  // namespace
+}  // namespace waymark
