@@ -1,0 +1,122 @@
+#!/usr/bin/python3
+"""Builds the site of README.md and docs/ with MkDocs and its Material theme (Debian: mkdocs mkdocs-material), links checked.
+
+usage: tools/build_site.py OUTPUT_FOLDER
+
+What the documents link to outside docs/ (examples, READMEs of the rooms) comes with them in the folder source/; a link to a folder becomes plain text.
+Search works without a network.
+"""
+import importlib
+import importlib.util
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+LINK = re.compile(r"(?<!!)\[([^\]\[]*(?:\[[^\]]*\][^\]\[]*)?)\]\(([^)\s#]*)(#[^)\s]*)?\)")
+IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
+FENCE = re.compile(r"(^```.*?^```[ ]*$|^ {4}[^\n]*$)", re.M | re.S)
+SECTIONS = (("How to", "howto"), ("Concepts", "concepts"), ("Formats", "formats"), ("Reference", "reference"), ("Results", "results"))
+CONFIG = """site_name: Waymark
+site_description: Teach a robot a route once and repeat it, from AprilTags
+docs_dir: docs
+site_dir: {site}
+theme: {{name: material, font: false, features: [navigation.sections, search.suggest, content.code.copy]}}
+plugins: [search]
+markdown_extensions: [tables, fenced_code, {{toc: {{permalink: true}}}}]
+nav:
+  - Start: index.md
+  - Architecture: architecture.md
+  - Conventions: conventions.md
+{sections}  - Changes: source/CHANGELOG.md
+"""
+
+
+def staged_name(path):
+    """Where a file of the repository stands on the site."""
+    if path == ROOT / "README.md":
+        return pathlib.Path("index.md")
+    inside = path.relative_to(ROOT)
+    return pathlib.Path(*inside.parts[1:]) if inside.parts[0] == "docs" else pathlib.Path("source") / inside
+
+
+class Stage:
+    def __init__(self, folder):
+        self.folder, self.done, self.todo = folder, set(), []
+
+    def add(self, path):
+        if path not in self.done:
+            self.done.add(path)
+            self.todo.append(path)
+
+    def link(self, page, target):
+        """The link from a staged page to a file; None for a folder."""
+        path = (page.parent / target).resolve()
+        if path.is_dir():
+            return None
+        if not path.is_file() or ROOT not in path.parents:
+            raise SystemExit(f"{page.relative_to(ROOT)}: a link to {target}, which is not there")
+        self.add(path)
+        up = "../" * (len(staged_name(page).parts) - 1)
+        return up + staged_name(path).as_posix()
+
+    def rewritten(self, page, text):
+        def link(match):
+            words, target, anchor = match.group(1), match.group(2), match.group(3) or ""
+            if not target or "://" in target or target.startswith("mailto:"):
+                return match.group(0)
+            there = self.link(page, target)
+            return f"[{words}]({there}{anchor})" if there else words
+
+        def image(match):
+            there = match.group(2) if "://" in match.group(2) else self.link(page, match.group(2))
+            return f"![{match.group(1)}]({there})"
+
+        parts = FENCE.split(text)
+        parts[::2] = [LINK.sub(link, IMAGE.sub(image, part)) for part in parts[::2]]
+        return "".join(parts)
+
+    def run(self):
+        while self.todo:
+            path = self.todo.pop()
+            to = self.folder / staged_name(path)
+            to.parent.mkdir(parents=True, exist_ok=True)
+            if path.suffix == ".md":
+                to.write_text(self.rewritten(path, path.read_text()))
+            else:
+                shutil.copy(path, to)
+
+
+def sections():
+    text = ""
+    for title, folder in SECTIONS:
+        pages = sorted((ROOT / "docs" / folder).glob("*.md"))
+        text += f"  - {title}:\n" + "".join(f"      - {folder}/{page.name}\n" for page in pages)
+        if folder == "results":
+            text += "".join(f"      - {page.name}\n" for page in sorted((ROOT / "docs").glob("results*.md")))
+    return text
+
+
+def main():
+    if len(sys.argv) != 2:
+        print(__doc__, file=sys.stderr)
+        return 2
+    installed = importlib.util.find_spec("mkdocs") is not None
+    if not installed or "material" not in importlib.import_module("mkdocs.utils").get_theme_names():
+        print("MkDocs or its Material theme is not installed (Debian: mkdocs mkdocs-material)", file=sys.stderr)
+        return 77
+    output = pathlib.Path(sys.argv[1]).resolve()
+    with tempfile.TemporaryDirectory() as folder:
+        stage = Stage(pathlib.Path(folder) / "docs")
+        for page in [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]:
+            stage.add(page)
+        stage.run()
+        (pathlib.Path(folder) / "mkdocs.yml").write_text(CONFIG.format(site=output, sections=sections()))
+        return subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"], cwd=folder, check=False).returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
