@@ -10,6 +10,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
   Result<VideoReader> reader = VideoReader::open(path);
   if (!reader) return tl::unexpected(reader.error());
   VideoTags all{.info = reader->info()};
+  TagSequence sequence(finder);
   while (true) {
     if (control.cancelled())
       return fail(ErrorCode::Unwritable, "stopped before its tags were found", {.source = path});
@@ -24,7 +25,7 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
       fits.error().place.source = path;
       return tl::unexpected(fits.error());
     }
-    Result<FoundTags> found = find_tags(picture.luma, finder, camera);
+    Result<FoundTags> found = sequence.find(picture.luma, camera);
     if (!found) return tl::unexpected(found.error());
     ++all.pictures;
     all.tags += found->detections.size();

@@ -46,7 +46,10 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
   const CameraFrame picture = *pictures_.pop();
   if (Status status = listener.on_sample(picture); !status) return status;
   const MountedCamera* camera = find_camera(search_.cameras, picture.camera);
-  auto found = find_tags(picture.image, *search_.finder, camera != nullptr ? &camera->camera : nullptr);
+  TagSequence& sequence = sequences_.try_emplace(picture.camera, *search_.finder).first->second;
+  const auto expected =
+      search_.expected ? search_.expected(picture.camera, picture.stamp) : std::vector<ExpectedTag>();
+  auto found = sequence.find(picture.image, camera != nullptr ? &camera->camera : nullptr, expected);
   if (!found) {  // one picture that cannot be searched does not end a drive; none at all stop it by their age
     listener.on_text("a picture was left out: " + to_string(found.error()));
     return {};

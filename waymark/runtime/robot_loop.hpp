@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,9 @@ struct RobotListener {
 struct PictureSearch {
   const TagFinder* finder = nullptr;     ///< outlives the loop
   std::vector<MountedCamera> cameras{};  ///< whose lenses bend the edges of tags; a picture of none: straight
+  /// Where tags should be in the next picture of a camera, by its name; for a finder that tracks. What the
+  /// pictures before showed need not be said.
+  std::function<std::vector<ExpectedTag>(const std::string& camera, SensorTime stamp)> expected{};
 };
 
 struct RobotLoopOptions {
@@ -85,6 +89,7 @@ class RobotLoop {
   PictureSearch search_;
   RobotLoopOptions options_;
   PictureQueue pictures_{};
+  std::map<std::string, TagSequence> sequences_{};  ///< of each camera, by its name
   bool due_ = false;
   Duration began_{};
   Duration next_decision_{};

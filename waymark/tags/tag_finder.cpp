@@ -5,6 +5,20 @@
 #include "waymark/tags/waymark_detector.hpp"
 
 namespace waymark {
+namespace {
+
+void refine_all(const ImageView& image, const TagFinder& finder, const CameraModel* camera,
+                FoundTags& found) {
+  if (!finder.refinement) return;
+  for (TagDetection& detection : found.detections) {
+    const RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
+    detection.corners_px = refined.corners_px;
+    detection.corner_covariance_px2 = refined.covariance_px2;
+    found.refinements.push_back(refined.outcome);
+  }
+}
+
+}  // namespace
 
 Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const RefinementOptions& refinement) {
   if (detector == nullptr) {
@@ -25,13 +39,22 @@ Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, con
   auto detections = finder.detector->detect(image);
   if (!detections) return tl::unexpected(detections.error());
   FoundTags found{std::move(*detections)};
-  if (!finder.refinement) return found;
-  for (TagDetection& detection : found.detections) {
-    const RefinedCorners refined = refine_corners(image, detection, *finder.refinement, camera);
-    detection.corners_px = refined.corners_px;
-    detection.corner_covariance_px2 = refined.covariance_px2;
-    found.refinements.push_back(refined.outcome);
+  refine_all(image, finder, camera, found);
+  return found;
+}
+
+Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* camera,
+                                    std::span<const ExpectedTag> expected) {
+  if (!finder_->tracking) return find_tags(image, *finder_, camera);
+  if (!tracker_) {
+    auto made = TagTracker::make(*finder_->detector, *finder_->tracking);
+    if (!made) return tl::unexpected(made.error());
+    tracker_.emplace(std::move(*made));
   }
+  auto tracked = tracker_->next(image, expected);
+  if (!tracked) return tl::unexpected(tracked.error());
+  FoundTags found{.detections = std::move(tracked->detections), .missed = std::move(tracked->missed)};
+  refine_all(image, *finder_, camera, found);
   return found;
 }
 

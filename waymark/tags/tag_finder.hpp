@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "waymark/base/error.hpp"
@@ -11,6 +12,7 @@
 #include "waymark/tags/detector.hpp"
 #include "waymark/tags/detector_options.hpp"
 #include "waymark/tags/refinement.hpp"
+#include "waymark/tags/tag_tracker.hpp"
 
 namespace waymark {
 
@@ -19,6 +21,7 @@ namespace waymark {
 struct TagFinder {
   std::unique_ptr<Detector> detector;
   std::optional<RefinementOptions> refinement = {};  ///< nothing: corners stay as the detector found them
+  std::optional<TrackingOptions> tracking = {};  ///< nothing: every picture of a sequence is searched wholly
 };
 
 /// The detector with these settings, corners refined. Fails on options out of range.
@@ -32,6 +35,7 @@ struct TagFinder {
 struct FoundTags {
   std::vector<TagDetection> detections;
   std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
+  std::vector<MissedTag> missed = {};               ///< of a sequence: expected tags that were not found
 };
 
 /// Finds the tags in a picture and refines their corners, which then have a covariance; where the fit is not
@@ -40,5 +44,21 @@ struct FoundTags {
 /// call from several threads where the detector is.
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera = nullptr);
+
+/// The same for the pictures of one camera, one after the other: where the finder says so, tags are tracked
+/// from picture to picture (tag_tracker.hpp).
+class TagSequence {
+ public:
+  /// `finder` outlives it.
+  explicit TagSequence(const TagFinder& finder) : finder_(&finder) {}
+
+  /// The tags of the next picture. `expected`: where tags should be, from a pose and a map.
+  [[nodiscard]] Result<FoundTags> find(const ImageView& image, const CameraModel* camera = nullptr,
+                                       std::span<const ExpectedTag> expected = {});
+
+ private:
+  const TagFinder* finder_;
+  std::optional<TagTracker> tracker_{};
+};
 
 }  // namespace waymark
