@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Waymark on the network of ROS 2 against peers on Eclipse Cyclone DDS (peer.c): robot, recorder, listener.
 
-Every test has a domain of its own, on this machine alone.
+Every test has a domain of its own, on this machine alone. WAYMARK_FULL=1 runs also the longer ones.
 
 usage: wire_test.py PROGRAM PEER [TestClass.test]
 """
@@ -23,6 +23,7 @@ from wire_peer import environment
 PROGRAM, PEER = sys.argv[1:3]
 DOMAINS = itertools.count(1 + os.getpid() % 199)
 COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
+LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 
 
@@ -83,6 +84,7 @@ class FirstAid(Wire):
         self.assertIn(f"domain {self.environment['ROS_DOMAIN_ID']} on 127.0.0.1: no other participant", nobody.stderr)
         self.assertLess(time.monotonic() - began, 20)
 
+    @LONG
     def test_two_hundred_topics_are_discovered(self):
         crowd = self.start(PEER, "crowd", 60, 200)
         self.assertEqual(crowd.stdout.readline(), "there\n")
@@ -132,6 +134,7 @@ class Robot(Wire):
         self.assertGreater(len(moving), 10)
         self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
 
+    @LONG
     def test_mismatches_are_said_in_words(self):
         self.start(PEER, "best-effort", 60)
         profile = self.folder / "reliable.yaml"
@@ -175,10 +178,12 @@ class Kill(Wire):
         self.assertLess(moving, 0.25)
         self.assertLess(zero, 0.25)
 
+    @LONG
     def test_a_frozen_driver_stops_the_robot(self):
         moving, _ = self.stop_times("driver", signal.SIGSTOP)
         self.assertLess(moving, 0.5)
 
+    @LONG
     def test_a_killed_watchdog_stops_the_robot(self):
         moving, _ = self.stop_times("watchdog", signal.SIGKILL)
         self.assertLess(moving, 0.25)
@@ -248,6 +253,7 @@ class Simulated(Wire):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
+    @LONG
     def test_the_loop_over_the_wire(self):
         """A lap taught, mapped and replayed over DDS follows its route as one in a single process does."""
         wire, inside = (self.lap(self.folder_of(name), name == "wire") for name in ("wire", "inside"))
@@ -271,6 +277,7 @@ class Simulated(Wire):
     def call(self, service):
         return self.start(PEER, "call", 20, service).communicate(timeout=40)[0]
 
+    @LONG
     def test_a_recording_is_played_to_the_network(self):
         lap = self.folder / "lap.mcap"
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
