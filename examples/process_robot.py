@@ -21,7 +21,10 @@ def say(kind, **values):
 
 def listen():  # every line at once, so that no order waits in a pipe
     for line in sys.stdin:
-        orders.put(json.loads(line))
+        try:
+            orders.put(json.loads(line))
+        except json.JSONDecodeError:
+            print(f"left out, not JSON: {line.strip()[:80]}", file=sys.stderr)
     orders.put({"type": "bye"})  # waymark and its watchdog are gone: stop
 
 

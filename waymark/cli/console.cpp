@@ -48,6 +48,13 @@ void Console::say(std::string_view words) {
   put(err_, fmt::format("{}: {}\n", verb_, words));
 }
 
+void Console::say_first(const std::vector<std::string>& lines, std::string_view where_all) {
+  constexpr std::size_t kMost = 8;
+  const std::size_t shown = lines.size() > kMost + 1 ? kMost : lines.size();
+  for (std::size_t i = 0; i < shown; ++i) say(lines[i]);
+  if (shown < lines.size()) say(fmt::format("and {} more: {}", lines.size() - shown, where_all));
+}
+
 bool Console::time_to_redraw() {
   constexpr std::int64_t kRedrawMs = 100;
   if (!watched_ || now_ms() - last_progress_ms_ < kRedrawMs) return false;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 
@@ -34,6 +35,8 @@ class Console {
     say(error);
     return code;
   }
+  /// Says the first few lines of many; how many more there are, and where they stand.
+  void say_first(const std::vector<std::string>& lines, std::string_view where_all);
   /// Redraws the progress line ("12/60 photo.png"), ten times a second at most; silent unless a terminal
   /// watches.
   void progress(std::size_t done, std::size_t all, std::string_view what);

@@ -18,7 +18,9 @@ bool is_device(const std::string& path) {
 
 CLI::Validator recording_name() {
   const auto complete = [](std::string& path) {
-    const std::string suffix = std::filesystem::path(path).extension().string();
+    const std::filesystem::path name(path);
+    if (name.filename().empty()) return fmt::format("'{}' is not the name of a file", path);
+    const std::string suffix = name.extension().string();
     if (suffix.empty() && !is_device(path)) path += ".mcap";
     if (suffix.empty() || suffix == ".mcap") return std::string();
     return fmt::format("{}: recordings are written as MCAP: end the name in .mcap, not in {}", path, suffix);

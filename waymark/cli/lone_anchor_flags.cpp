@@ -25,7 +25,7 @@ Status check_live_setup(RobotSetup& setup, const LoneAnchorFlags& flags) {
                 "Leave it out, or --world with --robot process:CMD.");
   }
   if (flags.anchor.empty() || flags.tag_size_m == 0)
-    return fail(ErrorCode::InvalidArgument, "nobody knows the tags of this place",
+    return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",
                 {.key = flags.anchor.empty() ? "--anchor" : "--tag-size-m"},
                 "For example --anchor 0 --tag-size-m 0.16.");
   const auto anchor = tag_named(flags.anchor);

@@ -81,6 +81,8 @@ class OptionFlags {
         [&](auto& value, const Field& field) {
           keys_.push_back(key.substr(std::min(key.size(), section_.size() + 1)) +
                           (key == section_ ? "" : ".") + std::string(field.name));
+          if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+            settings_.name_example(key + "." + std::string(field.name) + "=" + usual_text(value));
           flags_.push_back(reach == Reach::Flags ? add_flag(app, value, field, group_of(title, key))
                                                  : nullptr);
           if (flags_.back() == nullptr)

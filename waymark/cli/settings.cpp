@@ -16,7 +16,7 @@ namespace waymark::cli {
 namespace {
 
 constexpr std::size_t kLargestConfig = std::size_t{1} << 20U;
-constexpr const char* kHowToSet = "Write SECTION.KEY=VALUE, for example follower.reach_m=0.4.";
+constexpr const char* kHowToSet = "Write SECTION.KEY=VALUE; --help-all lists sections and keys.";
 
 Place place_of(const std::string& argument) { return {.key = "--set " + argument}; }
 
@@ -74,11 +74,9 @@ Settings::Settings(CLI::App& app) {
          "--config", config_path_,
          "YAML file with options by section and key, as --set names them; --set and flags override it")
       ->type_name("FILE");
-  app.add_option("--set", sets_,
-                 "Set one option by section and key, for example follower.reach_m=0.4 (repeatable); "
-                 "--help-all lists them, flags override it")
-      ->type_name("SECTION.KEY=VALUE")
-      ->allow_extra_args(false);
+  set_ = app.add_option("--set", sets_, "Set one option by section and key (repeatable)")
+             ->type_name("SECTION.KEY=VALUE")
+             ->allow_extra_args(false);
   app.callback([this] {
     if (const Status loaded = load(); !loaded) throw CLI::ValidationError(to_string(loaded.error()));
   });
@@ -90,6 +88,15 @@ Settings::Settings(CLI::App& app) {
 
 void Settings::add_section(const std::string& name, Check check) {
   sections_.push_back({name, std::move(check)});
+}
+
+void Settings::name_example(const std::string& assignment) {
+  if (named_example_) return;
+  named_example_ = true;
+  set_->description(
+      fmt::format("Set one option by section and key, for example {} (repeatable); --help-all lists them, "
+                  "flags override it",
+                  assignment));
 }
 
 Status Settings::load() {
@@ -119,6 +126,8 @@ Status Settings::check(const Layer& layer) const {
   for (const Section& section : sections_) known.push_back(section.name);
   const YamlCursor root(layer.root, layer.source);
   Status status = root.check_keys(known);
+  if (!status && !layer.argument.empty())
+    status.error().message = fmt::format("unknown section '{}'", layer.root.keys.front());
   for (const Section& section : sections_) {
     const auto found = root.find(section.name);
     if (status && found) status = section.check(*found);

@@ -9,7 +9,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace waymark::cli {
 
@@ -39,6 +40,8 @@ class Settings {
   Settings& operator=(const Settings&) = delete;
 
   void add_section(const std::string& name, Check check);
+  /// For the help of --set; the first one counts.
+  void name_example(const std::string& assignment);
   /// For --help-all.
   void add_key(SettingOnlyKey key) { keys_.push_back(std::move(key)); }
 
@@ -76,6 +79,8 @@ class Settings {
   [[nodiscard]] Status check(const Layer& layer) const;
   [[nodiscard]] std::string keys_text() const;
 
+  CLI::Option* set_ = nullptr;
+  bool named_example_ = false;
   std::string config_path_;
   std::vector<std::string> sets_;
   std::vector<Section> sections_;

@@ -27,10 +27,11 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                                 ->type_name("NAME");
   if (world.empty() && !processes) world_flag->required();
   if (!world.empty()) world_flag->capture_default_str();
-  app.add_option("--robot-file", robot_file_,
-                 "Body, camera and behaviour of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
-                 "turtlebot3-waffle, or the path of a .yaml file. Unless given: " +
-                     robot_file_default + "the robot that the world names, or limo")
+  app.add_option(
+         "--robot-file", robot_file_,
+         fmt::format("Body, camera and behaviour of the robot: {}. Unless given: {}the robot that the "
+                     "world names, or limo",
+                     kRobotNames, robot_file_default))
       ->type_name("NAME");
   app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
       ->capture_default_str()

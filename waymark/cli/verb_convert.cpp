@@ -31,11 +31,13 @@ struct ConvertArgs {
 };
 
 void say_problems(const std::vector<LogProblem>& problems, Console& console) {
+  std::vector<std::string> lines;
   for (const LogProblem& problem : problems) {
     const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
-    console.say(fmt::format("{}: {}{}", kind, to_string(problem.error),
-                            problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
+    lines.push_back(fmt::format("{}: {}{}", kind, to_string(problem.error),
+                                problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
   }
+  console.say_first(lines, "--json gives all");
 }
 
 ExitCode convert(const ConvertArgs& args, Console& console) {
@@ -78,7 +80,9 @@ Run prepare_convert(CLI::App& app) {
   app.add_option("--from", args->job.from,
                  "Begin of the interval [s]: after the start, or with @ on the recording's clock")
       ->type_name("T");
-  app.add_option("--to", args->job.to, "End of the evaluated interval [s]")->type_name("T");
+  app.add_option("--to", args->job.to,
+                 "End of the interval [s]: after the start, or with @ on the recording's clock")
+      ->type_name("T");
   app.add_option("--kind", args->job.kind,
                  "Content of a .csv file: detections, odometry, imu or range-bearing")
       ->check(CLI::IsMember({"detections", "odometry", "imu", "range-bearing"}))

@@ -131,8 +131,8 @@ Verb evaluate_verb() {
           R"(EST REF compares a trajectory with where the robot really was. Errors are measured at the same time (REF is
 interpolated), in REF's frame: ATE is the distance, RPE the error of a motion of --rpe-delta-s seconds, as evo
 defines them. path is the distance from REF's way whenever the robot was there; side the signed distance from the
-side of REF that points as the robot does. NEES says whether the estimate's covariance is honest: 3 on average is,
-more is too sure of itself; NIS (of the recordings of `waymark localize`) says the same of each observation: 1. Estimates
+side of REF that points as the robot does. NEES measures whether the estimate's covariance is consistent: 3 on average is,
+more is overconfident; NIS (of the recordings of `waymark localize`) says the same of each observation: 1. Estimates
 that were called uncertain are counted, and not judged. Keys of --json: docs/reference/cli.md.
 
 Exit code: 0 compared, 1 something could not be read or compared, 2 wrong usage.

@@ -1,5 +1,6 @@
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -34,7 +35,9 @@ ExitCode info(const InfoArgs& args, Console& console) {
     console.say(
         "the file has no usable summary: it was cut, damaged or is still being written. What stands in "
         "it was counted.");
-  for (const LogProblem& problem : found->problems) console.say(words_of(problem));
+  std::vector<std::string> problems;
+  for (const LogProblem& problem : found->problems) problems.push_back(words_of(problem));
+  console.say_first(problems, "--json gives all");
   if (!interrupted()) return ExitCode::Ok;
   console.say("stopped: only what was read is counted");
   return ExitCode::Interrupted;

@@ -1,5 +1,6 @@
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
@@ -59,7 +60,9 @@ ExitCode play(const PlayArgs& args, Console& console) {
   };
   const Status status = args.ros2 ? play_to_ros2(args, **log, *selection, console)
                                   : play_log(**log, *selection, options, print, interrupted);
-  for (const LogProblem& problem : (*log)->problems()) console.say(problem.error);
+  std::vector<std::string> problems;
+  for (const LogProblem& problem : (*log)->problems()) problems.push_back(to_string(problem.error));
+  console.say_first(problems, "`waymark info --json` gives all");
   if (interrupted()) return ExitCode::Interrupted;
   return status || console.output_ended() ? ExitCode::Ok
                                           : console.failed(status.error(), ExitCode::SomeFailed);

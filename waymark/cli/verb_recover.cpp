@@ -1,5 +1,6 @@
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
@@ -20,7 +21,9 @@ ExitCode recover(const RecoverArgs& args, Console& console) {
   const Result<RecoverReport> report = recover_log(args.job);
   if (!report) return console.failed(report.error(), ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
-  for (const Error& problem : report->recovery.problems) console.say(problem);
+  std::vector<std::string> problems;
+  for (const Error& problem : report->recovery.problems) problems.push_back(to_string(problem));
+  console.say_first(problems, "--json gives all");
   return ExitCode::Ok;
 }
 

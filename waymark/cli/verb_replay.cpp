@@ -14,6 +14,7 @@
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/route_files.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -21,6 +22,8 @@ namespace {
 ExitCode replay(const ReplayArgs& args, Console& console) {
   if (const auto known = args.job_of(args.job); !known)  // before files are read
     return fail_usage(known.error(), console);
+  if (Status there = check_map_folder(args.folder); !there)
+    return console.failed(there.error(), ExitCode::SomeFailed);
   const Result<RobotSetup> setup = args.make_setup();
   const Status seen = setup ? Status() : tl::unexpected(setup.error());
   ReplayJob calibrated = args.job;

@@ -54,7 +54,7 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   constexpr double kStep_m = 0.02;
   const auto path = sample_path(simulated.world.path_m, simulated.world.path_closed, kStep_m);
   if (path.empty()) {
-    console.say("the world has no line (path_m), so nobody knows where the robot starts");
+    console.say("the world has no line (path_m), at whose begin the robot starts");
     return ExitCode::Usage;
   }
   std::unique_ptr<DetectingCamera> scene_camera;

@@ -35,10 +35,11 @@ ExitCode check(const CheckArgs& args, Console& console) {
 Run prepare_check(CLI::App& app) {
   const auto args = std::make_shared<CheckArgs>();
   app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
-  app.add_option("--robot-file", args->robot_file,
-                 "Body and camera of the robot: limo, limo-ackermann, limo-stock-driver, mbot, "
-                 "turtlebot3-waffle, or the "
-                 "path of a .yaml file. Unless given: the robot that the world names, or limo")
+  app.add_option(
+         "--robot-file", args->robot_file,
+         fmt::format(
+             "Body and camera of the robot: {}. Unless given: the robot that the world names, or limo",
+             kRobotNames))
       ->type_name("NAME");
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return check(*args, console); };

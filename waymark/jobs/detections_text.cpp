@@ -87,7 +87,8 @@ void put_sums(Text& text, const DetectionScores& scores) {
   }
   if (const auto& n = scores.consistency) {
     put(text,
-        "covariance:   mean normalised error squared {:.2f} a corner (honest: 2), {:.2f} a tag (honest: 8), "
+        "covariance:   mean normalised error squared {:.2f} a corner (consistent: 2), {:.2f} a tag "
+        "(consistent: 8), "
         "{} tags\n",
         n->mean_nes_corner, n->mean_nes_tag, n->tags);
   }

@@ -87,7 +87,8 @@ void add_scores(const DriveRun& drive, Rows& rows) {
   rows.push_back({"heading, rmse", fmt::format("{:.2f} deg", scores->heading_deg.rmse)});
   rows.push_back({"jumps", std::to_string(scores->jumps)});
   if (scores->consistency && scores->consistency->count > 0)
-    rows.push_back({"NEES (x, y, yaw: 3 is honest)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
+    rows.push_back(
+        {"NEES (x, y, yaw: 3 is consistent)", fmt::format("{:.2f}", scores->consistency->nees_mean)});
 }
 
 /// Where dead reckoning would be, had it been told the start.
@@ -130,7 +131,7 @@ plot::PageSection drive_section(const DriveRun& drive) {
   if (drive.estimate.empty()) return section;
   section.figures.push_back({"error",
                              plot::error_and_doubt_figure("Error and doubt", drive.estimate, drive.lap.truth),
-                             "An honest estimate stays below its doubt about 19 times out of 20."});
+                             "A consistent estimate stays below its doubt about 19 times out of 20."});
   if (!drive.lap.truth.empty())
     section.figures.push_back(
         {"heading", plot::heading_error_figure("Error of the heading", drive.estimate, drive.lap.truth), ""});

@@ -24,13 +24,13 @@ std::string row_text(const TrajectoryRow& row) {
 }
 
 std::string doubt_text(const Consistency& c) {
-  if (c.count == 0) return "doubt: no covariance of the estimate is one (positive definite)\n";
-  const char* verdict = c.nees_mean > 4.5   ? "too sure of itself"
-                        : c.nees_mean < 2.0 ? "doubts more than it errs"
-                                            : "honest";
+  if (c.count == 0) return "consistency: no covariance of the estimate is positive definite\n";
+  const char* verdict = c.nees_mean > 4.5   ? "overconfident"
+                        : c.nees_mean < 2.0 ? "conservative"
+                                            : "consistent";
   return fmt::format(
-      "doubt: NEES {:.2f} on average ({} should be 3), {:.1f} % within 95 % ellipsoids: {}{}\n", c.nees_mean,
-      "x, y, yaw:", 100 * c.inside_95, verdict,
+      "consistency: NEES {:.2f} on average ({} should be 3), {:.1f} % within 95 % ellipsoids: {}{}\n",
+      c.nees_mean, "x, y, yaw:", 100 * c.inside_95, verdict,
       c.refused > 0 ? fmt::format("; {} covariances are none", c.refused) : "");
 }
 

@@ -54,7 +54,7 @@ Result<ReplayReport> LiveReplay::finish(const ReplayEnd& end) {
                       .visits = log_->visits(),
                       .warnings = replayer_->problems()};
   if (report.true_path.empty())
-    report.warnings.emplace_back("nobody knows where the robot truly was: not judged");
+    report.warnings.emplace_back("there is no ground truth of the replay: not judged");
   else
     judge(known_, report);
   return report;

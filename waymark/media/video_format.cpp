@@ -45,7 +45,8 @@ bool looks_like_video(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;
   constexpr std::array kRaw = {".h264"sv, ".264"sv, ".h265"sv, ".hevc"sv, ".mjpeg"sv, ".ivf"sv};
-  if (ends_as(path, kRaw)) return true;
+  if (ends_as(path, kRaw) || is_video_name(path))
+    return true;  // what is wrong with it is for its reader to say
   std::array<char, 400> head{};
   std::ifstream file(path, std::ios::binary);
   file.read(head.data(), head.size());

@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 4> kLocalizationMethods{"riekf", "ekf", "
 Status check(const LocalizerSetup& setup) {
   if (setup.landmarks.size() == 0)
     return fail(ErrorCode::InvalidArgument, "the map holds no tag", {},
-                "Without a map nobody knows where he is.");
+                "Localisation needs a map with tags.");
   if (const auto clash = setup.landmarks.overlapping(); !clash.empty()) {
     const auto& [a, b] = clash.front();
     return fail(ErrorCode::InvalidArgument,

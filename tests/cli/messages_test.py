@@ -1,0 +1,72 @@
+"""What the program answers to mistakes that look small: an empty name, an unknown section, a file that is damaged all over."""
+import json
+import subprocess
+import sys
+import unittest
+
+import harness
+
+
+class Messages(harness.InFolder):
+    def test_an_empty_name_is_no_recording(self):
+        for name in ("", "./"):
+            outcome = self.run_here("teach", "--world", "circuit24", "-o", name)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(f"'{name}' is not the name of a file", outcome.err)
+        self.assertFalse((self.folder / ".mcap").exists())
+
+    def test_an_unknown_section_of_set_is_called_a_section(self):
+        outcome = self.run_here("optimize", "map", "--set", "nosuch.key=1")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("unknown section 'nosuch'", outcome.err)
+        outcome = self.run_here("optimize", "map", "--set", "profile.nosuch=1")
+        self.assertIn("unknown key 'nosuch'", outcome.err)
+
+    def test_the_example_of_set_is_an_option_of_the_verb(self):
+        for verb in ("optimize", "localize", "detect", "replay"):
+            words = self.run_here(verb, "--help").out.split("--set SECTION.KEY=VALUE")[1].split()
+            example = words[words.index("example") + 1]
+            if verb == "replay":
+                self.assertTrue(example.startswith(("filter.", "camera.", "follower.")), example)
+            outcome = self.run_here(verb, "nothing-there", "--set", example)
+            self.assertNotIn("unknown", outcome.err, f"{verb} {example}")
+
+    def test_a_map_that_is_missing_is_named_before_a_world_is_asked_for(self):
+        outcome = self.run_here("replay", "nosuch-map")
+        self.assertEqual(outcome.code, 1, outcome.err)
+        self.assertIn("nosuch-map", outcome.err)
+        self.assertNotIn("--world", outcome.err)
+
+    def test_a_video_that_is_none_is_called_a_video(self):
+        (self.folder / "empty.mp4").write_bytes(b"")
+        (self.folder / "garbage.mp4").write_bytes(bytes(range(256)) * 40)
+        for name in ("empty.mp4", "garbage.mp4"):
+            outcome = self.run_here("detect", name)
+            self.assertEqual(outcome.code, 1, outcome.err)
+            self.assertIn(name, outcome.err)
+            self.assertNotIn("JPEG", outcome.err, "not the words for pictures")
+
+    def test_a_recording_damaged_all_over_is_told_in_few_lines(self):
+        self.assertEqual(self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap").code, 0)
+        data = bytearray((self.folder / "lap.mcap").read_bytes())
+        for at in range(5000, len(data), 4096):
+            data[at] ^= 0x55
+        (self.folder / "torn.mcap").write_bytes(data)
+        outcome = self.run_here("info", "torn.mcap")
+        self.assertLess(len(outcome.err.splitlines()), 14, outcome.err)
+        whole = json.loads(self.run_here("info", "torn.mcap", "--json").out)
+        if len(whole["problems"]) > 9:
+            self.assertIn(f"and {len(whole['problems']) + len(whole['traps']) - 8} more: --json gives all", outcome.err)
+        else:
+            self.fail("the damage was to be noticed in more than nine places")
+
+    def test_the_example_of_a_robot_passes_over_a_line_that_is_not_json(self):
+        robot = subprocess.run([sys.executable, harness.pathlib.Path(__file__).resolve().parents[2] / "examples/process_robot.py"],
+                               input='velocity 0.1\n{"type": "bye"}\n', capture_output=True, text=True, timeout=20, check=False)
+        self.assertEqual(robot.returncode, 0, robot.stderr)
+        self.assertIn("not JSON: velocity 0.1", robot.stderr)
+        self.assertNotIn("Traceback", robot.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
