@@ -1,5 +1,6 @@
 // What was wrong with a lap is found and named: circuit24, one thing spoiled at a time.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 
@@ -45,6 +46,48 @@ TEST(MapChecks, NamesACameraThatSitsElsewhere) {
   EXPECT_TRUE(mended->mounting_used);
   EXPECT_LT(trajectory_errors(mended->trajectory, lap.truth).rmse_m,
             trajectory_errors(map.trajectory, lap.truth).rmse_m);
+}
+
+/// Drifts sideways, at another speed every half second, more than wheels are taken to.
+std::vector<Odometry> drifting(const std::vector<Odometry>& odometry, std::uint64_t seed) {
+  constexpr double kDrift_m_s = 0.1;
+  Random random(seed);
+  std::vector<Odometry> drifted = odometry;
+  double drift_m_s = 0;
+  SensorTime changes = odometry.front().stamp;
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    if (odometry[i].stamp >= changes) {
+      drift_m_s = kDrift_m_s * random.normal();
+      changes = odometry[i].stamp + std::chrono::milliseconds(500);
+    }
+    SE2::Tangent motion = (odometry[i - 1].odom_T_base.inverse() * odometry[i].odom_T_base).log();
+    motion.y() += drift_m_s * to_seconds(odometry[i].stamp - odometry[i - 1].stamp);
+    drifted[i].odom_T_base = drifted[i - 1].odom_T_base * SE2::exp(motion);
+  }
+  return drifted;
+}
+
+/// Wheels that are worse than they are taken for make a mounting stand out that is right.
+TEST(MapChecks, AMountingThatIsRightStaysWhereItIs) {
+  const World world = read_world(WAYMARK_SHARE "/worlds/mbot-square.yaml").value();
+  const RobotDescription mbot = read_robot(WAYMARK_SHARE "/robots/mbot.yaml").value();
+  int tempting = 0;
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    Lap lap = drive(seed, {}, world, mbot);
+    lap.input.sizes = {.default_size_m = world.tags.tags.begin()->second.size_m};
+    lap.input.odometry = drifting(lap.input.odometry, seed);
+    const BundleMap map = map_of(lap.input);
+    ASSERT_TRUE(map.mounting);
+    const Vector6& off = map.mounting->off;
+    const Vector6& sigma = map.mounting->sigma;
+    for (int i : {0, 1, 3, 4, 5}) tempting += std::abs(off[i]) > std::max(0.01, 4 * sigma[i]) ? 1 : 0;
+    std::printf("seed %d: ahead %+.1f mm (sigma %.1f), to the left %+.1f (%.1f), trajectory %.1f mm\n",
+                static_cast<int>(seed), 1000 * off[0], 1000 * sigma[0], 1000 * off[1], 1000 * sigma[1],
+                1000 * trajectory_errors(map.trajectory, lap.truth).rmse_m);
+    EXPECT_FALSE(map.mounting_used) << seed;
+    EXPECT_THAT(check_map(lap.input, map), Not(Contains(HasSubstr("camera seems to sit elsewhere")))) << seed;
+  }
+  EXPECT_GT(tempting, 0) << "no lap that the first estimate alone would get wrong";
 }
 
 TEST(MapChecks, NamesACalibrationOfAnotherCamera) {

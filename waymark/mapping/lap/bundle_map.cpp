@@ -10,6 +10,7 @@
 #include "waymark/mapping/lap/duplicate_tags.hpp"
 #include "waymark/mapping/lap/lap_confirmation.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
+#include "waymark/mapping/lap/mounting_halves.hpp"
 #include "waymark/mapping/lap/odometry_noise.hpp"
 #include "waymark/mapping/lap/prior_terms.hpp"
 #include "waymark/mapping/lap/rough_odometry.hpp"
@@ -89,19 +90,25 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
   return tied;
 }
 
-/// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, or where nothing is
-/// assumed, map and mounting are found together. What the lap does not tell of it stays near what was
-/// assumed.
+/// Would the lap have the camera elsewhere? Asked on a copy; where it clearly would, and held-out
+/// observations agree, or where nothing is assumed, map and mounting are found together. What the lap does
+/// not tell of it stays as it was assumed.
 void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const MapProgress& progress,
                       BundleMap& result) {
   const BundleProgress told = stage(progress, "where the camera sits");
   const int steps = options.search.max_iterations;
-  LapBundle copy = lap;
-  result.mounting = estimate_mounting(copy, steps, told);
   const bool asked = options.find_mounting;
-  if (!result.mounting || (!asked && (options.keep_mounting || !result.mounting->stands_out))) return;
+  const SE3 assumed = lap.bundle.poses[lap.cam].value;
+  {
+    LapBundle copy = lap;
+    result.mounting = estimate_mounting(copy, steps, told);
+    if (!result.mounting) return;
+    if (!asked) internal::keep_confirmed(copy, assumed, steps, told, *result.mounting);
+    if (!asked && (options.keep_mounting || !result.mounting->stands_out())) return;
+    lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the noise that was found
+  }
   result.mounting_used = true;
-  MountingBelief belief{.base_T_cam = lap.bundle.poses[lap.cam].value, .off = result.mounting->off};
+  MountingBelief belief{.base_T_cam = assumed, .off = result.mounting->off};
   if (!asked) belief.trusted = result.mounting->untold;
   result.mounting = estimate_mounting(lap, steps, told, belief);
   fit_odometry_noise(lap, steps, told);

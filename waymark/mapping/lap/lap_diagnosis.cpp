@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -91,21 +92,45 @@ void check_blindness(const LapInput& lap, const BundleMap& map, std::vector<std:
                   longest, to_seconds(from - lap.frames.front().stamp)));
 }
 
+namespace {
+
+/// "-12 mm forward (+- 4), ...": what of a mounting is off by more than chance and than what is printed.
+std::vector<std::string> what_is_off(const MountingEstimate& mounting) {
+  struct Number {
+    double unit;
+    int digits;
+    const char* name;
+  };
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  constexpr std::array<Number, 6> kPrinted = {{{1000, 0, " mm forward"},
+                                               {1000, 0, " mm to the left"},
+                                               {1000, 0, " mm up"},
+                                               {kDegrees, 1, " deg about the axis ahead"},
+                                               {kDegrees, 1, " deg downwards"},
+                                               {kDegrees, 1, " deg to the left"}}};
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < kPrinted.size(); ++i) {
+    const Number& number = kPrinted[i];
+    const double off = number.unit * mounting.off[static_cast<Eigen::Index>(i)];
+    const double range = 2 * number.unit * mounting.sigma[static_cast<Eigen::Index>(i)];
+    const double least = std::max(range, 1.5 * std::pow(10.0, -number.digits));
+    if (mounting.untold[i] || std::abs(off) < least) continue;
+    words.push_back(
+        fmt::format("{:+.{}f}{} (+- {:.{}f})", off, number.digits, number.name, range, number.digits));
+  }
+  return words;
+}
+
+}  // namespace
+
 void check_mounting(const BundleMap& map, std::vector<std::string>& words) {
-  if (!map.mounting || !(map.mounting->stands_out || map.mounting_used)) return;
-  const Vector6& off = map.mounting->off;
-  const Vector6& sigma = map.mounting->sigma;
-  words.push_back(fmt::format(
-      "the camera seems to sit elsewhere than the robot's file says: {:+.0f} mm forward (+- {:.0f}), {:+.0f} "
-      "mm to the "
-      "left (+- {:.0f}), turned {:+.1f} deg about the axis ahead (+- {:.1f}), {:+.1f} downwards (+- {:.1f}), "
-      "{:+.1f} to "
-      "the left (+- {:.1f}){}",
-      1000 * off[0], 2000 * sigma[0], 1000 * off[1], 2000 * sigma[1], to_degrees(off[3]),
-      2 * to_degrees(sigma[3]), to_degrees(off[4]), 2 * to_degrees(sigma[4]), to_degrees(off[5]),
-      2 * to_degrees(sigma[5]),
-      map.mounting_used ? ": taken into account, here and in the robot.yaml beside the map"
-                        : "; it was not taken into account, `waymark calibrate robot` measures it"));
+  if (!map.mounting || !(map.mounting->stands_out() || map.mounting_used)) return;
+  const std::vector<std::string> off = what_is_off(*map.mounting);
+  if (!off.empty())
+    words.push_back(fmt::format(
+        "the camera seems to sit elsewhere than the robot's file says: {}{}", fmt::join(off, ", "),
+        map.mounting_used ? ": taken into account, here and in the robot.yaml beside the map"
+                          : "; it was not taken into account, `waymark calibrate robot` measures it"));
   if (!map.mounting_used) return;
   constexpr std::array<const char*, 6> kNames = {"how far forward", "how far to the left", "how high",
                                                  "its roll",        "its pitch",           "its yaw"};

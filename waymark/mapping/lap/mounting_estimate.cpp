@@ -13,7 +13,7 @@ constexpr std::array<double, 6> kWorth = {0.01, 0.01, 0.01, 0.009, 0.009, 0.009}
 constexpr int kHeight = 2;
 
 /// Farther than chance (four standard deviations), and more than a robot's file is usually right to.
-bool stands_out(const Vector6& off, const Vector6& sigma, int i) {
+bool is_out(const Vector6& off, const Vector6& sigma, int i) {
   return std::abs(off[i]) > std::max(kWorth[static_cast<std::size_t>(i)], 4 * sigma[i]);
 }
 
@@ -31,8 +31,7 @@ PosePriorFactor prior_of(const MountingBelief& belief) {
   Vector6 off = belief.off;
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (belief.trusted[at]) sigma[i] = kWorth[at];
-    if (i == kHeight) sigma[i] = kExactly;
+    if (i == kHeight || belief.trusted[at]) sigma[i] = kExactly;
     if (sigma[i] < kWide) off[i] = 0;
   }
   const SE3 centre(SO3::exp(off.tail<3>()) * belief.base_T_cam.rotation(),
@@ -70,10 +69,10 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   estimate.sigma = P.diagonal().cwiseMax(0.0).cwiseSqrt();
   estimate.off = between(belief.base_T_cam, estimate.base_T_cam);
   for (int i = 0; i < 6; ++i) {
-    const bool out = stands_out(estimate.off, estimate.sigma, i);
     const auto at = static_cast<std::size_t>(i);
-    estimate.stands_out = estimate.stands_out || out;
-    estimate.untold[at] = i == kHeight || belief.trusted[at] || (!out && estimate.sigma[i] > kWorth[at]);
+    const bool held = i == kHeight || belief.trusted[at];
+    estimate.out[at] = !held && is_out(estimate.off, estimate.sigma, i);
+    estimate.untold[at] = held || (!estimate.out[at] && estimate.sigma[i] > kWorth[at]);
   }
   return estimate;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -13,18 +14,20 @@ struct MountingEstimate {
   /// From where it was assumed: x, y, z [m] in base axes, rotation about them [rad].
   Vector6 off = Vector6::Zero();
   Vector6 sigma = Vector6::Zero();  ///< of each, one standard deviation
-  bool stands_out = false;          ///< farther off than chance, and far enough to matter
+  std::array<bool, 6> out{};        ///< which are farther off than chance, and far enough to matter
   /// Which of the six are known too badly to say anything against what was assumed.
   std::array<bool, 6> untold{};
   OdometryScales scales{};  ///< of the wheels, slip and latency
   OdometryScales scales_sigma{};
+
+  [[nodiscard]] bool stands_out() const { return std::ranges::find(out, true) != out.end(); }
 };
 
 /// What was assumed of a mounting before, and what a first estimate made of it.
 struct MountingBelief {
   SE3 base_T_cam{};  ///< as the robot's file has it
   Vector6 off = Vector6::Zero();
-  /// Which of the six the file is trusted with: to a centimetre and half a degree.
+  /// Which of the six stay as the file has them.
   std::array<bool, 6> trusted{};
 };
 
