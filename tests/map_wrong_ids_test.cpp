@@ -94,6 +94,27 @@ TEST(WrongIds, AislesAreMappedAsWithoutThem) {
   }
 }
 
+TEST(WrongIds, AMisreadIdCountsForTheTagThatIsThere) {
+  const WideScene clean = test::aisles(120, 3);
+  WideScene spoilt = clean;
+  const std::size_t wrong = test::misread(spoilt.recording, 120, 0.02, 5);
+  SceneMap map;
+  mapped(spoilt, &map);
+  EXPECT_GT(static_cast<double>(map.corrected_ids.size()), 0.85 * static_cast<double>(wrong));
+  for (const CorrectedId& corrected : map.corrected_ids) {
+    const auto& read = spoilt.recording.frames[corrected.frame].views[0].detections;
+    const auto& is = clean.recording.frames[corrected.frame].views[0].detections;
+    bool right = false;
+    for (std::size_t d = 0; d < read.size(); ++d)
+      right = right || (read[d].tag == corrected.read && is[d].tag == corrected.is);
+    EXPECT_TRUE(right) << corrected.read.number << " for " << corrected.is.number;
+  }
+  EXPECT_THAT(scene_doubts(map), testing::Contains(testing::HasSubstr("count for the tag that is there")));
+  SceneMap of_clean;
+  mapped(clean, &of_clean);
+  EXPECT_TRUE(of_clean.corrected_ids.empty());
+}
+
 /// A lap with wheels past so many signs.
 test::Warehouse lap_past(int tags, int seed) {
   return test::drive_warehouse(

@@ -179,6 +179,20 @@ void say_what_hangs_loosely(const SceneMap& map, std::vector<std::string>& words
                     ": nothing determines where, their covariance is that of not knowing");
 }
 
+void say_which_ids_were_misread(const SceneMap& map, std::vector<std::string>& words) {
+  const std::size_t all = map.corrected_ids.size();
+  if (all == 0) return;
+  std::vector<std::string> cases;
+  for (std::size_t i = 0; i < std::min(all, kMostLines); ++i)
+    cases.push_back(
+        fmt::format("{} for {}", map.corrected_ids[i].read.number, map.corrected_ids[i].is.number));
+  words.push_back(
+      fmt::format("{} observation{} with the id of another tag {} where that tag cannot be, and count{} for "
+                  "the tag that is there: {}{}",
+                  all, all == 1 ? "" : "s", all == 1 ? "is" : "are", all == 1 ? "s" : "",
+                  fmt::join(cases, ", "), all > kMostLines ? ", ..." : ""));
+}
+
 }  // namespace
 
 std::vector<std::string> scene_doubts(const SceneMap& map) {
@@ -188,6 +202,7 @@ std::vector<std::string> scene_doubts(const SceneMap& map) {
   say_which_cameras_differ(map, words);
   say_which_tags_contradict(map, words);
   say_what_hangs_loosely(map, words);
+  say_which_ids_were_misread(map, words);
   return words;
 }
 

@@ -8,6 +8,7 @@
 #include "waymark/mapping/optimization/confirmed_observations.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
 #include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
@@ -82,6 +83,7 @@ class Search {
   /// Corner noise, and what is free besides poses, from the observations themselves.
   void with_own_noise() {
     settle();
+    if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) settle();
     if (options_.free_intrinsics) {
       free_intrinsics(map_);
       settle();

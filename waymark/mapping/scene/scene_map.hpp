@@ -42,6 +42,12 @@ struct SceneCut {
   int observations = 0;
 };
 
+/// An observation that counts for another tag than the one whose id was read.
+struct CorrectedId {
+  std::size_t frame = 0;
+  TagId read{}, is{};
+};
+
 /// The numbers of a camera: as given, as found.
 struct FoundIntrinsics {
   std::size_t camera = 0;
@@ -61,6 +67,7 @@ struct SceneMap {
   double reprojection_mean_px = 0;  ///< distance of corners in use from where they project
   double reprojection_median_px = 0;
   std::vector<RejectedObservation> rejected{};
+  std::vector<CorrectedId> corrected_ids{};       ///< misread: their corners are exactly those of another tag
   std::vector<std::vector<TagId>> unconnected{};  ///< not tied to the map: tags that hang together
   std::vector<SceneCut> left_out_cuts{};  ///< of the unconnected: tied by observations that nothing confirms
   std::vector<SceneCut> thin_cuts{};      ///< of what is in the map, the largest part first
