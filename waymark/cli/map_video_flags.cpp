@@ -13,6 +13,7 @@
 #include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
+#include "waymark/cli/warnings.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -99,7 +100,7 @@ ExitCode MapVideoFlags::map(const MapArgs& args, Console& console) const {
     return console.failed(naming_flag(report.error()),
                           interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  say_warnings(report->warnings, console);
   return ExitCode::Ok;
 }
 

@@ -12,6 +12,7 @@
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/calibrate_robot_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 
@@ -57,7 +58,7 @@ ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
     return console.failed(report.error(),
                           interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
-  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  say_warnings(report->warnings, console);
   if (const Status written = write_robot_calibration(*job, *report); !written)
     return console.failed(written.error(), ExitCode::SomeFailed);
   if (!job->drive.output.empty()) console.say("wrote " + job->drive.output);

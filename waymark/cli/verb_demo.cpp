@@ -17,6 +17,7 @@
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/stop_request.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_demo.hpp"
@@ -89,7 +90,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
                               report->wall_s, report->teach.end.lap_s + report->replay.end.lap_s,
                               job.folder));
   }
-  for (const std::string& warning : report->map.warnings) console.say("warning: " + warning);
+  say_warnings(report->map.warnings, console);
   if (!succeeded(report->replay)) console.say("the replay " + ending(report->replay, interrupted_by()));
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }

@@ -11,6 +11,7 @@
 #include "waymark/cli/map_flags.hpp"
 #include "waymark/cli/map_video_flags.hpp"
 #include "waymark/cli/verb.hpp"
+#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/map_text.hpp"
 
@@ -25,7 +26,7 @@ ExitCode map_tagslam(const MapArgs& args, Console& console) {
   if (!report)
     return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  say_warnings(report->warnings, console);
   return ExitCode::Ok;
 }
 
@@ -49,7 +50,7 @@ ExitCode map(const MapArgs& args, const MapVideoFlags& video, Console& console) 
   if (!report)
     return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
-  for (const std::string& warning : report->warnings) console.say("warning: " + warning);
+  say_warnings(report->warnings, console);
   return ExitCode::Ok;
 }
 
