@@ -71,7 +71,7 @@ ExitCode demo(const DemoArgs& args, Console& console) {
   Result<RobotSetup> setup = usable ? args.setup.make() : tl::unexpected(usable.error());
   if (!setup) return fail_usage(setup.error(), console);
   setup->simulated.pictures = pictures;
-  if (args.live.view) return watched_demo(args, job, *setup, console);
+  if (args.live.view || args.live.ros2) return watched_demo(args, job, *setup, console);
   if (job.images)
     setup->simulated.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U));
   const Result<DemoReport> report = run_demo(*setup, job, control_from(console));
