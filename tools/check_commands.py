@@ -8,6 +8,7 @@ photograph.png, truth.csv and the folder photos/ (tests/cli/pictures.py). Comman
   ./… or tools/…        run in the repository; ./test.sh and ./demo.sh alone are known: continuous integration runs them itself
   mkdir ls cat head     run in the scratch folder
 A block below "<!-- file: NAME -->" is written into the scratch folder under this name before the commands of the document run.
+A document with "<!-- camera: NAME.png -->" has a camera /dev/video0 that shows the picture (tests/fake_v4l2).
 A command that is meant to fail ends with "# exit N". `waymark view` and what has --view serve until Ctrl-C: they get one once
 they have said their address.
 
@@ -25,8 +26,10 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests/cli"))
 import pictures  # noqa: E402
+from fake_camera import FakeCamera  # noqa: E402
 
 FILE = re.compile(r"^<!-- file: ([\w.-]+) -->\n```\w+\n(.*?)^```[ \t]*$", re.M | re.S)
+CAMERA = re.compile(r"^<!-- camera: photograph.png -->$", re.M)
 FENCE = re.compile(r"^( *)```(sh|bash|console)[ \t]*\n(.*?)^\1```[ \t]*$", re.M | re.S)
 RUN_BY_CI = {"./test.sh", "./demo.sh", "./test.sh --full", "./test.sh --quick"}
 IN_REPOSITORY = ("./", "tools/")
@@ -72,7 +75,7 @@ def wait_for_address(process, output):
         time.sleep(0.1)
 
 
-def run(command, scratch, program):
+def run(command, scratch, program, variables):
     """Nothing when the command did what it should, else what went wrong."""
     expected = re.search(r"# exit (\d+)$", command)
     expected = int(expected.group(1)) if expected else 0
@@ -91,7 +94,7 @@ def run(command, scratch, program):
     serves = bare.startswith("waymark view") or " --view" in bare
     with tempfile.NamedTemporaryFile() as output:
         process = subprocess.Popen(["bash", "-e", "-o", "pipefail", "-c", f"exec {bare}" if serves else bare], cwd=folder,
-                                   env={**os.environ, "PATH": path}, stdin=subprocess.DEVNULL, stdout=output,
+                                   env={**variables, "PATH": path}, stdin=subprocess.DEVNULL, stdout=output,
                                    stderr=subprocess.STDOUT)
         try:
             if serves:
@@ -105,6 +108,13 @@ def run(command, scratch, program):
     if serves and "http://" not in said:
         return f"said no address to look at\n{said[-2000:]}"
     return None if process.returncode == expected else f"exit {process.returncode}, expected {expected}\n{said[-4000:]}"
+
+
+def camera_in(scratch, program):
+    """The environment in which the picture of the scratch folder is a camera's."""
+    camera = FakeCamera(pathlib.Path(scratch) / ".camera", program)
+    camera.play([pictures.scene(320, 240, pictures.SCENE_TAGS)])
+    return camera.environment()
 
 
 def main():
@@ -121,8 +131,9 @@ def main():
             text = document.read_text(encoding="utf-8")
             for name, content in FILE.findall(text):
                 (pathlib.Path(scratch) / name).write_text(content, encoding="utf-8")
+            variables = camera_in(scratch, program) if CAMERA.search(text) else os.environ
             for number, command in commands(text):
-                problem = run(command, scratch, program)
+                problem = run(command, scratch, program, variables)
                 ran += 1
                 if problem:
                     failed += 1

@@ -10,22 +10,36 @@
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/failure.hpp"
 #include "waymark/cli/interrupt.hpp"
-#include "waymark/jobs/convert_video.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/live/camera_address.hpp"
+#include "waymark/live/camera_watch.hpp"
 
 namespace waymark::cli {
+namespace {
+
+ExitCode say_failed(const Error& error, Console& console) {
+  const bool usage = !interrupted() && error.code == ErrorCode::InvalidArgument;
+  return usage ? fail_usage(error, console) : fail_with(error, console);
+}
+
+}  // namespace
 
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(verb, settings_, kMoreGroup) {
-  verb.add_option("--pictures", pictures_, "Format in which the pictures of a video are kept: jpeg or raw")
+  verb.add_option("--pictures", pictures_,
+                  "Format in which the pictures of a video or a camera are kept: jpeg or raw")
       ->check(CLI::IsMember({"jpeg", "raw"}))
       ->type_name("NAME");
+  verb.add_option("--duration-s", duration_s_, "Time for which a live camera is recorded; 0: until Ctrl-C")
+      ->check(CLI::Range(0.0, 1e7))
+      ->type_name("FLOAT");
 }
 
 Status ConvertVideoFlags::check_unused() const {
   const char* why = "cameras, tag sizes, detectors and --pictures have no effect on recordings";
   const char* hint = "Leave it out, or give one video.";
   Status status = refuse_flag(app_, "--pictures", why, hint);
+  if (status) status = refuse_flag(app_, "--duration-s", "this is about live cameras", "Leave it out.");
   if (status) status = poses_.refuse_all(why, hint);
   return status ? detector_.refuse_all(why, hint) : status;
 }
@@ -35,37 +49,77 @@ Status ConvertVideoFlags::check_used() const {
   for (const char* flag :
        {"--format", "--topics", "--from", "--to", "--kind", "--robot", "--tag-latency-s"}) {
     if (status)
-      status = refuse_flag(app_, flag, "this is about recordings, and the input is a video", "Leave it out.");
+      status = refuse_flag(app_, flag, "this is about recordings, and the input is none", "Leave it out.");
   }
   return status;
 }
 
+Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string& input,
+                                                               const std::string& output) const {
+  if (const Status used = check_used(); !used) return tl::unexpected(used.error());
+  const auto poses = poses_.make();
+  if (!poses) return tl::unexpected(naming_flag(poses.error()));
+  auto finder = detector_.make();
+  if (!finder) return tl::unexpected(naming_flag(finder.error()));
+  Prepared prepared{{.input = input, .output = output, .pictures = pictures_}, std::move(*finder)};
+  if (*poses) {
+    prepared.job.camera = (*poses)->camera;
+    prepared.job.tag_size_m = (*poses)->sizes.default_size_m;
+  }
+  return prepared;
+}
+
 ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string& output, bool json,
                                     Console& console) const {
-  if (const Status used = check_used(); !used) return console.failed(used.error(), ExitCode::Usage);
-  const auto poses = poses_.make();
-  if (!poses) return fail_usage(poses.error(), console);
-  const auto finder = detector_.make();
-  if (!finder) return fail_usage(finder.error(), console);
-  ConvertVideoJob job{.input = input, .output = output, .pictures = pictures_};
-  if (*poses) {
-    job.camera = (*poses)->camera;
-    job.tag_size_m = (*poses)->sizes.default_size_m;
-  }
-  const Result<VideoTags> found = convert_video(job, *finder, control_from(console));
-  if (!found) {
-    console.say(naming_flag(found.error()));
-    if (interrupted()) return ExitCode::Interrupted;
-    return found.error().code == ErrorCode::InvalidArgument ? ExitCode::Usage : exit_code_of(found.error());
-  }
+  Status usage = refuse_flag(app_, "--duration-s", "this is about live cameras", "Leave it out.");
+  const auto prepared = usage ? prepare(input, output) : tl::unexpected(usage.error());
+  if (!prepared) return console.failed(prepared.error(), ExitCode::Usage);
+  const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
+  if (!found) return say_failed(found.error(), console);
   for (const VideoProblem& problem : found->problems)
     console.say(fmt::format("note: {}{}", to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
-  console.print(json ? json_line(to_json(job, *found))
+  console.print(json ? json_line(to_json(prepared->job, *found))
                      : fmt::format("{} ({}, {} x {} px) to {}: {} pictures, {} tags\n", input,
                                    found->info.codec, found->info.width_px, found->info.height_px, output,
                                    found->pictures, found->tags));
   return ExitCode::Ok;
+}
+
+ExitCode ConvertVideoFlags::record(const std::string& address, const std::string& output, bool json,
+                                   Console& console) const {
+  const auto prepared = prepare(address, output);
+  if (!prepared) return console.failed(prepared.error(), ExitCode::Usage);
+  const auto camera = open_live_camera(address);
+  if (!camera) return say_failed(camera.error(), console);
+  CameraWatch watch{.camera = prepared->job.camera ? &*prepared->job.camera : nullptr, .on_picture = {}};
+  if (duration_s_ > 0) watch.duration_s = duration_s_;
+  watch.on_words = [&](const std::string& words) { console.say(words); };
+  watch.should_stop = interrupted;
+  Result<CameraWatchEnd> end = CameraWatchEnd();
+  const Status written = record_tags(prepared->job, "camera", [&](const TakeTagPicture& take) -> Status {
+    watch.on_picture = [&](CameraPicture& seen) {
+      console.live(fmt::format("{} tags", seen.found.detections.size()));
+      return take(seen.frame.image, TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections});
+    };
+    end = watch_camera(**camera, prepared->finder, watch);
+    return end ? Status() : tl::unexpected(end.error());
+  });
+  console.end_progress();
+  if (!written) return say_failed(written.error(), console);
+  console.print(json ? json_line({{"input", address},
+                                  {"input_format", "camera"},
+                                  {"output", output},
+                                  {"output_format", "mcap"},
+                                  {"pictures", end->pictures},
+                                  {"tags", end->tags},
+                                  {"seconds", end->seconds},
+                                  {"dropped", end->counts.dropped},
+                                  {"lost", end->counts.lost},
+                                  {"damaged", end->counts.damaged}})
+                     : fmt::format("{} ({}) to {}: {} pictures in {:.1f} s, {} tags\n", address,
+                                   (*camera)->description(), output, end->pictures, end->seconds, end->tags));
+  return end->stopped ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
 }  // namespace waymark::cli

@@ -1,11 +1,14 @@
 #include "waymark/cli/setup_flags.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/settings.hpp"
 #include "waymark/live/ros2_setup.hpp"
 
 namespace waymark::cli {
@@ -33,6 +36,13 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                      "world names, or limo",
                      kRobotNames, robot_file_default))
       ->type_name("NAME");
+  if (processes)
+    app.add_option(
+           "--camera-source", live_cameras_,
+           "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
+           "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several")
+        ->type_name("ADDRESS")
+        ->group(kMoreGroup);
   app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
       ->capture_default_str()
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"))
@@ -50,6 +60,22 @@ std::vector<std::string> SetupFlags::as_words() const {
   return words;
 }
 
+Status SetupFlags::add_live_cameras(RobotSetup& setup) const {
+  const std::vector<MountedCamera> cameras = setup.simulated.cameras();
+  for (const std::string& word : live_cameras_) {
+    auto camera = parse_camera_address(word, cameras.front().name);
+    if (!camera) {
+      camera.error().place.key = "--camera-source";
+      return tl::unexpected(camera.error());
+    }
+    if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
+      return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
+                  {.key = "--camera-source"}, "Name one of the cameras of its file.");
+    setup.live_cameras.push_back(std::move(*camera));
+  }
+  return {};
+}
+
 Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
   constexpr std::string_view kProcess = "process:";
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
@@ -59,11 +85,20 @@ Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
     if (setup && setup->process.empty())
       return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
                   "For example --robot \"process:python3 my_robot.py\".");
+    if (setup)
+      if (Status added = add_live_cameras(*setup); !added) return tl::unexpected(added.error());
     return setup;
   }
   constexpr std::string_view kRos2 = "ros2:";
-  if (processes_ && robot_.starts_with(kRos2))
-    return load_ros2_setup(robot_.substr(kRos2.size()), world_, file, seed_);
+  if (processes_ && robot_.starts_with(kRos2)) {
+    Result<RobotSetup> setup = load_ros2_setup(robot_.substr(kRos2.size()), world_, file, seed_);
+    if (setup)
+      if (Status added = add_live_cameras(*setup); !added) return tl::unexpected(added.error());
+    return setup;
+  }
+  if (!live_cameras_.empty())
+    return fail(ErrorCode::InvalidArgument, "a simulated robot has simulated cameras",
+                {.key = "--camera-source"}, "Leave it out, or give --robot process:CMD.");
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
                 suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD", "ros2:PROFILE"}

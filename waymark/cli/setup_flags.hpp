@@ -46,11 +46,15 @@ class SetupFlags {
   [[nodiscard]] std::vector<std::string> as_words() const;
 
  private:
+  /// Takes the cameras of --camera-source into the setup.
+  [[nodiscard]] Status add_live_cameras(RobotSetup& setup) const;
+
   const CLI::App& app_;
   bool processes_;
   std::string robot_ = "sim";
   std::string world_;
   std::string robot_file_;
+  std::vector<std::string> live_cameras_{};
   std::uint64_t seed_ = 1;
 };
 

@@ -15,6 +15,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_log.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/live/camera_address.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
@@ -41,6 +42,8 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
 }
 
 ExitCode convert(const ConvertArgs& args, Console& console) {
+  if (args.job.inputs.size() == 1 && is_camera_address(args.first))
+    return args.video.record(args.first, args.job.output, args.json, console);
   if (args.job.inputs.size() == 1 && looks_like_video(args.first))
     return args.video.convert(args.first, args.job.output, args.json, console);
   if (const Status unused = args.video.check_unused(); !unused) return fail_usage(unused.error(), console);
@@ -61,8 +64,9 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 
 Run prepare_convert(CLI::App& app) {
   const auto args = std::make_shared<ConvertArgs>(app);
-  app.add_option("IN", args->first,
-                 "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; or a video")
+  app.add_option(
+         "IN", args->first,
+         "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a video; or a live camera")
       ->required()
       ->type_name("");
   app.add_option(
@@ -120,8 +124,8 @@ handled and said (docs/formats/importing.md). OUT appears only when it is whole.
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
   .csv    detections, odometry, imu or range-bearing, units in the names of the columns
 
-Of a video (mp4, mkv, webm, avi) the tags of every picture are found and written to .mcap with the presentation time
-since its first picture; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
+Of a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0) the tags of every picture are found and written to .mcap, with
+times since its first picture or since 1970; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
 
 Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped by Ctrl-C.
 
@@ -129,6 +133,7 @@ Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
   waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --pictures jpeg
+  waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --pictures jpeg
   waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo
 )",
       .prepare = prepare_convert,

@@ -4,8 +4,10 @@
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/camera_detect.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/pose_flags.hpp"
@@ -19,13 +21,19 @@ namespace {
 
 struct DetectArgs {
   explicit DetectArgs(CLI::App& verb)
-      : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {}
+      : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {
+    add_flags(verb, page,
+              verb.add_flag("--view", view, "Show a live camera in the browser, with its controls"));
+  }
 
   const CLI::App& app;
   Settings settings;
   DetectJob job{};
   bool json = false;
   bool covariance = false;
+  double duration_s = 0;
+  bool view = false;
+  PageOptions page{};
   DetectorFlags detector;
   PoseFlags poses;
 };
@@ -49,6 +57,17 @@ ExitCode detect(const DetectArgs& args, Console& console) {
     const bool flag = poses.error().place.source.empty();  // else the calibration, which is an input
     return flag ? ExitCode::Usage : ExitCode::SomeFailed;
   }
+  const auto live = is_camera_input(args.app, args.job.sources);
+  if (!live) return wrong_usage(live.error());
+  if (*live)
+    return detect_camera({.address = args.job.sources.front(),
+                          .poses = std::move(*poses),
+                          .duration_s = args.duration_s,
+                          .json = args.json,
+                          .covariance = args.covariance,
+                          .view = args.view,
+                          .page = args.page},
+                         *finder, console);
   DetectJob job = args.job;
   job.poses = std::move(*poses);
   const auto summary = detect_pictures(
@@ -68,10 +87,9 @@ ExitCode detect(const DetectArgs& args, Console& console) {
 
 Run prepare_detect(CLI::App& app) {
   const auto args = std::make_shared<DetectArgs>(app);
-  app.add_option(
-         "SOURCE", args->job.sources,
-         "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, or quoted "
-         "patterns such as 'lap/*.png'")
+  app.add_option("SOURCE", args->job.sources,
+                 "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+                 "patterns such as 'lap/*.png', or a live camera such as v4l2:/dev/video0")
       ->required()
       ->type_name("");
   app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
@@ -82,6 +100,9 @@ Run prepare_detect(CLI::App& app) {
                  "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name "
                  "that ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner")
       ->type_name("PATH");
+  app.add_option("--duration-s", args->duration_s, "Time after which a live camera is closed; 0: never")
+      ->check(CLI::Range(0.0, 1e7))
+      ->type_name("FLOAT");
   return [args](Console& console) { return detect(*args, console); };
 }
 
@@ -108,6 +129,7 @@ Examples:
   waymark detect --json photos/ > tags.jsonl
   waymark detect walk.mp4 --annotate seen.mp4
   waymark detect --camera camera.yaml --tag-size-m 0.16 photograph.png
+  waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
 
 With --camera and --tag-size-m each tag gets its pose in the camera (x right, y down, z forward) with standard
 deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better

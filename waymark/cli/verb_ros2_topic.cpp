@@ -18,7 +18,7 @@
 namespace waymark::cli {
 namespace {
 
-constexpr Duration kPatience = std::chrono::seconds(3);
+constexpr Duration kTopicPatience = std::chrono::seconds(3);
 
 struct TopicArgs {
   explicit TopicArgs(CLI::App& app) : network(app) {}
@@ -32,7 +32,7 @@ struct TopicArgs {
 using TopicRun = ExitCode (*)(const TopicArgs&, Bus&, const BusOptions&, Console&);
 
 ExitCode list(const TopicArgs& /*args*/, Bus& bus, const BusOptions& options, Console& console) {
-  wait_for_discovery(bus, kPatience, interrupted);
+  wait_for_discovery(bus, kTopicPatience, interrupted);
   const auto topics = list_topics(bus.endpoints());
   for (const TopicListing& one : topics)
     console.print(fmt::format("{} [{}] {} publisher{}{}, {} subscription{}\n", one.topic, one.type,
@@ -47,7 +47,7 @@ ExitCode list(const TopicArgs& /*args*/, Bus& bus, const BusOptions& options, Co
 /// Calls `take` for each message of the topic until it says that it has enough.
 ExitCode watch(const TopicArgs& args, Bus& bus, const BusOptions& options, Console& console,
                const std::function<bool(const WatchedTopic&, const BusMessage&)>& take) {
-  const auto topic = watch_topic(bus, args.topic, kPatience, interrupted);
+  const auto topic = watch_topic(bus, args.topic, kTopicPatience, interrupted);
   if (!topic) {
     console.say(topic.error());
     console.say(searched(options, bus));

@@ -35,52 +35,63 @@ Status check_job(const ConvertVideoJob& job) {
   return {};
 }
 
-Status begin(const ConvertVideoJob& job, SampleRecorder& recorder) {
+Status begin(const ConvertVideoJob& job, const std::string& format, SampleRecorder& recorder) {
   std::map<std::string, std::string> facts = {
       {"verb", "convert"},
       {"version", WAYMARK_VERSION},
       {"source", std::filesystem::path(job.input).filename().string()},
-      {"source_format", "video"}};
+      {"source_format", format}};
   if (job.tag_size_m) facts[lap_facts::kTagSize] = fmt::format("{}", *job.tag_size_m);
-  if (Status status = recorder.add_metadata(lap_facts::kMetadata, facts); !status) return status;
-  return job.camera ? recorder.add_camera(SensorTime(), *job.camera, base_T_camera({})) : Status();
+  if (job.camera)
+    recorder.add_cameras_with_first_sample({{.camera = *job.camera, .base_T_cam = base_T_camera({})}});
+  return recorder.add_metadata(lap_facts::kMetadata, facts);
 }
 
-Result<VideoTags> write_video(const ConvertVideoJob& job, const std::filesystem::path& to,
-                              const TagFinder& finder, const JobControl& control) {
+Status write_tags(const ConvertVideoJob& job, const std::string& format, const std::filesystem::path& to,
+                  const std::function<Status(const TakeTagPicture&)>& all) {
   auto file = create_file(to);
   if (!file) return tl::unexpected(file.error());
   auto recorder = SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
-  Status status = recorder ? begin(job, *recorder) : tl::unexpected(recorder.error());
-  if (!status) return tl::unexpected(status.error());
-  const CameraModel* camera = job.camera ? &*job.camera : nullptr;
-  auto found = find_video_tags(
-      job.input, finder, camera, control, [&](const VideoFrame& picture, TagFrame& tags) -> Status {
-        if (!job.pictures.empty()) {
-          const CameraFrame kept{.stamp = picture.stamp, .image = copy_of(picture.luma)};
-          if (Status added = record_picture(kept, job.pictures, *recorder); !added) return added;
-        }
-        return recorder->add(tags);
-      });
-  if (found) status = recorder->close();
-  if (!status) return tl::unexpected(status.error());
-  return found;
+  Status status = recorder ? begin(job, format, *recorder) : tl::unexpected(recorder.error());
+  if (!status) return status;
+  status = all([&](const ImageView& picture, const TagFrame& tags) -> Status {
+    if (!job.pictures.empty()) {
+      const CameraFrame kept{.stamp = tags.stamp, .image = copy_of(picture)};
+      if (Status added = record_picture(kept, job.pictures, *recorder); !added) return added;
+    }
+    return recorder->add(tags);
+  });
+  return status ? recorder->close() : status;
 }
 
 }  // namespace
 
-Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
-                                const JobControl& control) {
-  if (Status sound = check_job(job); !sound) return tl::unexpected(sound.error());
+Status record_tags(const ConvertVideoJob& job, const std::string& format,
+                   const std::function<Status(const TakeTagPicture&)>& all) {
+  if (Status sound = check_job(job); !sound) return sound;
   const std::filesystem::path beside = fmt::format("{}.{}.part", job.output, ::getpid());
-  Result<VideoTags> found = write_video(job, beside, finder, control);
+  Status written = write_tags(job, format, beside, all);
   std::error_code error;
-  if (found) std::filesystem::rename(beside, job.output, error);
-  if (found && !error) return found;
+  if (written) std::filesystem::rename(beside, job.output, error);
+  if (written && !error) return written;
   std::error_code ignored;
   std::filesystem::remove(beside, ignored);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = job.output});
-  if (found.error().place.source == beside.string()) found.error().place.source = job.output;
+  if (written.error().place.source == beside.string()) written.error().place.source = job.output;
+  return written;
+}
+
+Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,
+                                const JobControl& control) {
+  const CameraModel* camera = job.camera ? &*job.camera : nullptr;
+  Result<VideoTags> found = VideoTags();
+  const Status written = record_tags(job, "video", [&](const TakeTagPicture& take) -> Status {
+    found =
+        find_video_tags(job.input, finder, camera, control,
+                        [&](const VideoFrame& picture, TagFrame& tags) { return take(picture.luma, tags); });
+    return found ? Status() : tl::unexpected(found.error());
+  });
+  if (!written) return tl::unexpected(written.error());
   return found;
 }
 

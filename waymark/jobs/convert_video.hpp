@@ -33,7 +33,7 @@ using EachVideoTags = std::function<Status(const VideoFrame& picture, TagFrame& 
                                                 const CameraModel* camera, const JobControl& control,
                                                 const EachVideoTags& each);
 
-/// `waymark convert walk.mp4 lap.mcap`: the tags of a video as a recording.
+/// `waymark convert walk.mp4 lap.mcap`: the tags of a video, or of a live camera, as a recording.
 struct ConvertVideoJob {
   std::string input{};
   std::string output{};  ///< new file
@@ -42,6 +42,14 @@ struct ConvertVideoJob {
   std::optional<double> tag_size_m{};  ///< noted in the recording
   std::string pictures{};              ///< kept as: raw, jpeg; empty: not at all
 };
+
+/// Takes a picture and its tags, in order; the view is valid during the call.
+using TakeTagPicture = std::function<Status(const ImageView& picture, const TagFrame& tags)>;
+
+/// Writes the pictures that `all` gives, and their tags, to the job's output, which appears when `all` ends
+/// well. `format`: of the input, noted in the recording. Errors: as convert_video().
+[[nodiscard]] Status record_tags(const ConvertVideoJob& job, const std::string& format,
+                                 const std::function<Status(const TakeTagPicture&)>& all);
 
 /// The output appears when it is whole. InvalidArgument: the job makes no sense; any other code: a file.
 [[nodiscard]] Result<VideoTags> convert_video(const ConvertVideoJob& job, const TagFinder& finder,

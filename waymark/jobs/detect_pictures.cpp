@@ -80,8 +80,8 @@ Status write_annotated(Annotations& annotations, const std::string& name, const 
   return write_image(annotations.folder / annotation_name(name, report, input), *drawn);
 }
 
-/// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
-/// report.
+}  // namespace
+
 PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
   if (report.width_px == 0) return {};
   if (const Status fits = check_camera_matches_image(setup.camera, report.width_px, report.height_px);
@@ -91,8 +91,6 @@ PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
   }
   return poses_of(report.detections, setup);
 }
-
-}  // namespace
 
 Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                       const JobControl& control, const EachDetected& each) {

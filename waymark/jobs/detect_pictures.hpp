@@ -28,6 +28,10 @@ using EachDetected = std::function<bool(const PictureReport& report, const PoseL
 [[nodiscard]] Result<DetectSummary> detect_pictures(const DetectJob& job, const TagFinder& finder,
                                                     const JobControl& control, const EachDetected& each);
 
+/// The poses of a picture's tags. A calibration of another picture size gives none, and an error in the
+/// report.
+[[nodiscard]] PoseList poses_for(PictureReport& report, const PoseSetup& setup);
+
 /// The contract of `waymark detect --json` (docs/reference/cli.md).
 [[nodiscard]] nlohmann::ordered_json to_json(const PictureReport& report, const PoseList& poses,
                                              bool with_covariance);

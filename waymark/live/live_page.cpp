@@ -75,11 +75,16 @@ Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup) 
 Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const RobotSetup& setup,
                                                   const JobControl& control) {
   if (Status status = refuse_in_process(setup, "view"); !status) return tl::unexpected(status.error());
+  return start(page, setup.simulated.model.name, control);
+}
+
+Result<std::unique_ptr<LivePage>> LivePage::start(const PageOptions& page, const std::string& name,
+                                                  const JobControl& control) {
   Result<ServerOptions> options = server_options(page, true);
   if (!options) return tl::unexpected(options.error());
   std::unique_ptr<LivePage> view(new LivePage);
   options->feed = &view->feed_;
-  options->robot_name = setup.simulated.model.name;
+  options->robot_name = name;
   Result<HttpServer> server = HttpServer::listen(std::move(*options));
   if (!server) return tl::unexpected(server.error());
   announce(*server, page, control, [&control](const std::string& url) { control.note("the page: " + url); });

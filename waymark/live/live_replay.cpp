@@ -71,7 +71,7 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
       setup, job, *files, control, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
   if (!replay) return tl::unexpected(replay.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), control);
+  const auto robot = LiveRobot::open(setup, control);
   if (!robot) return tl::unexpected(robot.error());
   viewers.viewers().show_map(job.folder);
   ReplaySession& session = (*replay)->session();

@@ -17,27 +17,49 @@ Pacing pacing_of(const ProcessRobot& robot) {
   });
 }
 
+/// A robot in lockstep has a time of its own, which no camera of this computer follows.
+Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& setup,
+                                                              const ProcessRobot& robot) {
+  std::vector<std::unique_ptr<LiveCamera>> cameras;
+  for (const CameraAddress& live : setup.live_cameras) {
+    if (robot.hello().lockstep)
+      return fail(ErrorCode::InvalidArgument,
+                  "this robot waits for its commands (lockstep), a camera does not", {.source = live.address},
+                  "Run the robot in real time.");
+    auto camera = open_live_camera(live.address, live.name);
+    if (!camera) return tl::unexpected(camera.error());
+    cameras.push_back(std::move(*camera));
+  }
+  return cameras;
+}
+
 }  // namespace
 
-LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, TagFinder finder,
-                     std::vector<MountedCamera> cameras, JobControl control)
+LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<RobotWithCameras> source,
+                     TagFinder finder, std::vector<MountedCamera> cameras, JobControl control)
     : robot_(std::move(robot)),
+      source_(std::move(source)),
       finder_(std::move(finder)),
-      loop_(*robot_, *robot_, pacing_of(*robot_), {.finder = &finder_, .cameras = std::move(cameras)}),
+      loop_(source_ != nullptr ? static_cast<Source&>(*source_) : *robot_, *robot_, pacing_of(*robot_),
+            {.finder = &finder_, .cameras = std::move(cameras)}),
       control_(std::move(control)) {}
 
-Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotCommand& command,
-                                                   std::vector<MountedCamera> cameras, JobControl control) {
+Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobControl control) {
   auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
+  std::vector<MountedCamera> cameras = setup.simulated.cameras();
   ProcessRobotOptions options;
   for (const MountedCamera& camera : cameras) options.cameras.push_back(camera.name);
   options.should_stop = control.cancelled;
   options.on_waiting = control.note;
-  auto robot = ProcessRobot::start(command, options);
+  auto robot = ProcessRobot::start(setup.process, options);
   if (!robot) return tl::unexpected(robot.error());
-  return std::unique_ptr<LiveRobot>(
-      new LiveRobot(std::move(*robot), std::move(*finder), std::move(cameras), std::move(control)));
+  auto live = open_cameras(setup, **robot);
+  if (!live) return tl::unexpected(live.error());
+  std::unique_ptr<RobotWithCameras> source;
+  if (!live->empty()) source = std::make_unique<RobotWithCameras>(**robot, std::move(*live));
+  return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
+                                                  std::move(cameras), std::move(control)));
 }
 
 Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/drivers/watchdog/robot_command.hpp"
+#include "waymark/live/camera_address.hpp"
 
 namespace waymark {
 
@@ -15,7 +17,8 @@ struct RobotSetup {
   SimulatedSetup simulated;
   std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
   std::string robot_yaml;
-  RobotCommand process{};  ///< what is the robot; empty: it is simulated
+  RobotCommand process{};                     ///< what is the robot; empty: it is simulated
+  std::vector<CameraAddress> live_cameras{};  ///< of this computer, on a robot that is a process
 
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,

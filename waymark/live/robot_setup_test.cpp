@@ -69,10 +69,12 @@ TEST(OwnRobot, TheProgramIsStartedAgainWithoutAShell) {
 }
 
 TEST(LiveRobot, AProgramThatDoesNotGreetIsAnError) {
-  const std::vector<MountedCamera> cameras = load_setup("", "", 1)->simulated.cameras();
-  const auto gone = LiveRobot::open(RobotCommand("exit 3"), cameras, {});
+  RobotSetup setup = load_setup("", "", 1).value();
+  setup.process = RobotCommand("exit 3");
+  const auto gone = LiveRobot::open(setup, {});
   ASSERT_FALSE(gone);
-  const auto missing = LiveRobot::open(RobotCommand(std::vector<std::string>{"/nowhere/robot"}), cameras, {});
+  setup.process = RobotCommand(std::vector<std::string>{"/nowhere/robot"});
+  const auto missing = LiveRobot::open(setup, {});
   ASSERT_FALSE(missing);
 }
 

@@ -182,7 +182,7 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
   Status status = job.map.empty() ? Status() : tasks.load_map();
   if (status) status = make_folder(job.folder);
   if (!status) return tl::unexpected(status.error());
-  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), control);
+  const auto robot = LiveRobot::open(setup, control);
   if (!robot) return tl::unexpected(robot.error());
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
   tasks.begin(*input);

@@ -25,7 +25,7 @@ Result<TeachReport> teach_process(const RobotSetup& setup, const TeachJob& job, 
                       setup);
   if (!recorder) return tl::unexpected(recorder.error());
   FreshFile fresh(job.output);
-  const auto robot = LiveRobot::open(setup.process, setup.simulated.cameras(), control);
+  const auto robot = LiveRobot::open(setup, control);
   if (!robot) return tl::unexpected(robot.error());
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Teaching, job.driver == "keyboard");
   TeachSession session(**driver, lap_of(setup.simulated, lap_listener(*recorder, job.images, control)),

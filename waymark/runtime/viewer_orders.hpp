@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "waymark/samples/robot_samples.hpp"
@@ -10,9 +11,12 @@ namespace waymark {
 
 /// What a viewer asks for.
 struct ViewerOrder {
-  enum class Kind : std::uint8_t { Go, Stop, Quit, Script, Velocity };
+  /// The last three are for a camera that is shown without a robot.
+  enum class Kind : std::uint8_t { Go, Stop, Quit, Script, Velocity, SetControl, Snapshot, Record };
   Kind kind = Kind::Stop;
   VelocityCommand command{};  ///< of Velocity
+  std::string control{};      ///< of SetControl: which, in the words of CameraControl
+  double value = 0;           ///< of SetControl
 };
 
 /// Whether a viewer holds control, or held it and went away without giving it back.

@@ -17,6 +17,7 @@ using Json = nlohmann::json;
 
 constexpr double kMostSpeed_m_s = 10;  // a robot's own limits are narrower; this is against nonsense
 constexpr double kMostYawRate_rad_s = 20;
+constexpr double kMostControl = 1e9;
 constexpr std::size_t kMostName = 256;
 
 tl::unexpected<Error> nonsense(std::string words) { return fail(ErrorCode::Unreadable, std::move(words)); }
@@ -108,6 +109,19 @@ Result<ViewerOrder> drive_order(std::optional<double> speed_m_s, std::optional<d
   return ViewerOrder{.kind = ViewerOrder::Kind::Velocity, .command = {*speed_m_s, *yaw_rate_rad_s}};
 }
 
+/// {"do": "set", "control": "exposure_ms", "value": 5}, {"do": "snapshot"}, {"do": "record"}.
+Result<ViewerOrder> camera_order(const Json& message) {
+  using Kind = ViewerOrder::Kind;
+  const std::string what = word_of(message, "do").value_or("");
+  if (what == "snapshot") return ViewerOrder{.kind = Kind::Snapshot};
+  if (what == "record") return ViewerOrder{.kind = Kind::Record};
+  const auto control = word_of(message, "control");
+  const auto value = number_of(message, "value", kMostControl);
+  if (what != "set" || !control || !value)
+    return nonsense("an order to a camera is set (with control and value), snapshot or record");
+  return ViewerOrder{.kind = Kind::SetControl, .control = *control, .value = *value};
+}
+
 Result<ClientMessage> order_message(Result<ViewerOrder> order) {
   if (!order) return tl::unexpected(order.error());
   return ClientMessage(ClientOrders{*order});
@@ -141,6 +155,7 @@ Result<ClientMessage> parse_client_text(std::string_view text) {
   if (*op == "release") return ClientMessage(ClientReleases{});
   if (*op == "alive") return ClientMessage(ClientAlive{});
   if (*op == "order") return order_message(order_named(word_of(message, "order").value_or("")));
+  if (*op == "camera") return order_message(camera_order(message));
   if (*op == "drive")
     return order_message(drive_order(number_of(message, "speed_m_s", kMostSpeed_m_s),
                                      number_of(message, "yaw_rate_rad_s", kMostYawRate_rad_s)));

@@ -12,7 +12,7 @@
 
 /// What viewers say. Text is a JSON object with "op", as the Foxglove WebSocket protocol has it
 /// (foxglove/ws-protocol, docs/spec.md, "Messages sent by the client"), and a few of the page's own:
-/// take, release, alive, order, drive (docs/formats/live.md).
+/// take, release, alive, order, drive, camera (docs/formats/live.md).
 namespace waymark {
 
 struct ClientSubscribe {

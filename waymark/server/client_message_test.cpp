@@ -29,6 +29,14 @@ TEST(ClientMessage, WhatThePageSays) {
   const auto drive = parse_client_text(R"({"op":"drive","speed_m_s":0.3,"yaw_rate_rad_s":-0.5})");
   ASSERT_TRUE(drive);
   EXPECT_EQ(std::get<ClientOrders>(*drive).order.command, (VelocityCommand{0.3, -0.5}));
+  const auto set = parse_client_text(R"({"op":"camera","do":"set","control":"exposure_ms","value":5})");
+  ASSERT_TRUE(set);
+  EXPECT_EQ(std::get<ClientOrders>(*set).order.kind, ViewerOrder::Kind::SetControl);
+  EXPECT_EQ(std::get<ClientOrders>(*set).order.control, "exposure_ms");
+  EXPECT_EQ(std::get<ClientOrders>(*set).order.value, 5);
+  const auto record = parse_client_text(R"({"op":"camera","do":"record"})");
+  ASSERT_TRUE(record);
+  EXPECT_EQ(std::get<ClientOrders>(*record).order.kind, ViewerOrder::Kind::Record);
 }
 
 TEST(ClientMessage, NonsenseIsSaidInWords) {
@@ -48,6 +56,9 @@ TEST(ClientMessage, NonsenseIsSaidInWords) {
                            R"({"op":"advertise","channels":[{"id":1}]})",
                            R"({"op":"order","order":"dance"})",
                            R"({"op":"order"})",
+                           R"({"op":"camera"})",
+                           R"({"op":"camera","do":"set","control":"gain"})",
+                           R"({"op":"camera","do":"set","value":1})",
                            R"({"op":"drive"})",
                            R"({"op":"drive","speed_m_s":1e300,"yaw_rate_rad_s":0})",
                            R"({"op":"drive","speed_m_s":"1","yaw_rate_rad_s":0})",

@@ -9,6 +9,7 @@ import type { TimelineBar } from "../view/timeline_bar";
 import type { WorldView } from "../view/world_view";
 import type { RobotState } from "./frames";
 import type { LivePicture, Updates, ShownPicture, ToLink } from "./link_protocol";
+import { CameraPanel, type CameraStatus } from "./camera_panel";
 import { LivePage } from "./live_page";
 import { SeenTags } from "./seen_tags";
 
@@ -37,6 +38,7 @@ export class LiveMode {
   private readonly link = new Worker(new URL("./link_worker.ts", import.meta.url), { type: "module" });
   private readonly alive: ReturnType<typeof setInterval>;
   private readonly page: LivePage;
+  private readonly panel: CameraPanel;
   private readonly seen = new SeenTags();
   private readonly pictures: LivePicture[] = [];
   private readonly phases: Mark[] = [];
@@ -53,6 +55,7 @@ export class LiveMode {
   constructor(private readonly parts: LiveParts) {
     parts.playback.following = true;
     this.page = new LivePage((message) => this.tell({ say: message }));
+    this.panel = new CameraPanel((message) => this.tell({ say: message }));
     this.link.onmessage = ({ data }: MessageEvent<Updates>) => this.hear(data);
     this.link.onerror = (event) => parts.say(event.message || "the connection did not start", true);
     this.alive = setInterval(() => this.tell({ say: { op: "alive" } }), 500); // from here: a page that hangs holds no control
@@ -73,12 +76,15 @@ export class LiveMode {
     updates.words.forEach((words) => say(words, true));
     if (updates.camera || updates.base_T_cam) this.takeCamera(updates);
     updates.states.forEach((state) => this.takeState(state));
-    if (updates.control) this.page.showControl(updates.control);
-    for (const { name, text } of updates.texts) {
+    if (updates.control) { this.page.showControl(updates.control); this.panel.allow(updates.control.may); }
+    const texts = updates.texts.filter(({ name }) => name !== "camera.json");
+    const device = updates.texts.find(({ name }) => name === "camera.json");
+    if (device) this.panel.show(JSON.parse(device.text) as CameraStatus);
+    for (const { name, text } of texts) {
       const wrong = takeText(content, name, text);
       if (wrong) say(wrong, true);
     }
-    if (updates.texts.length > 0) this.parts.rebuild(true);
+    if (texts.length > 0) this.parts.rebuild(true);
     this.pictures.push(...updates.pictures);
     if (this.pictures.length > keptPictures) this.pictures.splice(0, this.pictures.length - keptPictures);
     if (updates.shown) this.show(updates.shown);

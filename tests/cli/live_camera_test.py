@@ -1,0 +1,185 @@
+#!/usr/bin/python3
+"""Live cameras, played by tests/fake_v4l2: listed, searched for tags, shown, recorded, beside a robot; and what goes wrong."""
+import json
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pictures
+from fake_camera import FakeCamera
+from harness import PROGRAM, InFolder, unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+VIDEO = "v4l2:/dev/video0"
+
+
+def moving_pictures(width, height):
+    """The tags, and a background that changes: pictures that repeat themselves are those of a camera that hangs."""
+    still = pictures.scene(width, height, pictures.SCENE_TAGS)
+    return [[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)]
+
+
+class LiveCamera(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.camera = FakeCamera(self.folder / "fake", PROGRAM)
+        self.camera.play(moving_pictures(320, 240), 50, "YUYV")
+
+    def see(self, *words, faults=""):
+        return self.run_here(*words, env=self.camera.environment(faults))
+
+    def start(self, *words, faults=""):
+        return subprocess.Popen([PROGRAM, *words], cwd=self.folder, env=self.camera.environment(faults), stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def test_are_listed(self):
+        shown = self.see("cameras")
+        self.assertEqual(shown.code, 0, shown.err)
+        for words in ("/dev/video0: Fake camera", "/dev/v4l/by-id/usb-Fake_camera_0-video-index0", "YUYV", "320 x 240", "50 Hz",
+                      "exposure_ms 10, from 0.3 to 204.7, automatic"):
+            self.assertIn(words, shown.out)
+        camera = self.see("cameras", "--json").records[0]["cameras"][0]
+        self.assertEqual(camera["modes"], [{"format": "YUYV", "readable": True, "width_px": 320, "height_px": 240, "rates_hz": [50]}])
+        self.assertIn("power_line_frequency", [control["name"] for control in camera["controls"]])
+        self.assertEqual(self.see("cameras", "/dev/video7").code, 1)
+        self.camera.unplug()
+        none = self.see("cameras")
+        self.assertEqual((none.code, none.out), (0, ""))
+        self.assertIn("no camera", none.err)
+
+    def test_tags_are_found(self):
+        seen = self.see("detect", VIDEO, "--json", "--duration-s", "1")
+        self.assertEqual(seen.code, 0, seen.err)
+        self.assertGreater(len(seen.records), 3)  # of 50, on a machine that is busy
+        for record in seen.records:
+            self.assert_tags(record, pictures.SCENE_TAGS)
+            self.assertGreater(record["age_ms"], 14)  # 20 ms from the start of an exposure of 10 ms to the arrival
+            self.assertLess(abs(record["stamp_s"] - time.time()), 60)
+        posed = self.see("detect", VIDEO, "--camera", "camera.yaml", "--tag-size-m", "0.1", "--duration-s", "0.1")
+        self.assertEqual(posed.code, 0, posed.err)
+        self.assertIn("pose in the camera", posed.out)
+
+    def test_a_recording_is_closed_by_time_and_by_ctrl_c(self):
+        timed = self.see("convert", VIDEO + ",lock", "timed.mcap", "--duration-s", "0.5", "--pictures", "jpeg", "--json")
+        self.assertEqual(timed.code, 0, timed.err)
+        process = self.start("convert", VIDEO, "stopped.mcap")
+        time.sleep(1.5)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=20)
+        self.assertEqual(process.returncode, 130)
+        for name, topics in (("timed.mcap", {"/image_raw/compressed", "/tag_detections"}), ("stopped.mcap", {"/tag_detections"})):
+            info = self.run_here("info", name, "--json").records[0]
+            self.assertLessEqual(topics, {topic["topic"] for topic in info["topics"]})
+            self.assertLess(info["duration_s"], 10)
+            self.assertGreater(info["duration_s"], 0.4)
+        self.assertEqual(timed.records[0]["pictures"], timed.records[0]["tags"] / 2)
+
+    def test_errors_say_what_to_do(self):
+        for faults, words in (("denied", "usermod -aG"), ("busy", "another program uses the camera")):
+            failed = self.see("detect", VIDEO, faults=faults)
+            self.assertEqual(failed.code, 1, faults)
+            self.assertIn(words, failed.err)
+        for address, words in (("v4l2:/dev/video0,size=99x99", "YUYV 320x240"), ("v4l2:/dev/video9", "waymark cameras"),
+                               ("v4l2:/dev/video0,gain=1000", "from 0 to 100")):
+            failed = self.see("detect", address)
+            self.assertIn(failed.code, (1, 2), address)
+            self.assertIn(words, failed.err)
+        for words in (("detect", VIDEO, "photograph.png"), ("detect", "v4l2:0,size=big"), ("detect", VIDEO, "--annotate", "seen"),
+                      ("detect", "photograph.png", "--view"), ("convert", "v4l2:0", "out.csv"),
+                      ("teach", "--world", "circuit24", "--camera-source", VIDEO, "-o", "lap.mcap")):
+            self.assertEqual(self.see(*words).code, 2, words)
+
+    def test_damage_is_counted_and_a_plug_that_is_pulled_is_waited_for(self):
+        damaged = self.see("detect", VIDEO, "--json", "--duration-s", "0.5", faults="short:4")
+        self.assertEqual(damaged.code, 0, damaged.err)
+        self.assertIn("damaged picture", damaged.err)
+        process = self.start("detect", VIDEO, "--json")
+        time.sleep(1)
+        self.camera.unplug()
+        time.sleep(0.5)
+        self.camera.plug_in()
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        _, words = process.communicate(timeout=20)
+        self.assertEqual(process.returncode, 130, words)
+        self.assertIn("not plugged in any more", words)
+        self.assertIn("there again", words)
+
+    def test_doctor(self):
+        (self.folder / "calibration.yaml").write_text("nothing: 1\n")
+        bad = self.see("doctor", "--json", "--rate-hz", "5")
+        self.assertEqual(bad.code, 1, bad.err)
+        levels = {line["check"]: line["level"] for line in bad.records[0]["checks"]}
+        self.assertEqual(levels["calibration"], "fail")
+        (self.folder / "calibration.yaml").unlink()
+        good = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO + ",lock")
+        lines = good.records[0]["checks"]
+        self.assertEqual([line["check"] for line in lines], ["camera", "camera", "calibration", "disk", "processor"])
+        self.assertEqual([line["level"] for line in lines[:2]], ["ok", "ok"], good.out)
+        self.assertIn("pictures a second", lines[1]["words"])
+        for line in lines:
+            self.assertEqual(line["level"] == "ok", line["command"] == "", line)
+        denied = self.see("doctor", "--rate-hz", "5", faults="denied")
+        self.assertEqual(denied.code, 1)
+        self.assertIn("usermod -aG", denied.out)
+
+    def test_a_pipeline_is_a_camera(self):
+        if not pathlib.Path("/usr/lib/x86_64-linux-gnu/libgstapp-1.0.so.0").exists():
+            self.skipTest("no GStreamer")
+        pictures.write_pgm(self.folder / "one.pgm", pictures.scene(320, 240, pictures.SCENE_TAGS))
+        raw = (self.folder / "one.pgm").read_bytes()[-320 * 240:]
+        (self.folder / "frames.raw").write_bytes(raw * 25)
+        pipeline = "gstreamer:filesrc location=frames.raw ! rawvideoparse width=320 height=240 format=gray8 framerate=50/1"
+        seen = self.run_here("detect", pipeline, "--json")
+        self.assertEqual(seen.code, 0, seen.err)
+        self.assertGreater(len(seen.records), 3)
+        for record in seen.records:
+            self.assert_tags(record, pictures.SCENE_TAGS)
+
+    def test_another_program_sees_the_same_camera(self):
+        """ffmpeg as the judge of the imitation: its pictures are those that were given."""
+        if shutil.which("ffmpeg") is None:
+            self.skipTest("no ffmpeg")
+        read = subprocess.run(["ffmpeg", "-v", "error", "-f", "v4l2", "-i", "/dev/video0", "-frames:v", "3", "-f", "rawvideo", "-"],
+                              env=self.camera.environment(), capture_output=True, timeout=60, check=True)
+        rows = pictures.scene(320, 240, pictures.SCENE_TAGS)
+        self.assertEqual(read.stdout[:640:2], bytes(rows[0]))
+        self.assertEqual(len(read.stdout), 3 * 2 * 320 * 240)
+
+
+class BesideARobot(InFolder):
+    ROBOT = """import json, sys, time
+def say(**line): print(json.dumps(line), flush=True)
+say(type="hello", protocol_version=1, name="blind")
+for i in range(10**6):
+    say(type="odometry", stamp_s=1000 + 0.02 * i, x_m=0, y_m=0, yaw_rad=0, speed_m_s=0, yaw_rate_rad_s=0)
+    time.sleep(0.02)
+"""
+
+    def test_pictures_come_from_a_camera_of_this_computer(self):
+        camera = FakeCamera(self.folder / "fake", PROGRAM)
+        camera.play(moving_pictures(640, 480), 30)
+        (self.folder / "blind.py").write_text(self.ROBOT)
+        process = subprocess.Popen([PROGRAM, "run", "--robot", f"process:{sys.executable} blind.py", "--driver", "lines", "-o", "session",
+                                    "--anchor", "7", "--tag-size-m", "0.1", "--camera-source", VIDEO],
+                                   cwd=self.folder, env=camera.environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        process.stdin.write("go\n")
+        process.stdin.flush()
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline and not list(self.folder.glob("session/*.mcap")):
+            time.sleep(0.1)
+        time.sleep(5)
+        words = process.communicate("quit\n", timeout=60)
+        laps = list((self.folder / "session").glob("*.mcap"))
+        self.assertTrue(laps, words)
+        topics = {topic["topic"]: topic for topic in self.run_here("info", str(laps[0]), "--json").records[0]["topics"]}
+        self.assertGreater(topics["/tag_detections"]["messages"], 5, words)
+        self.assertLess(self.run_here("info", str(laps[0]), "--json").records[0]["duration_s"], 60)
+
+
+if __name__ == "__main__":
+    unittest.main()

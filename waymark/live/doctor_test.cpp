@@ -1,0 +1,92 @@
+#include "waymark/live/doctor.hpp"
+
+#include <chrono>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace waymark {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr const char* kCameraInfo =
+    "image_width: 640\nimage_height: 480\ncamera_name: cam\n"
+    "camera_matrix: {rows: 3, cols: 3, data: [500, 0, 320, 0, 500, 240, 0, 0, 1]}\n"
+    "distortion_model: plumb_bob\n"
+    "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n";
+
+TEST(Doctor, SaysWhatOfEachCameraIsWrong) {
+  const auto none = check_cameras({});
+  ASSERT_EQ(none.size(), 1U);
+  EXPECT_EQ(none[0].level, DoctorLevel::Warn);
+  CameraDevice good{.path = "/dev/video0", .card = "Webcam", .modes = {{.format = "YUYV"}}};
+  CameraDevice used = good;
+  used.holder = "cheese (process 7)";
+  CameraDevice denied{
+      .path = "/dev/video2",
+      .problem = Error{ErrorCode::Unreadable, "not allowed", {}, "sudo usermod -aG video $USER"}};
+  CameraDevice strange{.path = "/dev/video4", .modes = {{.format = "H264", .readable = false}}};
+  const auto lines = check_cameras({good, used, denied, strange});
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_EQ(lines[0].level, DoctorLevel::Ok);
+  EXPECT_TRUE(lines[0].command.empty());
+  EXPECT_EQ(lines[1].level, DoctorLevel::Warn);
+  EXPECT_THAT(lines[1].words, HasSubstr("cheese"));
+  EXPECT_EQ(lines[2].level, DoctorLevel::Fail);
+  EXPECT_THAT(lines[2].command, HasSubstr("usermod"));
+  EXPECT_EQ(lines[3].level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, LooksAtAgeAndVerdictOfACalibration) {
+  namespace fs = std::filesystem;
+  const fs::path file = fs::temp_directory_path() / ("doctor_" + std::to_string(getpid()) + ".yaml");
+  const auto write = [&](const std::string& values) {
+    std::ofstream(file)
+        << "format: waymark-calibration-1\nprovenance: {}\ncamera_info:\n  image_width: 640\n"
+           "  image_height: 480\n  camera_name: cam\n  camera_matrix: {rows: 3, cols: 3, data: [500, "
+           "0, 320, 0, 500, 240, 0, 0, 1]}\n  distortion_model: plumb_bob\n  "
+           "distortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\nvalues:\n"
+        << values;
+  };
+  const auto now = fs::file_time_type::clock::now();
+  write("  fx_px: {value: 500, sigma: 0.1, verdict: known}\n");
+  const DoctorLine fresh = check_calibration(file, now);
+  EXPECT_EQ(fresh.level, DoctorLevel::Ok) << fresh.words;
+  EXPECT_EQ(check_calibration(file, now + std::chrono::hours(24 * 365)).level, DoctorLevel::Warn);
+  write("  fx_px: {value: 500, sigma: 90, verdict: unobservable, advice: tilt it}\n");
+  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("could not tell fx_px"));
+  std::ofstream(file) << kCameraInfo;
+  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("does not say how exact"));
+  std::ofstream(file) << "nothing: 1\n";
+  EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
+  fs::remove(file);
+  EXPECT_EQ(check_calibration(file, now).level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, JudgesDiskAndProcessor) {
+  EXPECT_EQ(check_disk(".", 50'000'000'000).level, DoctorLevel::Ok);
+  EXPECT_EQ(check_disk(".", 1'000'000'000).level, DoctorLevel::Warn);
+  EXPECT_EQ(check_disk(".", 1'000'000).level, DoctorLevel::Fail);
+  EXPECT_EQ(check_disk("/nowhere").level, DoctorLevel::Fail);
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 0, .share = 0.2}).level, DoctorLevel::Ok);
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 1, .share = 0.7}).level, DoctorLevel::Warn);
+  EXPECT_EQ(check_processor({}, {.pictures = 60, .dropped = 20, .share = 0.7}).level, DoctorLevel::Fail);
+  EXPECT_EQ(check_processor({}, {.pictures = 0}).level, DoctorLevel::Fail);
+}
+
+TEST(Doctor, TheTrialOfTheLoopFindsTagsAndMeasuresItself) {
+  const auto finder = make_tag_finder();
+  ASSERT_TRUE(finder);
+  const auto result = try_loop(*finder, {.width = 320, .height = 240, .rate_hz = 20, .seconds = 0.5});
+  ASSERT_TRUE(result);
+  EXPECT_GT(result->pictures, 0);
+  EXPECT_LE(result->pictures, 11);
+  EXPECT_GT(result->share, 0);
+  EXPECT_GT(result->median_ms, 0);
+}
+
+}  // namespace
+}  // namespace waymark
