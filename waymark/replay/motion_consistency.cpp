@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace waymark {
 namespace {
@@ -56,12 +57,18 @@ void MotionConsistency::observe_picture(SensorTime stamp, const SE2& map_T_base,
   add_heading(stamp, map_T_base.yaw());
   if (pictures_.empty()) picture_zero_ = stamp;
   picture->moving_s = to_seconds(stamp - picture_zero_);
+  picture->tags = true;
+  if (!pictures_.empty() && picture->moving_s <= pictures_.back().seen.moving_s) return;
+  MotionSample estimated = *picture;
+  const MotionSample& now = sums_.now();
+  estimated.map_T_base = now.map_T_base * (now.odom_T_base.inverse() * picture->odom_T_base);
+  estimated.covariance = now.covariance;
+  estimated.tags = now.tags;
   picture->map_T_base = map_T_base;
   picture->covariance = covariance;
-  picture->tags = true;
-  if (!pictures_.empty() && picture->moving_s <= pictures_.back().moving_s) return;
-  pictures_.push_back(*picture);
-  while (picture->moving_s - pictures_.front().moving_s > kLongWindow_s + kMotionGap_s) pictures_.pop_front();
+  pictures_.push_back({*picture, estimated});
+  while (picture->moving_s - pictures_.front().seen.moving_s > kLongWindow_s + kMotionGap_s)
+    pictures_.pop_front();
   std::optional<Contradiction> found = contradiction_of_pictures();
   if (!found && accepted) found = push_of_pictures();
   if (found && suspected_) pictured_ = found;
@@ -103,23 +110,36 @@ void MotionConsistency::look_for_delay() {
                         .late_s = found->delay_s};
 }
 
-/// Over windows that grow: what is fast shows in the shortest.
+/// The newest picture before a moment; nothing where pictures were missing then, or are since.
+std::optional<MotionConsistency::PictureIterator> MotionConsistency::picture_before(double moving_s) const {
+  const auto time_of = [](const Picture& picture) { return picture.seen.moving_s; };
+  const auto after = std::ranges::upper_bound(pictures_, moving_s + 1e-9, {}, time_of);
+  if (after == pictures_.begin()) return std::nullopt;
+  const auto found = std::prev(after);
+  const auto silent = [&](const Picture& a, const Picture& b) {
+    return time_of(b) - time_of(a) > kMotionGap_s;
+  };
+  if (moving_s - time_of(*found) > kMotionGap_s ||
+      std::adjacent_find(found, pictures_.end(), silent) != pictures_.end())
+    return std::nullopt;
+  return found;
+}
+
+/// Over windows that grow: what is fast shows in the shortest. Of the beginning the estimate often knows more
+/// than one picture; it knows less where it has followed wheels that slipped.
 std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;
-  const double now = pictures_.back().moving_s;
+  const double now = pictures_.back().seen.moving_s;
   for (const double longer : {1.0, 1.5, 2.0, 2.5, 3.0}) {
-    const double begin = now - longer * options_.window_s;
-    const auto first = std::ranges::upper_bound(pictures_, begin + 1e-9, {}, &MotionSample::moving_s);
-    if (first == pictures_.begin()) return std::nullopt;
-    const auto from = std::prev(first);
-    const auto silent = [](const MotionSample& a, const MotionSample& b) {
-      return b.moving_s - a.moving_s > kMotionGap_s;
-    };
-    if (begin - from->moving_s > kMotionGap_s ||
-        std::adjacent_find(from, pictures_.end(), silent) != pictures_.end())
-      return std::nullopt;
-    if (auto found = find_tag_contradiction({from, pictures_.end()}, known, options_)) return found;
+    const auto from = picture_before(now - longer * options_.window_s);
+    if (!from) return std::nullopt;
+    std::vector<MotionSample> window;
+    std::transform(*from, pictures_.end(), std::back_inserter(window),
+                   [](const Picture& picture) { return picture.seen; });
+    if (auto found = find_tag_contradiction(window, known, options_)) return found;
+    window.front() = (*from)->estimated;
+    if (auto found = find_tag_contradiction(window, known, options_)) return found;
   }
   return std::nullopt;
 }
@@ -128,13 +148,14 @@ std::optional<Contradiction> MotionConsistency::contradiction_of_pictures() cons
 std::optional<Contradiction> MotionConsistency::push_of_pictures() const {
   MotionScales known = sums_.scales();
   known.sigmas = kPictureSigmas;
-  const MotionSample& newest = pictures_.back();
+  const MotionSample& newest = pictures_.back().seen;
   for (const double part : {0.5, 1.0}) {
-    const auto first = std::ranges::lower_bound(pictures_, newest.moving_s - part * options_.window_s - 1e-9,
-                                                {}, &MotionSample::moving_s);
+    const auto first =
+        std::ranges::lower_bound(pictures_, newest.moving_s - part * options_.window_s - 1e-9, {},
+                                 [](const Picture& picture) { return picture.seen.moving_s; });
     if (pictures_.end() - first < 4) continue;
-    const auto found = find_push(*first, newest, known, options_);
-    if (found && find_push(*std::next(first), newest, known, options_)) return found;
+    const auto found = find_push(first->seen, newest, known, options_);
+    if (found && find_push(std::next(first)->seen, newest, known, options_)) return found;
   }
   return std::nullopt;
 }

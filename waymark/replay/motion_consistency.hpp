@@ -37,7 +37,15 @@ class MotionConsistency {
   void forget();
 
  private:
+  /// The pose by the tags of one picture, and the estimate of the same moment.
+  struct Picture {
+    MotionSample seen{};
+    MotionSample estimated{};
+  };
+  using PictureIterator = std::deque<Picture>::const_iterator;
+
   void notice(const Standing& standing);
+  [[nodiscard]] std::optional<PictureIterator> picture_before(double moving_s) const;
   [[nodiscard]] std::optional<Contradiction> contradiction_of_pictures() const;
   [[nodiscard]] std::optional<Contradiction> push_of_pictures() const;
   void forget_pictures();
@@ -49,7 +57,7 @@ class MotionConsistency {
   std::optional<Contradiction> carried_{};  ///< over the last standstill
   std::vector<HeadingAt> headings_{};       ///< of pictures, since the first sample of odometry
   std::optional<Contradiction> late_{};
-  std::deque<MotionSample> pictures_{};  ///< poses by one picture each; moving_s is since picture_zero_
+  std::deque<Picture> pictures_{};  ///< moving_s is since picture_zero_
   SensorTime picture_zero_{};
   std::optional<Contradiction> suspected_{};  ///< by the newest picture …
   std::optional<Contradiction> pictured_{};   ///< … and by the one before it

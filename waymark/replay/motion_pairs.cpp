@@ -17,12 +17,11 @@ constexpr double kMotorTime_s = 0.2;
 /// Deviations that count as the uncertainty of an estimate.
 constexpr double kSigmas = 2;
 
-std::optional<Contradiction> commands_and_wheels(const std::array<Cut, 4>& cuts,
-                                                 const ConsistencyOptions& options) {
+std::optional<Contradiction> commands_and_wheels(const Cuts& cuts, const ConsistencyOptions& options) {
   const auto difference = [](const Cut& c) {
     return (c.to.wheels_m - c.from.wheels_m) - (c.to.commanded_m - c.from.commanded_m);
   };
-  const Cut& all = cuts[0];
+  const Cut& all = cuts.whole;
   const double commanded = all.to.commanded_m - all.from.commanded_m;
   const double limit = options.contradiction_m + kMotorShare * std::abs(commanded) +
                        kMotorTime_s * (all.to.ramp_m_s - all.from.ramp_m_s);
@@ -35,7 +34,7 @@ std::optional<Contradiction> commands_and_wheels(const std::array<Cut, 4>& cuts,
 }
 
 /// A robot that does not turn as it is asked, by as much as it has done so far.
-std::optional<Contradiction> commanded_and_turned(const std::array<Cut, 4>& cuts, const MotionScales& scales,
+std::optional<Contradiction> commanded_and_turned(const Cuts& cuts, const MotionScales& scales,
                                                   const ConsistencyOptions& options) {
   const auto commanded = [&](const Cut& c) {
     return scales.command_scale * (c.to.commanded_rad - c.from.commanded_rad);
@@ -44,7 +43,7 @@ std::optional<Contradiction> commanded_and_turned(const std::array<Cut, 4>& cuts
     return scales.gyro ? c.to.gyro_rad - c.from.gyro_rad : c.to.wheels_rad - c.from.wheels_rad;
   };
   const auto difference = [&](const Cut& c) { return turned(c) - commanded(c); };
-  const Cut& all = cuts[0];
+  const Cut& all = cuts.whole;
   const double limit = options.contradiction_rad + scales.command_share * std::abs(commanded(all)) +
                        kMotorTime_s * (all.to.ramp_rad_s - all.from.ramp_rad_s);
   // One that turns without being asked was pushed: find_push().
@@ -58,16 +57,16 @@ std::optional<Contradiction> commanded_and_turned(const std::array<Cut, 4>& cuts
                        .apart = std::abs(difference(all))};
 }
 
-std::optional<Contradiction> wheels_and_gyro(const std::array<Cut, 4>& cuts, const MotionScales& scales,
+std::optional<Contradiction> wheels_and_gyro(const Cuts& cuts, const MotionScales& scales,
                                              const ConsistencyOptions& options) {
   if (!scales.gyro) return std::nullopt;
   const auto wheels = [&](const Cut& c) { return scales.turn_scale * (c.to.wheels_rad - c.from.wheels_rad); };
   const auto gyro = [](const Cut& c) { return c.to.gyro_rad - c.from.gyro_rad; };
   const auto difference = [&](const Cut& c) { return gyro(c) - wheels(c); };
-  const Cut& all = cuts[0];
+  const Cut& all = cuts.whole;
   const double larger = std::max(std::abs(wheels(all)), std::abs(gyro(all)));
   const double limit =
-      options.contradiction_rad + scales.turn_share * larger + internal::turn_noise(all, scales);
+      options.contradiction_rad + std::hypot(scales.turn_share * larger, turn_noise(all, scales));
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Gyro,
@@ -84,12 +83,11 @@ std::optional<Contradiction> wheels_and_gyro(const std::array<Cut, 4>& cuts, con
   return found;
 }
 
-std::optional<Contradiction> turns_and_tags(const std::array<Cut, 4>& cuts, const MotionScales& scales,
+std::optional<Contradiction> turns_and_tags(const Cuts& cuts, const MotionScales& scales,
                                             const ConsistencyOptions& options) {
-  const Cut& all = cuts[0];
+  const Cut& all = cuts.whole;
   const auto difference = [](const Cut& c) { return straight(turned_by_tags(c) - turned_by_odometry(c)); };
-  const double limit =
-      options.contradiction_rad + doubt_of_turn(all, scales) + scales.sigmas * yaw_sigma(all);
+  const double limit = options.contradiction_rad + doubt_of_turn(all, scales);
   if (!lasts(cuts, limit, difference)) return std::nullopt;
   Contradiction found{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                       .other = MotionSource::Tags,
@@ -101,9 +99,9 @@ std::optional<Contradiction> turns_and_tags(const std::array<Cut, 4>& cuts, cons
   return found;
 }
 
-std::optional<Contradiction> ways_and_tags(const std::array<Cut, 4>& cuts, const MotionScales& scales,
+std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales& scales,
                                            const ConsistencyOptions& options) {
-  const Cut& all = cuts[0];
+  const Cut& all = cuts.whole;
   const Eigen::Vector2d whole = apart(all);
   const Eigen::Vector2d direction = whole.normalized();
   const auto difference = [&](const Cut& c) {
@@ -138,8 +136,7 @@ std::optional<Contradiction> turned_unseen(const Cut& cut, const MotionScales& s
   const double by_odometry = turned_by_odometry(cut);
   const double apart_rad =
       scales.gyro ? std::abs(straight(by_tags - by_odometry)) : beyond(by_tags, by_odometry);
-  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales) + scales.sigmas * yaw_sigma(cut)))
-    return std::nullopt;
+  if (!(apart_rad > options.pushed_rad + doubt_of_turn(cut, scales))) return std::nullopt;
   return Contradiction{.one = scales.gyro ? MotionSource::Gyro : MotionSource::Wheels,
                        .other = MotionSource::Tags,
                        .turning = true,
@@ -176,18 +173,26 @@ std::optional<Contradiction> pushed(const Cut& cut, const MotionScales& scales,
   const double share =
       std::clamp(by_tags.dot(by_odometry) / std::max(1e-6, by_odometry.squaredNorm()), 0.0, 1.0);
   const Eigen::Vector2d rest = by_tags - share * by_odometry;
-  if (!(rest.norm() > options.pushed_m + doubt_of_way(cut, rest.normalized(), scales))) return std::nullopt;
+  const Eigen::Vector2d whole = by_tags - by_odometry;
+  constexpr double kSudden = 1.8;  // what need not last may be a tag that hangs elsewhere
+  const auto doubt = [&](const Eigen::Vector2d& way) {
+    return kSudden * doubt_of_way(cut, way.normalized(), scales);
+  };
+  const bool slipped = whole.norm() > options.slipped_m + doubt(whole);
+  const bool carried = rest.norm() > options.pushed_m + doubt(rest);
+  if (!carried && !slipped) return std::nullopt;
   return Contradiction{.one = MotionSource::Wheels,
                        .other = MotionSource::Tags,
-                       .carried = true,
+                       .carried = carried,
                        .one_moved = by_odometry.norm(),
                        .other_moved = by_tags.norm(),
-                       .apart = rest.norm()};
+                       .apart = carried ? rest.norm() : whole.norm()};
 }
 
-std::optional<Contradiction> tags_and_odometry(const std::array<Cut, 4>& cuts, const MotionScales& scales,
+std::optional<Contradiction> tags_and_odometry(const Cuts& cuts, const MotionScales& scales,
                                                const ConsistencyOptions& options) {
-  if (!std::ranges::all_of(cuts, [](const Cut& cut) { return cut.from.tags && cut.to.tags; }))
+  const auto tagged = [](const Cut& cut) { return cut.from.tags && cut.to.tags; };
+  if (!std::ranges::all_of(cuts.by_time, tagged) || !std::ranges::all_of(cuts.by_way, tagged))
     return std::nullopt;
   if (auto turning = turns_and_tags(cuts, scales, options)) return turning;
   return ways_and_tags(cuts, scales, options);

@@ -16,6 +16,7 @@ struct ConsistencyOptions {
   double contradiction_rad = 0.0873;
   double pushed_m = 0.10;
   double pushed_rad = 0.2;
+  double slipped_m = 0.15;
   double late_pictures_s = 0.2;
 
   template <class Self, class Visitor>
@@ -44,6 +45,11 @@ struct ConsistencyOptions {
               "Stop when the robot turned by more within the window than its commands or wheels explain: it "
               "was carried.",
               0.01, 6.3});
+    visit(self.slipped_m,
+          Field{"slipped_m",
+                "Stop when the ways by wheels and by tags differ by more within the window, beyond the "
+                "uncertainty, even if slipping wheels explain it: the robot may have been carried back.",
+                0.01, 10});
     visit(self.late_pictures_s,
           Field{"late_pictures_s",
                 "Stop when turns seen by tags follow those of odometry by more than this time: pictures are "
@@ -82,7 +88,8 @@ struct Contradiction {
                                                                   const ConsistencyOptions& options);
 
 /// Whether the robot came farther between two moments than wheels that slip explain (its true way lies
-/// between none and theirs), or turned by more than commands or wheels do: somebody carried or turned it.
+/// between none and theirs, and not far from theirs: nobody can tell slipping wheels from a robot that is
+/// carried back meanwhile), or turned by more than commands or wheels do: somebody carried or turned it.
 /// Pure.
 [[nodiscard]] std::optional<Contradiction> find_push(const MotionSample& before, const MotionSample& after,
                                                      const MotionScales& scales,

@@ -67,6 +67,8 @@ class MotionSums {
   Standing observe_nothing();
 
   [[nodiscard]] const std::deque<MotionSample>& samples() const { return samples_; }
+  /// The sums up to the newest sample of odometry, and the newest estimate.
+  [[nodiscard]] const MotionSample& now() const { return now_; }
   /// Of odometry, oldest first.
   [[nodiscard]] const std::deque<StampedSums>& history() const { return history_; }
   /// The sums at a moment that lies between two samples of odometry, or just after the newest.

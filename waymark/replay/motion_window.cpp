@@ -49,8 +49,9 @@ double turn_noise(const Cut& cut, const MotionScales& scales) {
 double doubt_of_turn(const Cut& cut, const MotionScales& scales) {
   constexpr double kGyroShare = 0.05;
   const double turned = cut.to.turned_rad - cut.from.turned_rad;
-  if (scales.gyro) return kGyroShare * turned;
-  return scales.turn_share * std::abs(scales.turn_scale) * turned + turn_noise(cut, scales);
+  const double noise = scales.sigmas * yaw_sigma(cut);
+  if (scales.gyro) return std::hypot(kGyroShare * turned, noise);
+  return std::hypot(scales.turn_share * scales.turn_scale * turned, turn_noise(cut, scales), noise);
 }
 
 double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const MotionScales& scales) {
@@ -59,24 +60,27 @@ double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction, const Moti
   constexpr double kEvenly = 0.58;  // of a random walk over the way: 1 / sqrt(3)
   const double turned = scales.turn_scale * (cut.to.turned_rad - cut.from.turned_rad);
   const double bend =
-      scales.gyro ? 0.0 : scales.turn_share * std::abs(turned) / 2 + kEvenly * turn_noise(cut, scales);
+      scales.gyro ? 0.0 : std::hypot(scales.turn_share * turned / 2, kEvenly * turn_noise(cut, scales));
   const double aside = std::sqrt(std::max(0.0, cut.from.covariance(2, 2))) * direction.dot(across);
   const double noise = std::hypot(position_sigma(cut, cut.from.map_T_base.rotation() * direction), aside);
   constexpr double kHeadingShare = 0.02;  // wheels that are not aligned
-  return scales.distance_share * std::abs(direction.dot(way)) +
-         (kHeadingShare + bend) * std::abs(direction.dot(across)) + scales.sigmas * noise;
+  return std::hypot(scales.distance_share * direction.dot(way),
+                    std::hypot(kHeadingShare, bend) * direction.dot(across), scales.sigmas * noise);
 }
 
-std::array<Cut, 4> cuts_of(const std::vector<MotionSample>& window) {
-  const double begin = window.front().moving_s;
-  const double third = (window.back().moving_s - begin) / 3;
-  const auto at = [&](double moving_s) -> const MotionSample& {
-    return *std::ranges::lower_bound(window, moving_s - 1e-9, {}, &MotionSample::moving_s);
+Cuts cuts_of(const std::vector<MotionSample>& window) {
+  const MotionSample& first = window.front();
+  const MotionSample& last = window.back();
+  const auto in_thirds = [&](double MotionSample::*const sum) -> std::array<Cut, 3> {
+    const auto at = [&](double share) -> const MotionSample& {
+      const double value = first.*sum + share * (last.*sum - first.*sum);
+      return *std::ranges::lower_bound(window, value - 1e-9, {}, sum);
+    };
+    const MotionSample& one = at(1.0 / 3);
+    const MotionSample& two = at(2.0 / 3);
+    return {Cut{first, one}, Cut{one, two}, Cut{two, last}};
   };
-  const MotionSample& one = at(begin + third);
-  const MotionSample& two = at(begin + 2 * third);
-  return {Cut{window.front(), window.back()}, Cut{window.front(), one}, Cut{one, two},
-          Cut{two, window.back()}};
+  return {{first, last}, in_thirds(&MotionSample::moving_s), in_thirds(&MotionSample::path_m)};
 }
 
 }  // namespace waymark::internal

@@ -62,25 +62,33 @@ struct Cut {
 [[nodiscard]] double largest_sigma(const MotionSample& sample);
 /// What noise makes of the turn by odometry of a cut, in as many deviations as count [rad].
 [[nodiscard]] double turn_noise(const Cut& cut, const MotionScales& scales);
-/// What its scale and its noise make of the turn of odometry [rad], by gyro where there is one.
+/// What scale and noise make of the difference of the turns by odometry, by gyro where there is one, and by
+/// tags [rad]. Errors that are independent of each other add up as their squares, here and below.
 [[nodiscard]] double doubt_of_turn(const Cut& cut, const MotionScales& scales);
 /// What a wrong scale, a wrong heading at the beginning and the noise of both poses make of the difference of
 /// the ways by tags and by odometry, along a direction of the base at the beginning [m].
 [[nodiscard]] double doubt_of_way(const Cut& cut, const Eigen::Vector2d& direction,
                                   const MotionScales& scales);
 
-/// The window in three parts of equal time of motion; the whole stands first.
-[[nodiscard]] std::array<Cut, 4> cuts_of(const std::vector<MotionSample>& window);
+/// A window as a whole, and in three parts.
+struct Cuts {
+  Cut whole;
+  std::array<Cut, 3> by_time;  ///< of motion, equal
+  std::array<Cut, 3> by_way;   ///< of the wheels, equal
+};
+[[nodiscard]] Cuts cuts_of(const std::vector<MotionSample>& window);
 
-/// Whether the difference of the whole is above its limit, and every third has its share of it.
+/// Whether the difference of the whole is above its limit, and every third has its share of it: in time, or
+/// in way, where the robot slows down and what slips is a share of the way.
 template <class Difference>
-[[nodiscard]] bool lasts(const std::array<Cut, 4>& cuts, double limit, const Difference& difference) {
+[[nodiscard]] bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
   constexpr double kLastingShare = 0.25;
-  const double whole = difference(cuts[0]);
+  const double whole = difference(cuts.whole);
   if (!(std::abs(whole) > limit)) return false;
-  return std::all_of(cuts.begin() + 1, cuts.end(), [&](const Cut& part) {
+  const auto has_share = [&](const Cut& part) {
     return difference(part) * (whole > 0 ? 1 : -1) >= kLastingShare * std::abs(whole);
-  });
+  };
+  return std::ranges::all_of(cuts.by_time, has_share) || std::ranges::all_of(cuts.by_way, has_share);
 }
 
 }  // namespace internal
