@@ -13,6 +13,8 @@ namespace {
 
 /// Degrees of freedom of Student's t: how heavy the tails of a tag's residuals are.
 constexpr double kFreedom = 4;
+/// Deviation of roll and pitch of a robot that brakes, is held, or drives over something, on its springs.
+constexpr double kTilt_rad = 0.02;
 
 struct Normal {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
@@ -20,7 +22,8 @@ struct Normal {
   int tags = 0;
 };
 
-/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map.
+/// Adds one tag at a pose, weighted by its residual: with the lasting errors of its place in the map, and
+/// with a tilt of the robot, which turns the camera about the base.
 void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& options, Normal& sum) {
   const double m2 = options.tag_sigma_m * options.tag_sigma_m;
   const double rad2 = options.tag_sigma_rad * options.tag_sigma_rad;
@@ -28,12 +31,14 @@ void add(const Linearised& z, const Landmark& landmark, const RiekfOptions& opti
   P.diagonal() += (Eigen::Matrix<double, 6, 1>() << m2, m2, m2, rad2, rad2, rad2).finished();
   const Eigen::Matrix<double, 6, 8> PH = P.lazyProduct(z.H_tag.transpose());
   Eigen::Matrix<double, 8, 8> S = z.H_tag.lazyProduct(PH);
+  const Eigen::Matrix<double, 8, 2> tilt = kTilt_rad * z.H_mount.middleCols<2>(3);
+  S += tilt.lazyProduct(tilt.transpose());
   S.diagonal().array() += 1;  // rows beyond z.rows are empty: they add nothing
   const Eigen::LLT<Eigen::Matrix<double, 8, 8>> L(S);
   const Eigen::Matrix<double, 8, 1> r = L.solve(z.residual);
   const Eigen::Matrix<double, 8, 3> J = L.solve(z.H_pose);
   const double chi2 = z.residual.dot(r);
-  const double weight = (kFreedom + z.rows) / (kFreedom + chi2);
+  const double weight = std::min(1.0, (kFreedom + z.rows) / (kFreedom + chi2));
   sum.H += weight * z.H_pose.transpose().lazyProduct(J);
   sum.g += weight * z.H_pose.transpose().lazyProduct(r);
   ++sum.tags;
@@ -61,8 +66,8 @@ Normal normal_at(const SE2& map_T_base, std::span<const Observation> seen, const
 std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks& landmarks,
                              const TagWatch& watch, const MountedSensor& sensor, const RiekfOptions& options,
                              const SE2& near, double most_sigma_m) {
-  constexpr int kIterations = 12;
-  constexpr double kConverged = 2e-4;  // [m, rad]
+  constexpr int kIterations = 20;
+  constexpr double kConverged = 0.02;  // of the deviation of what is sought: weights settle slowly
   SE2 at = near;
   for (int i = 0; i < kIterations; ++i) {
     const Normal sum = normal_at(at, seen, landmarks, watch, sensor, options);
@@ -70,10 +75,8 @@ std::optional<TagFix> fix_of(std::span<const Observation> seen, const Landmarks&
     if (sum.tags == 0 || L.info() != Eigen::Success) return std::nullopt;
     const Eigen::Vector3d step = -L.solve(sum.g);
     if (!step.allFinite()) return std::nullopt;
-    const SE2 next = plus(step, at);
-    const double moved = (next.translation() - at.translation()).norm() + std::abs(step.z());
-    at = next;
-    if (moved > kConverged) continue;
+    at = plus(step, at);
+    if (step.dot(sum.H * step) > kConverged * kConverged) continue;
     TagFix fix{.map_T_base = at, .tags = sum.tags};
     const Eigen::Matrix3d P = L.solve(Eigen::Matrix3d::Identity());
     fix.covariance = coordinate_covariance(Uncertain<SE2>{at, P});

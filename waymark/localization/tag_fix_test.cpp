@@ -19,6 +19,7 @@ struct Wall {
   TagWatch watch{Landmarks{}};
   RiekfOptions options{};
   SE2 truth{0.3, -0.1, 0.15};
+  Eigen::Vector3d tilt_rad{0, 0, 0};  ///< roll and pitch
 
   Wall() {
     for (int i = 0; i < 4; ++i)
@@ -36,8 +37,8 @@ struct Wall {
       if (id.number >= count) break;
       const Eigen::Vector3d moved(0, id.number == 0 ? moved_m : 0, 0);
       const SE3 map_T_tag(tag.map_T_tag.rotation(), tag.map_T_tag.translation() + moved);
-      auto corners = visible_corners(*sensor.camera,
-                                     (lift(truth) * sensor.base_T_sensor).inverse() * map_T_tag, tag.size_m);
+      const SE3 map_T_cam = lift(truth) * SE3(SO3::exp(tilt_rad), {0, 0, 0}) * sensor.base_T_sensor;
+      auto corners = visible_corners(*sensor.camera, map_T_cam.inverse() * map_T_tag, tag.size_m);
       if (!corners) continue;
       for (Eigen::Vector2d& corner : *corners) {
         const double x = random.normal();
@@ -77,7 +78,7 @@ TEST(TagFix, OneTagThatWasMovedDoesNotMoveIt) {
   EXPECT_LT((fix->map_T_base.translation() - wall.truth.translation()).norm(), 0.03);
 }
 
-TEST(TagFix, ItsCovarianceCoversCornersAndPlacesOfTags) {
+TEST(TagFix, ItsCovarianceCoversCornersTiltAndPlacesOfTags) {
   Wall wall;
   wall.options.corner_sigma_px = 0.3;
   wall.options.tag_sigma_m = 1e-6;
@@ -86,6 +87,7 @@ TEST(TagFix, ItsCovarianceCoversCornersAndPlacesOfTags) {
   double nees = 0;
   constexpr int kDraws = 300;
   for (int i = 0; i < kDraws; ++i) {
+    wall.tilt_rad = {0.02 * random.normal(), 0.02 * random.normal(), 0};
     const auto fix = wall.fix(wall.seen(2, random, 0.3), wall.truth);
     ASSERT_TRUE(fix);
     const SE2& at = fix->map_T_base;
@@ -96,6 +98,21 @@ TEST(TagFix, ItsCovarianceCoversCornersAndPlacesOfTags) {
   const double corners_alone = wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace();
   wall.options.tag_sigma_m = 0.01;
   EXPECT_GT(wall.fix(wall.seen(2, random, 0.3), wall.truth)->covariance.trace(), corners_alone + 1e-5);
+}
+
+// Wheels that push against what holds the robot pitch it on its springs: its place on the floor is told all
+// the same.
+TEST(TagFix, ATiltOfTheRobotIsAllowedFor) {
+  for (const Eigen::Vector3d& tilt_rad : {Eigen::Vector3d(0, 0.02, 0), Eigen::Vector3d(-0.02, -0.02, 0)}) {
+    Wall wall;
+    wall.tilt_rad = tilt_rad;
+    Random random(3);
+    const auto fix = wall.fix(wall.seen(2, random, 0.3), wall.truth);
+    ASSERT_TRUE(fix);
+    EXPECT_LT((fix->map_T_base.translation() - wall.truth.translation()).norm(), 0.03);
+    const double variance_m2 = fix->covariance(0, 0) + fix->covariance(1, 1);
+    EXPECT_LT(variance_m2, 0.04 * 0.04);
+  }
 }
 
 TEST(TagFix, NothingWithoutTags) {
