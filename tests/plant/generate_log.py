@@ -39,12 +39,18 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--latency-s", type=float, default=0.0, help="pictures are stamped so late")
     parser.add_argument("--tag-off", type=float, nargs=2, action="append", default=[], metavar=("NUMBER", "M"),
                         help="the map has this tag so far from where it is")
+    parser.add_argument("--moved", type=float, nargs=2, metavar=("COUNT", "M"), default=[0, 0.0],
+                        help="the map has so many tags, spread over the lap, so far from where they are, each in another direction")
     parser.add_argument("--map-sigma-m", type=float, default=0.001, help="errors of the map's tags, which map.yaml states unless --no-covariance")
     parser.add_argument("--map-sigma-rad", type=float, default=0.002)
     parser.add_argument("--no-covariance", action="store_true", help="map.yaml does not say how good it is")
     parser.add_argument("--coarse", action="store_true", help="ranges and bearings with noise that is not told, instead of corners")
     parser.add_argument("--encoder-stuck", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
                         help="the encoders stand still meanwhile")
+    parser.add_argument("--jitter-s", type=float, default=0.0, help="each picture is stamped so much too early or too late at most, evenly spread")
+    parser.add_argument("--second", type=int, nargs=2, action="append", default=[], metavar=("NUMBER", "AS"),
+                        help="the tag of this number carries the other one, which another tag has, too")
+    parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
     parser.add_argument("--laps", type=float, default=1.0)
     return parser.parse_args()
 
@@ -65,10 +71,12 @@ class SlipBursts:
 class Stamps:
     """When a picture is said to have been taken."""
 
-    def __init__(self, seed: int, latency_s: float, on: bool):
+    def __init__(self, seed: int, latency_s: float, jitter_s: float, on: bool):
         self._rng, self._latency_s, self._on, self._wander = np.random.default_rng([seed, 7]), latency_s, on, 0.0
+        self._jitter, self._jitter_s = np.random.default_rng([seed, 10]), jitter_s
 
     def of(self, time_s: float) -> float:
+        time_s += self._jitter.uniform(-self._jitter_s, self._jitter_s)
         if not self._on:
             return time_s + self._latency_s
         self._wander = 0.98 * self._wander + 0.2 * 0.003 * self._rng.standard_normal()
@@ -90,8 +98,9 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
                                  z_m=assumed.z_m + args.mounting[2], roll_rad=roll, pitch_rad=pitch, yaw_rad=turn)
     corners = corner_camera.CornerOptions() if rough else corner_camera.CornerOptions(sigma_px=0.3 / math.sqrt(3), lasting_m=0.0)
     looking = corner_camera.CornerCamera(camera, tags, corners, args.seed)
+    carries = {f"tag36h11:{number}": f"tag36h11:{other}" for number, other in args.second}
     coarse = np.random.default_rng([args.seed, 8])
-    bursts, stamps, teacher = SlipBursts(args.seed, rough), Stamps(args.seed, args.latency_s, rough), Teacher(0.3, args.seed)
+    bursts, stamps, teacher = SlipBursts(args.seed, rough), Stamps(args.seed, args.latency_s, args.jitter_s, rough), Teacher(0.3, args.seed)
     tables: dict[str, list[str]] = {
         "odometry": ["t_ns,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s"], "truth": ["t_ns,x_m,y_m,theta_rad,valid"],
         "imu": ["t_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2"],
@@ -119,7 +128,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
                 tables["ranges"] += ranges(motion, [tag for tag in tags if f"tag36h11:{tag.number}" in {s["tag"] for s in seen}], now, coarse)
             else:
                 stamp = stamps.of(now)
-                tables["detections"] += [row(stamp, "cam", tag["tag"], *np.ravel(tag["corners_px"]), 0, 60) for tag in seen]
+                tables["detections"] += [row(stamp, "cam", carries.get(tag["tag"], tag["tag"]), *np.ravel(tag["corners_px"]), 0, 60) for tag in seen]
     return tables
 
 
@@ -145,11 +154,16 @@ def row(time_s: float, *values: object) -> str:
 def map_yaml(args: argparse.Namespace) -> str:
     """The tags where the map has them, with the covariance of its errors: 21 numbers of translation and rotation in the map's axes."""
     rng = np.random.default_rng([args.seed, 9])
-    off = {int(number): metres for number, metres in args.tag_off}
+    off = {int(number): (metres, 0.0) for number, metres in args.tag_off}
+    count, metres = int(args.moved[0]), args.moved[1]
+    off |= {2 + place * course.TAGS // count: (metres * math.cos(2.4 * place), metres * math.sin(2.4 * place)) for place in range(count)}
     lines = ["format: waymark-map-1", f'anchor: "tag36h11:{course.ANCHOR}"', "tags:"]
+    second = {number for number, _ in args.second}
     for tag in course.tags():
+        if tag.number in second:
+            continue
         world_T_tag = tag.world_T_tag()
-        move = args.map_sigma_m * rng.standard_normal(3) + [off.get(tag.number, 0.0), 0, 0]
+        move = args.map_sigma_m * rng.standard_normal(3) + [*off.get(tag.number, (0.0, 0.0)), 0]
         turn = args.map_sigma_rad * rng.standard_normal(3)
         assumed = frames.rigid(frames.roll_pitch_yaw(*turn) @ world_T_tag[:3, :3], world_T_tag[:3, 3] + move)
         lines += [f'  - tag: "tag36h11:{tag.number}"', f"    size_m: {tag.size_m}", f"    position_m: {assumed[:3, 3].tolist()}",
@@ -184,6 +198,8 @@ def main() -> None:
     args = arguments()
     args.folder.mkdir(parents=True, exist_ok=True)
     for name, lines in drive(args).items():
+        if name == "imu" and args.no_imu:
+            continue
         (args.folder / f"{name}.csv").write_text("\n".join(lines) + "\n")
     (args.folder / "map.yaml").write_text(map_yaml(args))
     (args.folder / "robot.yaml").write_text(body.robot_yaml(body.Camera()))

@@ -32,6 +32,10 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
     "latency 60 ms, untold": (["--latency-s", "0.06"], []),
     "latency 60 ms, told": (["--latency-s", "0.06"], ["--camera-latency-s", "0.06"]),
     "encoders stuck twice for 3 s": (["--encoder-stuck", "15", "3", "--encoder-stuck", "35", "3"], []),
+    "five tags 0.4 m off": (["--moved", "5", "0.4"], []),
+    "stamps up to 30 ms too early or too late": (["--jitter-s", "0.03"], []),
+    "wheels only, slip bursts": (["--odometry", "wheels", "--no-imu"], []),
+    "a number that two tags carry": (["--second", "11", "5"], []),
     "ranges and bearings, noise untold": (["--coarse"], []),
 }
 
@@ -41,7 +45,8 @@ def run(program: str, folder: pathlib.Path, case: tuple[list[str], list[str]], s
     generate, words = case
     subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), *generate], check=True)
     coarse = "--coarse" in generate
-    logs = [str(folder / f"{name}.csv") for name in ("ranges" if coarse else "detections", "odometry", "imu")]
+    tables = ("ranges" if coarse else "detections", "odometry", *(() if "--no-imu" in generate else ("imu",)))
+    logs = [str(folder / f"{name}.csv") for name in tables]
     where = ["--map", str(folder / ("landmarks.csv" if coarse else "map.yaml"))]
     where += ["--sensor-pose", "0", "0", "0"] if coarse else ["--robot", str(folder / "robot.yaml")]
     done = subprocess.run([program, "localize", *logs, *where, "-o", str(folder / "estimate.mcap"), "--json", *words],

@@ -54,6 +54,14 @@ class Numbers(unittest.TestCase):
             self.assertLessEqual(errors.ate.rmse_m, 0.012)
 
     @unittest.skipUnless(FULL, "long")
+    def test_what_is_moved_misnumbered_or_stamped_unevenly_is_covered(self) -> None:
+        for case in ("five tags 0.4 m off", "stamps up to 30 ms too early or too late", "wheels only, slip bursts", "a number that two tags carry"):
+            for seed in range(1, 4):
+                errors, _ = localised(case, seed)
+                self.assertLessEqual(errors.nees, 6)
+                self.assertLessEqual(errors.ate.rmse_m, 0.008)
+
+    @unittest.skipUnless(FULL, "long")
     def test_a_wrong_focal_length_is_named_and_covered(self) -> None:
         self.named("focal length + 3 %", "wrong focal length", "waymark calibrate camera", 8)
 

@@ -40,6 +40,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--sag", type=float, default=0.10, help="share of speed lost as the battery empties")
     parser.add_argument("--gain-step", metavar="FACTOR@T_S", help="kinematic plant: multiply the yaw gain by FACTOR from then on")
     parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
+    parser.add_argument("--late-stamps-s", type=float, default=0.0, help="pictures are stamped so long after their exposure")
     parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="how many tags stand on the course, from 3 to 24")
     parser.add_argument("--lean-deg", type=float, default=0.0, help="how far the anchor leans back")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
@@ -122,7 +123,7 @@ class Robot:
             _, exposed_s = self.pictures.popleft()
             if self.active("camera_unplugged"):
                 continue
-            stamp_s = exposed_s + (0.3 if self.active("latency") else 0.0)
+            stamp_s = exposed_s + self.args.late_stamps_s + (0.3 if self.active("latency") else 0.0)
             if self.active("stuck_feed"):
                 self.frozen = self.frozen or self.around(exposed_s)
             else:
