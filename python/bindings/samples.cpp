@@ -84,7 +84,7 @@ void bind_camera_samples(py::module_& m) {
       "image",
       [](const py::object& self) -> py::array {
         auto& frame = py::cast<CameraFrame&>(self);
-        if (frame.image.empty()) return py::array_t<std::uint8_t>({0, 0});
+        if (frame.image.empty()) return py::array_t<std::uint8_t>(std::vector<py::ssize_t>{0, 0});
         return py::array_t<std::uint8_t>({frame.image.height(), frame.image.width()}, frame.image.row(0),
                                          self);
       },
