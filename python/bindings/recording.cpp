@@ -29,7 +29,7 @@ LogSelection selection_of(const std::optional<std::set<std::string>>& topics,
 /// A recording as Python has it: facts, and readers of their own for each iteration.
 struct Recording {
   std::string path;
-  std::unique_ptr<MessageLog> log;
+  std::unique_ptr<MessageLog> log{};
 };
 
 std::unique_ptr<Recording> open_recording(const std::string& path) {
