@@ -70,7 +70,7 @@ class FakeBus final : public Bus {
   Network& network_;
 };
 
-class Node : public testing::Test {
+class Node : public ::testing::Test {
  protected:
   void SetUp() override { node_ = Ros2Node::start(std::make_unique<FakeBus>(network_), feed_).value(); }
 

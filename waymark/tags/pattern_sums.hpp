@@ -83,7 +83,8 @@ struct Share {
 
 template <int kSteps, class L>
 struct Steps {
-  L cdf[kSteps], pdf[kSteps], bend[kSteps];
+  static constexpr auto kSize = static_cast<std::size_t>(kSteps);
+  L cdf[kSize], pdf[kSize], bend[kSize];
   [[gnu::always_inline]] Steps(const L& at, float first, float inverse_blur) {
     for (int a = 0; a < kSteps; ++a) {
       const L z = (at - (first + static_cast<float>(a))) * inverse_blur;
@@ -180,8 +181,9 @@ template <class L>
 template <int kSteps, bool kRim, class L>
 void sum_up(const PatchRows& rows, const PatchWindow& window, const PatchPoint& at, PatchSums& sums) {
   constexpr int kCount = kRim ? kPatchParameters : kPatchParameters - 1;
-  L information[kCount][kCount];
-  L gradient[kCount];
+  constexpr auto kSize = static_cast<std::size_t>(kCount);
+  L information[kSize][kSize];
+  L gradient[kSize];
   for (int i = 0; i < kCount; ++i) {
     gradient[i] = L::Zero();
     for (int k = 0; k < kCount; ++k) information[i][k] = L::Zero();
