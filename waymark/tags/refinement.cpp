@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
 #include <Eigen/Cholesky>
 
 #include "waymark/samples/corners.hpp"
-#include "waymark/tags/tag_fit.hpp"
+#include "waymark/tags/corner_covariance.hpp"
+#include "waymark/tags/expected_bends.hpp"
+#include "waymark/tags/light.hpp"
 
 namespace waymark {
 namespace {
@@ -16,8 +19,10 @@ using Eigen::Vector2d;
 using namespace refinement;
 
 constexpr int kMaxPasses = 4;
-constexpr double kSettledPx = 0.05;     ///< a last step that is small enough
-constexpr double kPassSettledPx = 0.3;  ///< corners that moved less than this need no new look at the image
+constexpr int kMaxIterations = 6;
+constexpr double kPassSettledPx = 0.1;   ///< corners that moved less than this need no new look at the image
+constexpr double kFirstSettledPx = 0.1;  ///< a step of the first pass, with a wide band, that is good enough
+constexpr double kSettledPx = 0.01;      ///< a step after which the next one is far below what noise allows
 
 /// Twice the signed area of the smallest triangle of three consecutive corners; > 0 for a convex clockwise
 /// quad.
@@ -52,49 +57,95 @@ bool cut_by_border(const ImageView& image, const TagDetection& detection, double
   });
 }
 
-double largest_shift(const Quad& from, const Quad& to) {
+/// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
+std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
+  const double settled_px = first_pass ? kFirstSettledPx : kSettledPx;
+  std::optional<TagSolve> solve;
+  bool covered = true;  // until a look at the slices finds none to drop
+  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
+    double cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    if (covered && iteration > 0) {
+      const DroppedSlices dropped = drop_outliers(tag);
+      if (!dropped.enough_left) return std::nullopt;
+      covered = dropped.pixels > 0;
+      if (covered) cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
+    }
+    double pixels = 0;
+    for (const NormalEquations& normal : tag.normals) pixels += normal.pixels();
+    constexpr double kQuantisation = 1.0 / 12.0;
+    estimate.noise_variance = std::max(kQuantisation, cost / std::max(1.0, pixels - kParametersOfTag));
+    if (!first_pass) {
+      estimate.light_per_px +=
+          light_information(tag, estimate.light_per_px, estimate.noise_variance).step_per_px;
+    }
+    solve.emplace(tag.normals, priors, estimate);
+    const double moved = solve->apply(estimate);
+    if (iteration > 0 && !covered && moved < settled_px) break;
+  }
+  return solve;
+}
+
+Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
+  Eigen::Matrix<double, 8, 1> both;
+  for (int k = 0; k < 4; ++k) both.segment<2>(2 * k) = estimate.edges[static_cast<std::size_t>(k)].head<2>();
+  return both;
+}
+
+double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
   double largest = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Vector2d along = (to[(k + 1) % 4] - to[k]).normalized();
-    const Vector2d normal(along.y(), -along.x());
-    largest = std::max({largest, std::abs(normal.dot(to[k] - from[k])),
-                        std::abs(normal.dot(to[(k + 1) % 4] - from[(k + 1) % 4]))});
+    const Vector2d moved = to[k] - from[k];
+    largest = std::max(
+        {largest, std::abs(edges[k].normal.dot(moved)), std::abs(edges[(k + 3) % 4].normal.dot(moved))});
   }
   return largest;
 }
 
-RefinementOutcome fit_pattern(const ImageView& image, const TagDetection& detection,
-                              const RefinementOptions& options, const CameraModel* camera,
-                              RefinedCorners& result) {
-  TagFit fit;
-  start_fit(detection, options, camera, fit);
+void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& estimate) {
+  const double inner = level_at_rim(tag, false);
+  estimate.mean << inner, level_at_rim(tag, true) - inner, std::log(options.blur_px);
+  for (EdgeVector& x : estimate.edges) x << EdgeVector::Zero().head<kOwn>(), estimate.mean;
+}
+
+RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
+                      const CameraModel* camera, RefinedCorners& result) {
+  const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
+  const int cells = near[0].cells;
+  TagBands tag;
+  TagEstimate estimate;
+  Priors priors;
+  priors.blur_px = options.blur_px;
   Quad corners = detection.corners_px;
-  if (!(smallest_cell_px(corners, fit.pattern.cells) >= options.min_cell_px)) {
-    return RefinementOutcome::TooSmall;
-  }
+  std::optional<TagSolve> solve;
+  double blur_px = options.blur_px;
   bool settled = false;
   for (int pass = 0; pass < kMaxPasses && !settled; ++pass) {
-    if (!read_tag(image, options, corners, fit)) return RefinementOutcome::TooLittleSeen;
-    if (pass == 0) start_levels(fit);
-    const auto moved = iterate(pass > 0, fit);
-    if (!moved) return RefinementOutcome::TooLittleSeen;
-    const Quad before = corners;
-    corners = corners_of(fit);
-    if (!std::ranges::all_of(corners, [](const Vector2d& corner) { return corner.allFinite(); }) ||
-        smallest_triangle(corners) < 1.0) {
-      return RefinementOutcome::PoorFit;
+    tag.edges = edge_frames(corners, cells);
+    for (const EdgeFrame& edge : tag.edges) {
+      if (!(edge.cell_px >= options.min_cell_px)) return RefinementOutcome::TooSmall;
     }
-    if (largest_shift(detection.corners_px, corners) > options.max_shift_px) {
+    priors.bend_sigma_px = expect_bends(camera, options.curvature_per_px, tag.edges);
+    if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
+    if (pass == 0) start(options, tag, estimate);
+    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have moved there
+    solve = iterate(priors, pass == 0, tag, estimate);
+    if (!solve) return RefinementOutcome::TooLittleSeen;
+    const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
+    if (!moved.allFinite()) return RefinementOutcome::PoorFit;
+    for (std::size_t k = 0; k < 4; ++k) corners[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
+    if (smallest_triangle(corners) < 1.0) return RefinementOutcome::PoorFit;
+    if (largest_shift(detection.corners_px, corners, tag.edges) > options.max_shift_px) {
       return RefinementOutcome::MovedTooFar;
     }
-    settled = pass > 0 && *moved < kSettledPx && largest_shift(before, corners) < kPassSettledPx;
+    blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
+    settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassSettledPx;
   }
   result.corners_px = corners;
-  result.blur_px = std::exp(fit.state.x[kLogBlur]);
-  result.contrast = (fit.pattern.white_at(-1, 0) > 0.5F ? 1 : -1) * fit.state.x[kStepPlane];
-  result.noise = std::sqrt(fit.state.noise_variance);
-  result.pixels = fit.pixels.pixels;
-  if (settled) result.covariance_px2 = corner_covariance(fit, options.model_error_px);
+  result.blur_px = blur_px;
+  result.contrast = estimate.mean[kStep - kOwn];
+  result.noise = std::sqrt(estimate.noise_variance);
+  result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
+  result.pixels = tag.pixels;
   return settled ? RefinementOutcome::Refined : RefinementOutcome::PoorFit;
 }
 
@@ -106,7 +157,7 @@ RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& 
   // Edges without any blur, along the borders of pixels, leave their place between the pixels open.
   if (Eigen::LLT<CornerCovariance>(result.covariance_px2).info() != Eigen::Success)
     return RefinementOutcome::PoorFit;
-  const double largest = 9 * result.covariance_px2.diagonal().maxCoeff();  // three times as certain
+  const double largest = result.covariance_px2.diagonal().maxCoeff();
   if (!(largest < options.unrefined_sigma_px * options.unrefined_sigma_px)) return RefinementOutcome::PoorFit;
   return RefinementOutcome::Refined;
 }
@@ -145,7 +196,7 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
     const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
     unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit_pattern(image, detection, options, camera, result);
+    result.outcome = fit(image, detection, options, camera, result);
   }
   if (result.refined()) result.outcome = judge(detection, options, result);
   if (result.refined()) return result;

@@ -1,48 +1,68 @@
 #pragma once
 
-#include <optional>
+#include <array>
 
-#include "waymark/tags/pattern_fit.hpp"
-#include "waymark/tags/refinement.hpp"
-#include "waymark/tags/straightening.hpp"
+#include <Eigen/Core>
+
+#include "waymark/tags/edge_model.hpp"
 
 namespace waymark::refinement {
 
-/// What the fit of one tag works on; some hundred kB, meant for the stack of one call.
-struct TagFit {
-  Pattern pattern;
-  Straightening straightening;
-  TagPixels pixels;
-  TagFitState state;
-  TagPriors priors;
-  TagMatrix information;  ///< of the pixels, in grey levels
-  TagMatrix covariance;   ///< of the last solution, see iterate()
+/// What is assumed before looking: how far the edges of one tag may differ, and how far the blur may lie
+/// from `blur_px`. Standard deviations.
+struct Priors {
+  double inner_level = 0.03;  ///< of an edge from the mean of the tag, share of the step
+  double step = 0.05;         ///< of an edge from the mean of the tag, share of the step
+  double log_blur = 0.1;      ///< of an edge from the mean of the tag
+  double blur_px = 0.65;
+  double mean_log_blur = 0.5;             ///< of the tag from ln(blur_px)
+  double beyond = 1.0;                    ///< step beyond the ring outside, share of the step
+  std::array<double, 4> bend_sigma_px{};  ///< kBend of each edge around 0; 0: known exactly
 };
 
-/// Puts the pattern of a tag where a detection has it.
-void start_fit(const TagDetection& detection, const RefinementOptions& options, const CameraModel* camera,
-               TagFit& fit);
+/// Current estimate of all four edges.
+struct TagEstimate {
+  std::array<EdgeVector, 4> edges;         ///< of TL-TR, TR-BR, BR-BL, BL-TL
+  Eigen::Matrix<double, kCommon, 1> mean;  ///< means of kInnerLevel, kStep, kLogBlur
+  double noise_variance = 25;              ///< [grey level^2]
+  /// How the light falls off across the tag: grey levels are 1 + light_per_px . (px - middle) times those of
+  /// even light. Estimated beside the rest, where the model is flat.
+  Eigen::Vector2d light_per_px = Eigen::Vector2d::Zero();
+};
 
-/// The corners at the current estimate, in pixels of the image.
-[[nodiscard]] Quad corners_of(const TagFit& fit);
+/// Four edges solved together: what they nearly share is drawn towards a common mean (a hierarchical linear
+/// model), so that short edges borrow levels and blur from long ones. The common part is eliminated edge by
+/// edge, no matrix is larger than 4 x 4.
+class TagSolve {
+ public:
+  TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& priors, const TagEstimate& at);
 
-/// Smallest side of a cell at any corner [px].
-[[nodiscard]] double smallest_cell_px(const Quad& corners, int cells);
+  /// Moves the estimate by the Gauss-Newton step, shortened where it is wild; the largest displacement moved
+  /// [px].
+  double apply(TagEstimate& estimate) const;
 
-/// Reads the pixels where the tag is thought to be, at `corners`. False when too few are in the image.
-[[nodiscard]] bool read_tag(const ImageView& image, const RefinementOptions& options, const Quad& corners,
-                            TagFit& fit);
+  /// Covariance of (kFrom, kTo) of the four edges [px^2].
+  [[nodiscard]] Eigen::Matrix<double, 8, 8> displacement_covariance() const;
 
-/// Black and white, from the pixels and the place that is known about.
-void start_levels(TagFit& fit);
+ private:
+  using Own = Eigen::Matrix<double, kOwn, 1>;
+  using Common = Eigen::Matrix<double, kCommon, 1>;
+  using OwnMatrix = Eigen::Matrix<double, kOwn, kOwn>;
+  using CommonMatrix = Eigen::Matrix<double, kCommon, kCommon>;
+  using Coupling = Eigen::Matrix<double, kOwn, kCommon>;
 
-/// Gauss-Newton on the pixels as they are; the largest displacement of a corner by the last step [px],
-/// nothing when too few pixels are left or the step is no number. `measuring`: to the end, and with patches
-/// weighted by how well they fit; otherwise only to find the place.
-[[nodiscard]] std::optional<double> iterate(bool measuring, TagFit& fit);
+  struct Edge {
+    OwnMatrix own_covariance;        ///< given the common parameters
+    Coupling own_by_common;          ///< minus the change of own parameters with the common ones
+    CommonMatrix common_covariance;  ///< given the mean
+    Own own_step;                    ///< given no change of the common parameters
+    Common common_step;
+  };
 
-/// Covariance of the corners [px^2], positive definite: of the least squares estimate with the noise and the
-/// correlation that the residuals show. `model_error_px` is added to each.
-[[nodiscard]] Matrix8 corner_covariance(const TagFit& fit, double model_error_px);
+  std::array<Edge, 4> edges_;
+  Common tie_;  ///< precision of an edge's common parameters around the mean
+  CommonMatrix mean_covariance_;
+  Common mean_step_;
+};
 
 }  // namespace waymark::refinement
