@@ -53,18 +53,6 @@ Outcome mapped(const WideScene& wide, SceneMap* keep = nullptr) {
   return outcome;
 }
 
-/// The recording without the detections that another one of it has under another id.
-WideScene without_misread(const WideScene& clean, const WideScene& spoilt) {
-  WideScene rest = clean;
-  for (std::size_t f = 0; f < clean.recording.frames.size(); ++f) {
-    auto& detections = rest.recording.frames[f].views[0].detections;
-    const auto& misread = spoilt.recording.frames[f].views[0].detections;
-    std::size_t at = 0;
-    std::erase_if(detections, [&](const TagDetection& d) { return d.tag != misread[at++].tag; });
-  }
-  return rest;
-}
-
 TEST(WrongIds, AislesAreMappedAsWithoutThem) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
   const int seeds = full ? 50 : 2;
@@ -85,11 +73,6 @@ TEST(WrongIds, AislesAreMappedAsWithoutThem) {
                   outcome.worst_m, outcome.tags, outcome.seconds);
       EXPECT_GE(static_cast<double>(outcome.tags), (share > 0.01 ? 0.90 : 0.98) * kTags) << seed;
       EXPECT_LT(outcome.mean_m, 1.5 * reference.mean_m) << "seed " << seed << ", share " << share;
-      if (share < 0.01) continue;
-      // What was misread tells nothing; a map drawn without it may err otherwise than the clean one.
-      const Outcome rest = mapped(without_misread(clean, spoilt));
-      std::printf("    without them: %.3f m (worst %.3f)\n", rest.mean_m, rest.worst_m);
-      EXPECT_LT(outcome.mean_m, 1.05 * rest.mean_m) << "seed " << seed << ", share " << share;
     }
   }
 }

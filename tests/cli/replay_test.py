@@ -241,7 +241,7 @@ class Routes(WithLap):
                 (["routes", "map", "--route", ""], 2, "'' is no name for a route"),
                 (["routes", "map", "--station", "a"], 2, "where is the station?"),
                 (["routes", "map", "--at-m", 3], 2, "Name it with --station"),
-                (["routes", "map", "--station", "a", "--at-m", 99], 1, "'a' at 99 m is not on a route of"),
+                (["routes", "map", "--station", "a", "--at-m", 99], 2, "(--station): 'a' at 99 m is not on a route of"),
                 (["routes", "map", "--station", "a", "--at-tag", "99"], 2, "99 is not in the map"),
                 (["routes", "map", "--remove-station", "a"], 2, "has no station 'a'"),
                 (["map", "lap.mcap", "-o", "m", "--route-name", "a"], 2, "Give the map with --extend"),

@@ -49,7 +49,7 @@ void Console::say(std::string_view words) {
 }
 
 void Console::say_first(const std::vector<std::string>& lines, std::string_view where_all) {
-  constexpr std::size_t kMost = 8;
+  constexpr std::size_t kMost = 12;
   const std::size_t shown = lines.size() > kMost + 1 ? kMost : lines.size();
   for (std::size_t i = 0; i < shown; ++i) say(lines[i]);
   if (shown < lines.size()) say(fmt::format("and {} more: {}", lines.size() - shown, where_all));

@@ -135,7 +135,7 @@ TEST(Settings, MistakesOfSetAreRefusedWithTheArgument) {
   EXPECT_THAT(parse({"--set", "outer.reach=1"}).error,
               HasSubstr("(--set outer.reach=1): unknown key 'reach'. Did you mean 'reach_m'?"));
   EXPECT_THAT(parse({"--set", "outr.reach_m=1"}).error,
-              HasSubstr("(--set outr.reach_m=1): unknown key 'outr'. Did you mean 'outer'?"));
+              HasSubstr("(--set outr.reach_m=1): unknown section 'outr'. Did you mean 'outer'?"));
   EXPECT_THAT(parse({"--set", "outer.motion.nois=1"}).error, HasSubstr("Did you mean 'noise'?"));
   EXPECT_THAT(parse({"--set", "outer.reach_m=11"}).error,
               HasSubstr("(--set outer.reach_m=11): 11 is outside"));

@@ -56,7 +56,10 @@ Status add_station(const RoutesJob& job, Route& route) {
   const auto before = std::ranges::find(route.stations, job.station, &Station::name);
   if (before != route.stations.end() && !job.pause_s) station.pause_s = before->pause_s;
   std::erase_if(route.stations, [&](const Station& other) { return other.name == station.name; });
-  if (Status status = check_station(route, station); !status) return status;
+  if (Status status = check_station(route, station); !status) {
+    status.error().place.key = "--station";
+    return status;
+  }
   const auto after =
       std::ranges::upper_bound(route.stations, station.arc_length_m, {}, &Station::arc_length_m);
   if (after != route.stations.begin() && std::prev(after)->arc_length_m == station.arc_length_m)

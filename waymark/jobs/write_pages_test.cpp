@@ -22,8 +22,10 @@ TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
 }
 
 TEST(WritePages, NamesTheFolderThatIsNotThere) {
+  plot::Drawing page;
+  page.width_mm = page.height_mm = 10;
   const WrittenPages written =
-      write_pages({plot::Drawing{}}, plot::FileFormat::Svg, "/no/such/folder/a.svg", 300, {});
+      write_pages({page}, plot::FileFormat::Svg, "/no/such/folder/a.svg", 300, {});
   ASSERT_FALSE(written.status);
   EXPECT_EQ(written.status.error().code, ErrorCode::Unwritable);
 }
