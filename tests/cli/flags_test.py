@@ -101,6 +101,7 @@ WITHOUT_EFFECT = {
     ("tags sheet", "--dpi"): "--ids 0 --tag-size-m 0.05 -o tags.pdf --dpi 600",
     ("tags board", "--dpi"): "--tag-size-m 0.02 -o board.pdf --dpi 600",
     ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
+    **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view: its flags always count.
     **{("view", flag): "" for flag in SERVED}}
 

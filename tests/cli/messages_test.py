@@ -56,7 +56,7 @@ class Messages(harness.InFolder):
         self.assertLess(len(outcome.err.splitlines()), 18, outcome.err)
         whole = json.loads(self.run_here("info", "torn.mcap", "--json").out)
         if len(whole["problems"]) > 13:
-            self.assertIn(f"and {len(whole['problems']) + len(whole['traps']) - 8} more: --json gives all", outcome.err)
+            self.assertIn(f"and {len(whole['problems']) + len(whole['traps']) - 12} more: --json gives all", outcome.err)
         else:
             self.fail("the damage was to be noticed in more than 13 places")
 

@@ -71,7 +71,7 @@ class Usage(InFolder):
                             ("view none.mcap", 1), ("recover none.mcap", 1), ("report none.mcap", 1), ("plot none.mcap", 1),
                             ("localize none.mcap --map none", 1), ("map none.mcap -o m", 1), ("map none.mcap -o m --extend none", 1),
                             ("map none.mcap -o m --world none.yaml", 2), ("map convert none x.yaml", 1), ("replay none --world circuit24", 1),
-                            ("replay none --world none.yaml", 1), ("replay none --world circuit24 --calibration none.yaml", 1),
+                            ("replay none --world none.yaml", 2), ("replay none --world circuit24 --calibration none.yaml", 1),
                             ("replay none --world circuit24 --faults none.yaml", 2), ("replay none --world circuit24 --config none.yaml", 2),
                             ("routes none", 1), ("optimize none", 1), ("optimize none --weights none.yaml", 2), ("experiment none.yaml", 2),
                             ("run --world circuit24 --driver scripted -o s --map none", 1), ("explore --map none", 1),

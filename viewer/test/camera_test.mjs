@@ -21,7 +21,7 @@ try {
   const slider = "#controls input[name=exposure_ms]";
   check((await page.getAttribute(slider, "aria-valuetext")).includes("automatic"), "the exposure is automatic at first");
   await page.fill(slider, "500");
-  await page.waitForFunction((id) => document.querySelector(id).getAttribute("aria-valuetext") === "7.8", slider);
+  await page.waitForFunction((id) => document.querySelector(id).getAttribute("aria-valuetext") === "7.8", slider, { timeout: 20000 });
   await page.click("#snapshot");
   await until("#devicesaid", "saved snapshot-.*\\.png");
   await page.click("#record");
@@ -35,7 +35,7 @@ try {
   check(troubles.length === 0, troubles.join("; "));
   console.log(JSON.stringify({ pictures: ages_ms.length, age_median_ms: ages_ms[ages_ms.length >> 1], age_95_ms: ages_ms[Math.floor(0.95 * ages_ms.length)] }));
 } catch (error) {
-  console.error(`${error.message}\n${await text("#devicefacts").catch(() => "")}\n${await text("#devicesaid").catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
+  console.error(`${error.message}\n${await text("#devicefacts").catch(() => "")}\n${await text("#devicesaid").catch(() => "")}\nexposure: ${await page.getAttribute("#controls input[name=exposure_ms]", "aria-valuetext").catch(() => "")}\ntroubles: ${troubles.join("; ")}`);
   process.exitCode = 1;
 } finally {
   await browser.close();

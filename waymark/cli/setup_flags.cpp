@@ -103,7 +103,7 @@ Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
                 suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD", "ros2:PROFILE"}
                                               : std::vector<std::string>{"sim"}));
-  if (world_.empty())
+  if (lacks_world())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
                 {.key = "--world"}, "For example --world circuit24.");
   return load_setup(world_, file, seed_);

@@ -40,6 +40,8 @@ class SetupFlags {
 
   /// `robot_file`: where the robot is described when no flag says so; empty: as load_setup() has it.
   [[nodiscard]] Result<RobotSetup> make(const std::string& robot_file = {}) const;
+  /// Whether the robot is simulated and no flag names its world.
+  [[nodiscard]] bool lacks_world() const { return robot_ == "sim" && world_.empty(); }
   /// Fails when --seed was given and nothing is simulated or scripted.
   [[nodiscard]] Status refuse_seed() const;
   /// The flags of the simulated robot again, for a command line.

@@ -22,8 +22,8 @@ namespace {
 ExitCode replay(const ReplayArgs& args, Console& console) {
   if (const auto known = args.job_of(args.job); !known)  // before files are read
     return fail_usage(known.error(), console);
-  if (Status there = check_map_folder(args.folder); !there)
-    return console.failed(there.error(), ExitCode::SomeFailed);
+  if (const Status there = check_map_folder(args.folder); !there && args.setup.lacks_world())
+    return console.failed(there.error(), ExitCode::SomeFailed);  // a world would not help
   const Result<RobotSetup> setup = args.make_setup();
   const Status seen = setup ? Status() : tl::unexpected(setup.error());
   ReplayJob calibrated = args.job;

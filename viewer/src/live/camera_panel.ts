@@ -94,7 +94,7 @@ export class CameraPanel {
     this.controls.set(control.name, control);
     const slider = this.sliders.get(control.name) ?? this.addSlider(control.name);
     if (document.activeElement !== slider) slider.value = String(Math.round(steps * placeOf(control, control.value)));
-    const words = `${control.value}${control.automatic ? " (automatic)" : ""}`;
+    const words = `${Number(control.value.toPrecision(6))}${control.automatic ? " (automatic)" : ""}`;
     slider.setAttribute("aria-valuetext", words);
     slider.nextElementSibling!.textContent = words;
   }
