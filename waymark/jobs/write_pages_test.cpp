@@ -24,8 +24,7 @@ TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
 TEST(WritePages, NamesTheFolderThatIsNotThere) {
   plot::Drawing page;
   page.width_mm = page.height_mm = 10;
-  const WrittenPages written =
-      write_pages({page}, plot::FileFormat::Svg, "/no/such/folder/a.svg", 300, {});
+  const WrittenPages written = write_pages({page}, plot::FileFormat::Svg, "/no/such/folder/a.svg", 300, {});
   ASSERT_FALSE(written.status);
   EXPECT_EQ(written.status.error().code, ErrorCode::Unwritable);
 }
