@@ -23,6 +23,8 @@ def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0):
             exec(code, {"__name__": "__main__", "__file__": path})  # noqa: S102
         except Finished:
             pass
+        except KeyboardInterrupt:  # what was driven until then is scored
+            error = "stopped by Ctrl-C"
         except Exception:  # whatever a solution does wrong is part of its result
             error = traceback.format_exc()
     return {**score.result(), "error": error}

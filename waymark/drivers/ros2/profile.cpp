@@ -21,6 +21,8 @@ tl::unexpected<Error> wrong(const std::string& source, std::string message, std:
 }  // namespace
 
 Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source) {
+  if (text.find(':') == std::string_view::npos)  // defaults alone would drive whatever listens to /cmd_vel
+    return wrong(source, "this profile is empty: it names the robot and its topics", "");
   auto profile = parse_fields<Ros2Profile>(text, source);
   if (!profile) return profile;
   if (profile->odometry_topic.empty())

@@ -38,6 +38,8 @@ TEST(Ros2Profile, SaysWhatIsWrong) {
   EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
   EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
   EXPECT_NE(error("image_topic: /a\ncompressed_image_topic: /b\n").find("exclude"), std::string::npos);
+  EXPECT_NE(error("").find("this profile is empty"), std::string::npos);
+  EXPECT_NE(error("# my robot\n").find("this profile is empty"), std::string::npos);
   EXPECT_FALSE(find_ros2_profile("limmo"));
 }
 
