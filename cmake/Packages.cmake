@@ -1,4 +1,4 @@
-# Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev.
+# Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev, ros2 → waymark-ros2.
 if(NOT WAYMARK_PACKAGE)
   return()
 endif()
@@ -58,4 +58,16 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS waymark)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Library of Waymark: detect tags, map, localise and replay in C++
  Headers, static libraries and the CMake package Waymark: geometry, cameras,
  tags, pose, mapping, localisation, recordings and replay.")
+
+if(TARGET waymark_dds_module)  # apart, so that nobody without ROS 2 installs Fast DDS
+  list(APPEND CPACK_COMPONENTS_ALL ros2)
+  set(CPACK_DEBIAN_ROS2_PACKAGE_NAME waymark-ros2)
+  set(CPACK_DEBIAN_ROS2_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_ROS2_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_ROS2_PACKAGE_DEPENDS "waymark (= ${PROJECT_VERSION}-1)")
+  set(CPACK_COMPONENT_ROS2_DESCRIPTION "Waymark on the network of ROS 2
+ The module by which `waymark` drives robots that speak ROS 2, and is a node for
+ others, on a machine without ROS.")
+  install(FILES packaging/debian/copyright ${files}/changelog.gz ${files}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/waymark-ros2 COMPONENT ros2)
+endif()
 include(CPack)
