@@ -162,7 +162,8 @@ Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
   for (const ros2::TransformStamped& link : message->transforms) {
     const auto finite = [](double x) { return std::abs(x) < 1e6; };
     const bool sound = finite(link.translation.x) && finite(link.translation.y) &&
-                       finite(link.translation.z) && finite(link.rotation.x) && finite(link.rotation.w);
+                       finite(link.translation.z) && finite(link.rotation.x) && finite(link.rotation.y) &&
+                       finite(link.rotation.z) && finite(link.rotation.w);
     frames_.add(link.header.frame_id, link.child_frame_id,
                 sound ? std::optional<SE3>(ros2::from_ros(link)) : std::nullopt);
   }

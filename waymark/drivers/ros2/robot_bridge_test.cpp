@@ -192,6 +192,17 @@ TEST_F(Bridge, AMountingElsewhereIsSaid) {
   EXPECT_NE(words().find("50 mm"), std::string::npos);
 }
 
+TEST_F(Bridge, AMountingThatIsNoNumberIsNoMounting) {
+  (void)odometry(0);
+  ros2::CameraInfo info = ros2::to_ros(limo().camera, at_ms(1));
+  info.header.frame_id = "eye";
+  (void)give("/camera/color/camera_info", info, milliseconds(1));
+  auto link = ros2::to_ros_transform(at_ms(0), "base_link", "eye", limo().model.base_T_cam);
+  link.rotation.y = std::numeric_limits<double>::quiet_NaN();
+  (void)give("/tf_static", ros2::TFMessage{{link}}, milliseconds(2));
+  EXPECT_NE(words().find("does not say where the camera is mounted"), std::string::npos);
+}
+
 TEST_F(Bridge, TurnsTheImuIntoTheAxesOfTheBase) {
   (void)odometry(0);
   // The IMU lies on its side: its x is the base's z.
