@@ -28,9 +28,9 @@ std::string mode_text(const CameraMode& mode) {
 
 std::string control_text(const CameraControl& control) {
   std::string words;
-  const auto place = static_cast<std::size_t>(control.value - control.min);
-  if (!control.words.empty() && place < control.words.size())
-    words = fmt::format(" ({})", printable(control.words[place]));
+  const double place = control.value - control.min;  // a driver may say anything
+  if (place >= 0 && place < static_cast<double>(control.words.size()))
+    words = fmt::format(" ({})", printable(control.words[static_cast<std::size_t>(place)]));
   return fmt::format("  {} {:g}{}, from {:g} to {:g}{}\n", control.name, control.value, words, control.min,
                      control.max, control.automatic ? ", automatic" : "");
 }
