@@ -20,6 +20,7 @@ constexpr std::array<std::string_view, 4> kMain = {"exposure_ms", "gain", "focus
 
 std::string mode_text(const CameraMode& mode) {
   std::vector<std::string> rates;
+  rates.reserve(mode.rates_hz.size());
   for (const double rate : mode.rates_hz) rates.push_back(fmt::format("{:.4g}", rate));
   return fmt::format("  {:<5} {:>5} x {:<5} {}{}\n", mode.format, mode.width, mode.height,
                      rates.empty() ? "" : fmt::format("{} Hz", fmt::join(rates, ", ")),
