@@ -150,9 +150,12 @@ TEST(Faults, WhoIsCarriedBrakesAtTheFirstFrame) {
   }
 }
 
+constexpr double kScriptSpeed_m_s = 0.4;
+
 struct Script {
   std::vector<Fault> faults;
   bool survivable = true;
+  bool slips = false;  ///< by more than wheels and tags may differ: the replay may stop, and says so
 };
 
 Script random_script(Random& random) {
@@ -182,6 +185,8 @@ Script random_script(Random& random) {
         fault.for_s = random.uniform(0.1, 1);
         fault.speed_share = random.uniform(0.2, 1);
         fault.yaw_share = random.uniform(0.3, 1);
+        script.slips |=
+            kScriptSpeed_m_s * fault.for_s * (1 - fault.speed_share) > ConsistencyOptions{}.contradiction_m;
         break;
       case 6:
         fault.kind = FaultKind::TagMoved;
@@ -218,13 +223,14 @@ TEST(Faults, RandomScripts) {
   Random random(20261121);
   int survivable = 0;
   int survived = 0;
+  int slipped = 0;
   int stopped = 0;
   for (int i = 0; i < count; ++i) {
     const Script script = random_script(random);
     const Trial trial{.seed = static_cast<std::uint64_t>(100 + i),
                       .yaw_gain = random.uniform(0.6, 1),
                       .faults = script.faults,
-                      .replay = at_speed(0.4)};
+                      .replay = at_speed(kScriptSpeed_m_s)};
     if (only != nullptr && std::atoi(only) != i) continue;
     const Outcome outcome = drive(course(), trial);
     if (only != nullptr) print("script", outcome);
@@ -232,14 +238,19 @@ TEST(Faults, RandomScripts) {
     EXPECT_LT(outcome.moved_after_stop_m, 0.005) << "script " << i;
     EXPECT_LE(outcome.fastest_m_s, 0.5) << "script " << i;
     EXPECT_TRUE(outcome.end.finished || !outcome.end.reason.empty()) << "script " << i << ": no word";
-    survivable += script.survivable ? 1 : 0;
-    survived += script.survivable && outcome.end.finished ? 1 : 0;
     stopped += outcome.end.finished ? 0 : 1;
-    if (script.survivable && !outcome.end.finished) print("not survived", outcome);
+    if (!script.survivable) continue;
+    if (script.slips && outcome.end.reason.find("wheels and tags disagree") != std::string::npos) {
+      ++slipped;
+      continue;
+    }
+    ++survivable;
+    survived += outcome.end.finished ? 1 : 0;
+    if (!outcome.end.finished) print("not survived", outcome);
   }
-  std::printf("%d scripts: %d of %d survivable ones completed, %d stopped\n", count, survived, survivable,
-              stopped);
-  EXPECT_GE(survived, 0.95 * survivable);
+  std::printf("%d scripts: %d of %d survivable ones completed, %d stopped, %d of them by a slip\n", count,
+              survived, survivable, stopped, slipped);
+  EXPECT_GE(survived, 0.98 * survivable);
 }
 
 }  // namespace
