@@ -9,21 +9,35 @@
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/settings.hpp"
-#include "waymark/live/ros2_setup.hpp"
+#include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
+namespace {
+
+/// sim and, with `processes`, each kind as KIND:ADDRESS.
+std::vector<std::string> robot_names(bool processes) {
+  std::vector<std::string> names = {"sim"};
+  if (!processes) return names;
+  for (const RobotKind& kind : robot_kinds()) names.push_back(fmt::format("{}:{}", kind.name, kind.address));
+  return names;
+}
+
+std::string robot_help(bool processes) {
+  std::string help = "Robot: sim (simulated)";
+  if (!processes) return help;
+  const auto kinds = robot_kinds();
+  for (const RobotKind& kind : kinds)
+    help += fmt::format("{}{}:{} ({})", &kind == &kinds.back() ? " or " : ", ", kind.name, kind.address,
+                        kind.help);
+  return help;
+}
+
+}  // namespace
 
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
-  app.add_option("--robot", robot_,
-                 processes
-                     ? "Robot: sim (simulated), process:CMD (a program that speaks for the robot, "
-                       "docs/formats/robot-process.md) or ros2:PROFILE (limo, turtlebot3, or a .yaml file: "
-                       "docs/howto/ros2.md)"
-                     : "Robot: sim (simulated)")
-      ->capture_default_str()
-      ->type_name("NAME");
+  app.add_option("--robot", robot_, robot_help(processes))->capture_default_str()->type_name("NAME");
   CLI::Option* world_flag = app.add_option("--world", world_,
                                            "World of the simulated robot: circuit24, limo-walls, "
                                            "academy-house, mbot-square, or the path of a .yaml file")
@@ -77,32 +91,18 @@ Status SetupFlags::add_live_cameras(RobotSetup& setup) const {
 }
 
 Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
-  constexpr std::string_view kProcess = "process:";
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
-  if (processes_ && robot_.starts_with(kProcess)) {
-    Result<RobotSetup> setup = load_setup(world_, file, seed_);
-    if (setup) setup->process = robot_.substr(kProcess.size());
-    if (setup && setup->process.empty())
-      return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
-                  "For example --robot \"process:python3 my_robot.py\".");
-    if (setup)
-      if (Status added = add_live_cameras(*setup); !added) return tl::unexpected(added.error());
-    return setup;
-  }
-  constexpr std::string_view kRos2 = "ros2:";
-  if (processes_ && robot_.starts_with(kRos2)) {
-    Result<RobotSetup> setup = load_ros2_setup(robot_.substr(kRos2.size()), world_, file, seed_);
-    if (setup)
-      if (Status added = add_live_cameras(*setup); !added) return tl::unexpected(added.error());
-    return setup;
+  if (auto setup = processes_ ? load_kind(robot_, world_, file, seed_) : std::nullopt) {
+    if (*setup)
+      if (Status added = add_live_cameras(**setup); !added) return tl::unexpected(added.error());
+    return std::move(*setup);
   }
   if (!live_cameras_.empty())
     return fail(ErrorCode::InvalidArgument, "a simulated robot has simulated cameras",
                 {.key = "--camera-source"}, "Leave it out, or give --robot process:CMD.");
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                suggestion(robot_, processes_ ? std::vector<std::string>{"sim", "process:CMD", "ros2:PROFILE"}
-                                              : std::vector<std::string>{"sim"}));
+                suggestion(robot_, robot_names(processes_)));
   if (lacks_world())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
                 {.key = "--world"}, "For example --world circuit24.");

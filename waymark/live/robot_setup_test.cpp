@@ -10,6 +10,7 @@
 #include "waymark/live/inputs.hpp"
 #include "waymark/live/live_robot.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/live/robot_kinds.hpp"
 #include "waymark/live/stop_key.hpp"
 
 namespace waymark {
@@ -66,6 +67,30 @@ TEST(OwnRobot, TheProgramIsStartedAgainWithoutAShell) {
   EXPECT_TRUE(setup.process.shell.empty());
   ASSERT_TRUE(become_the_robot(setup, {}, {.lockstep = false, .pace = 2}));
   EXPECT_THAT(setup.process.words, ElementsAre(self, "robot-sim")) << "a pace is one of lockstep";
+}
+
+TEST(RobotKinds, TheWordBeforeTheColonSaysHowTheRobotIsStarted) {
+  const auto process = load_kind("process:my robot", "", "mbot", 1);
+  ASSERT_TRUE(process.has_value() && *process);
+  EXPECT_EQ((*process)->process.shell, "my robot");
+  const auto ros2 = load_kind("ros2:turtlebot3", "", "", 1);
+  ASSERT_TRUE(ros2.has_value() && *ros2);
+  const std::string self = fs::read_symlink("/proc/self/exe").string();
+  EXPECT_THAT((*ros2)->process.words,
+              ElementsAre(self, "ros2", "robot", "turtlebot3", "--robot-file", "turtlebot3-waffle"));
+  EXPECT_EQ((*ros2)->robot().model.name, load_setup("", "turtlebot3-waffle", 1)->robot().model.name);
+  EXPECT_EQ((*load_kind("ros2:limo", "", "mbot", 1))->process.words.back(), "mbot") << "named by the user";
+  EXPECT_FALSE(load_kind("sim", "", "", 1).has_value());
+  EXPECT_FALSE(load_kind("ros2", "", "", 1).has_value()) << "no colon";
+}
+
+TEST(RobotKinds, AnAddressThatMakesNoSenseIsAnError) {
+  for (const RobotKind& kind : robot_kinds()) {
+    const auto setup = load_kind(std::string(kind.name) + ":", "", "", 1);
+    ASSERT_TRUE(setup.has_value()) << kind.name;
+    ASSERT_FALSE(*setup) << kind.name;
+    EXPECT_FALSE(setup->error().hint.empty()) << kind.name;
+  }
 }
 
 TEST(LiveRobot, AProgramThatDoesNotGreetIsAnError) {

@@ -1,0 +1,56 @@
+#include "waymark/live/robot_kinds.hpp"
+
+#include <array>
+
+#include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/live/own_robot.hpp"
+
+namespace waymark {
+namespace {
+
+Result<RobotStart> start_command(const std::string& command, const std::string& robot_file) {
+  if (command.empty())
+    return fail(ErrorCode::InvalidArgument, "process: names no command", {.key = "--robot"},
+                "For example --robot \"process:python3 my_robot.py\".");
+  return RobotStart{robot_file, command};
+}
+
+/// This program again, as the process of a robot.
+Result<RobotStart> start_own(std::vector<std::string> words, const std::string& robot_file) {
+  words.insert(words.end(), {"--robot-file", robot_file});
+  auto process = own_program(std::move(words));
+  if (!process) return tl::unexpected(process.error());
+  return RobotStart{robot_file, std::move(*process)};
+}
+
+Result<RobotStart> start_ros2(const std::string& profile, const std::string& robot_file) {
+  const auto found = find_ros2_profile(profile);
+  if (!found) return tl::unexpected(found.error());
+  return start_own({"ros2", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
+}
+
+constexpr std::array kKinds = {
+    RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
+              start_command},
+    RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
+};
+
+}  // namespace
+
+std::span<const RobotKind> robot_kinds() { return kKinds; }
+
+std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
+                                            const std::string& robot_file, std::uint64_t seed) {
+  for (const RobotKind& kind : kKinds) {
+    const std::string begin = std::string(kind.name) + ":";
+    if (!robot.starts_with(begin)) continue;
+    const auto start = kind.start(robot.substr(begin.size()), robot_file);
+    if (!start) return tl::unexpected(start.error());
+    Result<RobotSetup> setup = load_setup(world, start->robot_file, seed);
+    if (setup) setup->process = start->process;
+    return setup;
+  }
+  return std::nullopt;
+}
+
+}  // namespace waymark

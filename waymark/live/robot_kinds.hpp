@@ -1,0 +1,39 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "waymark/live/robot_setup.hpp"
+
+/// The robots of `--robot KIND:ADDRESS`, which are driven by a process of their own
+/// (docs/formats/robot-process.md).
+namespace waymark {
+
+/// How a robot is started.
+struct RobotStart {
+  std::string robot_file{};  ///< what describes it where nobody names a file; empty: as load_setup() has it
+  RobotCommand process{};
+};
+
+/// A row of the table of kinds.
+struct RobotKind {
+  std::string_view name;     ///< before the colon
+  std::string_view address;  ///< behind it, as help calls it
+  std::string_view help;     ///< what the address is, in some words
+  /// `robot_file`: what a user names; empty: none. Fails on an address that makes no sense.
+  Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
+};
+
+/// All of them.
+[[nodiscard]] std::span<const RobotKind> robot_kinds();
+
+/// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing where `robot` begins with no
+/// kind.
+[[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
+                                                          const std::string& robot_file, std::uint64_t seed);
+
+}  // namespace waymark
