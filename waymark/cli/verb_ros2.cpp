@@ -1,12 +1,11 @@
-#include <cstdio>
 #include <memory>
 #include <string>
 
-#include <unistd.h>
 #include <CLI/App.hpp>
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/ros2_flags.hpp"
+#include "waymark/cli/standard_wire.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
@@ -33,15 +32,7 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
-  const Ros2RobotWire wire{.input = STDIN_FILENO,
-                           .write =
-                               [](const std::string& line) {
-                                 return std::fwrite(line.data(), 1, line.size(), stdout) == line.size() &&
-                                        std::fflush(stdout) == 0;
-                               },
-                           .say = [&console](const std::string& words) { console.say(words); },
-                           .should_stop = interrupted};
-  const Status status = run_ros2_robot(*profile, *robot, *options, wire);
+  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/ros2/command_repeat.hpp"
+#include "waymark/drivers/process/command_repeat.hpp"
 
 namespace waymark {
 

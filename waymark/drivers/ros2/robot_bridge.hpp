@@ -10,8 +10,8 @@
 
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/drivers/process/stamp_gate.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
-#include "waymark/drivers/ros2/stamp_gate.hpp"
 #include "waymark/recording/frame_tree.hpp"
 
 namespace waymark {

@@ -9,7 +9,7 @@
 
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/drivers/ros2/command_sender.hpp"
+#include "waymark/drivers/process/command_sender.hpp"
 #include "waymark/drivers/ros2/picture_ring.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
@@ -28,7 +28,7 @@ SensorTime wall_clock() {
 class Ros2Robot {
  public:
   Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
-            const Ros2RobotWire& wire, const Ros2RobotOptions& options)
+            const RobotWire& wire, const Ros2RobotOptions& options)
       : profile_(profile),
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
@@ -40,8 +40,10 @@ class Ros2Robot {
   Status run() {
     if (Status status = join(); !status) return status;
     const CommandSender sender(
-        *bus_, publisher_,
-        [this](const VelocityCommand& command) { return bridge_.command(command, wall_clock()); },
+        [this](const VelocityCommand& command) {
+          // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
+          (void)bus_->publish(publisher_, bridge_.command(command, wall_clock()));
+        },
         wire_.input);
     began_ = steady_now();
     while (open_ && !sender.ended() && !wire_.should_stop()) {
@@ -132,7 +134,7 @@ class Ros2Robot {
   Ros2Profile profile_;
   std::string name_;
   BusOptions bus_options_;
-  const Ros2RobotWire& wire_;
+  const RobotWire& wire_;
   Ros2RobotOptions options_;
   RobotBridge bridge_;
   std::vector<TopicUse> uses_;
@@ -149,8 +151,7 @@ class Ros2Robot {
 }  // namespace
 
 Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
-                      const BusOptions& bus_options, const Ros2RobotWire& wire,
-                      const Ros2RobotOptions& options) {
+                      const BusOptions& bus_options, const RobotWire& wire, const Ros2RobotOptions& options) {
   return Ros2Robot(profile, robot, bus_options, wire, options).run();
 }
 

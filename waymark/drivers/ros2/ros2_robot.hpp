@@ -1,21 +1,11 @@
 #pragma once
 
-#include <functional>
-#include <string>
-
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/process/robot_wire.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 
 namespace waymark {
-
-/// The ends of a robot process.
-struct Ros2RobotWire {
-  int input = 0;                                       ///< orders come by it
-  std::function<bool(const std::string& line)> write;  ///< false: nobody reads any more
-  std::function<void(const std::string& words)> say;   ///< for people, before the hello
-  std::function<bool()> should_stop = [] { return false; };
-};
 
 struct Ros2RobotOptions {
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
@@ -26,7 +16,7 @@ struct Ros2RobotOptions {
 /// names, publishes its commands, until the input ends. The hello comes with the first odometry; fails, and
 /// says what is on the network instead, when none came.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
-                                    const BusOptions& bus_options, const Ros2RobotWire& wire,
+                                    const BusOptions& bus_options, const RobotWire& wire,
                                     const Ros2RobotOptions& options = {});
 
 }  // namespace waymark

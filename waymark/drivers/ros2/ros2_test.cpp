@@ -3,10 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <limits>
 
-#include "waymark/base/random.hpp"
-#include "waymark/drivers/ros2/command_repeat.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/picture_ring.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
@@ -51,36 +48,6 @@ TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
     EXPECT_EQ(one.qos.reliable, fixed) << one.topic;
     EXPECT_EQ(one.qos.transient_local, fixed) << one.topic;
   }
-}
-
-TEST(CommandRepeat, PublishesAtLeastTwentyTimesASecondAndNothingOlderThanTheTimeout) {
-  Random random(1);
-  CommandRepeat repeat;
-  Duration last_published{};
-  Duration last_given = Duration(-1);
-  for (Duration now{}; now < std::chrono::seconds(60); now += milliseconds(1)) {
-    const bool there = (now / std::chrono::seconds(5)) % 2 == 0;  // the driver comes and goes
-    if (there && random.uniform() < 0.03) {
-      repeat.offer({0.3, 0.1}, now);
-      last_given = now;
-    }
-    const auto command = repeat.due(now);
-    if (!command) {
-      ASSERT_LE(now - last_published, milliseconds(50));
-      continue;
-    }
-    last_published = now;
-    const bool fresh = last_given >= Duration(0) && now - last_given <= milliseconds(250);
-    ASSERT_EQ(command->speed_m_s != 0, fresh) << now.count();
-  }
-}
-
-TEST(CommandRepeat, WhatIsNoNumberIsZero) {
-  CommandRepeat repeat;
-  repeat.offer({std::numeric_limits<double>::quiet_NaN(), 1}, milliseconds(1));
-  const auto command = repeat.due(milliseconds(1));
-  ASSERT_TRUE(command);
-  EXPECT_EQ(*command, VelocityCommand{});
 }
 
 TEST(PictureRing, HoldsTheLastTenPicturesAndLeavesNothing) {

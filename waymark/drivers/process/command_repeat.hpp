@@ -12,8 +12,8 @@ struct CommandRepeatOptions {
   Duration timeout = std::chrono::milliseconds(250);  ///< a command that is older does not drive
 };
 
-/// Keeps a velocity topic alive: passes each command on at once, repeats it, and zero when none came within
-/// the timeout. Pure: `now` is a steady clock that never goes back.
+/// Keeps the commands of a robot coming: passes each command on at once, repeats it, and zero when none came
+/// within the timeout. Pure: `now` is a steady clock that never goes back.
 class CommandRepeat {
  public:
   explicit CommandRepeat(const CommandRepeatOptions& options = {}) : options_(options) {}

@@ -2,25 +2,20 @@
 
 #include <atomic>
 #include <functional>
-#include <memory>
 #include <thread>
-#include <vector>
 
-#include "waymark/drivers/dds/bus.hpp"
-#include "waymark/drivers/ros2/command_repeat.hpp"
+#include "waymark/drivers/process/command_repeat.hpp"
 
 namespace waymark {
 
-/// The bytes of a command's message.
-using EncodeCommand = std::function<std::vector<std::uint8_t>(const VelocityCommand&)>;
-
-/// Publishes the orders that come on an input (docs/formats/robot-process.md), on a thread of its own that
+/// Sends the orders that come on an input (docs/formats/robot-process.md), on a thread of its own that
 /// waits for nobody else, at least 25 times a second; zero when they cease, and four times zero when the
 /// input ends.
 class CommandSender {
  public:
-  /// `bus` outlives this; `input` is read without waiting from now on.
-  CommandSender(Bus& bus, std::size_t publisher, EncodeCommand encode, int input);
+  /// `send` puts a command on the robot's wire; it is called on the thread of the sender. `input` is read
+  /// without waiting from now on.
+  CommandSender(std::function<void(const VelocityCommand&)> send, int input);
   /// Stops the robot.
   ~CommandSender();
   CommandSender(const CommandSender&) = delete;
@@ -31,11 +26,8 @@ class CommandSender {
 
  private:
   void run();
-  void publish(const VelocityCommand& command);
 
-  Bus& bus_;
-  std::size_t publisher_;
-  EncodeCommand encode_;
+  std::function<void(const VelocityCommand&)> send_;
   int input_;
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;

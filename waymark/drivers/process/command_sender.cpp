@@ -1,4 +1,4 @@
-#include "waymark/drivers/ros2/command_sender.hpp"
+#include "waymark/drivers/process/command_sender.hpp"
 
 #include <string>
 #include <utility>
@@ -16,8 +16,8 @@ constexpr Duration kFarewell = std::chrono::milliseconds(20);
 
 }  // namespace
 
-CommandSender::CommandSender(Bus& bus, std::size_t publisher, EncodeCommand encode, int input)
-    : bus_(bus), publisher_(publisher), encode_(std::move(encode)), input_(input) {
+CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, int input)
+    : send_(std::move(send)), input_(input) {
   never_wait(input_);
   thread_ = std::thread([this] { run(); });
 }
@@ -27,16 +27,11 @@ CommandSender::~CommandSender() {
   thread_.join();
 }
 
-void CommandSender::publish(const VelocityCommand& command) {
-  // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
-  (void)bus_.publish(publisher_, encode_(command));
-}
-
 void CommandSender::run() {
   CommandRepeat repeat;
   LineSplitter lines;
   while (!stop_ && !ended_) {
-    if (const auto command = repeat.due(steady_now())) publish(*command);
+    if (const auto command = repeat.due(steady_now())) send_(*command);
     pollfd ready{input_, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
     (void)poll(&ready, 1, static_cast<int>(ms));
@@ -51,7 +46,7 @@ void CommandSender::run() {
     if (over) break;
   }
   for (int i = 0; i < kFarewells; ++i) {
-    publish({});
+    send_({});
     std::this_thread::sleep_for(kFarewell);
   }
   ended_ = true;

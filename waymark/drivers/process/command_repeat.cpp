@@ -1,4 +1,4 @@
-#include "waymark/drivers/ros2/command_repeat.hpp"
+#include "waymark/drivers/process/command_repeat.hpp"
 
 #include <algorithm>
 #include <cmath>

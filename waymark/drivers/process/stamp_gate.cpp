@@ -1,4 +1,4 @@
-#include "waymark/drivers/ros2/stamp_gate.hpp"
+#include "waymark/drivers/process/stamp_gate.hpp"
 
 #include <fmt/format.h>
 

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "waymark/cli/console.hpp"
+#include "waymark/drivers/process/robot_wire.hpp"
+
+namespace waymark::cli {
+
+/// Of a robot process that is this program: standard input and output; words go to the console, which must
+/// outlive the wire.
+[[nodiscard]] RobotWire standard_wire(Console& console);
+
+}  // namespace waymark::cli
