@@ -52,6 +52,7 @@ struct Verb {
 [[nodiscard]] Verb recover_verb();
 [[nodiscard]] Verb world_verb();
 [[nodiscard]] Verb simulate_verb();
+[[nodiscard]] Verb samples_verb();
 [[nodiscard]] Verb robot_sim_verb();
 [[nodiscard]] Verb ros2_verb();
 [[nodiscard]] Verb ros2_topic_verb();
