@@ -41,6 +41,7 @@ def arguments() -> argparse.Namespace:
                         help="the map has this tag so far from where it is")
     parser.add_argument("--moved", type=float, nargs=2, metavar=("COUNT", "M"), default=[0, 0.0],
                         help="the map has so many tags, spread over the lap, so far from where they are, each in another direction")
+    parser.add_argument("--moved-alike", action="store_true", help="with --moved: all of them in the same direction")
     parser.add_argument("--map-sigma-m", type=float, default=0.001, help="errors of the map's tags, which map.yaml states unless --no-covariance")
     parser.add_argument("--map-sigma-rad", type=float, default=0.002)
     parser.add_argument("--no-covariance", action="store_true", help="map.yaml does not say how good it is")
@@ -156,7 +157,8 @@ def map_yaml(args: argparse.Namespace) -> str:
     rng = np.random.default_rng([args.seed, 9])
     off = {int(number): (metres, 0.0) for number, metres in args.tag_off}
     count, metres = int(args.moved[0]), args.moved[1]
-    off |= {2 + place * course.TAGS // count: (metres * math.cos(2.4 * place), metres * math.sin(2.4 * place)) for place in range(count)}
+    step_rad = 0.0 if args.moved_alike else 2.4
+    off |= {2 + place * course.TAGS // count: (metres * math.cos(step_rad * place), metres * math.sin(step_rad * place)) for place in range(count)}
     lines = ["format: waymark-map-1", f'anchor: "tag36h11:{course.ANCHOR}"', "tags:"]
     second = {number for number, _ in args.second}
     for tag in course.tags():

@@ -33,6 +33,7 @@ CASES: dict[str, tuple[list[str], list[str]]] = {  # of the generator, of locali
     "latency 60 ms, told": (["--latency-s", "0.06"], ["--camera-latency-s", "0.06"]),
     "encoders stuck twice for 3 s": (["--encoder-stuck", "15", "3", "--encoder-stuck", "35", "3"], []),
     "five tags 0.4 m off": (["--moved", "5", "0.4"], []),
+    "five tags 0.4 m off, all the same way": (["--moved", "5", "0.4", "--moved-alike"], []),
     "stamps up to 30 ms too early or too late": (["--jitter-s", "0.03"], []),
     "wheels only, slip bursts": (["--odometry", "wheels", "--no-imu"], []),
     "a number that two tags carry": (["--second", "11", "5"], []),

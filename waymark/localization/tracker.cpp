@@ -73,7 +73,9 @@ void Tracker::advance(const MotionStep& told, SensorTime to) {
   constexpr double kNoWay_m = 1e-7;
   MotionStep step = told;
   state_.stamp = to;
-  if (state_.wheels_stuck) step.jumped = false;  // encoders that go on: their step is a gap
+  if (state_.wheels_stuck || state_.halt.doubted())
+    step.jumped = false;  // encoders that go on: their step is a gap
+  if (!believes_standstill_) step = state_.halt.advance(step);
   state_.no_way = step.twist.head<2>().norm() < kNoWay_m && !step.jumped;
   state_.wheels_stuck = state_.wheels_stuck && state_.no_way;
   if (state_.wheels_stuck) {  // a random walk that is 2 cm from picture to picture
@@ -290,7 +292,13 @@ void Tracker::process(FrameObservations& frame) {
   } else {
     const Verdict verdict = judge(frame);
     // A picture most of which contradicts is rejected as a whole.
-    if (verdict.accepted_count >= verdict.rejected_count) update(verdict);
+    if (verdict.accepted_count >= verdict.rejected_count) {
+      const SE2 predicted = filter_.state().map_T_base;
+      update(verdict);
+      if (verdict.accepted_count > 0)
+        state_.halt.observe_correction(
+            (filter_.state().map_T_base.translation() - predicted.translation()).norm());
+    }
     check_sound();
     judge_mode(verdict, frame);
   }

@@ -6,6 +6,7 @@
 #include "waymark/localization/lasting_errors.hpp"
 #include "waymark/localization/method.hpp"
 #include "waymark/localization/pose_hypotheses.hpp"
+#include "waymark/localization/sudden_halt.hpp"
 #include "waymark/localization/systematic_errors.hpp"
 #include "waymark/localization/tag_watch.hpp"
 #include "waymark/localization/timeline.hpp"
@@ -36,6 +37,7 @@ struct TrackState {
   int starts = 0;
   bool no_way = false;        ///< odometry tells of none since the step before …
   bool wheels_stuck = false;  ///< … and tags show that the robot moves all the same
+  SuddenHalt halt;
   PoseHypotheses pose_hypotheses;
 };
 
