@@ -1,0 +1,41 @@
+#!/usr/bin/python3
+"""Functions that a released version offered to other programs are still there: tests/golden/VERSION/symbols.txt, for versions with the same
+minor number, between which a program need not change (cmake/Package.cmake: SameMinorVersion).
+
+usage: symbols_test.py BUILD_FOLDER
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools"))
+import list_symbols  # noqa: E402
+
+
+def missing(kept, now):
+    """Signatures that were promised and are not there."""
+    return sorted(set(kept) - set(now))
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    assert missing(["a(int)", "b()"], ["b()", "c()"]) == ["a(int)"], "the comparison finds nothing"
+    minor = re.search(r"project\(Waymark VERSION ([0-9]+\.[0-9]+)\.", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
+    folders = sorted((ROOT / "tests/golden").glob(f"{minor}.*/symbols.txt"))
+    if not folders:
+        sys.exit(f"tests/golden has no {minor}.*/symbols.txt: write one with tools/list_symbols.py")
+    now = list_symbols.symbols(sys.argv[1])
+    for path in folders:
+        kept = path.read_text(encoding="utf-8").splitlines()
+        gone = missing(kept, now)
+        if gone:
+            print(f"Functions of {path.parent.name} that are gone or have other arguments:", *gone, sep="\n  ")
+            sys.exit("A program that was compiled for that version no longer builds. Keep them beside the new ones; before the release of "
+                     f"{path.parent.name} itself: tools/list_symbols.py BUILD_FOLDER > {path.relative_to(ROOT)}, and a line in CHANGELOG.md.")
+        print(f"{path.parent.name}: all {len(kept)} functions are there")
+
+
+if __name__ == "__main__":
+    main()
