@@ -55,6 +55,7 @@ struct Verb {
 [[nodiscard]] Verb samples_verb();
 [[nodiscard]] Verb robot_sim_verb();
 [[nodiscard]] Verb ros2_verb();
+[[nodiscard]] Verb limo_verb();
 [[nodiscard]] Verb ros2_topic_verb();
 [[nodiscard]] Verb explore_verb();
 [[nodiscard]] Verb run_verb();

@@ -29,10 +29,18 @@ Result<RobotStart> start_ros2(const std::string& profile, const std::string& rob
   return start_own({"ros2", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
 }
 
+Result<RobotStart> start_limo(const std::string& port, const std::string& robot_file) {
+  if (port.empty())
+    return fail(ErrorCode::InvalidArgument, "limo: names no serial port", {.key = "--robot"},
+                "For example --robot limo:/dev/ttyTHS1.");
+  return start_own({"limo", "robot", port}, robot_file.empty() ? "limo" : robot_file);
+}
+
 constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
     RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
+    RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo},
 };
 
 }  // namespace

@@ -19,7 +19,4 @@ namespace waymark::internal {
 /// An errno of a call on this device in words: busy (and by which process), unplugged, …
 [[nodiscard]] Error device_error(const std::string& path, const std::string& what, int error);
 
-/// "cheese (process 4711)" where a process of this user has the node open; empty where none is found.
-[[nodiscard]] std::string holder_of(const std::string& path);
-
 }  // namespace waymark::internal

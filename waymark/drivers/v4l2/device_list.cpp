@@ -12,6 +12,7 @@
 #include "waymark/drivers/v4l2/controls.hpp"
 #include "waymark/drivers/v4l2/device.hpp"
 #include "waymark/drivers/v4l2/modes.hpp"
+#include "waymark/drivers/watchdog/device_file.hpp"
 
 namespace waymark {
 namespace {
@@ -69,7 +70,7 @@ Result<CameraDevice> describe_camera(const std::string& path) {
   if (!described) return described;
   described->modes = internal::read_modes(device->number());
   described->controls = internal::read_controls(device->number());
-  described->holder = internal::holder_of(path);
+  described->holder = holder_of(path);
   return described;
 }
 

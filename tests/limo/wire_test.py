@@ -1,0 +1,282 @@
+#!/usr/bin/python3
+"""`waymark limo robot` against a LIMO on a pseudo-terminal that shares no code with it (limo_wire.py): what it sends, and its faults.
+
+usage: wire_test.py PROGRAM [TestClass.test]
+"""
+import contextlib
+import json
+import math
+import os
+import pathlib
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+from limo_wire import MODE, Limo
+
+PROGRAM = sys.argv[1]
+WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
+
+
+class Robot:
+    """The process of a LIMO, told `speed` and `rate` twenty times a second."""
+
+    def __init__(self, port, *words, program=(PROGRAM,)):
+        self.process = subprocess.Popen([*program, "limo", "robot", port, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True)
+        self.lines, self.words = [], []
+        self.order = (0.0, 0.0)
+        self.tells = True
+        self.threads = [threading.Thread(target=work, daemon=True) for work in (self.listen, self.listen_to_words, self.tell)]
+        for thread in self.threads:
+            thread.start()
+
+    def listen(self):
+        for line in self.process.stdout:
+            self.lines.append((time.monotonic(), json.loads(line)))
+
+    def listen_to_words(self):
+        for line in self.process.stderr:
+            self.words.append(line)
+
+    def tell(self):
+        sequence = 0
+        while self.process.poll() is None:
+            sequence += 1
+            if self.tells:
+                line = {"type": "velocity", "sequence": sequence, "speed_m_s": self.order[0], "yaw_rate_rad_s": self.order[1]}
+                try:
+                    self.process.stdin.write(json.dumps(line) + "\n")
+                    self.process.stdin.flush()
+                except (OSError, ValueError):
+                    return
+            time.sleep(0.05)
+
+    def of(self, kind):
+        return [line for _, line in list(self.lines) if line["type"] == kind]
+
+    def said(self):
+        return " | ".join([line["text"] for line in self.of("log")] + self.words)
+
+
+def until(condition, seconds=10):
+    deadline = time.monotonic() + seconds
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.005)
+    return condition()
+
+
+class Wire(unittest.TestCase):
+    def setUp(self):
+        self.ends, self.threads = [], []
+
+    def tearDown(self):
+        for process in self.ends:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+        for thread in self.threads:
+            thread.join(2)
+        for process in self.ends:
+            for pipe in (process.stdin, process.stdout, process.stderr):
+                with contextlib.suppress(OSError, AttributeError):  # an order that was not read
+                    pipe.close()
+
+    def robot(self, limo, *words, greeted=True):
+        robot = Robot(limo.path, *words)
+        self.ends.append(robot.process)
+        self.threads += robot.threads
+        if greeted:
+            self.assertTrue(until(lambda: robot.of("hello")), robot.said())
+        return robot
+
+    def drives(self, limo, robot, order=(0.3, 0.2)):
+        robot.order = order
+        self.assertTrue(until(lambda: abs(limo.speed) > 0), robot.said())
+
+    def stops_within(self, limo, event, seconds=0.3):
+        """The last command that moves comes no later than this after the event, and zeros follow."""
+        self.assertTrue(until(lambda: len(limo.commands(event + seconds)) >= 4), "zero goes on being sent")
+        moving = [at - event for at, speed, rate, *_ in limo.commands(event) if speed or rate]
+        zeros = [at - event for at, speed, rate, *_ in limo.commands(event) if not (speed or rate)]
+        print(f"{self.id().split('.')[-1]}: last moving command {1e3 * max(moving, default=0):.0f} ms, first zero {1e3 * zeros[0]:.0f} ms")
+        self.assertLess(max(moving, default=0), seconds)
+        self.assertLess(zeros[0], seconds)
+
+
+class Drives(Wire):
+    def test_command_mode_first_then_what_is_ordered_at_least_twenty_times_a_second(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.assertEqual(limo.frames[0][1], MODE)
+        self.assertEqual([values for _, number, values in limo.frames if number == MODE][0], (1, 0, 0))
+        self.assertTrue(all(not any(values) for _, *values in limo.commands()), "nothing moves before it is told to")
+        self.drives(limo, robot, (0.3, -0.2))
+        time.sleep(1)
+        robot.process.stdin.close()
+        self.assertEqual(robot.process.wait(5), 0, robot.said())
+        commands = limo.commands()
+        moving = [command for command in commands if command[1]]
+        self.assertEqual({command[1:] for command in moving}, {(0.3, -0.2, 0.0, 0.0)})
+        gaps = sorted(b[0] - a[0] for a, b in zip(moving, moving[1:]))
+        print(f"commands: median {1e3 * gaps[len(gaps) // 2]:.0f} ms apart, worst {1e3 * gaps[-1]:.0f} ms")
+        self.assertLess(gaps[len(gaps) // 2], 0.05)
+        self.assertTrue(all(command[1] == 0 for command in commands[-4:]), "four times zero at the end")
+        self.assertEqual(limo.decoder.torn, 0)
+        odometry = robot.of("odometry")
+        driven = math.hypot(odometry[-1]["x_m"], odometry[-1]["y_m"])
+        self.assertAlmostEqual(driven, math.hypot(limo.x, limo.y), delta=0.05)
+        self.assertAlmostEqual(robot.of("imu")[-20]["angular_velocity_rad_s"][2], -0.2, delta=0.01)
+        self.assertIn("battery 11.8 V", robot.said())
+
+    def test_stamps_keep_the_beat(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        time.sleep(1.8)
+        stamps = [line["stamp_ns"] / 1e9 for line in robot.of("odometry")]
+        arrivals = [at for at, line in list(robot.lines) if line["type"] == "odometry"]
+        self.assertTrue(all(b > a for a, b in zip(stamps, stamps[1:])))
+        self.assertTrue(all(-0.1 < at - stamp for at, stamp in zip(arrivals, stamps)))
+        gaps = sorted(b - a for a, b in zip(stamps[50:], stamps[51:]))
+        self.assertAlmostEqual(gaps[len(gaps) // 2], 0.02, delta=0.002)
+
+    def test_ackermann_is_steered(self):
+        limo = Limo(drive=1)
+        robot = self.robot(limo, "--robot-file", "limo-ackermann")
+        self.drives(limo, robot, (0.3, 0.3))
+        time.sleep(0.3)
+        _, speed, rate, lateral, steering = limo.commands()[-1]
+        self.assertEqual((speed, rate, lateral), (0.3, 0, 0))
+        # Inner wheel of a curve of 1 m: atan(0.2 / (1 - 0.086)); on the wire its angle over 2.47.
+        self.assertAlmostEqual(steering, math.atan(0.2 / (1 - 0.086)) / 2.47, delta=6e-4)
+
+    def test_latches_that_differ_from_the_file_are_an_error(self):
+        robot = self.robot(Limo(drive=1), greeted=False)
+        self.assertEqual(robot.process.wait(10), 1)
+        self.assertIn("--robot-file limo-ackermann", robot.said())
+
+    def test_mecanum_wheels_are_announced(self):
+        limo = Limo(drive=2)
+        self.robot(limo, "--drive", "mecanum")
+        self.assertEqual([values for _, number, values in limo.frames if number == MODE][0], (1, 0, 1))
+
+
+class Faults(Wire):
+    def test_noise_and_torn_bytes_are_survived(self):
+        limo, chance = Limo(), random.Random(5)
+
+        def spoil(frame):
+            fate = chance.random()
+            if fate < 0.01:
+                return frame[:chance.randrange(14)]
+            if fate < 0.02:
+                return bytes(chance.randrange(256) for _ in range(9)) + frame
+            if fate < 0.03:
+                return frame[:5] + frame[4:]
+            return frame
+        robot = self.robot(limo)
+        limo.spoil = spoil
+        self.drives(limo, robot, (0.3, 0.2))
+        time.sleep(2)
+        robot.order = (0.0, 0.0)
+        self.assertTrue(until(lambda: limo.speed == 0))
+        time.sleep(0.2)
+        newest = robot.of("odometry")[-1]
+        self.assertLess(math.hypot(newest["x_m"] - limo.x, newest["y_m"] - limo.y), 0.05, f"{newest}, it is at {limo.x} {limo.y}")
+        self.assertAlmostEqual(newest["yaw_rad"], math.remainder(limo.yaw, 2 * math.pi), delta=0.02)
+        self.assertIsNone(robot.process.poll(), robot.said())
+
+    def test_the_remote_control_is_not_fought(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.drives(limo, robot)
+        taken = time.monotonic()
+        limo.obeys, limo.own_speed, limo.control_mode = False, 0.4, 0
+        self.stops_within(limo, taken)
+        asked = [at for at, number, _ in limo.frames if number == MODE and at > taken]
+        self.assertEqual(asked, [])
+        self.assertIn("remote control", robot.said())
+        limo.own_speed, limo.obeys, robot.order = 0, True, (0.0, 0.0)
+        self.assertTrue(until(lambda: limo.control_mode == 1, 3), "asked for once both stand")
+        time.sleep(0.3)  # the driver goes on asking for zero
+        self.drives(limo, robot)
+
+    def test_silence_is_zero_with_words(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.drives(limo, robot)
+        silent = time.monotonic()
+        limo.speaks = False
+        self.stops_within(limo, silent, 0.35)  # 0.25 s from the last feedback, commands are 40 ms apart
+        self.assertTrue(until(lambda: "nothing was heard" in robot.said(), 1), robot.said())
+
+    def test_an_error_of_a_motor_is_zero_with_words(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.drives(limo, robot)
+        broken = time.monotonic()
+        limo.errors = 1 << 5
+        self.stops_within(limo, broken)
+        self.assertTrue(until(lambda: "motor 3 has an error" in robot.said(), 1), robot.said())
+
+    def test_a_cut_cable_ends_the_process_with_words(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.drives(limo, robot)
+        cut = time.monotonic()
+        limo.cable_is_cut()
+        self.assertEqual(robot.process.wait(5), 1)
+        print(f"cut cable: the process ended after {1e3 * (time.monotonic() - cut):.0f} ms")
+        self.assertTrue(until(lambda: "serial port is gone" in robot.said(), 1), robot.said())
+
+    def test_orders_that_cease_are_zero(self):
+        limo = Limo()
+        robot = self.robot(limo)
+        self.drives(limo, robot)
+        robot.tells = False
+        self.stops_within(limo, time.monotonic(), 0.32)  # 0.25 s from the last order
+
+    def test_a_killed_driver_stops_the_robot(self):
+        limo = Limo()
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM, limo.path], stdout=subprocess.PIPE, text=True)
+        self.ends.append(driver)
+        self.assertTrue(until(lambda: limo.speed == 0.3))
+        time.sleep(0.5)
+        killed = time.monotonic()
+        os.kill(driver.pid, signal.SIGKILL)
+        self.stops_within(limo, killed, 0.25)
+
+
+class Refusals(Wire):
+    def refused(self, *words):
+        done = subprocess.run([PROGRAM, "limo", "robot", *words], capture_output=True, text=True, timeout=20, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        return done.stderr
+
+    def test_ports_that_cannot_be_used_are_named(self):
+        self.assertIn("no such serial port", self.refused("/dev/ttyNothing"))
+        self.assertIn("no serial port", self.refused("/dev/null"))
+        limo = Limo()
+        self.robot(limo)
+        self.assertRegex(self.refused(limo.path), r"\(process \d+\) uses the serial port")
+
+
+# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
+DRIVER = """
+import subprocess, sys, threading, time
+robot = subprocess.Popen([sys.argv[1], "--exec", sys.argv[2], "limo", "robot", sys.argv[3]], stdin=subprocess.PIPE,
+                         stdout=subprocess.PIPE)
+robot.stdout.readline()
+threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
+for i in range(10000):
+    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
+    robot.stdin.flush()
+    time.sleep(0.05)
+"""
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/limo/limo_messages.hpp"
+#include "waymark/drivers/process/robot_wire.hpp"
+
+namespace waymark {
+
+struct LimoRobotOptions {
+  std::string port{};
+  LimoDrive drive = LimoDrive::Differential;
+  std::string
+      beside{};  ///< a named pipe with further lines of a robot process, on this machine's steady clock
+  Duration report_after = std::chrono::seconds(3);  ///< without LIMO's answer: what was heard is said
+  Duration give_up_after = std::chrono::seconds(12);
+};
+
+/// The drive that a robot's file describes: Ackermann or Differential.
+[[nodiscard]] LimoDrive drive_of(const RobotDescription& robot);
+
+/// Is the process of a LIMO (docs/formats/robot-process.md): holds its serial port, sends its commands 25
+/// times a second, zero when they cease and at the end, until the input ends. The hello comes when LIMO is
+/// heard and obeys. Fails when the port cannot be opened or is cut, when LIMO does not answer or obey, and
+/// when its wheels are not latched as its file says.
+[[nodiscard]] Status run_limo_robot(const RobotDescription& robot, const LimoRobotOptions& options,
+                                    const RobotWire& wire);
+
+}  // namespace waymark

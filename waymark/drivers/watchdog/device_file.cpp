@@ -1,0 +1,66 @@
+#include "waymark/drivers/watchdog/device_file.hpp"
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+
+#include <dirent.h>
+#include <fmt/format.h>
+#include <grp.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace waymark {
+namespace {
+
+/// Whether one of the process's descriptors is the node.
+bool has_open(const std::string& folder, const std::string& path) {
+  DIR* fds = ::opendir(folder.c_str());
+  if (fds == nullptr) return false;
+  bool found = false;
+  while (const dirent* entry = found ? nullptr : ::readdir(fds)) {  // NOLINT(concurrency-mt-unsafe)
+    std::array<char, 256> target{};
+    const std::string link = folder + "/" + entry->d_name;
+    const ssize_t length = ::readlink(link.c_str(), target.data(), target.size() - 1);
+    found = length > 0 && path == target.data();
+  }
+  ::closedir(fds);
+  return found;
+}
+
+}  // namespace
+
+std::string holder_of(const std::string& path) {
+  char* resolved = ::realpath(path.c_str(), nullptr);
+  const std::string node = resolved != nullptr ? resolved : path;
+  std::free(resolved);  // NOLINT: realpath() allocates
+  DIR* processes = ::opendir("/proc");
+  if (processes == nullptr) return {};
+  std::string holder;
+  while (const dirent* entry = holder.empty() ? ::readdir(processes) : nullptr) {  // NOLINT
+    const std::string number = entry->d_name;
+    if (number.find_first_not_of("0123456789") != std::string::npos) continue;
+    if (std::atoi(number.c_str()) == ::getpid()) continue;
+    if (!has_open("/proc/" + number + "/fd", node)) continue;
+    std::string name;
+    std::ifstream file("/proc/" + number + "/comm");
+    std::getline(file, name);
+    holder = fmt::format("{} (process {})", name, number);
+  }
+  ::closedir(processes);
+  return holder;
+}
+
+Error no_permission(const std::string& path, const std::string& what, const std::string& hint) {
+  struct stat node {};
+  const bool known = ::stat(path.c_str(), &node) == 0;
+  const group* owner = known ? ::getgrgid(node.st_gid) : nullptr;  // NOLINT(concurrency-mt-unsafe): once
+  const std::string words = "this user may not open " + what;
+  if (owner == nullptr) return {ErrorCode::Unreadable, words, {.source = path}, hint};
+  return {ErrorCode::Unreadable,
+          fmt::format("{}: it is not in the group '{}'", words, owner->gr_name),
+          {.source = path},
+          fmt::format("sudo usermod -aG {} $USER, then log out and in again.", owner->gr_name)};
+}
+
+}  // namespace waymark

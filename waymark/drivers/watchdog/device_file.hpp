@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "waymark/base/error.hpp"
+
+/// The file of a device, below /dev.
+namespace waymark {
+
+/// "cheese (process 4711)" where another process of this user has the file open; empty where none is found.
+[[nodiscard]] std::string holder_of(const std::string& path);
+
+/// That this user may not open the file, of which group he must be, and how he gets there. `what` it is:
+/// "the camera"; `hint` where the file has no group with a name.
+[[nodiscard]] Error no_permission(const std::string& path, const std::string& what, const std::string& hint);
+
+}  // namespace waymark
