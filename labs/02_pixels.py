@@ -63,7 +63,7 @@ _points = np.array([[0.1, -0.2, 1.0], [0.4, 0.3, 1.5], [-0.8, 0.5, 2.0], [0.0, 0
 
 def _pinhole():
     for p in _points:
-        found, right = np.asarray(pinhole(p), float), _plain.project(p)
+        found, right = labs.numbers(pinhole(p), (2,)), _plain.project(p)
         if not np.allclose(found, right, atol=1e-9):
             return "off by half a pixel" if np.allclose(np.abs(found - right), 0.5) else f"wrong for the point {p}"
 
@@ -76,7 +76,7 @@ def _behind():
 
 def _distort():
     for p in _points:
-        x, y = distort(p[0] / p[2], p[1] / p[2])
+        x, y = labs.numbers(distort(p[0] / p[2], p[1] / p[2]), (2,))
         px = np.array([fx * x + cx, fy * y + cy])
         if not np.allclose(px, _bent.project(p), atol=1e-9):
             radial = abs(p[0] * p[1]) > 0 and np.linalg.norm(px - _bent.project(p)) > 1
@@ -86,7 +86,7 @@ def _distort():
 def _undistort():
     for x, y in ((0.1, -0.2), (0.3, 0.25), (-0.45, 0.3)):
         bearing = _bent.unproject([fx * x + cx, fy * y + cy])
-        found = np.array(undistort(x, y))
+        found = labs.numbers(undistort(x, y), (2,))
         error = np.abs(found - bearing[:2] / bearing[2]).max()
         if not error < 1e-9:
             return f"off by {error:.1e} at ({x}, {y})"
@@ -96,7 +96,7 @@ def _half():
     file = "image_width: 640\nimage_height: 480\ncamera_name: a\ncamera_matrix: {rows: 3, cols: 3, data: [500, 0, 320.25, 0, 500, 239.75, 0, 0, 1]}\n" \
         "distortion_model: plumb_bob\ndistortion_coefficients: {rows: 1, cols: 5, data: [0, 0, 0, 0, 0]}\n"
     right = camera.parse_camera(file).intrinsics[2:4]
-    if not np.allclose(from_opencv(320.25, 239.75), right):
+    if not np.allclose(labs.numbers(from_opencv(320.25, 239.75), (2,)), right):
         return "draw the first pixel: where are its edges in each convention?"
 
 

@@ -69,9 +69,7 @@ def _wall():
 
 
 def _corners():
-    found, right = np.asarray(corners(_view)), _truth_px(_view)
-    if found.shape != (4, 2):
-        return f"the shape is {found.shape}"
+    found, right = labs.numbers(corners(_view), (4, 2)), _truth_px(_view)
     if not np.allclose(found, right, atol=1e-9):
         if np.allclose(np.sort(found, axis=0), np.sort(right, axis=0), atol=1e-9):
             return "the right corners in another order"
@@ -81,11 +79,12 @@ def _corners():
 def _rms():
     seen = _truth_px(_view)
     for shift in ([1, 0], [3, 4]):
-        if not np.isclose(rms(_view, seen + shift), np.hypot(*shift), atol=1e-9):
-            return f"all corners are {np.hypot(*shift)} px off, and it says {rms(_view, seen + shift):.3f}"
+        found = labs.number(rms(_view, seen + shift))
+        if not np.isclose(found, np.hypot(*shift), atol=1e-9):
+            return f"all corners are {np.hypot(*shift)} px off, and it says {found:.3f}"
     one = seen.copy()
     one[0] += [2, 0]
-    if not np.isclose(rms(_view, one), 1.0, atol=1e-9):
+    if not np.isclose(labs.number(rms(_view, one)), 1.0, atol=1e-9):
         return "one corner 2 px off is an rms of 1 px"
 
 
@@ -101,7 +100,7 @@ def _mirror():
         if both.other is None:
             continue
         a, b = both.best.cam_T_tag, both.other.cam_T_tag
-        found = np.asarray(other_normal(a.rotation.matrix()[:, 2], a.translation))
+        found = labs.numbers(other_normal(a.rotation.matrix()[:, 2], a.translation), (3,))
         if not np.isclose(np.linalg.norm(found), 1, atol=1e-6):
             return "the normal has not length 1"
         angle = np.degrees(np.arccos(np.clip(found @ b.rotation.matrix()[:, 2], -1, 1)))
@@ -122,7 +121,7 @@ def _choose():
         right = int(np.argmin([np.linalg.norm((p.rotation.inverse() @ T.rotation).log()) for p in pair]))
         misled += right == 1
         for first, second in ((0, 1), (1, 0)):
-            wrong += choose(pair[first], pair[second]) != pair[right]
+            wrong += labs.instance(choose(pair[first], pair[second]), geometry.SE3) != pair[right]
     if misled == 0:
         return "the error was never misleading: ask your teacher"
     if wrong > 4:

@@ -80,16 +80,14 @@ def _right_jacobian():
 
 def _pixel():
     for p in cam_corners:
-        found = np.asarray(pixel_jacobian(p), float)
-        if found.shape != (2, 3) or not np.allclose(found, lens.project_jacobian(p), atol=1e-9):
-            return "the first two columns are right, the third is not" if found.shape == (2, 3) and np.allclose(found[:, :2], lens.project_jacobian(p)[:, :2]) else \
+        found = labs.numbers(pixel_jacobian(p), (2, 3))
+        if not np.allclose(found, lens.project_jacobian(p), atol=1e-9):
+            return "the first two columns are right, the third is not" if np.allclose(found[:, :2], lens.project_jacobian(p)[:, :2]) else \
                 "compare it with (project(p + d) - project(p)) / d"
 
 
 def _pose():
-    found, right = np.asarray(pose_jacobian(), float), _right_jacobian()
-    if found.shape != (8, 6):
-        return f"the shape is {found.shape}"
+    found, right = labs.numbers(pose_jacobian(), (8, 6)), _right_jacobian()
     if not np.allclose(found[:, :3], right[:, :3], atol=1e-3):
         return "the part of the translation is wrong"
     if not np.allclose(found[:, 3:], right[:, 3:], atol=1e-3):
@@ -99,9 +97,7 @@ def _pose():
 def _bound():
     J = _right_jacobian()
     right = np.linalg.inv(J.T @ J / sigma_px**2)
-    found = np.asarray(bound(J, sigma_px), float)
-    if found.shape != (6, 6):
-        return f"the shape is {found.shape}"
+    found = labs.numbers(bound(J, sigma_px), (6, 6))
     ratio = np.trace(found) / np.trace(right)
     if not np.allclose(found, right, rtol=1e-6):
         return f"its trace is {ratio:.3g} times what it should be"
@@ -122,14 +118,16 @@ _E, _P = _errors()
 
 def _nees():
     right = np.einsum("ni,ij,nj->n", _E, np.linalg.inv(_P), _E).mean()
-    if not np.isclose(mean_nees(_E, _P), right, rtol=1e-6):
-        return f"it says {mean_nees(_E, _P):.3g}; an honest covariance of 6 numbers gives about 6"
+    found = labs.number(mean_nees(_E, _P))
+    if not np.isclose(found, right, rtol=1e-6):
+        return f"it says {found:.3g}; an honest covariance of 6 numbers gives about 6"
 
 
 def _inside():
     nees = np.einsum("ni,ij,nj->n", _E, np.linalg.inv(_P), _E)
-    if not np.isclose(share_inside(_E, _P), (nees <= 12.592).mean(), atol=1e-6):
-        return f"it says {share_inside(_E, _P):.3f}; an honest covariance gives about 0.95"
+    found = labs.number(share_inside(_E, _P))
+    if not np.isclose(found, (nees <= 12.592).mean(), atol=1e-6):
+        return f"it says {found:.3f}; an honest covariance gives about 0.95"
 
 
 lab.check("derivative of a pixel", 2, _pixel)

@@ -76,7 +76,7 @@ def _same(a, b):
 
 
 def _chain():
-    found = chain(_steps)
+    found = [labs.instance(pose, geometry.SE2) for pose in labs.instance(chain(_steps), list)]
     if len(found) != len(_steps) + 1:
         return f"{len(found)} poses of {len(_steps)} steps: the first pose counts too"
     if not _same(found, _right_chain()):
@@ -85,7 +85,7 @@ def _chain():
 
 def _closed():
     poses = _right_chain()
-    found = closed(poses)
+    found = [labs.instance(pose, geometry.SE2) for pose in labs.instance(closed(poses), list)]
     if len(found) != len(poses) or not np.allclose(found[0].log(), 0, atol=1e-9):
         return "the first pose must stay where it is"
     if not np.allclose(found[-1].log(), 0, atol=1e-9):
@@ -97,8 +97,9 @@ def _closed():
 
 def _error():
     right = evaluation.map_errors(report.map, world.tags)["rmse_m"]
-    if not np.isclose(map_error(report.map, world.tags), right, rtol=1e-9):
-        return f"{map_error(report.map, world.tags):.4f} m is not it: distances are in space, and the mean is of their squares"
+    found = labs.number(map_error(report.map, world.tags))
+    if not np.isclose(found, right, rtol=1e-9):
+        return f"{found:.4f} m is not it: distances are in space, and the mean is of their squares"
     fewer = config.read_world("circuit24").tags
     del fewer[anchor]
     map_error(report.map, fewer)
@@ -106,8 +107,9 @@ def _error():
 
 def _gain():
     right = evaluation.map_errors(report.start_map, world.tags)["rmse_m"] / evaluation.map_errors(report.map, world.tags)["rmse_m"]
-    if not np.isclose(gain(report, world.tags), right, rtol=1e-9):
-        return f"{gain(report, world.tags):.2f} is not it: before over after"
+    found = labs.number(gain(report, world.tags))
+    if not np.isclose(found, right, rtol=1e-9):
+        return f"{found:.2f} is not it: before over after"
 
 
 lab.check("chain", 3, _chain)

@@ -2,12 +2,17 @@
 """Turns labs/*.py (cells: `# %%` code, `# %% [markdown]` text) into notebooks.
 
 usage: tools/make_notebooks.py OUTPUT_FOLDER [--solved]     --solved: with the solution before the check. Needs python3-nbformat.
+
+Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's simulator (tests/plant/generate_log.py).
 """
+import importlib.util
 import pathlib
 import re
+import subprocess
 import sys
 
-LABS = pathlib.Path(__file__).resolve().parent.parent / "labs"
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+LABS = ROOT / "labs"
 CHECK = "## Check"
 
 
@@ -36,12 +41,18 @@ def main():
     if len(arguments) != 1:
         print(__doc__, file=sys.stderr)
         return 2
+    missing = [name for name in ("nbformat", "numpy") if importlib.util.find_spec(name) is None]
+    if missing:
+        print(f"make_notebooks.py: {sys.executable} has no {' and no '.join(missing)} (Debian: python3-nbformat python3-numpy)", file=sys.stderr)
+        return 1
     output = pathlib.Path(arguments[0])
     output.mkdir(parents=True, exist_ok=True)
     for lab in sorted(LABS.glob("[0-9]*.py")):
         solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None
         (output / f"{lab.stem}.ipynb").write_text(notebook_of(lab, solution))
         print(output / f"{lab.stem}.ipynb")
+    subprocess.run([sys.executable, ROOT / "tests" / "plant" / "generate_log.py", output / "plant"], check=True)
+    print(f"{output / 'plant'}\nThe other data: waymark samples {output / 'samples'}")
     return 0
 
 

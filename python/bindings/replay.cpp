@@ -62,6 +62,7 @@ ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
   section("filter", setup.filter);
   section("follower", setup.replay.follower);
   section("pursuit", setup.replay.pursuit);
+  section("actuators", setup.replay.actuators);
   section("profile", setup.replay.profile);
   section("safety", setup.replay.safety);
   section("watch", setup.replay.watch);
@@ -175,7 +176,7 @@ void bind_replay(py::module_& m) {
          "the last command is zero; an "
          "exception of the robot or of on_step ends it and is raised again. Gives a dictionary: finished, "
          "state, reason, driven_m, stops, "
-         "frames, lap_s. Dictionaries of options: filter, follower, pursuit, profile, watch, "
+         "frames, lap_s. Dictionaries of options: filter, follower, pursuit, actuators, profile, watch, "
          "safety:\n\nfollower:\n" +
          options_help<FollowerOptions>() + "pursuit:\n" + options_help<PurePursuitOptions>() + "safety:\n" +
          options_help<SafetyOptions>())

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Each lab gives nothing for an empty answer, all points for its solution, and fewer for each of at least five wrong answers.
 
-usage: labs_test.py SOURCE     (PYTHONPATH names the package). With WAYMARK_FULL the notebooks are executed by nbclient as well.
+usage: labs_test.py SOURCE DATA [NN]     (PYTHONPATH names the package). DATA: a folder with samples/ (`waymark samples`), where plant/ is written.
+NN: only this lab. With WAYMARK_FULL the notebooks are executed by nbclient as well.
 """
 import contextlib
 import functools
@@ -9,6 +10,7 @@ import importlib.util
 import io
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -17,9 +19,12 @@ import unittest
 
 from waymark import labs
 
-SOURCE = pathlib.Path(sys.argv.pop(1))
-LABS = sorted((SOURCE / "labs").glob("[0-9]*.py"))
+SOURCE = pathlib.Path(sys.argv.pop(1)).resolve()
+DATA = pathlib.Path(sys.argv.pop(1)).resolve()
+LABS = sorted((SOURCE / "labs").glob(f"{sys.argv.pop(1) if sys.argv[1:] and sys.argv[1].isdigit() else '[0-9]'}*.py"))
 CHECK = "# ## Check\n"
+STUB = re.compile(r"^def (\w+)\(.*\):\n(?: .*\n)*?    raise NotImplementedError", re.M)
+os.environ["WAYMARK_LAB_DATA"] = str(DATA)
 
 
 @functools.cache
@@ -45,6 +50,10 @@ def points_of(lab, answer=""):
 
 
 class Labs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        subprocess.run(["/usr/bin/python3", SOURCE / "tests" / "plant" / "generate_log.py", DATA / "plant"], check=True)
+
     def test_there_are_labs(self):
         self.assertGreaterEqual(len(LABS), 1)
 
@@ -53,6 +62,15 @@ class Labs(unittest.TestCase):
             points, possible, printed = points_of(lab)
             self.assertEqual((lab.name, points, possible), (lab.name, 0, 10), printed)
             self.assertIn("not done yet", printed)
+
+    def test_answers_of_another_kind_are_named_and_get_nothing(self):
+        for lab in LABS:
+            stubs = STUB.findall(lab.read_text().split(CHECK)[0])
+            self.assertGreaterEqual(len(stubs), 3, lab.name)
+            for answer in ("None", "float('nan')", "'words'"):
+                points, _, printed = points_of(lab, "\n".join(f"def {name}(*given): return {answer}" for name in stubs))
+                self.assertLessEqual(points, 1, f"{lab.name}, {answer}:\n{printed}")
+                self.assertNotIn("it raised", printed, f"{lab.name}, {answer}")
 
     def test_solutions_get_everything(self):
         for lab in LABS:
@@ -70,6 +88,7 @@ class Labs(unittest.TestCase):
                 points, possible, printed = points_of(lab, answer.replace(right, mistake))
                 self.assertLess(points, possible, f"{lab.name}: {what}\n{printed}")
                 self.assertIn("WRONG", printed)
+                self.assertNotIn("it raised", printed, f"{lab.name}: {what}")
 
     @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
     def test_notebooks_run(self):

@@ -1,8 +1,116 @@
-"""What the labs share: checks that give points and say what is wrong without the answer.
+"""What the labs share: data, checks that give points and say what is wrong without the answer, figures.
 
 A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py turns into a
 notebook. Its functions are filled in by the student, and `check(…)` in the last cell gives the points.
 """
+
+import math
+import operator
+import os
+import pathlib
+import sys
+
+MAKE = {
+    "samples": "Write it beside the notebook: waymark samples samples",
+    "plant": "tools/make_notebooks.py FOLDER writes it beside the notebooks.",
+}
+
+
+class Wrong(Exception):
+    """What is wrong with an answer, in words for the student."""
+
+
+def numbers(answer, shape=None):
+    """The answer as an array of finite numbers, of the shape where one is asked for (None in it: any length); else raises Wrong."""
+    import numpy as np
+
+    if answer is None:
+        raise Wrong("it gives nothing: is there a `return`?")
+    try:
+        array = np.asarray(answer, float)
+    except (TypeError, ValueError):
+        raise Wrong(f"it gives {_a(answer)}, not numbers of one shape") from None
+    if shape is not None and (array.ndim != len(shape) or any(s not in (None, n) for s, n in zip(shape, array.shape))):
+        asked = "a single number" if shape == () else f"the shape {tuple('n' if s is None else s for s in shape)}"
+        raise Wrong(f"its shape is {array.shape}, asked for is {asked}".replace("'", ""))
+    if not np.isfinite(array).all():
+        raise Wrong("there is NaN or infinity in what it gives: a division by zero, or a root of a negative number?")
+    return array
+
+
+def number(answer):
+    """The answer as a finite float, else raises Wrong."""
+    return float(numbers(answer, ()))
+
+
+def whole(answer):
+    """The answer as an int, else raises Wrong."""
+    if answer is None:
+        raise Wrong("it gives nothing: is there a `return`?")
+    try:
+        return operator.index(answer)
+    except TypeError:
+        raise Wrong(f"it gives {_a(answer)}, asked for is a whole number") from None
+
+
+def instance(answer, kind):
+    """The answer, where it is of a class; else raises Wrong."""
+    if answer is None:
+        raise Wrong("it gives nothing: is there a `return`?")
+    if not isinstance(answer, kind):
+        raise Wrong(f"it gives {_a(answer)}, asked for is {kind.__name__}")
+    return answer
+
+
+def several(answer, count):
+    """The parts of an answer that is a tuple or a list of so many things; else raises Wrong."""
+    if answer is None:
+        raise Wrong("it gives nothing: is there a `return`?")
+    if not isinstance(answer, (tuple, list)) or len(answer) != count:
+        raise Wrong(f"it gives {_a(answer)}, asked for are {count} things: `return a, b`")
+    return answer
+
+
+def truth(answer):
+    """The answer as True or False; else raises Wrong."""
+    if answer is None:
+        raise Wrong("it gives nothing: is there a `return`?")
+    if str(answer) not in ("True", "False"):  # NumPy's too
+        raise Wrong(f"it gives {_a(answer)}, asked for is True or False")
+    return bool(answer)
+
+
+def _a(answer):
+    if isinstance(answer, float) and math.isnan(answer):
+        return "NaN"
+    return f"a {type(answer).__name__}"
+
+
+def data(name):
+    """The path of a file or folder of the labs' data ("samples/lap.mcap"), beside the notebook or in the folder that the variable
+    WAYMARK_LAB_DATA names; FileNotFoundError, with how to make it, where it is not there."""
+    path = pathlib.Path(os.environ.get("WAYMARK_LAB_DATA", ".")) / name
+    if not path.exists():
+        raise FileNotFoundError(f"{path} is not there. {MAKE.get(pathlib.Path(name).parts[0], '')}".strip())
+    return str(path)
+
+
+def figure(title, x_label, y_label, **curves):
+    """Draws curves, each an (n, 2) array by its name, in a notebook with Matplotlib; elsewhere it does nothing."""
+    if "IPython" not in sys.modules:
+        return
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError:
+        print("No figure: Matplotlib is not installed (Debian: python3-matplotlib).")
+        return
+    axes = plt.subplots(figsize=(8, 4.5))[1]
+    for name, curve in curves.items():
+        axes.plot(*zip(*curve), label=name.replace("_", " "))
+    axes.set(title=title, xlabel=x_label, ylabel=y_label)
+    axes.legend()
+    axes.grid(alpha=0.3)
+    plt.show()
 
 
 class Lab:
@@ -17,8 +125,10 @@ class Lab:
             wrong = test()
         except NotImplementedError:
             wrong = "not done yet"
+        except Wrong as words:
+            wrong = str(words)
         except Exception as error:  # noqa: BLE001  whatever a student's function raises is told
-            wrong = f"it raised {type(error).__name__}: {error}"
+            wrong = f"it raised {type(error).__name__}: {error}{_place(error)}"
         self.results.append((what, points, wrong))
         print(f"{'ok   ' if wrong is None else 'WRONG'} {points if wrong is None else 0}/{points}  {what}" + ("" if wrong is None else f": {wrong}"))
 
@@ -34,3 +144,14 @@ class Lab:
         """Prints and returns the points."""
         print(f"{self.name}: {self.points} of {self.possible} points")
         return self.points
+
+
+def _place(error):
+    """Where in the student's function an exception came from: names of the checks begin with _."""
+    place, trace = "", error.__traceback__
+    while trace is not None:
+        code = trace.tb_frame.f_code
+        if not code.co_name.startswith("_") and "/lib/python" not in code.co_filename and not code.co_filename.endswith("waymark/labs.py"):
+            place = f" (line {trace.tb_lineno - code.co_firstlineno + 1} of {code.co_name})"
+        trace = trace.tb_next
+    return place

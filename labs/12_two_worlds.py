@@ -1,0 +1,202 @@
+# %% [markdown]
+# # Lab 12: simulation against reality
+# A simulator is right about what its authors thought of. You compare three robots: that of samples/lap.mcap, a second one in the same simulator that is not what its
+# file says (samples/other.mcap), and one of another simulator with other physics and other noise (plant/). You identify delay, gain and bias from commands and a gyro,
+# and test whether two robots err alike (Kolmogorov and Smirnov's test of two samples; Ljung, "System Identification", chapters 6 and 16). If you have a recording of a
+# real robot, put it in the place of other.mcap. 60 minutes.
+
+# %%
+import csv
+
+import numpy as np
+
+from waymark import geometry, labs, recording, samples
+
+lab = labs.Lab("Lab 12")
+PERIOD_S = 0.02
+
+
+def read_lap(name):
+    """Commanded and measured yaw rate (n,) [rad/s], fifty times a second; motions by odometry and by the truth over the same seconds, lists of geometry.SE2."""
+    sent, gyro, odometry, truth = {0: 0.0}, {}, {}, {}
+    for sample in recording.Recording(labs.data(name)):
+        if isinstance(sample, samples.StampedCommand):
+            sent[sample.stamp_ns] = sample.yaw_rate_rad_s
+        elif isinstance(sample, samples.ImuSample):
+            gyro[sample.stamp_ns] = sample.angular_velocity_rad_s[2]
+        elif isinstance(sample, samples.Odometry):
+            odometry[sample.stamp_ns] = sample.odom_T_base
+        elif isinstance(sample, samples.TruthPose):
+            T = sample.map_T_base.matrix()
+            truth[sample.stamp_ns] = geometry.SE2(T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0]))
+    times = np.arange(min(gyro), max(gyro), int(PERIOD_S * 1e9))
+    stamps = np.array(sorted(sent))
+    commanded = np.array([sent[stamps[np.searchsorted(stamps, t, "right") - 1]] for t in times])
+    common = sorted(odometry.keys() & truth.keys())
+    return commanded, np.interp(times, sorted(gyro), [gyro[t] for t in sorted(gyro)]), by_seconds([odometry[t] for t in common]), by_seconds([truth[t] for t in common])
+
+
+def by_seconds(poses):
+    return [a.inverse() @ b for a, b in zip(poses[:-50:50], poses[50::50])]
+
+
+def read_table(name):
+    with open(labs.data(name), encoding="utf-8") as file:
+        return by_seconds([geometry.SE2(*(float(row[k]) for k in ("x_m", "y_m", "theta_rad"))) for row in csv.DictReader(file)])
+
+
+laps = {name: read_lap(f"samples/{name}.mcap") for name in ("lap", "other")}
+plant = read_table("plant/odometry.csv"), read_table("plant/truth.csv")
+
+
+def errors(measured, true):
+    """By how much the distance of each second is wrong, relative to it, where the robot drove."""
+    return np.array([m.log()[0] / t.log()[0] - 1 for m, t in zip(measured, true) if abs(t.log()[0]) > 0.1])
+
+
+# %% [markdown]
+# ## 1. The delay
+# By how many samples, 0 to `most`, must `response` be moved ahead so that it fits `command` best? Judge by the correlation coefficient of what overlaps.
+# <details><summary>Hint</summary>For each k compare command[:n - k] with response[k:]. Correlation takes off the means.</details>
+
+# %%
+def delay(command, response, most):
+    """(n,), (n,), whole number -> whole number"""
+    raise NotImplementedError
+
+# %% [markdown]
+# ## 2. Gain and bias
+# With the delay known: response = gain · command + bias, by least squares.
+
+# %%
+def gain_and_bias(command, response, delayed):
+    """(n,), (n,), samples -> (gain, bias [rad/s])"""
+    raise NotImplementedError
+
+# %% [markdown]
+# ## 3. What is left
+# If delay, gain and bias were all, the residuals would be white noise. Give their autocorrelation at lags 1 to `lags`: the mean of r[i] r[i + k], without their mean,
+# over the variance.
+#
+# **Question:** what do the residuals of the laps tell you about the motors?
+
+# %%
+def autocorrelation(residuals, lags):
+    """(n,), whole number -> (lags,)"""
+    raise NotImplementedError
+
+# %% [markdown]
+# ## 4. Are two robots alike?
+# The statistic of Kolmogorov and Smirnov: the largest distance between the shares of `a` and of `b` that are at most x, over all x.
+# <details><summary>Hint</summary>It suffices to look at the values of both. np.searchsorted(sorted, x, "right") counts those up to x.</details>
+
+# %%
+def apart(a, b):
+    """(n,), (m,) -> number from 0 to 1"""
+    raise NotImplementedError
+
+# %% [markdown]
+# ## 5. Is that much?
+# Two samples of the same distribution are farther apart than 1.358 sqrt((n + m) / (n m)) in one case of twenty. Do `a` and `b` differ at that level?
+#
+# **Question:** your simulator and your robot do not differ by this test. What does that prove, with 20 seconds of data? With 20 hours?
+
+# %%
+def differ(a, b):
+    """(n,), (m,) -> bool"""
+    raise NotImplementedError
+
+# %% [markdown]
+# ## Check
+# %%
+_random = np.random.default_rng(12)
+
+
+def _smooth(n):
+    return np.convolve(_random.normal(size=n + 30), np.ones(30) / 30, "valid")[:n]
+
+
+def _delay():
+    for k in (0, 3, 11):
+        command = _smooth(800) + 5
+        response = np.concatenate([np.full(k, 5.0), command])[:800] * 0.5 - 0.3 + _random.normal(scale=0.01, size=800)
+        found = labs.whole(delay(command, response, 20))
+        if found != k:
+            return f"a response {k} samples late is said to be {found} late"
+    command = _smooth(800)
+    if labs.whole(delay(command, np.concatenate([np.zeros(11), command])[:800], 5)) > 5:
+        return "only delays up to `most` are asked for"
+
+
+def _gain():
+    for k, gain, bias in ((0, 0.8, 0.0), (4, 0.5, 0.3), (9, 1.1, -0.2)):
+        command = _smooth(600)
+        response = gain * np.concatenate([np.zeros(k), command])[:600] + bias
+        found = [labs.number(part) for part in labs.several(gain_and_bias(command, response, k), 2)]
+        if not np.allclose(found, [gain, bias], atol=1e-6):
+            return f"gain {gain} and bias {bias} at a delay of {k} are said to be {found[0]:.3f} and {found[1]:.3f}"
+
+
+def _white():
+    x = _smooth(500) + 0.7
+    centred = x - x.mean()
+    right = np.array([np.mean(centred[:-k] * centred[k:]) for k in range(1, 21)]) / np.mean(centred**2)
+    found = labs.numbers(autocorrelation(x, 20), (20,))
+    if not np.allclose(found, right, atol=0.02):
+        return f"at lag 1 it says {found[0]:.2f}, and smooth noise has {right[0]:.2f}"
+
+
+def _ks(a, b):
+    x = np.concatenate([a, b])
+    return max(abs((a <= v).mean() - (b <= v).mean()) for v in x)
+
+
+def _apart():
+    for a, b in ((_random.normal(size=50), _random.normal(size=70)), (_random.normal(size=40), 1 + _random.normal(size=20)), (np.array([1.0, 2.0]), np.array([5.0, 6.0, 7.0])),
+                 (np.array([5.0, 6.0]), np.array([1.0, 2.0]))):
+        found = labs.number(apart(a, b))
+        if not np.isclose(found, _ks(a, b), atol=1e-9):
+            return f"it is {_ks(a, b):.3f} for two samples of {len(a)} and {len(b)}, and it says {found:.3f}"
+
+
+def _differ():
+    wrong = [0, 0]
+    for k in range(100):
+        a, b = _random.normal(size=60), _random.normal(size=90)
+        wrong[0] += labs.truth(differ(a, b)) is not bool(_ks(a, b) > 1.358 * np.sqrt(150 / 5400))
+        wrong[1] += labs.truth(differ(a, b + 0.45)) is not bool(_ks(a, b + 0.45) > 1.358 * np.sqrt(150 / 5400))
+    if any(wrong):
+        return f"of 100 pairs of the same distribution it is wrong about {wrong[0]}, of 100 others about {wrong[1]}"
+
+
+def _robots():
+    if lab.points < 9:
+        return "first the others"
+    found = {}
+    for name, (command, gyro, measured, true) in laps.items():
+        late = delay(command, gyro, 40)
+        found[name] = gain, bias = gain_and_bias(command, gyro, late)
+        residuals = gyro[late:] - gain * command[:len(command) - late] - bias
+        print(f"      {name}: {1e3 * late * PERIOD_S:.0f} ms late (delay and lag), turns {gain:.2f} of what is commanded, autocorrelation at lag 1 {autocorrelation(residuals, 5)[0]:.2f}, "
+              f"distances {100 * errors(measured, true).mean():+.1f} %")
+    print(f"      plant: distances {100 * errors(*plant).mean():+.1f} %, apart from lap by {apart(errors(*laps['lap'][2:]), errors(*plant)):.2f}")
+    if not (abs(found["lap"][0] - 0.85) < 0.08 and abs(found["other"][0] - 0.6) < 0.08 and differ(errors(*laps["lap"][2:]), errors(*plant))):
+        return "the robots are not told apart: ask your teacher"
+
+
+lab.check("delay", 2, _delay)
+lab.check("gain and bias", 2, _gain)
+lab.check("autocorrelation", 2, _white)
+lab.check("distance of two samples", 2, _apart)
+lab.check("the test", 1, _differ)
+lab.check("three robots", 1, _robots)
+lab.finish()
+
+# %% [markdown]
+# ## Figure
+# **Questions:** which of the numbers above would you have got wrong from the robot's file? Which of them would spoil a replay that does not learn them (lab 10)?
+# %%
+if lab.points == 10:
+    _robots_errors = {"lap": errors(*laps["lap"][2:]), "other": errors(*laps["other"][2:]), "plant": errors(*plant)}
+    labs.figure("errors of the distances of seconds", "relative error", "share up to it",
+                **{name: list(zip(np.sort(e), np.arange(1, len(e) + 1) / len(e))) for name, e in _robots_errors.items()})

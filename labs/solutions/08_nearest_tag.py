@@ -1,0 +1,46 @@
+import numpy as np
+
+
+def nearest(seen):
+    return min(seen, key=lambda s: np.linalg.norm(s[1].translation), default=None)
+
+
+def fix(name, cam_T_tag):
+    T = (tag_map[name].map_T_tag @ cam_T_tag.inverse() @ robot.base_T_cam.inverse()).matrix()
+    return geometry.SE2(T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0]))
+
+
+def carried(fixed, odom_then, odom_now):
+    return fixed @ odom_then.inverse() @ odom_now
+
+
+def accepted(distance_m, jump_m):
+    return distance_m < FAR_M or jump_m < JUMP_M
+
+
+def wrapped(angle):
+    return np.arctan2(np.sin(angle), np.cos(angle))
+
+
+def update(x, P, z, R):
+    K = P @ np.linalg.inv(P + R)
+    apart = z - x
+    apart[2] = wrapped(apart[2])
+    x = x + K @ apart
+    x[2] = wrapped(x[2])
+    return x, P - K @ P
+
+
+WRONG = {
+    "the farthest tag": ("return min(seen, key", "return max(seen, key"),
+    "depth alone": ("np.linalg.norm(s[1].translation)", "s[1].translation[2]"),
+    "the camera for the robot": (" @ robot.base_T_cam.inverse()", ""),
+    "mounting not inverted": ("robot.base_T_cam.inverse()", "robot.base_T_cam"),
+    "heading of the wrong column": ("np.arctan2(T[1, 0], T[0, 0])", "np.arctan2(T[1, 1], T[0, 1])"),
+    "odometry's frame taken for the map's": ("fixed @ odom_then.inverse() @ odom_now", "odom_now @ odom_then.inverse() @ fixed"),
+    "far tags believed": ("distance_m < FAR_M or jump_m < JUMP_M", "True"),
+    "both demanded": ("distance_m < FAR_M or jump_m < JUMP_M", "distance_m < FAR_M and jump_m < JUMP_M"),
+    "weights changed over": ("P @ np.linalg.inv(P + R)", "R @ np.linalg.inv(P + R)"),
+    "heading not wrapped": ("apart[2] = wrapped(apart[2])", "pass"),
+    "covariance left": ("return x, P - K @ P", "return x, P"),
+}

@@ -1,0 +1,46 @@
+import numpy as np
+
+
+def goal(line, x, y, ahead_m):
+    away = np.hypot(line[:, 0] - x, line[:, 1] - y)
+    near = np.argmin(away)
+    far = np.flatnonzero(away[near:] >= ahead_m)
+    return line[near + far[0]] if len(far) else line[-1]
+
+
+def curvature(x, y, heading, point):
+    dx, dy = point[0] - x, point[1] - y
+    left = -np.sin(heading) * dx + np.cos(heading) * dy
+    return 2 * left / (dx**2 + dy**2)
+
+
+def acts_at(pose, under_way, period_s):
+    for v, w in under_way:
+        pose = pose @ geometry.SE2.exp([v * period_s, 0, w * period_s])
+    return pose
+
+
+def turn_gain(commanded, measured):
+    return (commanded @ measured) / (commanded @ commanded)
+
+
+def command(speed_m_s, arc, gain, most_rad_s):
+    yaw_rate = speed_m_s * arc / gain
+    slower = min(1, most_rad_s / abs(yaw_rate)) if yaw_rate != 0 else 1
+    return slower * speed_m_s, slower * yaw_rate
+
+
+WRONG = {
+    "a point behind": ("far = np.flatnonzero(away[near:] >= ahead_m)", "near, far = 0, np.flatnonzero(away >= ahead_m)"),
+    "the beginning at the end of the line": ("else line[-1]", "else line[0]"),
+    "the nearest point": ("return line[near + far[0]] if len(far) else line[-1]", "return line[near]"),
+    "the map's frame": ("-np.sin(heading) * dx + np.cos(heading) * dy", "dy"),
+    "heading the wrong way": ("-np.sin(heading) * dx", "np.sin(heading) * dx"),
+    "half the curvature": ("2 * left", "left"),
+    "moved in the map's frame": ("pose @ geometry.SE2.exp([v * period_s, 0, w * period_s])", "geometry.SE2.exp([v * period_s, 0, w * period_s]) @ pose"),
+    "no period": ("[v * period_s, 0, w * period_s]", "[v, 0, w]"),
+    "newest first": ("in under_way:", "in reversed(under_way):"),
+    "commanded over measured": ("(commanded @ measured) / (commanded @ commanded)", "(commanded @ measured) / (measured @ measured)"),
+    "gain multiplied": ("speed_m_s * arc / gain", "speed_m_s * arc * gain"),
+    "turn cut, speed kept": ("slower * speed_m_s, slower * yaw_rate", "speed_m_s, slower * yaw_rate"),
+}
