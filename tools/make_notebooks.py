@@ -3,7 +3,8 @@
 
 usage: tools/make_notebooks.py OUTPUT_FOLDER [--solved]     --solved: with the solution before the check. Needs python3-nbformat.
 
-Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's simulator (tests/plant/generate_log.py).
+A notebook that stands there already stays as it is. Beside them it writes plant/, the log of a simulated robot that shares nothing with Waymark's
+simulator (tests/plant/generate_log.py).
 """
 import importlib.util
 import pathlib
@@ -49,8 +50,12 @@ def main():
     output.mkdir(parents=True, exist_ok=True)
     for lab in sorted(LABS.glob("[0-9]*.py")):
         solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None
-        (output / f"{lab.stem}.ipynb").write_text(notebook_of(lab, solution))
-        print(output / f"{lab.stem}.ipynb")
+        book = output / f"{lab.stem}.ipynb"
+        if book.exists():  # somebody's answers
+            print(f"{book} stands there already, and stays as it is")
+            continue
+        book.write_text(notebook_of(lab, solution))
+        print(book)
     subprocess.run([sys.executable, ROOT / "tests" / "plant" / "generate_log.py", output / "plant"], check=True)
     print(f"{output / 'plant'}\nThe other data: waymark samples {output / 'samples'}")
     return 0

@@ -57,6 +57,30 @@ class Labs(unittest.TestCase):
     def test_there_are_labs(self):
         self.assertGreaterEqual(len(LABS), 1)
 
+    def test_data_that_is_missing_says_how_to_make_it(self):
+        with self.assertRaisesRegex(FileNotFoundError, "waymark samples samples"):
+            labs.data("samples/none.mcap")
+        with self.assertRaisesRegex(FileNotFoundError, "make_notebooks.py"):
+            labs.data("plant/none.csv")
+
+    def test_notebooks_with_answers_are_not_written_over(self):
+        if importlib.util.find_spec("nbformat") is None:
+            self.skipTest("nbformat is missing (Debian: python3-nbformat)")
+        with tempfile.TemporaryDirectory() as folder:
+            mine = pathlib.Path(folder) / f"{LABS[0].stem}.ipynb"
+            mine.write_text("my answers")
+            done = subprocess.run([SOURCE / "tools" / "make_notebooks.py", folder], check=True, capture_output=True, text=True)
+            self.assertIn("stays as it is", done.stdout)
+            self.assertEqual(mine.read_text(), "my answers")
+            self.assertTrue((mine.parent / "plant" / "odometry.csv").exists())
+
+    def test_what_an_answer_raises_names_its_line(self):
+        names = {}
+        exec(compile("def answer():\n    a = 1\n    return a / 0\n", "cell", "exec"), names)  # noqa: S102
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            labs.Lab("x").check("division", 1, lambda: names["answer"]())
+        self.assertIn("ZeroDivisionError: division by zero (line 3 of answer)", printed.getvalue())
+
     def test_empty_answers_get_nothing(self):
         for lab in LABS:
             points, possible, printed = points_of(lab)

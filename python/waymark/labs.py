@@ -141,9 +141,8 @@ class Lab:
         return sum(points for _, points, _ in self.results)
 
     def finish(self):
-        """Prints and returns the points."""
+        """Prints the points."""
         print(f"{self.name}: {self.points} of {self.possible} points")
-        return self.points
 
 
 def _place(error):
