@@ -45,11 +45,11 @@ def step(left_m, right_m, track_m):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 2. The whole way
+# ## 2. The trajectory
 # `wheels` are angles since the robot was switched on. The first pose is the identity; each step moves the robot from where it is.
 
 # %%
-def way(wheels, radius_m, track_m):
+def trajectory(wheels, radius_m, track_m):
     """(n, 2) [rad] -> list of n geometry.SE2"""
     raise NotImplementedError
 
@@ -99,16 +99,16 @@ def _step():
         return "it is not on the arc: a step of 1 m and 2 m is long" if left == 1 else f"it turns as it should, but ends elsewhere for {left} and {right} m"
 
 
-def _right_way(wheels, radius, track):
+def _right_trajectory(wheels, radius, track):
     poses = [geometry.SE2()]
     for left, right in np.diff(wheels, axis=0) * radius:
         poses.append(poses[-1] @ geometry.SE2.exp([(left + right) / 2, 0, (right - left) / track]))
     return poses
 
 
-def _way():
+def _check_trajectory():
     wheels = np.cumsum(_random.uniform(-0.2, 1.0, (60, 2)), axis=0)
-    found, right = way(wheels, 0.05, 0.2), _right_way(wheels, 0.05, 0.2)
+    found, right = trajectory(wheels, 0.05, 0.2), _right_trajectory(wheels, 0.05, 0.2)
     if not isinstance(found, list) or len(found) != len(right):
         return f"{len(wheels)} samples have as many poses, in a list"
     for n, (a, b) in enumerate(zip(found, right)):
@@ -137,7 +137,7 @@ def _seconds(poses):
 def _scales():
     for name in laps:
         wheels, _, truth = laps[name]
-        measured, true = _seconds(_right_way(wheels, robot.wheel_radius_m, robot.track_m)), _seconds(truth)
+        measured, true = _seconds(_right_trajectory(wheels, robot.wheel_radius_m, robot.track_m)), _seconds(truth)
         found = np.array([labs.number(s) for s in labs.several(scales(measured, true), 2)])
         m, t = (np.array([motion.log() for motion in motions]) for motions in (measured, true))
         right = np.array([(m[:, i] * t[:, i]).sum() / (m[:, i] ** 2).sum() for i in (0, 2)])
@@ -158,7 +158,7 @@ def _independent():
 
 
 lab.check("one step", 2, _step)
-lab.check("the whole way", 2, _way)
+lab.check("the trajectory", 2, _check_trajectory)
 lab.check("bias of the gyro", 2, _bias)
 lab.check("scales", 4, _scales)
 if lab.points == 10:
@@ -167,12 +167,12 @@ lab.finish()
 
 # %% [markdown]
 # ## Figure
-# The way by the wheels of the file, calibrated, and the truth. What is left after calibration, and which of it could a third number take away?
+# The trajectory by the wheels of the file, calibrated, and the truth. What is left after calibration, and which of it could a third number take away?
 # %%
 if lab.points == 10:
     _wheels, _, _truth = laps["other"]
-    _distance, _turn = scales(_seconds(way(_wheels, robot.wheel_radius_m, robot.track_m)), _seconds(_truth))
-    _ways = {"by_the_file": way(_wheels, robot.wheel_radius_m, robot.track_m),
-             "calibrated": way(_wheels, robot.wheel_radius_m * _distance, robot.track_m * _distance / _turn)}
+    _distance, _turn = scales(_seconds(trajectory(_wheels, robot.wheel_radius_m, robot.track_m)), _seconds(_truth))
+    _drawn = {"by_the_file": trajectory(_wheels, robot.wheel_radius_m, robot.track_m),
+             "calibrated": trajectory(_wheels, robot.wheel_radius_m * _distance, robot.track_m * _distance / _turn)}
     labs.figure("other.mcap", "x [m]", "y [m]", truth=[(p.x, p.y) for p in _truth],
-                **{name: [((_truth[0] @ p).x, (_truth[0] @ p).y) for p in poses] for name, poses in _ways.items()})
+                **{name: [((_truth[0] @ p).x, (_truth[0] @ p).y) for p in poses] for name, poses in _drawn.items()})

@@ -1,6 +1,6 @@
 # %% [markdown]
 # # Lab 9: EKF against right-invariant EKF
-# A filter that is sure of a wrong pose is worse than one that knows it is lost. The extended Kalman filter linearises at its estimate, and where the heading is far
+# An overconfident filter is worse than one with a large covariance. The extended Kalman filter linearises at its estimate, and where the heading is far
 # off, its covariance shrinks where nothing was learnt. The right-invariant filter measures its error on the group, and its derivative of an observation does not
 # depend on the estimate (Barrau and Bonnabel, "The Invariant Extended Kalman Filter as a Stable Observer", IEEE Transactions on Automatic Control 62, 2017).
 # You write what differs and let both begin with a heading that is off by 30 degrees (one standard deviation), drive 5 m blind, and then see landmarks. 60 minutes.
@@ -61,7 +61,7 @@ def adjoint(state):
 
 # %% [markdown]
 # ## 5. Is it consistent?
-# The share of runs whose normalised error squared e^T P^-1 e lies below `limit`. For an honest filter with three coordinates 95 % lie below 7.815.
+# The share of runs whose normalised error squared e^T P^-1 e lies below `limit`. For a consistent filter with three coordinates 95 % lie below 7.815.
 
 # %%
 def share_below(errors, covariances, limit):
@@ -198,8 +198,8 @@ lab.finish()
 
 # %% [markdown]
 # ## Figure
-# **Questions:** before the first sight both have the same estimate: why is only one honest? Why is the
-# invariant filter too sure after the first? What do both give with 3 degrees instead of 30, and why do most robots get along with an EKF?
+# **Questions:** before the first sight both have the same estimate: why is only one consistent? Why is the
+# invariant filter overconfident after the first? What do both give with 3 degrees instead of 30, and why do most robots get along with an EKF?
 # %%
 if _shares:
     labs.figure("runs within their 95 %", "sights", "share", EKF=[(n, s[0]) for n, s in _shares.items()], right_invariant=[(n, s[1]) for n, s in _shares.items()])

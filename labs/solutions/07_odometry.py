@@ -5,7 +5,7 @@ def step(left_m, right_m, track_m):
     return geometry.SE2.exp([(left_m + right_m) / 2, 0, (right_m - left_m) / track_m])
 
 
-def way(wheels, radius_m, track_m):
+def trajectory(wheels, radius_m, track_m):
     poses = [geometry.SE2()]
     for left, right in np.diff(wheels, axis=0) * radius_m:
         poses.append(poses[-1] @ step(left, right, track_m))
