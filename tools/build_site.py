@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LINK = re.compile(r"(?<!!)\[([^\]\[]*(?:\[[^\]]*\][^\]\[]*)?)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^```.*?^```[ ]*$|^ {4}[^\n]*$)", re.M | re.S)
-SECTIONS = (("How to", "howto"), ("Concepts", "concepts"), ("Formats", "formats"), ("Reference", "reference"), ("Results", "results"))
+SECTIONS = (("Tutorials", "tutorials"), ("How to", "howto"), ("Concepts", "concepts"), ("Formats", "formats"), ("Reference", "reference"), ("Results", "results"))
 CONFIG = """site_name: Waymark
 site_description: Teach a robot a route once and repeat it, from AprilTags
 docs_dir: docs
@@ -31,7 +31,9 @@ nav:
   - Start: index.md
   - Architecture: architecture.md
   - Conventions: conventions.md
-{sections}  - Changes: source/CHANGELOG.md
+{sections}  - Questions: faq.md
+  - Glossary: glossary.md
+  - Changes: source/CHANGELOG.md
 """
 
 
