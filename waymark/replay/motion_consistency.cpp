@@ -9,6 +9,8 @@ namespace {
 
 /// Deviations that count as the uncertainty of a pose by the tags of one picture.
 constexpr double kPictureSigmas = 3;
+/// Two of this many pictures and one more must contradict: noise hides the one between them.
+constexpr std::size_t kSuspectedFor = 3;
 /// What is slow, or comes and goes, shows over a longer window.
 constexpr double kLongWindow_s = 3;
 
@@ -46,7 +48,7 @@ void MotionConsistency::forget() {
 
 void MotionConsistency::forget_pictures() {
   pictures_.clear();
-  suspected_.reset();
+  suspected_ago_.reset();
   pictured_.reset();
 }
 
@@ -71,8 +73,10 @@ void MotionConsistency::observe_picture(SensorTime stamp, const SE2& map_T_base,
     pictures_.pop_front();
   std::optional<Contradiction> found = contradiction_of_pictures();
   if (!found && accepted) found = push_of_pictures();
-  if (found && suspected_) pictured_ = found;
-  suspected_ = found;
+  if (suspected_ago_ && ++*suspected_ago_ > kSuspectedFor) suspected_ago_.reset();
+  if (!found) return;
+  if (suspected_ago_) pictured_ = found;
+  suspected_ago_ = 0;
 }
 
 void MotionConsistency::add_heading(SensorTime stamp, double yaw_rad) {

@@ -59,8 +59,8 @@ class MotionConsistency {
   std::optional<Contradiction> late_{};
   std::deque<Picture> pictures_{};  ///< moving_s is since picture_zero_
   SensorTime picture_zero_{};
-  std::optional<Contradiction> suspected_{};  ///< by the newest picture …
-  std::optional<Contradiction> pictured_{};   ///< … and by the one before it
+  std::optional<std::size_t> suspected_ago_{};  ///< pictures since the newest that contradicted
+  std::optional<Contradiction> pictured_{};     ///< by two of the newest pictures
 };
 
 }  // namespace waymark

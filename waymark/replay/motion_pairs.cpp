@@ -109,7 +109,9 @@ std::optional<Contradiction> ways_and_tags(const Cuts& cuts, const MotionScales&
     return direction.dot(Eigen::Rotation2Dd(turn) * apart(c));
   };
   const double limit = options.contradiction_m + doubt_of_way(all, direction, scales);
-  if (whole.norm() <= limit || !lasts(cuts, limit, difference)) return std::nullopt;
+  const Eigen::Vector2d map_direction = all.from.map_T_base.rotation() * direction;
+  const auto deviation = [&](const Cut& c) { return position_sigma(c, map_direction); };
+  if (whole.norm() <= limit || !lasts(cuts, limit, difference, deviation)) return std::nullopt;
   Contradiction found{.one = MotionSource::Wheels,
                       .other = MotionSource::Tags,
                       .one_moved = (all.from.odom_T_base.inverse() * all.to.odom_T_base).translation().norm(),

@@ -5,16 +5,12 @@
 #include <Eigen/Eigenvalues>
 
 namespace waymark::internal {
-namespace {
 
-/// Deviation of both poses of a cut along a direction of the map [m].
 double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction) {
   const Eigen::Matrix2d P =
       cut.from.covariance.topLeftCorner<2, 2>() + cut.to.covariance.topLeftCorner<2, 2>();
   return std::sqrt(std::max(0.0, map_direction.dot(P * map_direction)));
 }
-
-}  // namespace
 
 double straight(double angle_rad) { return std::remainder(angle_rad, 2 * std::numbers::pi); }
 

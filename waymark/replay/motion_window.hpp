@@ -56,6 +56,8 @@ struct Cut {
 /// The way of the tags beside that of odometry, in the base at the beginning.
 [[nodiscard]] Eigen::Vector2d apart(const Cut& cut);
 
+/// Deviation of both positions of a cut along a direction of the map [m].
+[[nodiscard]] double position_sigma(const Cut& cut, const Eigen::Vector2d& map_direction);
 /// Deviation of both headings of a cut [rad].
 [[nodiscard]] double yaw_sigma(const Cut& cut);
 /// Larger deviation of the position of a pose [m].
@@ -78,17 +80,24 @@ struct Cuts {
 };
 [[nodiscard]] Cuts cuts_of(const std::vector<MotionSample>& window);
 
-/// Whether the difference of the whole is above its limit, and every third has its share of it: in time, or
-/// in way, where the robot slows down and what slips is a share of the way.
-template <class Difference>
-[[nodiscard]] bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
+/// Whether the difference of the whole is above its limit, and every third has its share of it, but for the
+/// deviation of its own difference: in time, or in way, where the robot slows down and what slips is a share
+/// of the way.
+template <class Difference, class Deviation>
+[[nodiscard]] bool lasts(const Cuts& cuts, double limit, const Difference& difference,
+                         const Deviation& deviation) {
   constexpr double kLastingShare = 0.25;
   const double whole = difference(cuts.whole);
   if (!(std::abs(whole) > limit)) return false;
   const auto has_share = [&](const Cut& part) {
-    return difference(part) * (whole > 0 ? 1 : -1) >= kLastingShare * std::abs(whole);
+    return difference(part) * (whole > 0 ? 1 : -1) >= kLastingShare * std::abs(whole) - deviation(part);
   };
   return std::ranges::all_of(cuts.by_time, has_share) || std::ranges::all_of(cuts.by_way, has_share);
+}
+
+template <class Difference>
+[[nodiscard]] bool lasts(const Cuts& cuts, double limit, const Difference& difference) {
+  return lasts(cuts, limit, difference, [](const Cut&) { return 0.0; });
 }
 
 }  // namespace internal
