@@ -1,10 +1,13 @@
+#include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
 
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/limo_sim_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
@@ -23,13 +26,15 @@ struct RobotSimArgs {
         settings(verb),
         setup(verb),
         pictures(verb, settings, Reach::Flags, false),
-        network(verb) {}
+        network(verb),
+        limo(verb) {}
 
   const CLI::App& app;
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
   Ros2Flags network;
+  LimoSimFlags limo;
   SimulatedProcessOptions options{};
   bool ros2 = false;
 };
@@ -41,6 +46,17 @@ Status speak_ros2(const RobotSimArgs& args, const SimulatedSetup& setup, const S
   const auto bus = open_bus(*options);
   if (!bus) return tl::unexpected(bus.error());
   return run_ros2_robot_sim(**bus, setup, start, std::move(scene_camera), interrupted);
+}
+
+Status speak_limo(const RobotSimArgs& args, const SimulatedSetup& setup, const SE2& start,
+                  std::unique_ptr<DetectingCamera> scene_camera, Console& console) {
+  const auto on_port = [&console](const std::string& path) {
+    console.print(path + "\n");
+    (void)std::fflush(stdout);
+  };
+  LimoSimOptions options = args.limo.options;
+  options.seed = setup.robot.seed;
+  return run_limo_robot_sim(setup, start, std::move(scene_camera), options, on_port, interrupted);
 }
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
@@ -65,7 +81,8 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
     scene_camera = std::move(*made);
   }
   const SE2 start = path.front().map_T_path;
-  status = args.ros2
+  status = args.limo.chosen ? speak_limo(args, simulated, start, std::move(scene_camera), console)
+           : args.ros2
                ? speak_ros2(args, simulated, start, std::move(scene_camera))
                : run_simulated_process(simulated, start, std::move(scene_camera), args.options, interrupted);
   if (status) return ExitCode::Ok;
@@ -77,10 +94,11 @@ Run prepare_robot_sim(CLI::App& app) {
   const auto args = std::make_shared<RobotSimArgs>(app);
   app.add_flag("--lockstep", args->options.lockstep,
                "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
-               "the same samples every time");
+               "the same samples every time")
+      ->excludes("--limo");
   app.add_flag("--ros2", args->ros2,
                "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
-      ->excludes("--lockstep");
+      ->excludes("--lockstep", "--limo");
   app.add_option(
          "--pace", args->options.pace,
          "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
@@ -101,7 +119,8 @@ Verb robot_sim_verb() {
 as docs/formats/robot-process.md says: to try the protocol, or as a robot for --robot process:CMD. It starts
 where the world's line begins, in real time unless --lockstep, and ends when its input does. With --images
 it sends pictures (JPEG), otherwise the corners of tags. It also sends the truth, for a judge. With --ros2 it is a
-robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:limo-sim-tags, and for any ROS 2 program.
+robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:limo-sim-tags, and for any ROS 2 program. With
+--limo it is a LIMO on a serial port (docs/howto/limo.md).
 
 Exit code: 0 its input ended, 1 a picture could not be made, 2 wrong usage.
 

@@ -82,7 +82,7 @@ class LimoRobot {
     reader_.add({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
     const Duration arrived = steady_now();
     while (const auto frame = reader_.next()) receive(*frame, arrived);
-    if (greeted_) pass_beside();
+    pass_beside();
     say_words();
     return {};
   }
@@ -108,7 +108,9 @@ class LimoRobot {
     std::string bytes;
     if (!beside_.open() || read_some(beside_.number(), bytes) != Moved::Some) return;
     lines_.add(bytes);
-    while (const auto line = lines_.next()) write(line->text + "\n");
+    // What was written before is of another drive; half a line is left where another reader ended.
+    while (const auto line = lines_.next())
+      if (greeted_ && line->text.starts_with('{') && line->text.ends_with('}')) write(line->text + "\n");
   }
 
   /// Before the hello: what keeps LIMO from being driven.
