@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds Waymark (installing what it needs) and shows what it can do, without any hardware. See --help.
 set -euo pipefail
+from=$PWD
 cd "$(dirname "$0")"
 
 usage() {
@@ -21,7 +22,7 @@ laps=1; deb=""
 while [ $# -gt 0 ]; do
   case "$1" in
     --laps) laps="${2:?--laps needs a number}"; shift ;;
-    --package) deb="${2:?--package needs the file of a package}"; shift ;;
+    --package) deb="$(cd "$from" && realpath -m -- "${2:?--package needs the file of a package}")"; shift ;;
     -h|--help) usage; exit 0 ;;
     -*) echo "demo.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
     *) break ;;
@@ -33,8 +34,8 @@ out="${1:-out/demo}"
 if [ -n "$deb" ]; then
   [ -f "$deb" ] || { echo "demo.sh: there is no package '$deb'" >&2; exit 2; }
   sudo=(); [ "$(id -u)" -eq 0 ] || sudo=(sudo)
-  echo "\$ ${sudo[*]} apt-get install $(realpath "$deb")"
-  "${sudo[@]}" apt-get install -y --no-install-recommends "$(realpath "$deb")" >/dev/null
+  echo "\$ ${sudo[*]} apt-get install $deb"
+  "${sudo[@]}" apt-get install -y --no-install-recommends "$deb" >/dev/null
   exec waymark demo --images --laps "$laps" -o "$out/loop"
 fi
 

@@ -1,8 +1,12 @@
-# Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev, ros2 → waymark-ros2.
+# Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev,
+# ros2 → waymark-ros2, python → python3-waymark.
 if(NOT WAYMARK_PACKAGE)
   return()
 endif()
 
+if(WAYMARK_PYTHON_PROGRAM)  # the interpreter that the Python package is built for
+  set(Python3_EXECUTABLE ${WAYMARK_PYTHON_PROGRAM})
+endif()
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 set(files ${PROJECT_BINARY_DIR}/package)
 add_custom_command(OUTPUT ${files}/changelog.gz
@@ -14,19 +18,22 @@ install(DIRECTORY ${files}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONE
 install(FILES packaging/completions/waymark.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME waymark COMPONENT program)
 install(FILES packaging/completions/_waymark DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 install(FILES packaging/completions/waymark.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
+install(FILES packaging/lintian/waymark DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides COMPONENT program)
 install(FILES packaging/udev/60-waymark.rules DESTINATION lib/udev/rules.d COMPONENT program)
 install(FILES packaging/systemd/waymark@.service DESTINATION lib/systemd/system COMPONENT program)
 install(FILES ${WAYMARK_VIEWER_DIST}/notices.txt.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/waymark RENAME third-party-notices.gz COMPONENT program)
-foreach(package IN ITEMS program:waymark development:libwaymark-dev)
-  string(REGEX MATCH "^(.*):(.*)$" _ ${package})
+function(waymark_package_documents component package)
   install(FILES packaging/debian/copyright ${files}/changelog.gz ${files}/changelog.Debian.gz
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CMAKE_MATCH_2} COMPONENT ${CMAKE_MATCH_1})
-endforeach()
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+endfunction()
+waymark_package_documents(program waymark)
+waymark_package_documents(development libwaymark-dev)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME waymark)
 set(CPACK_PACKAGE_VENDOR "The Waymark authors")
 set(CPACK_PACKAGE_CONTACT "The Waymark authors <waymark@example.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own: the first line of its description
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -37,6 +44,7 @@ set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXE
 
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(revision ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
@@ -46,9 +54,9 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # Loaded when the first video is opened (waymark/media).
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libavformat59 | libavformat60, libavcodec59 | libavcodec60, libavutil57 | libavutil58")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Teach a robot a route once and repeat it, from AprilTags and one camera
- A person drives a lap with a small robot; the recording becomes an optimised
- map of the tags and a reference route; then the robot localises itself with a
- covariance and drives the route autonomously behind a safety limiter.")
+A person drives a lap with a small robot; the recording becomes an optimised
+map of the tags and a reference route; then the robot localises itself with a
+covariance and drives the route autonomously behind a safety limiter.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libwaymark-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -56,18 +64,33 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libfmt-dev, libexpe
 nlohmann-json3-dev, libjpeg-dev, libpng-dev, zlib1g-dev, libbz2-dev, libsqlite3-dev, libcairo2-dev, libzstd-dev, liblz4-dev, libdeflate-dev, pkg-config")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS waymark)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Library of Waymark: detect tags, map, localise and replay in C++
- Headers, static libraries and the CMake package Waymark: geometry, cameras,
- tags, pose, mapping, localisation, recordings and replay.")
+Headers, static libraries and the CMake package Waymark: geometry, cameras,
+tags, pose, mapping, localisation, recordings and replay.")
 
 if(TARGET waymark_dds_module)  # apart, so that nobody without ROS 2 installs Fast DDS
   list(APPEND CPACK_COMPONENTS_ALL ros2)
   set(CPACK_DEBIAN_ROS2_PACKAGE_NAME waymark-ros2)
   set(CPACK_DEBIAN_ROS2_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_ROS2_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_ROS2_PACKAGE_DEPENDS "waymark (= ${PROJECT_VERSION}-1)")
+  set(CPACK_DEBIAN_ROS2_PACKAGE_DEPENDS "waymark (= ${revision})")
   set(CPACK_COMPONENT_ROS2_DESCRIPTION "Waymark on the network of ROS 2
- The module by which `waymark` drives robots that speak ROS 2, and is a node for
- others, on a machine without ROS.")
-  install(FILES packaging/debian/copyright ${files}/changelog.gz ${files}/changelog.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/waymark-ros2 COMPONENT ros2)
+The module by which `waymark` drives robots that speak ROS 2, and is a node
+for others, on a machine without ROS.")
+  waymark_package_documents(ros2 waymark-ros2)
+endif()
+
+if(TARGET waymark_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-waymark)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  math(EXPR next_minor "${Python3_VERSION_MINOR} + 1")  # the module is built for one version of the interpreter
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${Python3_VERSION_MINOR}~), python3 (<< 3.${next_minor}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS waymark)  # the worlds and robots that it names
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/packaging/python3/postinst ${PROJECT_SOURCE_DIR}/packaging/python3/prerm)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Waymark in Python: detect tags, map, localise and replay
+One module a room of the library, pictures as NumPy arrays without copies,
+recordings as iterators.")
+  waymark_package_documents(python python3-waymark)
 endif()
 include(CPack)

@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 case "${1:-}" in -h|--help) sed -n '2,4s/^# //p' "$0"; exit 0 ;; esac
 # shellcheck source=tools/packages.sh
 source tools/packages.sh
-waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" python3 file dpkg-dev patchelf
+waymark_install "${WAYMARK_BUILD_PACKAGES[@]}" python3 pybind11-dev python3-dev python3-numpy file dpkg-dev patchelf
 if command -v npm >/dev/null; then tools/build_viewer.sh; fi
 [ -f build/viewer/dist/notices.txt.gz ] || { echo "make_packages.sh: the page of waymark view is not built (npm is missing); a package holds it" >&2; exit 1; }
 

@@ -3,12 +3,28 @@
 
 usage: hardening_test.py ON|OFF PROGRAM ...   ON: built as a user runs it, with canaries and checked copies
 """
+import pathlib
+import re
 import subprocess
 import sys
+
+# Where a jump or call may land: endbr64 (CET), paciasp (BTI and PAC). The linker marks a program only where the C library's own start files
+# are built so too, which Debian 12's are not; the instructions are there all the same.
+LANDINGS = {"X86-64": b"\xf3\x0f\x1e\xfa", "AArch64": b"\x3f\x23\x03\xd5"}
+FEWEST_LANDINGS = 10
 
 
 def readelf(program, *flags):
     return subprocess.run(["readelf", "--wide", *flags, program], capture_output=True, text=True, check=True).stdout
+
+
+def landings(program):
+    """How many landings the code has; None where we know no such instruction."""
+    machine = re.search(r"Machine:.*?(X86-64|AArch64)", readelf(program, "--file-header"))
+    if machine is None:
+        return None
+    offset, size = re.search(r"\.text +PROGBITS +[0-9a-f]+ ([0-9a-f]+) ([0-9a-f]+)", readelf(program, "--sections")).groups()
+    return pathlib.Path(program).read_bytes()[int(offset, 16):int(offset, 16) + int(size, 16)].count(LANDINGS[machine.group(1)])
 
 
 def check(program, compiled):
@@ -22,6 +38,8 @@ def check(program, compiled):
         symbols = readelf(program, "--dyn-syms")
         assert "__stack_chk_fail" in symbols, f"{program}: no canaries on the stack"
         assert "_chk@" in symbols, f"{program}: no checked copies (_FORTIFY_SOURCE)"
+        found = landings(program)
+        assert found is None or found >= FEWEST_LANDINGS, f"{program}: only {found} landings for jumps (-fcf-protection, -mbranch-protection)"
 
 
 for one in sys.argv[2:]:
