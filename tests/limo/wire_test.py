@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """`waymark limo robot` against a LIMO on a pseudo-terminal that shares no code with it (limo_wire.py): what it sends, and its faults.
+WAYMARK_FULL=1 runs also the longer ones.
 
 usage: wire_test.py PROGRAM [TestClass.test]
 """
@@ -19,6 +20,7 @@ import unittest
 from limo_wire import MODE, Limo
 
 PROGRAM = sys.argv[1]
+LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 
 
@@ -263,6 +265,35 @@ class Refusals(Wire):
         limo = Limo()
         self.robot(limo)
         self.assertRegex(self.refused(limo.path), r"\(process \d+\) uses the serial port")
+
+
+class Doctor(Wire):
+    def lines(self, port):
+        done = subprocess.run([PROGRAM, "doctor", "--robot", f"limo:{port}", "--json"], capture_output=True, text=True, timeout=60)
+        return {line["check"]: line for line in json.loads(done.stdout)["checks"]}, done.returncode
+
+    def test_a_robot_that_is_well_and_one_that_is_not(self):
+        limo = Limo()
+        lines, _ = self.lines(limo.path)
+        self.assertEqual([lines[check]["level"] for check in ("robot", "battery", "errors", "drive")], ["ok"] * 4, lines)
+        self.assertIn("11.8 V", lines["battery"]["words"])
+        self.assertRegex(lines["robot"]["words"], r"motion (4[5-9]|5\d) times a second")
+        self.assertEqual(limo.frames, [], "nothing is sent")
+        limo.battery, limo.errors = 101, 1 << 3
+        lines, code = self.lines(limo.path)
+        self.assertEqual([lines[check]["level"] for check in ("battery", "errors")], ["warn", "fail"])
+        self.assertIn("motor 1", lines["errors"]["words"])
+        self.assertEqual(code, 1)
+
+    @LONG
+    def test_a_port_that_cannot_be_used(self):
+        self.assertIn("no such serial port", self.lines("/dev/ttyNothing")[0]["robot"]["words"])
+        limo = Limo()
+        limo.speaks = False
+        self.assertIn("no byte came", self.lines(limo.path)[0]["robot"]["words"])
+        limo.speaks = True
+        self.robot(limo)
+        self.assertIn("uses the serial port", self.lines(limo.path)[0]["robot"]["words"])
 
 
 # What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.

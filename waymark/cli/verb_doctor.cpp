@@ -12,11 +12,13 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/doctor.hpp"
+#include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct DoctorArgs {
+  std::string robot;
   std::string calibration;
   std::vector<std::string> sources;
   std::string folder = ".";
@@ -37,6 +39,11 @@ void add_calibration(const DoctorArgs& args, std::vector<DoctorLine>& lines) {
 
 Result<std::vector<DoctorLine>> check_all(const DoctorArgs& args) {
   std::vector<DoctorLine> lines = check_cameras(list_cameras());
+  if (!args.robot.empty()) {
+    auto found = check_robot(args.robot);
+    if (!found) return tl::unexpected(found.error());
+    lines.insert(lines.begin(), found->begin(), found->end());
+  }
   for (const std::string& source : args.sources) lines.push_back(check_live_camera(source));
   add_calibration(args, lines);
   lines.push_back(check_disk(args.folder));
@@ -69,6 +76,9 @@ ExitCode examine(const DoctorArgs& args, Console& console) {
 
 Run prepare_doctor(CLI::App& app) {
   const auto args = std::make_shared<DoctorArgs>();
+  app.add_option("--robot", args->robot,
+                 "Robot to listen to, without moving it: limo:PORT, for example limo:/dev/ttyTHS1")
+      ->type_name("NAME");
   app.add_option("--camera", args->calibration,
                  "Calibration to look at. Unless given: calibration.yaml in the current folder, if there is "
                  "one")
@@ -100,11 +110,11 @@ Run prepare_doctor(CLI::App& app) {
 Verb doctor_verb() {
   return {
       .name = "doctor",
-      .sentence = "Check cameras, calibration, disk and processor before a drive",
+      .sentence = "Check robot, cameras, calibration, disk and processor before a drive",
       .help =
           R"(One line a check: ok, warn or fail, what was found, and below it the command that mends it or tells more.
 Cameras: each device, whether this user may open it, and who uses it. Calibration: age, and what it could not
-tell. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
+tell. Robot: its port (is it there, who may open it, who has it), battery, errors. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
 
 Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage.
 

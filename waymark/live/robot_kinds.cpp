@@ -2,7 +2,9 @@
 
 #include <array>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/live/doctor_limo.hpp"
 #include "waymark/live/own_robot.hpp"
 
 namespace waymark {
@@ -40,7 +42,7 @@ constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
     RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
-    RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo},
+    RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo, check_limo},
 };
 
 }  // namespace
@@ -59,6 +61,19 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     return setup;
   }
   return std::nullopt;
+}
+
+Result<std::vector<DoctorLine>> check_robot(const std::string& robot) {
+  std::vector<std::string> names;
+  for (const RobotKind& kind : kKinds) {
+    if (kind.check == nullptr) continue;
+    const std::string begin = std::string(kind.name) + ":";
+    if (robot.starts_with(begin) && robot.size() > begin.size())
+      return kind.check(robot.substr(begin.size()));
+    names.push_back(begin + std::string(kind.address));
+  }
+  return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",
+              {.key = "--robot"}, suggestion(robot, names));
 }
 
 }  // namespace waymark

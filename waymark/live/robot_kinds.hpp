@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/live/doctor.hpp"
 #include "waymark/live/robot_setup.hpp"
 
 /// The robots of `--robot KIND:ADDRESS`, which are driven by a process of their own
@@ -26,6 +27,9 @@ struct RobotKind {
   std::string_view help;     ///< what the address is, in some words
   /// `robot_file`: what a user names; empty: none. Fails on an address that makes no sense.
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
+  /// What `waymark doctor` finds at the address, without moving the robot; null: nothing but what the other
+  /// checks find.
+  std::vector<DoctorLine> (*check)(const std::string& address) = nullptr;
 };
 
 /// All of them.
@@ -35,5 +39,9 @@ struct RobotKind {
 /// kind.
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
+
+/// The lines of `waymark doctor` for a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that
+/// has no checks.
+[[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot);
 
 }  // namespace waymark
