@@ -156,6 +156,7 @@ def say(**line): print(json.dumps(line), flush=True)
 say(type="hello", protocol_version=1, name="blind")
 for i in range(10**6):
     say(type="odometry", stamp_s=1000 + 0.02 * i, x_m=0, y_m=0, yaw_rad=0, speed_m_s=0, yaw_rate_rad_s=0)
+    say(type="tag_poses", stamp_s=1000 + 0.02 * i, tags=[{"tag": "tag36h11:3", "position_m": [0, 0, 1], "rotation_xyzw": [0, 0, 0, 1]}])
     time.sleep(0.02)
 """
 
@@ -178,6 +179,7 @@ for i in range(10**6):
         self.assertTrue(laps, words)
         topics = {topic["topic"]: topic for topic in self.run_here("info", str(laps[0]), "--json").records[0]["topics"]}
         self.assertGreater(topics["/tag_detections"]["messages"], 5, words)
+        self.assertFalse([topic for topic in topics if "pose" in topic], "corners replace what the robot's own detector saw")
         self.assertLess(self.run_here("info", str(laps[0]), "--json").records[0]["duration_s"], 60)
 
 

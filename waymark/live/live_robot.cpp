@@ -57,7 +57,10 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
   auto live = open_cameras(setup, **robot);
   if (!live) return tl::unexpected(live.error());
   std::unique_ptr<RobotWithCameras> source;
-  if (!live->empty()) source = std::make_unique<RobotWithCameras>(**robot, std::move(*live));
+  std::set<std::string> names;
+  for (const CameraAddress& address : setup.live_cameras) names.insert(address.name);
+  if (!live->empty())
+    source = std::make_unique<RobotWithCameras>(**robot, std::move(*live), std::move(names));
   return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
                                                   std::move(cameras), std::move(control)));
 }

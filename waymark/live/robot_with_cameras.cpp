@@ -27,6 +27,14 @@ bool RobotWithCameras::move_to_robots_clock(CameraFrame& frame) {
   return true;
 }
 
+bool RobotWithCameras::replaced(const RobotEvent& event) const {
+  const auto* sample = std::get_if<Sample>(&event);
+  const auto* corners = sample != nullptr ? std::get_if<TagFrame>(sample) : nullptr;
+  const auto* poses = sample != nullptr ? std::get_if<TagPoseFrame>(sample) : nullptr;
+  return (corners != nullptr && names_.contains(corners->camera)) ||
+         (poses != nullptr && names_.contains(poses->camera));
+}
+
 Result<std::optional<RobotEvent>> RobotWithCameras::of_cameras() {
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
     turn_ = (turn_ + 1) % cameras_.size();
@@ -52,6 +60,7 @@ Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
     }
     const Duration left = std::max(Duration(0), deadline - steady_now());
     auto event = robot_.next(std::min(kRobotSlice, left));
+    if (event && *event && replaced(**event)) event = std::optional<RobotEvent>();
     if (!event || *event || steady_now() >= deadline) return event;
   }
 }

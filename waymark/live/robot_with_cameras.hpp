@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,14 @@ namespace waymark {
 
 /// A robot whose pictures come from cameras of this computer: its samples and theirs as one source. Stamps of
 /// pictures are moved to the robot's clock, by what that shows when the picture arrives; pictures that come
-/// before the robot's first sample are left out.
+/// before the robot's first sample are left out. What the robot's own detector saw with a camera that gives
+/// pictures here (tags with their corners or as poses) is left out, too: the pictures say more.
 class RobotWithCameras final : public Source {
  public:
-  /// The robot outlives this.
-  RobotWithCameras(Source& robot, std::vector<std::unique_ptr<LiveCamera>> cameras)
-      : robot_(robot), cameras_(std::move(cameras)) {}
+  /// The robot outlives this; `names` of the cameras.
+  RobotWithCameras(Source& robot, std::vector<std::unique_ptr<LiveCamera>> cameras,
+                   std::set<std::string> names)
+      : robot_(robot), cameras_(std::move(cameras)), names_(std::move(names)) {}
 
   /// Fails when the robot or a camera does.
   Result<std::optional<RobotEvent>> next(Duration most) override;
@@ -26,9 +29,11 @@ class RobotWithCameras final : public Source {
  private:
   [[nodiscard]] Result<std::optional<RobotEvent>> of_cameras();
   [[nodiscard]] bool move_to_robots_clock(CameraFrame& frame);
+  [[nodiscard]] bool replaced(const RobotEvent& event) const;
 
   Source& robot_;
   std::vector<std::unique_ptr<LiveCamera>> cameras_;
+  std::set<std::string> names_;
   std::size_t turn_ = 0;                      ///< of the camera that is asked first
   std::map<std::string, SensorTime> newest_;  ///< by camera
 };

@@ -62,7 +62,7 @@ struct Rig {
     camera = made.get();
     std::vector<std::unique_ptr<LiveCamera>> cameras;
     cameras.push_back(std::move(made));
-    both = std::make_unique<RobotWithCameras>(robot, std::move(cameras));
+    both = std::make_unique<RobotWithCameras>(robot, std::move(cameras), std::set<std::string>{"cam"});
   }
 };
 
@@ -82,6 +82,20 @@ TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   const auto second = rig.both->next(milliseconds(10));
   ASSERT_TRUE(second && *second);
   EXPECT_GT(stamp_of(std::get<Sample>(**second)), stamp);
+}
+
+TEST(RobotWithCameras, PicturesReplaceWhatTheRobotsOwnDetectorSawWithTheSameCamera) {
+  Rig rig;
+  rig.robot.waiting.emplace_back(Sample(TagPoseFrame{}));
+  rig.robot.waiting.emplace_back(Sample(TagFrame{}));
+  rig.robot.waiting.emplace_back(Sample(TagPoseFrame{.camera = "rear"}));
+  rig.robot.waiting.emplace_back(Sample(Odometry{}));
+  std::vector<RobotEvent> seen;
+  for (int i = 0; i < 4; ++i)
+    if (const auto event = rig.both->next(milliseconds(10)); event && *event) seen.push_back(**event);
+  ASSERT_EQ(seen.size(), 2U);
+  EXPECT_EQ(std::get<TagPoseFrame>(std::get<Sample>(seen[0])).camera, "rear");
+  EXPECT_TRUE(std::holds_alternative<Odometry>(std::get<Sample>(seen[1])));
 }
 
 TEST(RobotWithCameras, FailsWithItsCamera) {

@@ -45,6 +45,15 @@ void Replayer::add(const TagFrame& frame) {
   if (watch_.add(frame)) method_->add(frame);
 }
 
+void Replayer::add(const TagPoseFrame& frame) {
+  newest_picture_ = frame.stamp;
+  received_ = true;
+  const bool mapped = std::ranges::any_of(
+      frame.tags, [&](const SeenTagPose& seen) { return map_.find(seen.tag) != nullptr; });
+  if (mapped && !tells_accepted_) accept(frame.stamp);
+  if (watch_.add(frame)) method_->add(frame);
+}
+
 void Replayer::add(const Odometry& odometry) {
   received_ = true;
   method_->add(odometry);

@@ -61,6 +61,7 @@ class Replayer {
            const ReplayOptions& options);
 
   void add(const TagFrame& frame);
+  void add(const TagPoseFrame& frame);
   void add(const Odometry& odometry);
   void add(const ImuSample& imu);
   void add(const LaserScan& scan);

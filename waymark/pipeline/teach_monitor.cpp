@@ -14,13 +14,16 @@ constexpr double kTooManyBlurred = 0.05;
 
 void TeachMonitor::add(const Sample& sample) {
   if (const auto* odometry = std::get_if<Odometry>(&sample)) follow(*odometry);
-  if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-    tags_[frame->camera] = frame->detections.size();
-    ++frames_;
-    const double blur = motion_blur_px();
-    blurred_frames_ += blur > options_.blur_px ? 1 : 0;
-    worst_blur_px_ = std::max(worst_blur_px_, blur);
-  }
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) count(frame->camera, frame->detections.size());
+  if (const auto* frame = std::get_if<TagPoseFrame>(&sample)) count(frame->camera, frame->tags.size());
+}
+
+void TeachMonitor::count(const std::string& camera, std::size_t tags) {
+  tags_[camera] = tags;
+  ++frames_;
+  const double blur = motion_blur_px();
+  blurred_frames_ += blur > options_.blur_px ? 1 : 0;
+  worst_blur_px_ = std::max(worst_blur_px_, blur);
 }
 
 void TeachMonitor::follow(const Odometry& odometry) {

@@ -56,6 +56,7 @@ class TeachMonitor {
     double m_s = 0;
   };
   void follow(const Odometry& odometry);
+  void count(const std::string& camera, std::size_t tags);
 
   TeachMonitorOptions options_;
   std::deque<Speed> speeds_{};

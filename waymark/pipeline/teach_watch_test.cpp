@@ -68,9 +68,9 @@ TeachSummary driven(bool closed, double seconds, double jump_at_s = 1e9, double 
   for (int i = 0; i <= 10 * seconds; ++i) {
     const double t = 0.1 * i + (0.1 * i >= jump_at_s ? jump_s : 0);
     teacher.add(Odometry{.stamp = at(t), .odom_T_base = SE2(0.03 * i, 0, 0)});
-    teacher.watch(
-        {.stamp = at(t + 0.01),
-         .detections = {{.tag = tag(0), .corners_px = corners}, {.tag = tag(1), .corners_px = corners}}});
+    teacher.watch(TagFrame{
+        .stamp = at(t + 0.01),
+        .detections = {{.tag = tag(0), .corners_px = corners}, {.tag = tag(1), .corners_px = corners}}});
   }
   return teacher.summary();
 }
@@ -87,6 +87,20 @@ TEST(Teacher, AFewSecondsAreNoLap) {
   EXPECT_TRUE(driven(true, 12).mappable);
   EXPECT_TRUE(driven(false, 3).mappable) << "a way that was not meant to be a loop";
   EXPECT_FALSE(driven(false, 1).mappable);
+}
+
+TEST(Teacher, PosesOfTagsCountAsCornersDo) {
+  Teacher teacher(setup_with(false));
+  const SE3 ahead(SO3(), Eigen::Vector3d(0, 0, 1));
+  for (int i = 0; i <= 40; ++i) {
+    teacher.add(Odometry{.stamp = at(0.1 * i), .odom_T_base = SE2(0.03 * i, 0, 0)});
+    teacher.watch(TagPoseFrame{.stamp = at(0.1 * i), .tags = {{tag(0), ahead}, {tag(1), ahead}}});
+  }
+  const TeachSummary summary = teacher.summary();
+  EXPECT_EQ(summary.frames, 41);
+  EXPECT_EQ(summary.seen.at(tag(1)), 41);
+  EXPECT_TRUE(summary.anchor_at_start && summary.anchor_at_end);
+  EXPECT_TRUE(summary.mappable);
 }
 
 TEST(Teacher, AClockThatJumpsIsNamed) {
@@ -106,7 +120,7 @@ TEST(Teacher, PicturesThatComeLateAreNamedAndNotTheClock) {
   for (int i = 0; i < 120; ++i) {
     const double t = 0.1 * i;
     teacher.add(Odometry{.stamp = at(t), .odom_T_base = SE2(0.03 * i, 0, 0)});
-    if (t >= 0.7) teacher.watch({.stamp = at(t - 0.7)});
+    if (t >= 0.7) teacher.watch(TagFrame{.stamp = at(t - 0.7)});
   }
   const TeachSummary summary = teacher.summary();
   EXPECT_NEAR(summary.late_pictures_s, 0.7, 1e-6);

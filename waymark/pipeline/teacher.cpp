@@ -26,7 +26,7 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
   taught.map_T_cam = anchored(taught.observed);            // lines 11 to 13
   std::vector<TagId> tags;
   for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
-  count(frame, tags, taught.map_T_cam);                        // line 15
+  count(frame.stamp, frame.camera, tags, taught.map_T_cam);    // line 15
   taught.low_observability = in_view_.count(frame.stamp) < 2;  // lines 6 and 7
   return taught;
 }
@@ -50,21 +50,30 @@ void Teacher::watch(const TagFrame& frame) {
     tags.push_back(detection.tag);
     if (detection.tag == setup_.anchor) anchor.detections.push_back(detection);
   }
-  count(frame, tags, anchored(observe(anchor, setup_)));
+  count(frame.stamp, frame.camera, tags, anchored(observe(anchor, setup_)));
 }
 
-void Teacher::count(const TagFrame& frame, const std::vector<TagId>& tags,
+void Teacher::watch(const TagPoseFrame& frame) {
+  std::vector<TagId> tags;
+  std::optional<SE3> map_T_cam;
+  for (const SeenTagPose& seen : frame.tags) {
+    tags.push_back(seen.tag);
+    if (seen.tag == setup_.anchor) map_T_cam = setup_.map_T_anchor * seen.cam_T_tag.inverse();
+  }
+  count(frame.stamp, frame.camera, tags, map_T_cam);
+}
+
+void Teacher::count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
                     const std::optional<SE3>& map_T_cam) {
-  const SensorTime stamp = frame.stamp;
   receive(stamp, true);
-  in_view_.add(frame.camera, stamp, tags);
+  in_view_.add(camera, stamp, tags);
   if (!first_) first_ = last_tag_ = stamp;
   last_ = stamp;
   ++counters_.frames;
   counters_.detections += static_cast<int>(tags.size());
   counters_.low_observability_frames += in_view_.count(stamp) < 2 ? 1 : 0;
   for (const TagId& tag : tags) ++counters_.seen[tag];
-  links_.add(tags, in_view_.beside(frame.camera, stamp));
+  links_.add(tags, in_view_.beside(camera, stamp));
   if (!tags.empty()) last_tag_ = stamp;
   counters_.longest_blind_s = std::max(counters_.longest_blind_s, to_seconds(stamp - last_tag_));
   if (map_T_cam) {

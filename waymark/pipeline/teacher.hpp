@@ -70,12 +70,15 @@ class Teacher {
   /// recorded and mapped later. The summary is that of add(), unless a detection has no pose. Several times
   /// as fast.
   void watch(const TagFrame& frame);
+  /// The same of a robot that gives poses of tags without corners.
+  void watch(const TagPoseFrame& frame);
   void add(const Odometry& odometry);
   /// The counters so far, and in words what is missing to make a map of the lap.
   [[nodiscard]] TeachSummary summary() const;
 
  private:
-  void count(const TagFrame& frame, const std::vector<TagId>& tags, const std::optional<SE3>& map_T_cam);
+  void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
+             const std::optional<SE3>& map_T_cam);
   [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
   void receive(SensorTime stamp, bool is_frame);
   void judge_views(TeachSummary& summary) const;

@@ -230,6 +230,20 @@ TEST(ReplayWatch, ACameraThatFrozeIsFoundAmongOthers) {
   EXPECT_TRUE(watch.alarm().empty());
 }
 
+TEST(ReplayWatch, ARobotsOwnDetectorThatRepeatsItsPosesIsACameraThatFroze) {
+  ReplayWatch watch({});
+  TagPoseFrame frame{.tags = {{.cam_T_tag = SE3(SO3(), Eigen::Vector3d(0, 0, 1))}}};
+  for (int i = 0; i < 40; ++i) {
+    frame.stamp += std::chrono::milliseconds(50);
+    watch.add(Odometry{.stamp = frame.stamp, .odom_T_base = SE2(0.02 * (i + 1), 0, 0)});
+    EXPECT_EQ(watch.add(frame), i == 0) << i;
+  }
+  EXPECT_NE(watch.alarm().find("same picture"), std::string::npos);
+  frame.tags[0].cam_T_tag = SE3(SO3::exp({0, 1e-9, 0}), Eigen::Vector3d(0, 0, 1));
+  EXPECT_TRUE(watch.add(frame)) << "the least turn is a new picture";
+  EXPECT_TRUE(watch.alarm().empty());
+}
+
 /// Commands and odometry each 50 ms, but for a second in which nobody is asked.
 class AfterASecond {
  public:

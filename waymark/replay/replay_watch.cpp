@@ -6,16 +6,6 @@
 #include <fmt/format.h>
 
 namespace waymark {
-namespace {
-
-bool same_picture(const std::vector<TagDetection>& a, const std::vector<TagDetection>& b) {
-  return a.size() == b.size() && std::ranges::equal(a, b, [](const TagDetection& x, const TagDetection& y) {
-           return x.tag == y.tag && x.corners_px == y.corners_px;
-         });
-}
-
-}  // namespace
-
 std::string ReplayWatch::alarm() const {
   if (!alarm_.empty()) return alarm_;
   if (late_)
@@ -64,19 +54,41 @@ void ReplayWatch::add(const Odometry& odometry) {
 }
 
 bool ReplayWatch::add(const TagFrame& frame) {
+  std::vector<SeenTag> tags;
+  for (const TagDetection& seen : frame.detections) {
+    SeenTag& tag = tags.emplace_back(SeenTag{.tag = seen.tag});
+    for (std::size_t i = 0; i < 4; ++i) {
+      tag.numbers[2 * i] = seen.corners_px[i].x();
+      tag.numbers[2 * i + 1] = seen.corners_px[i].y();
+    }
+  }
+  return add(frame.stamp, frame.camera, tags);
+}
+
+bool ReplayWatch::add(const TagPoseFrame& frame) {
+  std::vector<SeenTag> tags;
+  for (const SeenTagPose& seen : frame.tags) {
+    const Eigen::Vector3d& at = seen.cam_T_tag.translation();
+    const Eigen::Quaterniond q = seen.cam_T_tag.rotation().quaternion();
+    tags.push_back({seen.tag, {at.x(), at.y(), at.z(), q.w(), q.x(), q.y(), q.z()}});
+  }
+  return add(frame.stamp, frame.camera, tags);
+}
+
+bool ReplayWatch::add(SensorTime stamp, const std::string& camera, const std::vector<SeenTag>& tags) {
   constexpr double kMovedMetres = 0.01;
   constexpr double kMovedRadians = 0.005;
   const SE2 odom_T_base = odometry_ ? odometry_->odom_T_base : SE2();
-  Shown& shown = shown_[frame.camera];
+  Shown& shown = shown_[camera];
   const SE2 moved = shown.odom_T_frame.inverse() * odom_T_base;
-  const bool same = !frame.detections.empty() && same_picture(frame.detections, shown.corners);
+  const bool same = !tags.empty() && tags == shown.tags;
   if (!same) {
-    shown = {.corners = frame.detections, .odom_T_frame = odom_T_base, .since = frame.stamp};
+    shown = {.tags = tags, .odom_T_frame = odom_T_base, .since = stamp};
     return true;
   }
   const bool moves = moved.translation().norm() > kMovedMetres || std::abs(moved.yaw()) > kMovedRadians;
   if (!moves) return true;
-  const double since_s = to_seconds(frame.stamp - shown.since);
+  const double since_s = to_seconds(stamp - shown.since);
   if (since_s > options_.frozen_s)
     shown.frozen_words =
         fmt::format("the camera shows the same picture for {:.1f} s while the robot moves", since_s);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -51,6 +52,7 @@ class ReplayWatch {
   /// Whether the frame is new: a camera that froze repeats the last corner to the last bit, while the robot
   /// moves.
   [[nodiscard]] bool add(const TagFrame& frame);
+  [[nodiscard]] bool add(const TagPoseFrame& frame);
   /// A certain estimate.
   void check(const SE2& map_T_base);
 
@@ -66,6 +68,13 @@ class ReplayWatch {
     SensorTime to{};
     [[nodiscard]] bool overlaps(const Gap& other) const { return from < other.to && other.from < to; }
   };
+  /// A tag and the numbers that say where it was seen.
+  struct SeenTag {
+    TagId tag{};
+    std::array<double, 8> numbers{};
+    friend bool operator==(const SeenTag&, const SeenTag&) = default;
+  };
+  [[nodiscard]] bool add(SensorTime stamp, const std::string& camera, const std::vector<SeenTag>& tags);
   void jumped(Duration by);
   void settle();
 
@@ -79,7 +88,7 @@ class ReplayWatch {
   std::optional<SE2> map_T_checked_{};
   /// What a camera shows, and since when.
   struct Shown {
-    std::vector<TagDetection> corners{};
+    std::vector<SeenTag> tags{};
     SE2 odom_T_frame{};
     SensorTime since{};
     std::string frozen_words{};

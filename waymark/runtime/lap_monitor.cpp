@@ -23,7 +23,11 @@ Status LapMonitor::receive(const Sample& sample) {
   monitor_.add(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) {
     teacher_.watch(*frame);
-    listener_.on_progress(progress(*frame));
+    listener_.on_progress(progress(frame->stamp, frame->detections.size()));
+  }
+  if (const auto* frame = std::get_if<TagPoseFrame>(&sample)) {
+    teacher_.watch(*frame);
+    listener_.on_progress(progress(frame->stamp, frame->tags.size()));
   }
   if (const auto* odometry = std::get_if<Odometry>(&sample)) teacher_.add(*odometry);
   return listener_.on_sample(sample);
@@ -35,9 +39,8 @@ TeachSummary LapMonitor::summary() const {
   return summary;
 }
 
-std::string LapMonitor::progress(const TagFrame& frame) const {
-  std::string words =
-      fmt::format("{:.1f} s, {} tags", to_seconds(frame.stamp.time_since_epoch()), frame.detections.size());
+std::string LapMonitor::progress(SensorTime stamp, std::size_t tags) const {
+  std::string words = fmt::format("{:.1f} s, {} tags", to_seconds(stamp.time_since_epoch()), tags);
   for (const std::string& warning : monitor_.live()) words += "; " + warning;
   return words + ". Ctrl-C stops the robot.";
 }

@@ -31,7 +31,7 @@ class LapMonitor {
   [[nodiscard]] const TeachListener& listener() const { return listener_; }
 
  private:
-  [[nodiscard]] std::string progress(const TagFrame& frame) const;
+  [[nodiscard]] std::string progress(SensorTime stamp, std::size_t tags) const;
 
   Teacher teacher_;
   TeachMonitor monitor_;

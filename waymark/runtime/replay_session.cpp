@@ -17,16 +17,20 @@ bool is_sensed(const Sample& sample) {
 
 }  // namespace
 
+template <class Frame, class Seen>
+void ReplaySession::count(const Frame& frame, const std::vector<Seen>& seen) {
+  replayer_.add(frame);
+  ++end_.frames;
+  std::vector<TagId> tags;
+  for (const Seen& one : seen) tags.push_back(one.tag);
+  in_view_.add(frame.camera, frame.stamp, std::move(tags));
+  end_.frames_with_two_tags += in_view_.count(frame.stamp) >= 2 ? 1 : 0;
+}
+
 Status ReplaySession::receive(const Sample& sample) {
   if (is_sensed(sample)) newest_ = newest_ ? std::max(*newest_, stamp_of(sample)) : stamp_of(sample);
-  if (const auto* frame = std::get_if<TagFrame>(&sample)) {
-    replayer_.add(*frame);
-    ++end_.frames;
-    std::vector<TagId> tags;
-    for (const TagDetection& seen : frame->detections) tags.push_back(seen.tag);
-    in_view_.add(frame->camera, frame->stamp, std::move(tags));
-    end_.frames_with_two_tags += in_view_.count(frame->stamp) >= 2 ? 1 : 0;
-  }
+  if (const auto* frame = std::get_if<TagFrame>(&sample)) count(*frame, frame->detections);
+  if (const auto* frame = std::get_if<TagPoseFrame>(&sample)) count(*frame, frame->tags);
   if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer_.add(*odometry);
   if (const auto* imu = std::get_if<ImuSample>(&sample)) replayer_.add(*imu);
   if (const auto* scan = std::get_if<LaserScan>(&sample)) replayer_.add(*scan);

@@ -59,6 +59,8 @@ class ReplaySession {
         requests_(std::move(requests)) {}
 
   Status receive(const Sample& sample);
+  template <class Frame, class Seen>
+  void count(const Frame& frame, const std::vector<Seen>& seen);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// It brakes and stands because somebody wants it to, for as long as that; it is not given up meanwhile.
   void pause();

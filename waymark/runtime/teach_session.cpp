@@ -10,6 +10,7 @@ Status TeachSession::receive(const Sample& sample) {
   driver_.receive(sample);
   odometry_.received = odometry_.received || std::holds_alternative<Odometry>(sample);
   camera_.received = camera_.received || std::holds_alternative<TagFrame>(sample) ||
+                     std::holds_alternative<TagPoseFrame>(sample) ||
                      std::holds_alternative<CameraFrame>(sample);
   return lap_.receive(sample);
 }

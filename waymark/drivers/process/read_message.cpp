@@ -9,6 +9,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/drivers/process/base64.hpp"
 #include "waymark/drivers/process/message_fields.hpp"
+#include "waymark/drivers/process/read_tags.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -108,44 +109,21 @@ Sample gamepad_of(MessageFields& fields) {
   return pad;
 }
 
-TagDetection detection_of(MessageFields& fields, const json& tag) {
-  TagDetection detection;
-  const json none;
-  const auto at = [&](const char* key) -> const json& {
-    const auto found = tag.is_object() ? tag.find(key) : tag.end();
-    return tag.is_object() && found != tag.end() ? *found : none;
-  };
-  const auto id = parse_tag_id(at("tag").is_string() ? at("tag").get<std::string>() : std::string());
-  if (id)
-    detection.tag = *id;
-  else
-    fields.wrong("tags", "a tag has no name such as \"tag36h11:7\" under the key 'tag'");
-  const json& corners = at("corners_px");
-  const auto is_point = [](const json& point) {
-    return point.is_array() && point.size() == 2 && point[0].is_number() && point[1].is_number() &&
-           std::abs(point[0].get<double>()) < 1e5 && std::abs(point[1].get<double>()) < 1e5;
-  };
-  if (!corners.is_array() || corners.size() != 4 || !std::ranges::all_of(corners, is_point)) {
-    fields.wrong("tags", "'corners_px' is not four points [x, y]",
-                 "Top left, top right, bottom right, bottom left of the printed tag.");
-    return detection;
-  }
-  for (std::size_t i = 0; i < 4; ++i)
-    detection.corners_px[i] = {corners[i][0].get<double>(), corners[i][1].get<double>()};
-  if (at("hamming").is_number_integer()) detection.hamming = at("hamming").get<int>();
-  if (at("decision_margin").is_number()) detection.decision_margin = at("decision_margin").get<double>();
-  if (const json& sigma = at("corner_sigma_px"); sigma.is_number() && sigma.get<double>() > 0)
-    detection.corner_covariance_px2 =
-        CornerCovariance::Identity() * sigma.get<double>() * sigma.get<double>();
-  return detection;
-}
-
 Sample detections_of(MessageFields& fields) {
   const std::string camera = fields.camera();
   TagFrame frame{.stamp = fields.stamp(camera), .camera = camera};
   const json* tags = fields.array("tags", 1000);
   if (tags == nullptr) return frame;
   for (const json& tag : *tags) frame.detections.push_back(detection_of(fields, tag));
+  return frame;
+}
+
+Sample tag_poses_of(MessageFields& fields) {
+  const std::string camera = fields.camera();
+  TagPoseFrame frame{.stamp = fields.stamp(camera), .camera = camera};
+  const json* tags = fields.array("tags", 1000);
+  if (tags == nullptr) return frame;
+  for (const json& tag : *tags) frame.tags.push_back(tag_pose_of(fields, tag));
   return frame;
 }
 
@@ -176,8 +154,9 @@ Sample image_of(MessageFields& fields) {
 using ReadSample = Sample (*)(MessageFields&);
 const std::map<std::string, ReadSample>& sample_types() {
   static const std::map<std::string, ReadSample> kTypes = {
-      {"odometry", odometry_of}, {"truth", truth_of}, {"wheels", wheels_of},   {"imu", imu_of},
-      {"scan", scan_of},         {"image", image_of}, {"gamepad", gamepad_of}, {"detections", detections_of}};
+      {"odometry", odometry_of},  {"truth", truth_of}, {"wheels", wheels_of},   {"imu", imu_of},
+      {"scan", scan_of},          {"image", image_of}, {"gamepad", gamepad_of}, {"detections", detections_of},
+      {"tag_poses", tag_poses_of}};
   return kTypes;
 }
 

@@ -71,7 +71,7 @@ class RobotMessageReader {
 };
 
 /// The line of a message, with its end. Of a picture the caller gives the bytes of a JPEG or PNG file; a
-/// sample that has no line (poses of tags, ranges, commands) gives nothing.
+/// sample that has no line (ranges, commands) gives nothing.
 [[nodiscard]] std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>& picture = {});
 
 /// What a robot is told, as its process reads it.

@@ -96,9 +96,33 @@ TEST(RobotMessages, ReadWhatTheyWrite) {
   ASSERT_EQ(frame_back.detections.size(), 1U);
   EXPECT_EQ(frame_back.detections[0].tag, frame.detections[0].tag);
   EXPECT_EQ(frame_back.detections[0].corners_px, frame.detections[0].corners_px);
+  const SE3 cam_T_tag(SO3::from_rpy(0.1, -0.7, 2), Eigen::Vector3d(-0.257, 0.049, 1.635));
+  const TagPoseFrame poses{stamp, "cam", {{{FamilyId::TagCustom48h12, 7}, cam_T_tag}}};
+  const auto poses_back = std::get<TagPoseFrame>(reader.sample(to_line(Sample(poses))));
+  ASSERT_EQ(poses_back.tags.size(), 1U);
+  EXPECT_EQ(poses_back.stamp, stamp);
+  EXPECT_EQ(poses_back.tags[0].tag, poses.tags[0].tag);
+  EXPECT_LT((poses_back.tags[0].cam_T_tag.inverse() * cam_T_tag).log().norm(), 1e-12);
   const GamepadState pad{stamp, {0.5F, -1}, {0, 1}};
   EXPECT_EQ(std::get<GamepadState>(reader.sample(to_line(Sample(pad)))).buttons, pad.buttons);
   EXPECT_EQ(to_line(Sample(StampedCommand{})), "") << "a robot does not say commands";
+}
+
+TEST(RobotMessages, PosesOfTagsThatAreNoneAreErrors) {
+  const auto error = [](const std::string& tag) {
+    Reader reader;
+    return reader.error(R"({"type":"tag_poses","stamp_s":1,"tags":[)" + tag + "]}");
+  };
+  const std::string place = R"("position_m":[0,0,1],)";
+  const std::string name = R"("tag":"tag36h11:7",)";
+  EXPECT_THAT(error(R"({"position_m":[0,0,1],"rotation_xyzw":[0,0,0,1]})"), HasSubstr("no name"));
+  EXPECT_THAT(error("{" + name + R"("rotation_xyzw":[0,0,0,1]})"), HasSubstr("'position_m'"));
+  EXPECT_THAT(error("{" + name + R"("position_m":[0,1e9,1],"rotation_xyzw":[0,0,0,1]})"),
+              HasSubstr("'position_m'"));
+  EXPECT_THAT(error("{" + name + place + R"("rotation_xyzw":[0,0,0]})"), HasSubstr("four numbers"));
+  EXPECT_THAT(error("{" + name + place + R"("rotation_xyzw":[0,0,0,2]})"),
+              HasSubstr("a quaternion of length 2"));
+  EXPECT_THAT(error("7"), HasSubstr("no name"));
 }
 
 TEST(RobotMessages, PicturesComeAsBase64OrFromAFile) {

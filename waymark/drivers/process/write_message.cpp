@@ -97,6 +97,20 @@ ordered_json of(const TagFrame& frame) {
   return line;
 }
 
+ordered_json of(const TagPoseFrame& frame) {
+  ordered_json line = headed("tag_poses", frame.stamp);
+  add_camera(line, frame.camera);
+  ordered_json tags = ordered_json::array();
+  for (const SeenTagPose& seen : frame.tags) {
+    const Eigen::Quaterniond q = seen.cam_T_tag.rotation().quaternion();
+    tags.push_back({{"tag", to_string(seen.tag)},
+                    {"position_m", vector(seen.cam_T_tag.translation())},
+                    {"rotation_xyzw", {q.x(), q.y(), q.z(), q.w()}}});
+  }
+  line["tags"] = std::move(tags);
+  return line;
+}
+
 ordered_json of(const RobotHello& hello) {
   return {{"type", "hello"},
           {"protocol_version", hello.protocol_version},
