@@ -54,6 +54,8 @@ struct Verb {
 [[nodiscard]] Verb simulate_verb();
 [[nodiscard]] Verb samples_verb();
 [[nodiscard]] Verb robot_sim_verb();
+[[nodiscard]] Verb mbot_verb();
+[[nodiscard]] Verb robots_verb();
 [[nodiscard]] Verb ros2_verb();
 [[nodiscard]] Verb limo_verb();
 [[nodiscard]] Verb ros2_topic_verb();

@@ -8,6 +8,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/limo_sim_flags.hpp"
+#include "waymark/cli/mbot_sim_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
@@ -27,7 +28,8 @@ struct RobotSimArgs {
         setup(verb),
         pictures(verb, settings, Reach::Flags, false),
         network(verb),
-        limo(verb) {}
+        limo(verb),
+        mbot(verb) {}
 
   const CLI::App& app;
   Settings settings;
@@ -35,6 +37,7 @@ struct RobotSimArgs {
   PictureFlags pictures;
   Ros2Flags network;
   LimoSimFlags limo;
+  MbotSimFlags mbot;
   SimulatedProcessOptions options{};
   bool ros2 = false;
 };
@@ -81,7 +84,8 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
     scene_camera = std::move(*made);
   }
   const SE2 start = path.front().map_T_path;
-  status = args.limo.chosen ? speak_limo(args, simulated, start, std::move(scene_camera), console)
+  status = args.limo.chosen     ? speak_limo(args, simulated, start, std::move(scene_camera), console)
+           : args.mbot.chosen() ? args.mbot.run(simulated, start)
            : args.ros2
                ? speak_ros2(args, simulated, start, std::move(scene_camera))
                : run_simulated_process(simulated, start, std::move(scene_camera), args.options, interrupted);
@@ -95,10 +99,10 @@ Run prepare_robot_sim(CLI::App& app) {
   app.add_flag("--lockstep", args->options.lockstep,
                "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
                "the same samples every time")
-      ->excludes("--limo");
+      ->excludes("--limo", "--mbot");
   app.add_flag("--ros2", args->ros2,
                "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
-      ->excludes("--lockstep", "--limo");
+      ->excludes("--lockstep", "--limo", "--mbot");
   app.add_option(
          "--pace", args->options.pace,
          "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
@@ -120,7 +124,7 @@ as docs/formats/robot-process.md says: to try the protocol, or as a robot for --
 where the world's line begins, in real time unless --lockstep, and ends when its input does. With --images
 it sends pictures (JPEG), otherwise the corners of tags. It also sends the truth, for a judge. With --ros2 it is a
 robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:limo-sim-tags, and for any ROS 2 program. With
---limo it is a LIMO on a serial port (docs/howto/limo.md).
+--limo it is a LIMO on a serial port (docs/howto/limo.md), with --mbot an MBot on LCM (docs/howto/mbot.md).
 
 Exit code: 0 its input ended, 1 a picture could not be made, 2 wrong usage.
 

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/live/doctor_limo.hpp"
 #include "waymark/live/own_robot.hpp"
@@ -38,11 +39,19 @@ Result<RobotStart> start_limo(const std::string& port, const std::string& robot_
   return start_own({"limo", "robot", port}, robot_file.empty() ? "limo" : robot_file);
 }
 
+Result<RobotStart> start_mbot(const std::string& address, const std::string& robot_file) {
+  const auto checked = lcm_address(address);
+  if (!checked) return tl::unexpected(checked.error());
+  return start_own({"mbot", "robot", *checked}, robot_file.empty() ? "mbot" : robot_file);
+}
+
 constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
     RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
     RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo, check_limo},
+    RobotKind{"mbot", "ADDRESS",
+              "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot},
 };
 
 }  // namespace

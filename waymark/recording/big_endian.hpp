@@ -46,4 +46,25 @@ class BigEndianReader {
   ByteReader in_;
 };
 
+/// The other direction.
+class BigEndianWriter {
+ public:
+  template <class T>
+  void number(T value) {
+    static_assert(std::endian::native == std::endian::little || std::endian::native == std::endian::big);
+    std::array<std::uint8_t, sizeof(T)> raw{};
+    std::memcpy(raw.data(), &value, sizeof(T));
+    if constexpr (std::endian::native == std::endian::little) std::ranges::reverse(raw);
+    bytes_.insert(bytes_.end(), raw.begin(), raw.end());
+  }
+  template <class Numbers>
+  void numbers(const Numbers& values) {
+    for (const auto value : values) number(value);
+  }
+  [[nodiscard]] Bytes take() { return std::move(bytes_); }
+
+ private:
+  Bytes bytes_{};
+};
+
 }  // namespace waymark

@@ -22,7 +22,7 @@ constexpr std::array kTypes = {
     Type{kLidar, "lidar_t", true},
     Type{0x8119c7c9136961b1, "mbot_motor_vel_t", true},
     Type{0x76800874d953b1e9, "mbot_motor_pwm_t", true},
-    Type{0x4d0d41c1f105b12f, "timestamp_t", true},
+    Type{kTimestamp, "timestamp_t", true},
     Type{0xa45a83d6c1ab3dd6, "slam_status_t", true},
     Type{0x183436663a799608, "point3D_t"},
     Type{0x73dcef9fdef937d7, "twist3D_t"},
@@ -52,14 +52,16 @@ void read(BigEndianReader& in, Twist2D& out) {
 }
 void read(BigEndianReader& in, Encoders& out) {
   in.numbers(out.ticks);
-  std::array<std::int32_t, 4> deltas{};  // three wheels, and the time
-  in.numbers(deltas);
+  in.numbers(out.delta_ticks);
+  out.delta_time = in.number<std::int32_t>();
 }
 void read(BigEndianReader& in, Imu& out) {
   in.numbers(out.gyro);
   in.numbers(out.accel);
-  std::array<float, 11> rest{};  // mag[3], angles_rpy[3], angles_quat[4], temp
-  in.numbers(rest);
+  in.numbers(out.mag);
+  in.numbers(out.angles_rpy);
+  in.numbers(out.angles_quat);
+  out.temp = in.number<float>();
 }
 void read(BigEndianReader& in, TagArray& out) {
   constexpr std::size_t kTagSize = 52;
@@ -82,6 +84,8 @@ void read(BigEndianReader& in, Lidar& out) {
   in.numbers(out.times, count);
   in.numbers(out.intensities, count);
 }
+
+void read(BigEndianReader& /*in*/, Timestamp& /*has nothing but utime*/) {}
 
 template <class Message>
 constexpr std::uint64_t fingerprint();
@@ -108,6 +112,18 @@ constexpr std::uint64_t fingerprint<TagArray>() {
 template <>
 constexpr std::uint64_t fingerprint<Lidar>() {
   return kLidar;
+}
+template <>
+constexpr std::uint64_t fingerprint<Timestamp>() {
+  return kTimestamp;
+}
+
+template <class Message>
+BigEndianWriter begin(const Message& message) {
+  BigEndianWriter out;
+  out.number(fingerprint<Message>());
+  out.number(message.utime);
+  return out;
 }
 
 }  // namespace
@@ -142,5 +158,60 @@ template std::optional<Encoders> decode(ByteSpan);
 template std::optional<Imu> decode(ByteSpan);
 template std::optional<TagArray> decode(ByteSpan);
 template std::optional<Lidar> decode(ByteSpan);
+template std::optional<Timestamp> decode(ByteSpan);
+
+Bytes encode(const Pose2D& message) {
+  BigEndianWriter out = begin(message);
+  out.numbers(std::array{message.x, message.y, message.theta});
+  return out.take();
+}
+
+Bytes encode(const Twist2D& message) {
+  BigEndianWriter out = begin(message);
+  out.numbers(std::array{message.vx, message.vy, message.wz});
+  return out.take();
+}
+
+Bytes encode(const Encoders& message) {
+  BigEndianWriter out = begin(message);
+  out.numbers(message.ticks);
+  out.numbers(message.delta_ticks);
+  out.number(message.delta_time);
+  return out.take();
+}
+
+Bytes encode(const Imu& message) {
+  BigEndianWriter out = begin(message);
+  for (const auto& vector : {message.gyro, message.accel, message.mag, message.angles_rpy})
+    out.numbers(vector);
+  out.numbers(message.angles_quat);
+  out.number(message.temp);
+  return out.take();
+}
+
+Bytes encode(const TagArray& message) {
+  BigEndianWriter out = begin(message);
+  out.number(static_cast<std::int32_t>(message.tags.size()));
+  for (const Tag& tag : message.tags) {
+    out.number(tag.id);
+    out.number(tag.utime);
+    out.numbers(tag.position);
+    out.numbers(tag.angles_rpy);
+    out.numbers(tag.angles_quat);
+  }
+  return out.take();
+}
+
+Bytes encode(const Lidar& message) {
+  BigEndianWriter out = begin(message);
+  out.number(static_cast<std::int32_t>(message.ranges.size()));
+  out.numbers(message.ranges);
+  out.numbers(message.thetas);
+  out.numbers(message.times);
+  out.numbers(message.intensities);
+  return out.take();
+}
+
+Bytes encode(const Timestamp& message) { return begin(message).take(); }
 
 }  // namespace waymark::mbot

@@ -19,6 +19,7 @@ inline constexpr std::uint64_t kEncoders = 0xaefa0bcd9e362081;
 inline constexpr std::uint64_t kImu = 0x9ef39a5ffc75e462;
 inline constexpr std::uint64_t kTagArray = 0x815931ba2e0b44c2;
 inline constexpr std::uint64_t kLidar = 0x89dc5b879a5056cf;
+inline constexpr std::uint64_t kTimestamp = 0x4d0d41c1f105b12f;
 
 /// The name of the type with a fingerprint ("pose2D_t"); empty for one that is none of the MBot's.
 [[nodiscard]] std::string_view type_name(std::uint64_t fingerprint);
@@ -39,11 +40,17 @@ struct Twist2D {
 struct Encoders {
   std::int64_t utime = 0;
   std::array<std::int64_t, 3> ticks{};  ///< left, right (counting backwards), unused
+  std::array<std::int32_t, 3> delta_ticks{};
+  std::int32_t delta_time = 0;  ///< [us]
 };
 struct Imu {
   std::int64_t utime = 0;
   std::array<float, 3> gyro{};   ///< [rad/s]
   std::array<float, 3> accel{};  ///< [m/s^2]
+  std::array<float, 3> mag{};
+  std::array<float, 3> angles_rpy{};  ///< [rad]
+  std::array<float, 4> angles_quat{};
+  float temp = 0;
 };
 struct Tag {
   std::int32_t id = 0;
@@ -64,8 +71,23 @@ struct Lidar {
   std::vector<float> intensities{};
 };
 
+/// What the robot's computer sends once a second, for its control board to stamp by (MBOT_TIMESYNC).
+struct Timestamp {
+  std::int64_t utime = 0;
+};
+
 /// A message from its payload, fingerprint included. Nothing when the bytes are not just that.
 template <class Message>
 [[nodiscard]] std::optional<Message> decode(ByteSpan payload);
+
+/// The payload of a message.
+[[nodiscard]] Bytes encode(const Pose2D& message);
+[[nodiscard]] Bytes encode(const Twist2D& message);
+[[nodiscard]] Bytes encode(const Encoders& message);
+[[nodiscard]] Bytes encode(const Imu& message);
+[[nodiscard]] Bytes encode(const TagArray& message);
+/// As many rays as `ranges` has; the other lists are as long.
+[[nodiscard]] Bytes encode(const Lidar& message);
+[[nodiscard]] Bytes encode(const Timestamp& message);
 
 }  // namespace waymark::mbot

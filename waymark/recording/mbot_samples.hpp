@@ -29,6 +29,9 @@ class Survey {
  public:
   void add(ByteSpan payload);
   [[nodiscard]] Conventions conventions() const;
+  /// How many it has seen that tell something.
+  [[nodiscard]] std::uint64_t tags() const { return tags_; }
+  [[nodiscard]] std::uint64_t imus() const { return imus_; }
 
  private:
   void add(const TagArray& array);
@@ -52,6 +55,8 @@ class Samples {
   Status add(std::string_view channel, std::int64_t receive_us, ByteSpan payload);
   /// Visits what waits for its partner.
   Status finish();
+  /// From now on: where they are only told as the messages come.
+  void use(const Conventions& conventions) { conventions_ = conventions; }
 
  private:
   Status on_pose(std::string_view channel, std::int64_t receive_us, ByteSpan payload);

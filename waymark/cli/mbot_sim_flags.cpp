@@ -1,0 +1,38 @@
+#include "waymark/cli/mbot_sim_flags.hpp"
+
+#include <map>
+
+#include <CLI/App.hpp>
+
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/settings.hpp"
+
+namespace waymark::cli {
+
+MbotSimFlags::MbotSimFlags(CLI::App& app) {
+  app.add_option(
+         "--mbot", address,
+         "Be an MBot on LCM at this address, in real time, until Ctrl-C: udpm://239.255.76.67:7667?ttl=0")
+      ->excludes("--limo")
+      ->type_name("ADDRESS");
+  app.add_option(
+         "--mbot-generation", generation,
+         "Publisher of tags of the MBot: jetson (quaternions x, y, z, w) or pi5 (w, x, y, z; no stamps)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, MbotGeneration>{
+          {"jetson", MbotGeneration::Jetson}, {"pi5", MbotGeneration::Pi5}}))
+      ->needs("--mbot")
+      ->default_str("jetson")
+      ->type_name("NAME")
+      ->group(kMoreGroup);
+}
+
+Status MbotSimFlags::run(const SimulatedSetup& setup, const SE2& start) const {
+  if (setup.pictures)
+    return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
+                {.key = "--images"}, "Leave it out.");
+  const auto link = open_lcm(address);
+  if (!link) return tl::unexpected(link.error());
+  return run_mbot_robot_sim(**link, setup, start, generation, interrupted);
+}
+
+}  // namespace waymark::cli
