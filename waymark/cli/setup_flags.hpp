@@ -21,10 +21,7 @@ inline constexpr const char* kWorldNames =
     "circuit24, limo-walls, academy-house, mbot-square, or the path of a .yaml file";
 
 /// What a robot's file may be called on the command line.
-inline constexpr const char* kRobotNames =
-    "limo, limo-ackermann, limo-front-rear, limo-stock-driver, mbot, turtlebot3-waffle, or the path of a "
-    ".yaml "
-    "file";
+inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, or the path of a .yaml file";
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.

@@ -17,7 +17,8 @@ namespace {
 using std::chrono::milliseconds;
 
 TEST(Ros2Profile, ThoseThatComeWithWaymarkAreRead) {
-  for (const char* name : {"limo", "turtlebot3", "limo-sim", "limo-sim-tags"}) {
+  for (const char* name :
+       {"limo", "turtlebot3", "turtlebot3-waffle-pi", "turtlebot3-burger", "limo-sim", "limo-sim-tags"}) {
     const auto profile = find_ros2_profile(name);
     ASSERT_TRUE(profile) << to_string(profile.error());
     const auto uses = uses_of(*profile);

@@ -1,0 +1,86 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+
+#include "waymark/cli/verb.hpp"
+#include "waymark/config/robot_list.hpp"
+#include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/jobs/robot_text.hpp"
+#include "waymark/live/robot_ways.hpp"
+
+namespace waymark::cli {
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+
+/// Robot and the text of its file.
+struct Shown {
+  RobotDescription robot;
+  std::string comment{};
+};
+
+Result<Shown> read_shown(const std::filesystem::path& path) {
+  auto robot = read_robot(path);
+  if (!robot) return tl::unexpected(robot.error());
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  return Shown{std::move(*robot), leading_comment(*text)};
+}
+
+/// A file that cannot be read is said, and the others are listed.
+ExitCode list_all(Console& console) {
+  const auto robots = list_shared("robots");
+  if (!robots) return console.failed(robots.error(), ExitCode::SomeFailed);
+  ExitCode code = ExitCode::Ok;
+  for (const ListedFile& listed : *robots) {
+    const auto shown = read_shown(listed.path);
+    if (shown)
+      console.print(fmt::format("{:<20} {}\n", listed.name, first_sentence(shown->comment)));
+    else
+      code = console.failed(shown.error(), ExitCode::SomeFailed);
+  }
+  return code;
+}
+
+ExitCode explain(const std::string& name, Console& console) {
+  const auto path = find_shared("robots", name);
+  const auto shown = path ? read_shown(*path) : tl::unexpected(path.error());
+  if (!shown) return console.failed(shown.error(), ExitCode::SomeFailed);
+  console.print(robot_text(shown->robot, shown->comment));
+  console.print(fmt::format("file: {}\n", path->string()));
+  for (const std::string& way : ways_to_reach(shown->robot.model.name)) console.print(way + "\n");
+  return ExitCode::Ok;
+}
+
+Run prepare_robots(CLI::App& app) {
+  const auto name = std::make_shared<std::string>();
+  app.add_option("robot", *name, "Name of a robot, or the path of a .yaml file; without it all are listed")
+      ->type_name("NAME");
+  return [name](Console& console) { return name->empty() ? list_all(console) : explain(*name, console); };
+}
+
+}  // namespace
+
+Verb robots_verb() {
+  return {
+      .name = "robots",
+      .sentence = "List and explain the files of robots",
+      .help =
+          R"(Without a name: the robots that come with Waymark, one a line. With one: its body, limits, wheels, cameras and
+their mounting, its latencies in simulation, where the facts are from, and how it is driven. A file of yours is checked
+the same way: a key that is missing or wrong is named with its line (docs/formats/robot.md).
+
+Exit code: 0 all files are sound, 1 one is not, 2 wrong usage.
+
+Examples:
+  waymark robots
+  waymark robots limo
+)",
+      .prepare = prepare_robots,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
