@@ -5,6 +5,7 @@
 #include <memory>
 #include <new>
 #include <regex>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -31,7 +32,12 @@ struct Node {
   std::vector<Node> children;
 };
 
-Node grow(const Verb& verb, CLI::App& app) {
+bool says(const std::vector<std::string>& words, std::string_view word) {
+  return std::ranges::count(words, word) > 0;
+}
+
+/// Only verbs that the words name get their flags: all of them take longer than many a verb runs.
+Node grow(const Verb& verb, CLI::App& app, const std::vector<std::string>& words) {
   Node node{&verb, &app, {}, {}};
   app.set_help_flag("-h,--help", "Print this and stop");
   app.set_help_all_flag("--help-all", "Print all flags, also those used less, and stop");
@@ -39,7 +45,7 @@ Node grow(const Verb& verb, CLI::App& app) {
   if (verb.prepare) node.run = verb.prepare(app);
   for (const Verb& child : verb.verbs) {
     CLI::App* sub = app.add_subcommand(child.name, child.sentence)->group("Verbs");
-    node.children.push_back(grow(child, *sub));
+    node.children.push_back(says(words, child.name) ? grow(child, *sub, words) : Node{&child, sub, {}, {}});
   }
   if (!node.children.empty()) app.require_subcommand(node.run ? 0 : 1, 1);
   return node;
@@ -144,10 +150,10 @@ std::string flag_without_number(const CLI::App& app) {
 ExitCode parse_and_run(const Verb& program, std::vector<std::string> words, std::FILE* out, std::FILE* err) {
   CLI::App app(program.sentence, program.name);
   app.formatter(std::make_shared<WrappingFormatter>());
-  const bool verbose = std::ranges::count(words, "--version") > 0 && std::erase(words, "--verbose") > 0;
+  const bool verbose = says(words, "--version") && std::erase(words, "--verbose") > 0;
   app.set_version_flag("--version", program.name + " " WAYMARK_VERSION,
                        "Print the version and stop; with --verbose also compiler, features and libraries");
-  const Node root = grow(program, app);
+  const Node root = grow(program, app, words);
   if (!words.empty() && words.front() == "help") {  // `waymark help detect`
     words.erase(words.begin());
     words.emplace_back("--help");

@@ -136,6 +136,30 @@ TEST(Program, HelpShowsTheFirstGroupAndCountsTheOthers) {
   }
 }
 
+TEST(Program, OnlyVerbsThatAreNamedGetTheirFlags) {
+  std::vector<std::string> prepared;
+  const auto noted = [&prepared](const char* name) {
+    return [&prepared, name](CLI::App& /*app*/) -> cli::Run {
+      prepared.emplace_back(name);
+      return [](Console&) { return ExitCode::Ok; };
+    };
+  };
+  const Verb program{
+      .name = "prog",
+      .sentence = "A program.",
+      .help = "",
+      .verbs = {{.name = "one", .sentence = "One.", .help = "", .prepare = noted("one")},
+                {.name = "two",
+                 .sentence = "Two.",
+                 .help = "",
+                 .prepare = noted("two"),
+                 .verbs = {{.name = "three", .sentence = "Three.", .help = "", .prepare = noted("three")}}}}};
+  EXPECT_EQ(run_program(program, {"two"}), 0);
+  EXPECT_EQ(prepared, std::vector<std::string>({"two"}));
+  EXPECT_EQ(run_program(program, {"two", "three"}), 0);
+  EXPECT_EQ(prepared, std::vector<std::string>({"two", "two", "three"}));
+}
+
 TEST(Program, HelpTeaches) {
   for (const auto& words : {std::vector<std::string>{"show", "--help-all"}, {"help", "show", "--help-all"}}) {
     const Outcome outcome = run(words);
