@@ -37,11 +37,14 @@ def check(program, compiled):
     if compiled:
         symbols = readelf(program, "--dyn-syms")
         assert "__stack_chk_fail" in symbols, f"{program}: no canaries on the stack"
-        assert "_chk@" in symbols, f"{program}: no checked copies (_FORTIFY_SOURCE)"
         found = landings(program)
         assert found is None or found >= FEWEST_LANDINGS, f"{program}: only {found} landings for jumps (-fcf-protection, -mbranch-protection)"
 
 
-for one in sys.argv[2:]:
-    check(one, sys.argv[1] == "ON")
+programs, built_for_users = sys.argv[2:], sys.argv[1] == "ON"
+for one in programs:
+    check(one, built_for_users)
+# All are compiled with the same flags; a small one may hold no copy whose length only the run tells.
+if built_for_users and not any("_chk@" in readelf(one, "--dyn-syms") for one in programs):
+    sys.exit(f"{', '.join(programs)}: no checked copies (_FORTIFY_SOURCE)")
 print("programs are hardened")
