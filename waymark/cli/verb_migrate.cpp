@@ -1,0 +1,58 @@
+#include <memory>
+
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/failure.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/migrate_files.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct MigrateArgs {
+  MigrateJob job{};
+  bool json = false;
+};
+
+ExitCode migrate(const MigrateArgs& args, Console& console) {
+  const Result<std::vector<MigratedFile>> files = migrate_files(args.job);
+  if (!files) return fail_with(files.error(), console);
+  for (const MigratedFile& file : *files) console.print(args.json ? json_line(to_json(file)) : to_text(file));
+  return ExitCode::Ok;
+}
+
+Run prepare_migrate(CLI::App& app) {
+  const auto args = std::make_shared<MigrateArgs>();
+  app.add_option("INPUT", args->job.input, "Folder that `waymark map` wrote, or one file")
+      ->required()
+      ->type_name("");
+  app.add_option("-o,--output", args->job.output, "Folder to write, not there yet or empty")
+      ->required()
+      ->type_name("FOLDER");
+  app.add_flag("--json", args->json, "One JSON object a file instead of words");
+  return [args](Console& console) { return migrate(*args, console); };
+}
+
+}  // namespace
+
+Verb migrate_verb() {
+  return {
+      .name = "migrate",
+      .sentence = "Rewrite maps, routes and calibrations of older versions in today's form",
+      .help =
+          R"(Files of older versions are read as they are, so this is needed only before another program reads them, or to have the
+checks that today's files hold (points and checksum of a route). All other files of the folder are copied. Comments are
+not kept. Formats: docs/formats.
+
+Exit code: 0 done, 1 a file was unusable and nothing was written, 2 wrong usage.
+
+Example:
+  waymark migrate map -o map-migrated
+)",
+      .prepare = prepare_migrate,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli

@@ -1,0 +1,130 @@
+#include "waymark/jobs/migrate_files.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/map_file.hpp"
+#include "waymark/config/route_file.hpp"
+#include "waymark/config/text_file.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr std::size_t kMostBytes = 256U << 20U;  // above what each of the readers takes
+
+struct Migrated {
+  MigratedFile file{};
+  fs::path from{};
+  std::string text{};  ///< where it is rewritten
+};
+
+/// The word between "format: waymark-" and the number of its version, where a line begins so; else empty.
+std::string kind_of(std::string_view text) {
+  constexpr std::string_view kBegin = "format: waymark-";
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::string_view line = text.substr(begin, text.find('\n', begin) - begin);
+    if (line.starts_with(kBegin))
+      return std::string(line.substr(kBegin.size(), line.rfind('-') - kBegin.size()));
+    begin += line.size() + 1;
+  }
+  return {};
+}
+
+template <class Parse>
+Result<std::string> written_again(Parse parse, const std::string& text, const fs::path& path) {
+  const auto value = parse(text, path.string());
+  if (!value) return tl::unexpected(value.error());
+  return to_yaml(*value);
+}
+
+/// The file in today's form; empty for one that has no form of ours.
+Result<Migrated> migrate(const fs::path& path) {
+  Migrated done{{path.filename().string(), "other", false}, path, {}};
+  if (path.extension() != ".yaml") return done;
+  const Result<std::string> text = read_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const std::string kind = kind_of(*text);
+  Result<std::string> now;
+  if (kind == "map") {
+    now = written_again(parse_map, *text, path);
+  } else if (kind == "route") {
+    now = written_again(parse_route, *text, path);
+  } else if (kind == "calibration") {
+    now = written_again(parse_calibration, *text, path);
+  } else {
+    return done;
+  }
+  if (!now) return tl::unexpected(now.error());
+  done.file.kind = kind;
+  done.file.rewritten = *now != *text;
+  done.text = std::move(*now);
+  return done;
+}
+
+Result<std::vector<fs::path>> files_of(const fs::path& input) {
+  std::error_code error;
+  if (fs::is_regular_file(input, error)) return std::vector{input};
+  std::vector<fs::path> paths;
+  for (fs::directory_iterator it(input, error), end; !error && it != end; it.increment(error)) {
+    if (it->is_regular_file(error)) paths.push_back(it->path());
+  }
+  if (error) return fail(ErrorCode::Unreadable, error.message(), {.source = input.string()});
+  if (paths.empty()) return fail(ErrorCode::Unreadable, "holds no file", {.source = input.string()});
+  std::ranges::sort(paths);
+  return paths;
+}
+
+Status make_empty_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && fs::is_empty(folder, error) && !error) return {};
+  return fail(ErrorCode::Unwritable, error ? error.message() : "the folder is not empty",
+              {.source = folder.string()}, "Name a folder that is not there yet.");
+}
+
+Status write(const Migrated& done, const fs::path& folder) {
+  const fs::path to = folder / done.file.name;
+  if (done.file.rewritten) return write_text_file(to, done.text);
+  std::error_code error;
+  fs::copy_file(done.from, to, error);
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = to.string()});
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<MigratedFile>> migrate_files(const MigrateJob& job) {
+  const Result<std::vector<fs::path>> paths = files_of(job.input);
+  if (!paths) return tl::unexpected(paths.error());
+  std::vector<Migrated> all;
+  for (const fs::path& path : *paths) {
+    Result<Migrated> done = migrate(path);
+    if (!done) return tl::unexpected(done.error());
+    all.push_back(std::move(*done));
+  }
+  if (Status status = make_empty_folder(job.output); !status) return tl::unexpected(status.error());
+  std::vector<MigratedFile> files;
+  for (const Migrated& done : all) {
+    if (Status status = write(done, job.output); !status) return tl::unexpected(status.error());
+    files.push_back(done.file);
+  }
+  return files;
+}
+
+std::string to_text(const MigratedFile& file) {
+  return fmt::format("{:<24} {:<12} {}\n", file.name, file.kind, file.rewritten ? "rewritten" : "copied");
+}
+
+nlohmann::ordered_json to_json(const MigratedFile& file) {
+  return {{"name", file.name}, {"kind", file.kind}, {"rewritten", file.rewritten}};
+}
+
+}  // namespace waymark
