@@ -17,9 +17,9 @@
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 
 #include "waymark/drivers/fastdds/discovered.hpp"
-#include "waymark/drivers/fastdds/message_queue.hpp"
 #include "waymark/drivers/fastdds/participant_qos.hpp"
 #include "waymark/drivers/fastdds/raw_cdr.hpp"
+#include "waymark/drivers/modules/arrival_queue.hpp"
 
 namespace waymark {
 namespace {
@@ -41,7 +41,7 @@ RequestIdentity identity_of(const dds::SampleInfo& info) {
 /// Puts what comes into the queue, on the thread it comes by.
 class Arrival final : public dds::DataReaderListener {
  public:
-  Arrival(MessageQueue& queue, std::size_t number) : queue_(queue), number_(number) {}
+  Arrival(ArrivalQueue<BusMessage>& queue, std::size_t number) : queue_(queue), number_(number) {}
 
   void on_data_available(dds::DataReader* reader) override {
     RawCdr raw;
@@ -54,7 +54,7 @@ class Arrival final : public dds::DataReaderListener {
   }
 
  private:
-  MessageQueue& queue_;
+  ArrivalQueue<BusMessage>& queue_;
   std::size_t number_;
 };
 
@@ -82,7 +82,7 @@ class FastddsBus final : public Bus {
   Result<dds::Topic*> topic(const BusTopic& name);
 
   Discovered discovered_{};
-  MessageQueue queue_{};
+  ArrivalQueue<BusMessage> queue_{};
   std::deque<Arrival> arrivals_{};
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;

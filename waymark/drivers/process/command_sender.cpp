@@ -31,7 +31,7 @@ void CommandSender::run() {
   CommandRepeat repeat;
   LineSplitter lines;
   while (!stop_ && !ended_) {
-    if (const auto command = repeat.due(steady_now())) send_(*command);
+    if (const auto command = repeat.due(steady_now())) send_(held_ ? VelocityCommand{} : *command);
     pollfd ready{input_, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
     (void)poll(&ready, 1, static_cast<int>(ms));

@@ -23,12 +23,15 @@ class CommandSender {
 
   /// The input ended, or said that it is over.
   [[nodiscard]] bool ended() const { return ended_; }
+  /// While held, zero is sent whatever the orders are: for a robot that is not heard any more.
+  void hold(bool held) { held_ = held; }
 
  private:
   void run();
 
   std::function<void(const VelocityCommand&)> send_;
   int input_;
+  std::atomic<bool> held_ = false;
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

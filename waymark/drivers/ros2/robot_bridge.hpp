@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "waymark/config/robot_file.hpp"
-#include "waymark/drivers/process/robot_messages.hpp"
-#include "waymark/drivers/process/stamp_gate.hpp"
+#include "waymark/drivers/bridge/sample_lines.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/recording/frame_tree.hpp"
 
@@ -21,9 +20,6 @@ namespace waymark {
 /// none, or a stamp that misleads is dropped, counted, and named in words. Pure.
 class RobotBridge {
  public:
-  /// Puts a picture, the bytes of a JPEG, PNG or PNM file, where the other side finds it: the path of a file.
-  using PutPicture = std::function<Result<std::string>(std::span<const std::uint8_t>)>;
-
   /// Without `put_picture` pictures stand in the lines themselves.
   RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture = {});
 
@@ -31,11 +27,11 @@ class RobotBridge {
   [[nodiscard]] std::vector<std::string> receive(const Ros2Subscription& from,
                                                  std::span<const std::uint8_t> bytes, Duration arrived);
   /// What people should know, since the last call: as lines, too.
-  [[nodiscard]] std::vector<std::string> take_words();
+  [[nodiscard]] std::vector<std::string> take_words() { return lines_.take_words(); }
   /// Messages that were dropped.
-  [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
+  [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
   /// Whether odometry came.
-  [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
+  [[nodiscard]] bool speaks() const { return lines_.speaks(); }
 
   /// The message of a command; `now`: the stamp of a TwistStamped.
   [[nodiscard]] std::vector<std::uint8_t> command(const VelocityCommand& command, SensorTime now) const;
@@ -45,29 +41,17 @@ class RobotBridge {
                                             Duration arrived);
   Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
                                          Duration arrived);
-  Result<std::string> line_of(Sample sample, const Ros2Subscription& from, Duration arrived);
-  [[nodiscard]] Result<std::string> picture_line(SensorTime stamp,
-                                                 const std::vector<std::uint8_t>& picture) const;
   void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
   Status keep_transforms(std::span<const std::uint8_t> bytes);
   Status compare_camera(std::span<const std::uint8_t> bytes);
   void compare_mounting();
-  void drop(const std::string& topic, const Error& error);
-  void say_once(std::string words);
 
   Ros2Profile profile_;
   RobotDescription robot_;
-  PutPicture put_picture_;
-  StampGate gate_{};
-  RobotMessageReader check_{"ROS 2"};  ///< nothing leaves that the other end would refuse
-  std::int64_t checked_ = 0;
+  SampleLines lines_;
   FrameTree frames_{};
   std::string camera_frame_{};
   std::map<std::string, SO3> base_R_imu_{};  ///< by frame
-  std::map<std::string, std::uint64_t> dropped_of_{};
-  std::uint64_t dropped_ = 0;
-  std::map<std::string, bool> said_{};
-  std::vector<std::string> words_{};
 };
 
 }  // namespace waymark

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <memory>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,7 +9,6 @@
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
-#include "waymark/drivers/ros2/picture_ring.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
@@ -33,20 +31,20 @@ class Ros2Robot {
         name_(robot.model.name),
         bus_options_(std::move(bus_options)),
         wire_(wire),
+        talk_(wire),
         options_(options),
-        bridge_(profile, robot, picture_place()),
+        bridge_(profile, robot, pictures_in_memory()),
         uses_(uses_of(profile)) {}
 
   Status run() {
     if (Status status = join(); !status) return status;
     const CommandSender sender(
         [this](const VelocityCommand& command) {
-          // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
           (void)bus_->publish(publisher_, bridge_.command(command, wall_clock()));
         },
         wire_.input);
     began_ = steady_now();
-    while (open_ && !sender.ended() && !wire_.should_stop()) {
+    while (talk_.open() && !sender.ended() && !wire_.should_stop()) {
       const auto message = bus_->next(kSlice);
       if (message) receive(*message);
       if (Status status = look(); !status) return status;
@@ -55,14 +53,6 @@ class Ros2Robot {
   }
 
  private:
-  /// Nothing where no file can be made: pictures then travel in the lines.
-  RobotBridge::PutPicture picture_place() {
-    auto made = PictureRing::make();
-    if (!made) return {};
-    const auto ring = std::make_shared<PictureRing>(std::move(*made));
-    return [ring](std::span<const std::uint8_t> bytes) { return ring->put(bytes); };
-  }
-
   Status join() {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());
@@ -79,22 +69,19 @@ class Ros2Robot {
     return {};
   }
 
-  void write(const std::string& line) { open_ = open_ && wire_.write(line); }
-
   void receive(const BusMessage& message) {
     const bool spoke = bridge_.speaks();
     const auto lines = bridge_.receive(subscriptions_[message.subscription], message.bytes, message.arrived);
     if (!spoke && bridge_.speaks()) greet();
-    for (const std::string& line : lines) write(line);
-    if (greeted_)
-      for (const std::string& line : bridge_.take_words()) write(line);
+    talk_.write(lines);
+    if (talk_.greeted()) talk_.write(bridge_.take_words());
   }
 
   void greet() {
-    write(to_line(RobotHello{.name = name_}));
-    greeted_ = true;
+    talk_.greet(name_);
     if (!profile_.stops_by_itself)
-      say("the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
+      talk_.say_once(
+          "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
           "ros2 "
           "relay` on it");
   }
@@ -104,11 +91,12 @@ class Ros2Robot {
     const Duration now = steady_now();
     if (now < next_look_) return {};
     next_look_ = now + kLookAgain;
-    for (std::string& words : mismatches(uses_, bus_->endpoints())) say(std::move(words));
+    for (const std::string& words : mismatches(uses_, bus_->endpoints())) talk_.say_once(words);
     const Duration waited = now - began_;
-    if (greeted_) {
+    if (talk_.greeted()) {
       if (bus_->matched_subscriptions(publisher_) == 0 && waited > options_.report_after)
-        say(fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
+        talk_.say_once(
+            fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
     const std::string where = searched(bus_options_, *bus_);
@@ -118,23 +106,15 @@ class Ros2Robot {
                   {.source = "ROS 2"},
                   "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
     if (waited >= options_.report_after)
-      say(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
+      talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
     return {};
-  }
-
-  /// Once each.
-  void say(std::string words) {
-    if (!said_.insert(words).second) return;
-    if (greeted_)
-      write(to_line(RobotLog{std::move(words)}));
-    else
-      wire_.say(words);
   }
 
   Ros2Profile profile_;
   std::string name_;
   BusOptions bus_options_;
   const RobotWire& wire_;
+  RobotTalk talk_;
   Ros2RobotOptions options_;
   RobotBridge bridge_;
   std::vector<TopicUse> uses_;
@@ -143,9 +123,6 @@ class Ros2Robot {
   std::vector<Ros2Subscription> subscriptions_{};
   Duration began_{};
   Duration next_look_{};
-  bool greeted_ = false;
-  bool open_ = true;
-  std::set<std::string> said_{};
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/bridge/robot_talk.hpp"
 #include "waymark/drivers/dds/bus.hpp"
 #include "waymark/drivers/process/robot_wire.hpp"
 #include "waymark/drivers/ros2/profile.hpp"

@@ -1,4 +1,4 @@
-#include "waymark/drivers/ros2/picture_ring.hpp"
+#include "waymark/drivers/bridge/picture_ring.hpp"
 
 #include <cstdio>
 #include <cstdlib>

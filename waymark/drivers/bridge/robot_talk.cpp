@@ -1,0 +1,27 @@
+#include "waymark/drivers/bridge/robot_talk.hpp"
+
+#include "waymark/drivers/process/robot_messages.hpp"
+
+namespace waymark {
+
+void RobotTalk::greet(const std::string& robot_name) {
+  write({to_line(RobotHello{.name = robot_name})});
+  greeted_ = true;
+}
+
+void RobotTalk::write(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) open_ = open_ && wire_.write(line);
+}
+
+void RobotTalk::say(const std::string& words) {
+  if (greeted_)
+    write({to_line(RobotLog{words})});
+  else
+    wire_.say(words);
+}
+
+void RobotTalk::say_once(const std::string& words) {
+  if (said_.insert(words).second) say(words);
+}
+
+}  // namespace waymark
