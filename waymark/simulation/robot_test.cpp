@@ -1,4 +1,5 @@
 // The simulated robot against what its options promise.
+#include <chrono>
 #include <cmath>
 #include <numbers>
 
@@ -129,6 +130,16 @@ TEST(Driver, DrivesALapAndStopsLikeAPerson) {
     EXPECT_LT(worst, 0.15);
     EXPECT_GT(worst, 0.005) << "a person is not perfect";
     EXPECT_NEAR(driven, 4 * std::numbers::pi + options.overlap_m, 0.4);
+  }
+}
+
+TEST(Driver, AClockThatGoesBackMakesNoCommandOfNoNumber) {
+  const auto path = sample_path({{0, 0}, {1, 0.1}, {2, 0}}, false, 0.02);
+  ScriptedDriver driver(path, false, {}, Random(1));
+  for (const int ms : {1000, 1050, 900, 950, 1100}) {
+    const VelocityCommand command = driver.drive(SE2(), SensorTime(std::chrono::milliseconds(ms)));
+    EXPECT_TRUE(std::isfinite(command.speed_m_s)) << ms;
+    EXPECT_TRUE(std::isfinite(command.yaw_rate_rad_s)) << ms;
   }
 }
 

@@ -8,7 +8,7 @@ namespace waymark {
 
 ScriptedDriver::ScriptedDriver(std::vector<PathPoint> path, bool closed, const DriverOptions& options,
                                Random random)
-    : path_(std::move(path)), closed_(closed), options_(options), random_(std::move(random)) {
+    : path_(std::move(path)), closed_(closed), options_(options), random_(random) {
   done_ = path_.size() < 3;
 }
 
@@ -33,8 +33,8 @@ void ScriptedDriver::advance(const SE2& map_T_base) {
 VelocityCommand ScriptedDriver::drive(const SE2& map_T_base, SensorTime now) {
   if (!done_) advance(map_T_base);
   if (done_) return {};
-  const double dt_s = last_ == SensorTime{} ? 0 : to_seconds(now - last_);
-  last_ = now;
+  const double dt_s = last_ == SensorTime{} ? 0 : std::max(0.0, to_seconds(now - last_));
+  last_ = std::max(last_, now);
   const double keep = std::exp(-dt_s / options_.wander_time_s);
   const double fresh = std::sqrt(1 - keep * keep);
   offset_ = keep * offset_ + fresh * random_.normal();
