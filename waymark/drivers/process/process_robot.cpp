@@ -52,7 +52,10 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   waiting_.pop_front();
   auto message = reader_.read(arrived.line);
   if (!message || !*message) return message;
-  if (const auto* sample = std::get_if<Sample>(&**message)) clock_.receive(stamp_of(*sample), arrived.at);
+  if (const auto* sample = std::get_if<Sample>(&**message)) {
+    clock_.receive(stamp_of(*sample), arrived.at);
+    newest_ = std::max(newest_.value_or(stamp_of(*sample)), stamp_of(*sample));
+  }
   if (const auto* step = std::get_if<RobotStep>(&**message)) step_ = *step;
   return message;
 }
@@ -83,7 +86,7 @@ Status ProcessRobot::command(const VelocityCommand& command) {
 
 std::optional<SensorTime> ProcessRobot::now() const {
   if (hello_.lockstep) return step_.step > 0 ? std::optional(step_.stamp) : std::nullopt;
-  return clock_.at(steady_now());
+  return hello_.simulated_time ? newest_ : clock_.at(steady_now());
 }
 
 }  // namespace waymark

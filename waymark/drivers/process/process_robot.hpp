@@ -57,6 +57,7 @@ class ProcessRobot final : public Source, public Robot {
   };
   std::deque<Arrived> waiting_{};
   std::deque<std::string> texts_{};
+  std::optional<SensorTime> newest_{};  ///< stamp of a sample
   ArrivalClock clock_{};
   RobotStep step_{};
 };

@@ -54,6 +54,20 @@ TEST(ProcessRobot, AnswersTheStepOfARobotInLockstep) {
   EXPECT_EQ(std::get<RobotText>(**log).text, "answered 31");
 }
 
+TEST(ProcessRobot, SimulatedTimeIsThatOfTheNewestSample) {
+  // A simulation that stands still after two samples.
+  auto robot = ProcessRobot::start(
+      R"(echo '{"type":"hello","protocol_version":1,"name":"tiny","simulated_time":true}'
+         echo '{"type":"wheels","stamp_s":7.5,"left_rad":0,"right_rad":0}'
+         echo '{"type":"odometry","stamp_s":7.25,"x_m":0,"y_m":0,"yaw_rad":0,"speed_m_s":0,"yaw_rate_rad_s":0}'
+         while read line; do :; done)",
+      kHere);
+  ASSERT_TRUE(robot) << to_string(robot.error());
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE((*robot)->next(seconds(20)).value());
+  EXPECT_FALSE((*robot)->next(milliseconds(200)).value()) << "and no more";
+  EXPECT_EQ((*robot)->now()->time_since_epoch(), milliseconds(7500));
+}
+
 TEST(ProcessRobot, DoesNotStartWithoutAHello) {
   EXPECT_THAT(error_of("exit 3"), HasSubstr("exit code 3"));
   EXPECT_THAT(error_of("/no/such/robot 2>/dev/null"), HasSubstr("no such program"));

@@ -35,6 +35,7 @@ RobotHello hello_of(MessageFields& fields) {
   hello.name = fields.text("name");
   (void)fields.has("stamp_s");
   hello.lockstep = fields.flag_or_false("lockstep");
+  hello.simulated_time = fields.flag_or_false("simulated_time");
   if (fields.has("sends")) {
     const json* list = fields.array("sends", 100);
     for (const json& word : list != nullptr ? *list : json::array()) {

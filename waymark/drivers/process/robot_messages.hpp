@@ -23,6 +23,7 @@ struct RobotHello {
   std::string name{};
   std::vector<std::string> sends{};  ///< types of the lines that will come
   bool lockstep = false;             ///< its time stands still until each step is answered
+  bool simulated_time = false;       ///< its time goes as fast as its samples say, not as that of a clock
 };
 
 /// A robot in lockstep waits for the command of this step.

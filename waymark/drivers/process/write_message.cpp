@@ -112,11 +112,13 @@ ordered_json of(const TagPoseFrame& frame) {
 }
 
 ordered_json of(const RobotHello& hello) {
-  return {{"type", "hello"},
-          {"protocol_version", hello.protocol_version},
-          {"name", hello.name},
-          {"sends", hello.sends},
-          {"lockstep", hello.lockstep}};
+  ordered_json line = {{"type", "hello"},
+                       {"protocol_version", hello.protocol_version},
+                       {"name", hello.name},
+                       {"sends", hello.sends},
+                       {"lockstep", hello.lockstep}};
+  if (hello.simulated_time) line["simulated_time"] = true;
+  return line;
 }
 
 ordered_json of(const RobotStep& step) {
