@@ -1,5 +1,5 @@
 # Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev,
-# ros2 → waymark-ros2, python → python3-waymark.
+# ros2 → waymark-ros2, python → python3-waymark, gazebo → waymark-gazebo.
 if(NOT WAYMARK_PACKAGE)
   return()
 endif()
@@ -92,5 +92,16 @@ if(TARGET waymark_python)
 One module a room of the library, pictures as NumPy arrays without copies,
 recordings as iterators.")
   waymark_package_documents(python python3-waymark)
+endif()
+
+if(TARGET waymark_gazebo_module)  # apart, as that for ROS 2
+  list(APPEND CPACK_COMPONENTS_ALL gazebo)
+  set(CPACK_DEBIAN_GAZEBO_PACKAGE_NAME waymark-gazebo)
+  set(CPACK_DEBIAN_GAZEBO_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_GAZEBO_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_GAZEBO_PACKAGE_DEPENDS "waymark (= ${revision})")
+  set(CPACK_COMPONENT_GAZEBO_DESCRIPTION "Waymark on the network of Gazebo Fortress
+The module by which `waymark` drives robots in Gazebo Fortress, by its topics.")
+  waymark_package_documents(gazebo waymark-gazebo)
 endif()
 include(CPack)

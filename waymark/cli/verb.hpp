@@ -57,6 +57,7 @@ struct Verb {
 [[nodiscard]] Verb robot_sim_verb();
 [[nodiscard]] Verb mbot_verb();
 [[nodiscard]] Verb robots_verb();
+[[nodiscard]] Verb gazebo_verb();
 [[nodiscard]] Verb ros2_verb();
 [[nodiscard]] Verb limo_verb();
 [[nodiscard]] Verb ros2_topic_verb();

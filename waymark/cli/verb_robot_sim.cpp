@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
+#include "waymark/cli/gazebo_sim_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/limo_sim_flags.hpp"
 #include "waymark/cli/mbot_sim_flags.hpp"
@@ -29,7 +30,8 @@ struct RobotSimArgs {
         pictures(verb, settings, Reach::Flags, false),
         network(verb),
         limo(verb),
-        mbot(verb) {}
+        mbot(verb),
+        gazebo(verb) {}
 
   const CLI::App& app;
   Settings settings;
@@ -38,6 +40,7 @@ struct RobotSimArgs {
   Ros2Flags network;
   LimoSimFlags limo;
   MbotSimFlags mbot;
+  GazeboSimFlags gazebo;
   SimulatedProcessOptions options{};
   bool ros2 = false;
 };
@@ -68,6 +71,7 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   if (status && !args.options.lockstep)
     status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
                          "Add --lockstep, or leave it out.");
+  if (status) status = args.gazebo.check(setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   const SimulatedSetup& simulated = setup->simulated;
   constexpr double kStep_m = 0.02;
@@ -84,8 +88,9 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
     scene_camera = std::move(*made);
   }
   const SE2 start = path.front().map_T_path;
-  status = args.limo.chosen     ? speak_limo(args, simulated, start, std::move(scene_camera), console)
-           : args.mbot.chosen() ? args.mbot.run(simulated, start)
+  status = args.limo.chosen       ? speak_limo(args, simulated, start, std::move(scene_camera), console)
+           : args.mbot.chosen()   ? args.mbot.run(simulated, start)
+           : args.gazebo.chosen() ? args.gazebo.run(simulated, start, std::move(scene_camera))
            : args.ros2
                ? speak_ros2(args, simulated, start, std::move(scene_camera))
                : run_simulated_process(simulated, start, std::move(scene_camera), args.options, interrupted);
@@ -99,10 +104,10 @@ Run prepare_robot_sim(CLI::App& app) {
   app.add_flag("--lockstep", args->options.lockstep,
                "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
                "the same samples every time")
-      ->excludes("--limo", "--mbot");
+      ->excludes("--limo", "--mbot", "--gazebo");
   app.add_flag("--ros2", args->ros2,
                "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
-      ->excludes("--lockstep", "--limo", "--mbot");
+      ->excludes("--lockstep", "--limo", "--mbot", "--gazebo");
   app.add_option(
          "--pace", args->options.pace,
          "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
@@ -124,7 +129,8 @@ as docs/formats/robot-process.md says: to try the protocol, or as a robot for --
 where the world's line begins, in real time unless --lockstep, and ends when its input does. With --images
 it sends pictures (JPEG), otherwise the corners of tags. It also sends the truth, for a judge. With --ros2 it is a
 robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:limo-sim-tags, and for any ROS 2 program. With
---limo it is a LIMO on a serial port (docs/howto/limo.md), with --mbot an MBot on LCM (docs/howto/mbot.md).
+--limo it is a LIMO on a serial port (docs/howto/limo.md), with --mbot an MBot on LCM (docs/howto/mbot.md). With
+--gazebo it stands in for Gazebo, for --robot gazebo:PROFILE.
 
 Exit code: 0 its input ended, 1 a picture could not be made, 2 wrong usage.
 
@@ -132,6 +138,7 @@ Examples:
   waymark robot-sim --world circuit24 < /dev/null | head -3
   waymark teach --robot "process:waymark robot-sim --world circuit24 --lockstep" --world circuit24 -o lap.mcap
   waymark robot-sim --world circuit24 --images --ros2 --localhost
+  waymark robot-sim --world circuit24 --robot-file limo-gazebo --images --gazebo limo
 )",
       .prepare = prepare_robot_sim,
       .verbs = {}};

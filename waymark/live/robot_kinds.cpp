@@ -3,6 +3,7 @@
 #include <array>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/drivers/gazebo/profile.hpp"
 #include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/live/doctor_limo.hpp"
@@ -45,6 +46,12 @@ Result<RobotStart> start_mbot(const std::string& address, const std::string& rob
   return start_own({"mbot", "robot", *checked}, robot_file.empty() ? "mbot" : robot_file);
 }
 
+Result<RobotStart> start_gazebo(const std::string& profile, const std::string& robot_file) {
+  const auto found = find_gazebo_profile(profile);
+  if (!found) return tl::unexpected(found.error());
+  return start_own({"gazebo", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
+}
+
 constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
@@ -52,6 +59,7 @@ constexpr std::array kKinds = {
     RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo, check_limo},
     RobotKind{"mbot", "ADDRESS",
               "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot},
+    RobotKind{"gazebo", "PROFILE", "limo, or a .yaml file: docs/howto/gazebo.md", start_gazebo},
 };
 
 }  // namespace

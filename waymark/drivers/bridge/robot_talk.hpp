@@ -15,8 +15,8 @@ class RobotTalk {
   /// `wire` outlives this.
   explicit RobotTalk(const RobotWire& wire) : wire_(wire) {}
 
-  /// The first line.
-  void greet(const std::string& robot_name);
+  /// The first line. `simulated_time`: as RobotHello has it.
+  void greet(const std::string& robot_name, bool simulated_time = false);
   void write(const std::vector<std::string>& lines);
   void say(const std::string& words);
   /// The same, but for what was said so already.

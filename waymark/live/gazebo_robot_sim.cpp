@@ -1,0 +1,140 @@
+#include "waymark/live/gazebo_robot_sim.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "waymark/drivers/watchdog/pipes.hpp"
+
+namespace waymark {
+namespace {
+
+/// Gazebo's diff drive goes on with the last command for ever.
+SimulatedRobotOptions without_watchdog(SimulatedRobotOptions options) {
+  constexpr double kNever_s = 1e6;
+  options.watchdog_s = kNever_s;
+  return options;
+}
+
+class GazeboRobotSim {
+ public:
+  GazeboRobotSim(GazeboLink& link, const GazeboProfile& profile, const SimulatedSetup& setup,
+                 const SE2& start, std::unique_ptr<DetectingCamera> scene_camera)
+      : link_(link),
+        profile_(profile),
+        camera_(setup.camera),
+        robot_(setup.world, setup.model, setup.cameras(), start, without_watchdog(setup.robot),
+               CameraOutput::Shots),
+        scene_camera_(std::move(scene_camera)) {}
+
+  Status run(const std::function<bool()>& should_stop) {
+    constexpr int kNewest = 1;
+    if (const auto orders = link_.subscribe(profile_.command_topic, kNewest); !orders)
+      return tl::unexpected(orders.error());
+    Status status;
+    for (const GazeboSubscription& one : subscriptions_of(profile_))
+      if (status) status = advertise(one);
+    began_ = steady_now() - robot_.uptime();
+    while (status && !should_stop()) {
+      status = say_sample(robot_.next());
+      if (status) status = say(GazeboKind::Clock, GazeboClock{robot_.now()});
+      wait(should_stop);
+    }
+    return status;
+  }
+
+ private:
+  Status advertise(const GazeboSubscription& one) {
+    const auto made = link_.advertise(one.topic, like(one.kind));
+    if (!made) return tl::unexpected(made.error());
+    publishers_[one.kind] = *made;
+    return {};
+  }
+
+  /// A value of the type that a topic carries.
+  [[nodiscard]] GazeboValue like(GazeboKind kind) const {
+    switch (kind) {
+      case GazeboKind::Odometry:
+        return Odometry{};
+      case GazeboKind::Imu:
+        return ImuSample{};
+      case GazeboKind::Scan:
+        return LaserScan{};
+      case GazeboKind::Image:
+        return CameraFrame{};
+      case GazeboKind::CameraInfo:
+        return GazeboCamera{{}, camera_};
+      case GazeboKind::Gamepad:
+        return GamepadState{};
+      case GazeboKind::Truth:
+        return GazeboPoses{};
+      case GazeboKind::Clock:
+        return GazeboClock{};
+    }
+    return GazeboClock{};
+  }
+
+  /// What the profile does not name is not sent.
+  Status say(GazeboKind kind, const GazeboValue& value) {
+    const auto known = publishers_.find(kind);
+    return known == publishers_.end() ? Status() : link_.publish(known->second, value);
+  }
+
+  Status say_sample(const Sample& sample) {
+    if (const auto* odometry = std::get_if<Odometry>(&sample)) return say(GazeboKind::Odometry, *odometry);
+    if (const auto* imu = std::get_if<ImuSample>(&sample)) return say(GazeboKind::Imu, *imu);
+    if (const auto* scan = std::get_if<LaserScan>(&sample)) return say(GazeboKind::Scan, *scan);
+    if (const auto* truth = std::get_if<TruthPose>(&sample))
+      return say(GazeboKind::Truth, GazeboPoses{truth->stamp, {{profile_.truth_model, truth->map_T_base}}});
+    if (const auto* frame = std::get_if<CameraFrame>(&sample)) return take_picture(*frame);
+    return {};
+  }
+
+  Status take_picture(const CameraFrame& frame) {
+    auto taken = scene_camera_->take(robot_.shot());
+    if (!taken) return tl::unexpected(taken.error());
+    Status status = say(GazeboKind::CameraInfo, GazeboCamera{frame.stamp, camera_});
+    return status ? say(GazeboKind::Image, CameraFrame{frame.stamp, "camera", std::move(taken->image)})
+                  : status;
+  }
+
+  /// Until real time is where the simulation is; a busy machine makes the simulation slower, and what was
+  /// late is not made up for.
+  void wait(const std::function<bool()>& should_stop) {
+    constexpr Duration kLate = std::chrono::milliseconds(20);
+    began_ = std::max(began_, steady_now() - robot_.uptime() - kLate);
+    do {
+      const auto message = link_.next(std::max(Duration(0), began_ + robot_.uptime() - steady_now()));
+      if (message) obey(*message);
+    } while (began_ + robot_.uptime() > steady_now() && !should_stop());
+  }
+
+  void obey(const GazeboMessage& message) {
+    if (!message.value) return;
+    const auto* order = std::get_if<StampedCommand>(&*message.value);
+    if (order == nullptr || !std::isfinite(order->command.speed_m_s) ||
+        !std::isfinite(order->command.yaw_rate_rad_s))
+      return;
+    (void)robot_.command(order->command);
+  }
+
+  GazeboLink& link_;
+  GazeboProfile profile_;
+  CameraModel camera_;
+  SimulatedRobot robot_;
+  std::unique_ptr<DetectingCamera> scene_camera_;
+  Duration began_{};  ///< steady clock when simulated time was zero
+  std::map<GazeboKind, std::size_t> publishers_{};
+};
+
+}  // namespace
+
+Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, const SimulatedSetup& setup,
+                            const SE2& start, std::unique_ptr<DetectingCamera> scene_camera,
+                            const std::function<bool()>& should_stop) {
+  return GazeboRobotSim(link, profile, setup, start, std::move(scene_camera)).run(should_stop);
+}
+
+}  // namespace waymark
