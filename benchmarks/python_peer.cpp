@@ -1,9 +1,11 @@
-// The work of tools/python_ratio.py in C++: waymark_python_peer PICTURE WORLD ROBOT FRAMES prints the seconds
-// of processor time that finding the tags of a picture takes, and those of the filter with its odometry and
-// tags, both a frame.
+// The work of tools/python_ratio.py in C++: waymark_python_peer PICTURE WORLD ROBOT FRAMES RECORDED prints
+// the seconds of processor time that finding the tags of a picture takes, those of the filter with its
+// odometry and tags, and those of the filter over a recording of so many frames, all a frame.
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <variant>
+#include <vector>
 
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/config/robot_file.hpp"
@@ -22,10 +24,32 @@ double processor_s() {
 
 waymark::SensorTime at_ms(int ms) { return waymark::SensorTime(std::chrono::milliseconds(ms)); }
 
+/// Seconds a frame of the filter over all samples of a recording.
+double over_recording(const waymark::LocalizerSetup& setup,
+                      const std::vector<waymark::TagDetection>& detections, int frames) {
+  std::vector<waymark::Sample> samples;
+  for (int i = 0; i < frames; ++i) {
+    for (int k = 0; k < 3; ++k) samples.emplace_back(waymark::Odometry{at_ms(60 * i + 20 * k), {}, 0, 0});
+    samples.emplace_back(waymark::TagFrame{at_ms(60 * i + 40), "cam", detections});
+  }
+  const double begin = processor_s();
+  auto localizer = waymark::Localizer::make(setup);
+  if (!localizer) return 0;
+  std::vector<waymark::LocalizationEstimate> estimates;
+  for (const waymark::Sample& sample : samples) {
+    localizer->add(sample);
+    if (!std::holds_alternative<waymark::TagFrame>(sample)) continue;
+    const auto estimate = localizer->estimate();
+    if (estimate && estimate->certain) estimates.push_back(*estimate);
+  }
+  return (processor_s() - begin) / frames;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return std::fprintf(stderr, "usage: waymark_python_peer PICTURE WORLD ROBOT FRAMES\n"), 2;
+  if (argc != 6)
+    return std::fprintf(stderr, "usage: waymark_python_peer PICTURE WORLD ROBOT FRAMES RECORDED\n"), 2;
   const auto image = waymark::read_image(argv[1]);
   const auto world = waymark::read_world(argv[2]);
   const auto robot = waymark::read_robot(argv[3]);
@@ -55,5 +79,8 @@ int main(int argc, char** argv) {
     filter_s += done - seen;
   }
   if (known == 0) return std::fprintf(stderr, "the filter found no pose\n"), 1;
-  std::printf("%.9f %.9f\n", detector_s / (frames - 3), filter_s / (frames - 3));
+  const auto last = waymark::find_tags(*image, *finder, &robot->camera);
+  if (!last) return 1;
+  const double recorded_s = over_recording(setup, last->detections, std::atoi(argv[5]));
+  std::printf("%.9f %.9f %.9f\n", detector_s / (frames - 3), filter_s / (frames - 3), recorded_s);
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Time of the detector and the filter through Python as a ratio to C++, on rendered pictures of 1280 x 720 with tags.
+"""Time of the detector and the filter through Python as a ratio to C++, on rendered pictures of 1280 x 720 with tags; of the filter also over a recording.
 
 usage: tools/python_ratio.py PEER [RUNS]     PEER: the program waymark_python_peer; PYTHONPATH names the package of the same build
 """
@@ -12,6 +12,7 @@ import time
 from waymark import camera, config, image, localization, samples, simulation, tags
 
 FRAMES = 40
+RECORDED = 2000  # frames of the recording
 SHARE = pathlib.Path(__file__).resolve().parent.parent / "share"
 
 
@@ -42,6 +43,18 @@ def python_times(picture, world, robot):
     return detector_s / (FRAMES - 3), filter_s / (FRAMES - 3)
 
 
+def recording_time(picture, world, robot):
+    """Seconds a frame of the filter over all samples in one call."""
+    found = tags.Detector().detect(picture, robot.camera)
+    recorded = []
+    for i in range(RECORDED):
+        recorded += [samples.Odometry(stamp_ns=(60 * i + 20 * k) * 1_000_000) for k in range(3)]
+        recorded.append(samples.TagFrame(stamp_ns=(60 * i + 40) * 1_000_000, detections=found))
+    begin = time.process_time()
+    localization.localize(recorded, world.tags, robot)
+    return (time.process_time() - begin) / RECORDED
+
+
 def main():
     peer, runs = sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 7
     with tempfile.TemporaryDirectory() as folder:
@@ -53,14 +66,14 @@ def main():
         image.write(str(folder / "picture.png"), picture)
         python, cpp = [], []
         for _ in range(runs):  # in turn, so that a busy machine hits both
-            python.append(python_times(picture, world, robot))
-            done = subprocess.run([peer, folder / "picture.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES)], check=True, capture_output=True,
+            python.append((*python_times(picture, world, robot), recording_time(picture, world, robot)))
+            done = subprocess.run([peer, folder / "picture.png", SHARE / "worlds" / "circuit24.yaml", robot_file, str(FRAMES), str(RECORDED)], check=True, capture_output=True,
                                   text=True)
             cpp.append(tuple(float(word) for word in done.stdout.split()))
-    for row, name in enumerate(("detector", "filter")):
+    for row, name in enumerate(("detector", "filter after a picture", "filter over a recording")):
         ours, theirs = min(run[row] for run in python), min(run[row] for run in cpp)
         print(f"{name}: {ours * 1e3:.4f} ms through Python, {theirs * 1e3:.4f} ms in C++, ratio {ours / theirs:.3f}")
-    ours, theirs = min(map(sum, python)), min(map(sum, cpp))
+    ours, theirs = (min(sum(run[:2]) for run in runs) for runs in (python, cpp))
     print(f"both, a frame: {ours * 1e3:.4f} ms through Python, {theirs * 1e3:.4f} ms in C++, ratio {ours / theirs:.3f}")
 
 

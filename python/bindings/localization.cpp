@@ -10,6 +10,7 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/sample_cast.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -29,19 +30,24 @@ void take_options(LocalizationKind method, const py::dict& given, RiekfOptions& 
   }
 }
 
-std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot, const std::string& method,
-                                const py::kwargs& given) {
+LocalizerSetup setup_of(const TagMap& map, const RobotDescription& robot, const std::string& method,
+                        const py::kwargs& given) {
   LocalizerSetup setup{.landmarks = Landmarks(map), .tags = map};
   setup.sensor = {
       .camera = robot.camera, .base_T_sensor = robot.model.base_T_cam, .more_cameras = robot.more_cameras};
   setup.method = value_of(parse_localization_method(method));
   take_options(setup.method, given, setup.filter, setup.anchor);
-  return std::make_unique<Localizer>(value_of(Localizer::make(setup)));
+  return setup;
+}
+
+std::unique_ptr<Localizer> make(const TagMap& map, const RobotDescription& robot, const std::string& method,
+                                const py::kwargs& given) {
+  return std::make_unique<Localizer>(value_of(Localizer::make(setup_of(map, robot, method, given))));
 }
 
 /// Samples that a localizer looks at one by one, or a list of them.
 void add_all(Localizer& localizer, const py::iterable& samples) {
-  for (const py::handle& sample : samples) localizer.add(py::cast<Sample>(sample));
+  for (const py::handle& sample : samples) localizer.add(sample_of(sample));
 }
 
 PoseList listed(const std::vector<LocalizationEstimate>& estimates) {
@@ -51,21 +57,51 @@ PoseList listed(const std::vector<LocalizationEstimate>& estimates) {
   return list;
 }
 
-/// Certain estimates after each frame of tags, or the run in hindsight.
-Result<PoseList> run(const LocalizeInputs& inputs) {
-  auto localizer = Localizer::make(inputs.setup);
-  if (!localizer) return tl::unexpected(localizer.error());
-  std::vector<LocalizationEstimate> estimates;
-  for (const Sample& sample : inputs.samples) {
-    localizer->add(sample);
-    const auto estimate = localizer->estimate();
+/// A run over samples: certain estimates after each frame of tags, or the run in hindsight.
+class Run {
+ public:
+  explicit Run(const LocalizerSetup& setup)
+      : localizer_(value_of(Localizer::make(setup))), method_(setup.method) {}
+
+  void add(const Sample& sample) {
+    localizer_.add(sample);
     const bool sees = std::holds_alternative<TagFrame>(sample) ||
                       std::holds_alternative<TagPoseFrame>(sample) ||
                       std::holds_alternative<RangeBearing>(sample);
-    if (!sees || !estimate || !estimate->certain) continue;
-    if (estimates.empty() || estimates.back().stamp < estimate->stamp) estimates.push_back(*estimate);
+    if (!sees) return;
+    const auto estimate = localizer_.estimate();
+    if (!estimate || !estimate->certain) return;
+    if (estimates_.empty() || estimates_.back().stamp < estimate->stamp) estimates_.push_back(*estimate);
   }
-  return listed(inputs.setup.method == LocalizationKind::Smoother ? localizer->smoothed() : estimates);
+  [[nodiscard]] PoseList end() const {
+    return listed(method_ == LocalizationKind::Smoother ? localizer_.smoothed() : estimates_);
+  }
+
+ private:
+  Localizer localizer_;
+  LocalizationKind method_;
+  std::vector<LocalizationEstimate> estimates_{};
+};
+
+/// Of samples that Python holds. They are taken over by so many, and filtered without the GIL.
+PoseList localize(const py::iterable& samples, const TagMap& map, const RobotDescription& robot,
+                  const std::string& method, const py::kwargs& given) {
+  constexpr std::size_t kTogether = 256;
+  Run run(setup_of(map, robot, method, given));
+  std::vector<Sample> taken;
+  taken.reserve(kTogether);
+  const auto filter = [&] {
+    const py::gil_scoped_release release;
+    for (const Sample& sample : taken) run.add(sample);
+    taken.clear();
+  };
+  for (const py::handle& sample : samples) {
+    taken.push_back(sample_of(sample));
+    if (taken.size() == kTogether) filter();
+  }
+  filter();
+  const py::gil_scoped_release release;
+  return run.end();
 }
 
 PoseList localize_recording(const std::string& recording, const std::string& map, const std::string& method,
@@ -73,13 +109,11 @@ PoseList localize_recording(const std::string& recording, const std::string& map
   LocalizeJob job{.logs = {recording}, .map = map};
   job.method = value_of(parse_localization_method(method));
   take_options(job.method, given, job.filter, job.anchor);
-  Result<PoseList> list;
-  {
-    const py::gil_scoped_release release;
-    const auto inputs = read_localize_inputs(job, {});
-    list = inputs ? run(*inputs) : tl::unexpected(inputs.error());
-  }
-  return value_of(std::move(list));
+  const py::gil_scoped_release release;
+  const LocalizeInputs inputs = value_of(read_localize_inputs(job, {}));
+  Run run(inputs.setup);
+  for (const Sample& sample : inputs.samples) run.add(sample);
+  return run.end();
 }
 
 }  // namespace
@@ -116,6 +150,10 @@ void bind_localization(py::module_& m) {
       "smoothed", [](const Localizer& l) { return listed(l.smoothed()); },
       "The run in hindsight as Trajectory, when the method is smoother; else empty.");
   m.def("methods", &localization_methods, "The names of the methods.");
+  m.def("localize", &localize, py::arg("samples"), py::arg("map"), py::arg("robot"),
+        py::arg("method") = "riekf",
+        "Trajectory of the certain estimates, one after each picture, of an iterable of samples in order of "
+        "time. Options by keyword as for Localizer, which is for samples that come one by one.");
   m.def("localize_recording", &localize_recording, py::arg("recording"), py::arg("map"),
         py::arg("method") = "riekf",
         "Trajectory of the certain estimates, one after each picture, of a recording of any format with the "

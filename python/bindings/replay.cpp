@@ -10,6 +10,7 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/sample_cast.hpp"
 #include "waymark/jobs/replay_setup.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/runtime/robot_loop.hpp"
@@ -80,7 +81,7 @@ StepRobot::Step step_of(const py::object& robot, PendingException& pending) {
       const py::object samples =
           robot.attr("step")(command.speed_m_s, command.yaw_rate_rad_s, now.time_since_epoch().count());
       std::vector<Sample> list;
-      for (const py::handle& sample : py::iter(samples)) list.push_back(py::cast<Sample>(sample));
+      for (const py::handle& sample : py::iter(samples)) list.push_back(sample_of(sample));
       return list;
     });
   };

@@ -195,6 +195,20 @@ class Loop(unittest.TestCase):
         self.assertLess(scores["ate_m"]["rmse"], 0.02)
         self.assertEqual(pickle.loads(pickle.dumps(estimate)).xy_yaw.tolist(), estimate.xy_yaw.tolist())
 
+    def test_filter_over_samples_is_that_of_the_recording(self):
+        robot, tags = config.read_robot(str(self.map / "robot.yaml")), config.read_map(str(self.map / "map.yaml"))
+        for method in ("riekf", "smoother"):
+            ours = localization.localize(recording.Recording(str(self.lap)), tags, robot, method=method)
+            theirs = localization.localize_recording(str(self.lap), str(self.map), method=method)
+            self.assertEqual(ours.stamps_ns.tolist(), theirs.stamps_ns.tolist())
+            self.assertEqual(ours.xy_yaw.tolist(), theirs.xy_yaw.tolist())
+        self.assertEqual(len(localization.localize([], tags, robot)), 0)
+        for refused in (lambda: localization.localize([samples.Odometry(), "words"], tags, robot), lambda: localization.Localizer(tags, robot).add_all([1])):
+            with self.assertRaisesRegex(TypeError, "is no sample"):
+                refused()
+        with self.assertRaises(ZeroDivisionError):
+            localization.localize((1 / 0 for _ in range(2)), tags, robot)
+
     def test_filter_step_by_step(self):
         robot = config.read_robot("limo")
         localizer = localization.Localizer(self.report.map, robot)
