@@ -11,16 +11,15 @@ import subprocess
 import time
 import unittest
 
+import laps
 import recordings
 from harness import PROGRAM, InFolder
 
 SECOND = 10**9
 
 
-class WithLap(InFolder):
-    def setUp(self):
-        super().setUp()
-        self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap", "--durable")
+class WithLap(laps.WithLap):
+    MADE = (f"{laps.WithLap.MADE[0]} --durable",)
 
 
 class Info(WithLap):

@@ -8,17 +8,13 @@ import re
 import shutil
 import unittest
 
-from laps import REPLAY_KEYS, WithLap
+from laps import REPLAY_KEYS, WithMap
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CALIBRATION = "format: waymark-calibration-1\nvalues:\n  yaw_gain: {value: 0.6, sigma: 0.01, verdict: known}\n"
 
 
-class Replay(WithLap):
-    def setUp(self):
-        super().setUp()
-        self.run_here("map", "lap.mcap", "-o", "map")
-
+class Replay(WithMap):
     def replay(self, *words):
         return self.run_here("replay", "map", "--robot", "sim", "--world", "circuit24", *words)
 
@@ -161,12 +157,8 @@ class Replay(WithLap):
             self.assertIn(part, outcome.err)
 
 
-class Routes(WithLap):
+class Routes(WithMap):
     """Several routes in one map, and places where the robot pauses."""
-
-    def setUp(self):
-        super().setUp()
-        self.run_here("map", "lap.mcap", "-o", "map")
 
     def replay(self, *words):
         return self.run_here("replay", "map", "--world", "circuit24", "--json", *words)
