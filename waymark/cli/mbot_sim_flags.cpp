@@ -1,8 +1,7 @@
 #include "waymark/cli/mbot_sim_flags.hpp"
 
-#include <map>
-
 #include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/settings.hpp"
@@ -18,10 +17,9 @@ MbotSimFlags::MbotSimFlags(CLI::App& app) {
   app.add_option(
          "--mbot-generation", generation,
          "Publisher of tags of the MBot: jetson (quaternions x, y, z, w) or pi5 (w, x, y, z; no stamps)")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, MbotGeneration>{
-          {"jetson", MbotGeneration::Jetson}, {"pi5", MbotGeneration::Pi5}}))
+      ->check(CLI::IsMember({"jetson", "pi5"}))
       ->needs("--mbot")
-      ->default_str("jetson")
+      ->capture_default_str()
       ->type_name("NAME")
       ->group(kMoreGroup);
 }
@@ -32,7 +30,8 @@ Status MbotSimFlags::run(const SimulatedSetup& setup, const SE2& start) const {
                 {.key = "--images"}, "Leave it out.");
   const auto link = open_lcm(address);
   if (!link) return tl::unexpected(link.error());
-  return run_mbot_robot_sim(**link, setup, start, generation, interrupted);
+  const MbotGeneration publisher = generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
+  return run_mbot_robot_sim(**link, setup, start, publisher, interrupted);
 }
 
 }  // namespace waymark::cli

@@ -21,7 +21,7 @@ struct MbotSimFlags {
   [[nodiscard]] Status run(const SimulatedSetup& setup, const SE2& start) const;
 
   std::string address{};
-  MbotGeneration generation = MbotGeneration::Jetson;
+  std::string generation = "jetson";
 };
 
 }  // namespace waymark::cli
