@@ -6,12 +6,13 @@
 namespace waymark {
 namespace {
 
-constexpr int kLearning = 32;         ///< messages until the beat is used
-constexpr int kWindow = 16;           ///< messages whose earliest arrival corrects the beat
-constexpr double kPhaseShare = 0.25;  ///< of what the window found late
-constexpr double kPeriodShare = 0.1;  ///< of the drift within a window
-constexpr double kMostPeriods = 25;   ///< a longer silence begins anew
-constexpr double kMissing = 0.6;      ///< periods that even the earliest is late: a message is missing
+constexpr int kLearning = 32;                 ///< messages until the beat is used
+constexpr int kWindow = 16;                   ///< messages whose earliest arrival corrects the beat
+constexpr double kPhaseShare = 0.25;          ///< of what the window found late
+constexpr double kPeriodShare = 0.1;          ///< of the drift within a window
+constexpr double kMostPeriods = 25;           ///< a longer silence begins anew
+constexpr double kLeastPeriodSeconds = 5e-4;  ///< a shorter one was learned from what had piled up
+constexpr double kMissing = 0.6;  ///< periods that even the earliest is late: a message is missing
 
 SensorTime time_of(double seconds) {
   return SensorTime(Duration(static_cast<std::int64_t>(std::round(seconds * 1e9))));
@@ -48,7 +49,8 @@ void FrameClock::correct(double late_s) {
 
 SensorTime FrameClock::stamp(Duration arrived, bool lost) {
   const double arrived_s = to_seconds(arrived);
-  if (messages_ >= kLearning && arrived_s - beat_s_ > kMostPeriods * period_s_) messages_ = 0;
+  const bool useless = period_s_ < kLeastPeriodSeconds || arrived_s - beat_s_ > kMostPeriods * period_s_;
+  if (messages_ >= kLearning && useless) messages_ = 0;
   if (messages_ < kLearning) {
     learn(arrived_s);
   } else {

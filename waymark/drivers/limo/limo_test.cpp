@@ -211,6 +211,19 @@ TEST(FrameClock, LostMessagesDoNotShiftIt) {
   }
 }
 
+TEST(FrameClock, WhatHadPiledUpAndCameAtOnceIsNoBeat) {
+  FrameClock clock;
+  SensorTime before{};
+  for (int k = 0; k < 2000; ++k) {
+    const Duration arrived = milliseconds(1000 + 20 * std::max(0, k - 40));
+    const SensorTime stamp = clock.stamp(arrived, k % 7 == 0);
+    ASSERT_GT(stamp, before) << k;
+    ASSERT_LE(stamp.time_since_epoch(), arrived + Duration(64)) << k;
+    before = stamp;
+  }
+  EXPECT_GT(*clock.period_s(), 0.01) << "it was zero, and stamps were no numbers";
+}
+
 TEST(FrameClock, BeginsAnewAfterASilence) {
   FrameClock clock;
   for (int k = 0; k < 200; ++k) (void)clock.stamp(milliseconds(20 * k));
