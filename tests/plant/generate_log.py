@@ -24,6 +24,7 @@ from teacher import Teacher
 
 TICK_S = 0.005
 START_S = 100.0
+SPEED_FOR_S = 10.0
 
 
 def arguments() -> argparse.Namespace:
@@ -53,6 +54,7 @@ def arguments() -> argparse.Namespace:
                         help="the tag of this number carries the other one, which another tag has, too")
     parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
     parser.add_argument("--laps", type=float, default=1.0)
+    parser.add_argument("--speeds", type=float, nargs="+", default=[0.3], metavar="M_S", help="of the drive, one after the other, ten seconds each")
     return parser.parse_args()
 
 
@@ -101,7 +103,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
     looking = corner_camera.CornerCamera(camera, tags, corners, args.seed)
     carries = {f"tag36h11:{number}": f"tag36h11:{other}" for number, other in args.second}
     coarse = np.random.default_rng([args.seed, 8])
-    bursts, stamps, teacher = SlipBursts(args.seed, rough), Stamps(args.seed, args.latency_s, args.jitter_s, rough), Teacher(0.3, args.seed)
+    bursts, stamps, teacher = SlipBursts(args.seed, rough), Stamps(args.seed, args.latency_s, args.jitter_s, rough), Teacher(args.speeds[0], args.seed)
     tables: dict[str, list[str]] = {
         "odometry": ["t_ns,x_m,y_m,theta_rad,speed_m_s,yaw_rate_rad_s"], "truth": ["t_ns,x_m,y_m,theta_rad,valid"],
         "imu": ["t_ns,gyro_x_rad_s,gyro_y_rad_s,gyro_z_rad_s,accel_x_m_s2,accel_y_m_s2,accel_z_m_s2"],
@@ -111,6 +113,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
     while not (teacher.done or ticks * TICK_S > 110 * args.laps):
         ticks += 1
         now = ticks * TICK_S
+        teacher.speed_m_s = args.speeds[int(now / SPEED_FOR_S) % len(args.speeds)]
         plant.advance(*command, TICK_S, Disturbance(grip=bursts.grip(TICK_S)))
         motion = plant.motion()
         sensing.encoder_stuck = any(start <= now < start + lasts for start, lasts in args.encoder_stuck)

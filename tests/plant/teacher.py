@@ -11,7 +11,7 @@ OVERLAP_M = 1.0
 
 class Teacher:
     def __init__(self, speed_m_s: float, seed: int, wander_m: float = 0.015):
-        self._lap, self._speed = course.lap(), speed_m_s
+        self._lap, self.speed_m_s = course.lap(), speed_m_s
         self._rng = np.random.default_rng([seed, 4])
         self._wander_m, self._off = wander_m, 0.0
         self._index, self._driven_m = 0, 0.0
@@ -38,10 +38,10 @@ class Teacher:
         aim = self._lap[(self._index + 32) % len(self._lap)]
         aim_x, aim_y = aim[0] - self._off * math.sin(aim[2]), aim[1] + self._off * math.cos(aim[2])
         angle = frames.wrap(math.atan2(aim_y - y_m, aim_x - x_m) - yaw_rad)
-        wanted = 2 * self._speed * math.sin(angle) / math.hypot(aim_x - x_m, aim_y - y_m)
+        wanted = 2 * self.speed_m_s * math.sin(angle) / math.hypot(aim_x - x_m, aim_y - y_m)
         if abs(self._asked) > 0.1:
             self._gain += 0.4 * dt_s * (yaw_rate_rad_s - self._gain * self._asked) * math.copysign(1, self._asked)
             self._gain = min(1.3, max(0.15, self._gain))
         keep = math.exp(-dt_s / 0.15)
         self._asked = keep * self._asked + (1 - keep) * wanted / self._gain
-        return self._speed, max(-6.0, min(6.0, wanted / self._gain))
+        return self.speed_m_s, max(-6.0, min(6.0, wanted / self._gain))

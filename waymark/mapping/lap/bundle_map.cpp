@@ -101,14 +101,16 @@ void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const Map
   const SE3 assumed = lap.bundle.poses[lap.cam].value;
   {
     LapBundle copy = lap;
-    result.mounting = estimate_mounting(copy, steps, told);
+    const MountingBelief first{.base_T_cam = assumed, .focal_share = options.focal_share};
+    result.mounting = estimate_mounting(copy, steps, told, first);
     if (!result.mounting) return;
     if (!asked) internal::keep_confirmed(copy, assumed, steps, told, *result.mounting);
     if (!asked && (options.keep_mounting || !result.mounting->stands_out())) return;
     lap.bundle.odometry = std::move(copy.bundle.odometry);  // with the noise that was found
   }
   result.mounting_used = true;
-  MountingBelief belief{.base_T_cam = assumed, .off = result.mounting->off};
+  MountingBelief belief{
+      .base_T_cam = assumed, .off = result.mounting->off, .focal_share = options.focal_share};
   if (!asked) belief.trusted = result.mounting->untold;
   result.mounting = estimate_mounting(lap, steps, told, belief);
   fit_odometry_noise(lap, steps, told);

@@ -20,6 +20,9 @@ struct BundleMapOptions {
   bool estimate_noise = true;
   bool find_mounting = false;
   bool keep_mounting = false;
+  /// By which the focal length of the camera may be off where the mounting is found; 0: it is known. Only a
+  /// map that is there already tells it.
+  double focal_share = 0;
   LapModelOptions model{};
 
   template <class Self, class Visitor>

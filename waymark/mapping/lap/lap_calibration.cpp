@@ -19,6 +19,7 @@ constexpr const char* kUnsteady = "Drive at two speeds, and change between them 
 /// A number is worth using when it is known better than this.
 struct Worth {
   double metres = 0.01, radians = 0.01, scale = 0.01, slip_s = 0.03, latency_s = 0.01, bias_rad_s = 0.002;
+  double focal_share = 0.005;
 };
 
 class Values {
@@ -58,6 +59,9 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   values.add("turn_lead_s", scales.turn_lead_s, sigma.turn_lead_s, worth.latency_s, kTurns);
   values.add("odometry_yaw_bias_rad_s", scales.yaw_bias_rad_s, sigma.yaw_bias_rad_s, worth.bias_rad_s,
              kTurns);
+  if (found.focal_scale_sigma > 0)
+    values.add("focal_scale", found.focal_scale, found.focal_scale_sigma, worth.focal_share, kStraight);
+  if (calibration.known("focal_scale")) calibration.camera = found.camera;
   return calibration;
 }
 
@@ -71,6 +75,8 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
                 "Record what the wheels say together with the tags.");
   BundleMapOptions freed = options;
   freed.find_mounting = true;
+  constexpr double kFocalShare = 0.01;
+  if (lap.prior) freed.focal_share = kFocalShare;
   Result<BundleMap> map = map_by_bundle(lap, {}, freed, progress);
   if (!map) return tl::unexpected(map.error());
   if (!map->mounting)

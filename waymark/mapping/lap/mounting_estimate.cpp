@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/geometry/uncertainty.hpp"
 
 namespace waymark {
@@ -40,6 +41,25 @@ PosePriorFactor prior_of(const MountingBelief& belief) {
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
 
+/// The focal length of the first camera near what is given; all other numbers of cameras stay.
+void free_focal_length(double share, Bundle& bundle) {
+  bundle.intrinsics.resize(bundle.cameras.size());
+  BundleIntrinsics& free = bundle.intrinsics[0];
+  free.prior = intrinsics_of(bundle.cameras[0]);
+  constexpr double kKnown = 1e-6;
+  free.sigma = Eigen::VectorXd::Constant(free.prior.size(), kKnown);
+  free.sigma.head<2>() = share * free.prior.head<2>().cwiseAbs();
+}
+
+void read_focal_length(const Bundle& bundle, const BundleCovariance& known, MountingEstimate& estimate) {
+  if (bundle.intrinsics.empty() || known.intrinsics[0].size() == 0) return;
+  const Eigen::Vector2d given = bundle.intrinsics[0].prior.head<2>();
+  const Eigen::RowVector2d mean = given.cwiseInverse().transpose() / 2;
+  estimate.focal_scale = mean * intrinsics_of(bundle.cameras[0]).head<2>();
+  const Eigen::Matrix2d P = known.intrinsics[0].topLeftCorner<2, 2>();
+  estimate.focal_scale_sigma = std::sqrt(std::max(0.0, (mean * P * mean.transpose()).value()));
+}
+
 }  // namespace
 
 std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
@@ -59,14 +79,17 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
     cam.fixed = false;
     lap.bundle.priors.push_back({lap.cam, prior_of(belief)});
   }
+  if (belief.focal_share > 0 && lap.bundle.intrinsics.empty())
+    free_focal_length(belief.focal_share, lap.bundle);
   const BundleSummary summary = solve(lap.bundle, {.max_iterations = max_iterations}, progress);
   if (!summary.usable()) return std::nullopt;
-  MountingEstimate estimate{.base_T_cam = lap.bundle.poses[lap.cam].value};
+  MountingEstimate estimate{.base_T_cam = lap.bundle.poses[lap.cam].value, .camera = lap.bundle.cameras[0]};
   const BundleCovariance known = covariance(lap.bundle);
   estimate.scales = lap.bundle.odometry_scales[0].value;
   estimate.scales_sigma = OdometryScales::of(known.scales[0].diagonal().cwiseMax(0.0).cwiseSqrt());
   const Matrix6 P = coordinate_covariance(Uncertain<SE3>{estimate.base_T_cam, known.poses[lap.cam]});
   estimate.sigma = P.diagonal().cwiseMax(0.0).cwiseSqrt();
+  read_focal_length(lap.bundle, known, estimate);
   estimate.off = between(belief.base_T_cam, estimate.base_T_cam);
   for (int i = 0; i < 6; ++i) {
     const auto at = static_cast<std::size_t>(i);

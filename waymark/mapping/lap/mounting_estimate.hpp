@@ -19,6 +19,9 @@ struct MountingEstimate {
   std::array<bool, 6> untold{};
   OdometryScales scales{};  ///< of the wheels, slip and latency
   OdometryScales scales_sigma{};
+  CameraModel camera;            ///< the first, as it was found
+  double focal_scale = 1;        ///< its focal length over the given one
+  double focal_scale_sigma = 0;  ///< 0: it was taken as given
 
   [[nodiscard]] bool stands_out() const { return std::ranges::find(out, true) != out.end(); }
 };
@@ -29,6 +32,7 @@ struct MountingBelief {
   Vector6 off = Vector6::Zero();
   /// Which of the six stay as the file has them.
   std::array<bool, 6> trusted{};
+  double focal_share = 0;  ///< by which the focal length of the first camera may be off; 0: it is known
 };
 
 /// Frees the camera's mounting (but for its height, which nothing on a floor tells), side slip and the age of

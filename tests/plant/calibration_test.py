@@ -1,0 +1,78 @@
+#!/usr/bin/python3
+"""`waymark calibrate robot` on generated drives whose camera sits elsewhere, has another focal length and a late clock: by how many of its stated
+deviations each number is off, over drives. A consistent number is off by 1 (RMS).
+
+    tests/plant/calibration_test.py build/check/waymark/cli/waymark
+
+WAYMARK_FULL=1 takes 50 drives instead of one.
+"""
+import collections
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import body
+import kinematic_plant
+
+GENERATE = pathlib.Path(__file__).resolve().parent / "generate_log.py"
+PROGRAM = ""
+DRIVES = 50 if os.environ.get("WAYMARK_FULL") is not None else 1
+# Of the place about which the robot turns: the calibrated base.
+PIVOT_M = kinematic_plant.KinematicOptions().pivot_m
+CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Camera().y_m, "mounting_z_m": body.Camera().z_m}
+LARGEST_RMS = 1.15
+LARGEST_OF_ONE = 4.0
+
+
+def calibrated(seed: int, folder: pathlib.Path) -> dict[str, tuple[float, float]]:
+    """Error and stated deviation of each number that the drive tells."""
+    rng = np.random.default_rng([seed, 11])
+    moved = np.clip(rng.standard_normal(3), -2, 2) * 0.01
+    turned_deg = np.clip(rng.standard_normal(3), -2, 2) * 1.0
+    latency_s, focal = float(rng.uniform(0, 0.06)), float(1 + 0.01 * rng.standard_normal())
+    subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), "--speeds", "0.25", "0.55", "--latency-s", f"{latency_s:.6f}",
+                    "--focal-scale", f"{focal:.6f}", "--mounting", *(f"{offset:.6f}" for offset in (*moved, *turned_deg))], check=True)
+    logs = [str(folder / f"{name}.csv") for name in ("detections", "odometry", "imu")]
+    done = subprocess.run([PROGRAM, "calibrate", "robot", *logs, "--map", str(folder / "map.yaml"), "--robot", str(folder / "robot.yaml"), "--by", "lap",
+                           "-o", str(folder / "calibration.yaml"), "--json"], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr)
+    truth = {name: CAMERA_M[name] + off for name, off in zip(CAMERA_M, moved)}
+    truth |= {f"mounting_{axis}_rad": math.radians(angle) for axis, angle in zip(("roll", "pitch", "yaw"), turned_deg)}
+    truth |= {"camera_latency_s": latency_s, "focal_scale": focal, "odometry_scale": length(folder / "truth.csv") / length(folder / "odometry.csv")}
+    found = json.loads(done.stdout)["values"]
+    return {name: (number["value"] - truth[name], number["sigma"]) for name, number in found.items()
+            if name in truth and number.get("verdict", "known") == "known"}
+
+
+def length(table: pathlib.Path) -> float:
+    way = np.loadtxt(table, delimiter=",", skiprows=1)
+    return float(np.hypot(np.diff(way[:, 1]), np.diff(way[:, 2])).sum())
+
+
+class Numbers(unittest.TestCase):
+    def test_by_lap_are_as_good_as_they_say(self) -> None:
+        scores = collections.defaultdict(list)
+        for seed in range(1, DRIVES + 1):
+            with tempfile.TemporaryDirectory() as folder:
+                for name, (error, sigma) in calibrated(seed, pathlib.Path(folder)).items():
+                    scores[name].append(error / sigma)
+                    print(f"seed {seed}: {name} {error:+.5f} +- {sigma:.5f}", flush=True)
+        self.assertLessEqual({"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale"}, set(scores))
+        for name, values in scores.items():
+            rms = math.sqrt(np.mean(np.square(values)))
+            print(f"{name}: RMS {rms:.2f}, mean {np.mean(values):+.2f} deviations, {len(values)} drives", flush=True)
+            self.assertLess(rms, LARGEST_RMS if len(values) >= 30 else LARGEST_OF_ONE, name)
+
+
+if __name__ == "__main__":
+    PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()
