@@ -29,7 +29,7 @@ EFFECTIVE = set("""
 --ref-topic --odometry --figures --truth --detections --size-edges-px --tilt-edges-deg --lens --camera-info --cols --rows --by --path --station
 --remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
---duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --domain --localhost --interface --stamped --count --seconds
+--duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --stamped --count --seconds
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
@@ -59,6 +59,8 @@ WITHOUT_EFFECT = {
     ("run", "--anchor"): f"{NEEDS['run']} --anchor 0",
     ("run", "--tag-size-m"): f"{NEEDS['run']} --tag-size-m 0.16",
     ("robot-sim", "--pace"): f"{NEEDS['robot-sim']} --pace 2",
+    **{("robot-sim", flag): f"{NEEDS['robot-sim']} {flag} {value}" for flag, value in (
+        ("--beside", "fifo"), ("--wire-noise", "0.1"), ("--wire-dropped", "0.1"), ("--wire-torn", "0.1"), ("--mbot-generation", "pi5"))},
     ("detect", "--covariance"): "photograph.png --covariance",
     ("detect", "--camera-name"): "photograph.png --camera-name left",
     ("evaluate", "--map"): "est.txt ref.txt --map map.yaml",

@@ -222,7 +222,8 @@ class Misbehaviour(InFolder):
                             (["--robot", "process:true"], "--anchor"),
                             (["--robot", "process:true", "--anchor", "0"], "--tag-size-m"),
                             (["--robot", "process:true", "--anchor", "zero", "--tag-size-m", "1"], "zero"),
-                            (["--robot", "gazebo", "--world", "circuit24"], "process:CMD"),
+                            (["--robot", "proces", "--world", "circuit24"], "process:CMD"),
+                            (["--robot", "gazebo", "--world", "circuit24"], "gazebo:PROFILE"),
                             (["--world", "circuit24", "--anchor", "0"], "already says"),
                             (["--robot", "process:true", "--world", "circuit24", "--driver", "hands"], "no driver")):
             outcome = self.run_here("teach", "-o", "x.mcap", *words)
