@@ -18,6 +18,9 @@ import threading
 import time
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import wire_driver
+
 PROGRAM = sys.argv[1]
 PEER = "/usr/libexec/ignition/transport11/ign-transport-topic"
 LANE = pathlib.Path(__file__).with_name("lane.yaml")
@@ -172,7 +175,7 @@ class Peer(Wire):
     def test_a_killed_driver_stops_the_robot(self):
         self.simulation()
         listener = Listener(self)
-        driver = self.start(sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM)
+        driver = self.start(sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "gazebo", "robot", "limo")
         self.assertEqual(driver.stdout.readline(), "drives\n")
         self.until(lambda: len(listener.moving()) > 20)
         killed = time.monotonic()
@@ -183,20 +186,6 @@ class Peer(Wire):
         print(f"driver killed: last moving command {1e3 * last:.0f} ms, first zero {1e3 * zero:.0f} ms after")
         self.assertLess(last, 0.25)
         self.assertLess(zero, 0.25)
-
-
-# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
-DRIVER = """
-import subprocess, sys, threading, time
-robot = subprocess.Popen([sys.argv[1], "--exec", sys.argv[2], "gazebo", "robot", "limo"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-robot.stdout.readline()
-threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
-print("drives", flush=True)
-for i in range(10000):
-    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
-    robot.stdin.flush()
-    time.sleep(0.05)
-"""
 
 
 class Nobody(Wire):

@@ -19,6 +19,9 @@ import unittest
 
 from limo_wire import MODE, Limo
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import wire_driver
+
 PROGRAM = sys.argv[1]
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
@@ -244,7 +247,7 @@ class Faults(Wire):
 
     def test_a_killed_driver_stops_the_robot(self):
         limo = Limo()
-        driver = subprocess.Popen([sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM, limo.path], stdout=subprocess.PIPE, text=True)
+        driver = subprocess.Popen([sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "limo", "robot", limo.path], stdout=subprocess.PIPE, text=True)
         self.ends.append(driver)
         self.assertTrue(until(lambda: limo.speed == 0.3))
         time.sleep(0.5)
@@ -295,19 +298,6 @@ class Doctor(Wire):
         self.robot(limo)
         self.assertIn("uses the serial port", self.lines(limo.path)[0]["robot"]["words"])
 
-
-# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
-DRIVER = """
-import subprocess, sys, threading, time
-robot = subprocess.Popen([sys.argv[1], "--exec", sys.argv[2], "limo", "robot", sys.argv[3]], stdin=subprocess.PIPE,
-                         stdout=subprocess.PIPE)
-robot.stdout.readline()
-threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
-for i in range(10000):
-    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
-    robot.stdin.flush()
-    time.sleep(0.05)
-"""
 
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -18,9 +18,11 @@ import struct
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import wire_driver
 
 PROGRAM, PEER = sys.argv[1:3]
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
@@ -30,19 +32,6 @@ LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL
 DATA = os.environ.get("WAYMARK_DATA")
 LOG = pathlib.Path(DATA or "", "lcm", "lcmlog-2024-04-15.00")
 LANDMARKS = pathlib.Path(DATA or "", "lcm", "landmarks.csv")
-
-# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
-DRIVER = """
-import subprocess, sys, threading, time
-robot = subprocess.Popen([sys.argv[1], "--exec", *sys.argv[2:]], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-robot.stdout.readline()
-threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
-print("drives", flush=True)
-for i in range(10000):
-    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
-    robot.stdin.flush()
-    time.sleep(0.05)
-"""
 
 
 class Lcm(unittest.TestCase):
@@ -80,7 +69,7 @@ class Robot(Lcm):
         peer = self.start(PEER, "robot", self.url, 30)
         robot = self.robot()
         lines = self.lines(robot, 120)
-        threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
+        wire_driver.drain(robot)
         self.assertEqual(lines[0], {"type": "hello", "protocol_version": 1, "name": "mbot", "sends": [], "lockstep": False})
         first = {line["type"]: line for line in reversed(lines)}
         self.assertEqual([first["odometry"][key] for key in ("x_m", "y_m", "yaw_rad")], [1, 2, 0.5])
@@ -91,10 +80,7 @@ class Robot(Lcm):
         for value, expected in zip(tag["position_m"], (0.01, 0.02, 1.5)):
             self.assertAlmostEqual(value, expected, 6)
         self.assertLess(abs(first["odometry"]["stamp_ns"] / 1e9 - time.time()), 20)
-        for i in range(20):
-            robot.stdin.write(json.dumps({"type": "velocity", "sequence": i + 1, "speed_m_s": 0.3, "yaw_rate_rad_s": -0.1}) + "\n")
-            robot.stdin.flush()
-            time.sleep(0.05)
+        wire_driver.move(robot, 0.3, -0.1)
         robot.stdin.close()
         self.assertEqual(robot.wait(20), 0)
         peer.kill()
@@ -126,7 +112,7 @@ class Robot(Lcm):
     def test_a_killed_driver_stops_the_robot(self):
         """Drives through the watchdog, kills the driver with SIGKILL: the peer sees the last moving command within 0.25 s."""
         peer = self.start(PEER, "robot", self.url, 30)
-        driver = self.start(sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM, "mbot", "robot", self.url)
+        driver = self.start(sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "mbot", "robot", self.url)
         self.assertEqual(driver.stdout.readline(), "drives\n")
         time.sleep(1)
         killed = time.monotonic_ns()

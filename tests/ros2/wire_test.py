@@ -14,11 +14,13 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 import unittest
 
 from wire_peer import environment
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+import wire_driver
 
 PROGRAM, PEER = sys.argv[1:3]
 DOMAINS = itertools.count(1 + os.getpid() % 199)
@@ -118,14 +120,11 @@ class Robot(Wire):
         self.assertTrue(header.startswith(b"P5") and b"1920 1080" in header, header)
         for k in (0, 1, 1919, 1920, 1_000_000, 1920 * 1080 - 1):
             self.assertEqual(pixels[k], (7 * k + k // 1920) % 256)
-        threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
+        wire_driver.drain(robot)
         words = " ".join(line["text"] for line in lines if line["type"] == "log")
         self.assertIn("tf mounts the camera", words)
         self.assertIn("camera_info says 1920 x 1080 px", words)
-        for i in range(20):
-            robot.stdin.write(json.dumps({"type": "velocity", "sequence": i + 1, "speed_m_s": 0.3, "yaw_rate_rad_s": -0.1}) + "\n")
-            robot.stdin.flush()
-            time.sleep(0.05)
+        wire_driver.move(robot, 0.3, -0.1)
         robot.stdin.close()
         self.assertEqual(robot.wait(20), 0)
         peer.kill()
@@ -152,7 +151,7 @@ class Kill(Wire):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         listener = self.start(PEER, "listen", seconds)
         self.assertEqual(listener.stdout.readline(), "listening\n")
-        driver = self.start(sys.executable, "-c", DRIVER, WATCHDOG, PROGRAM, stdout=subprocess.PIPE)
+        driver = self.start(sys.executable, wire_driver.__file__, WATCHDOG, PROGRAM, "ros2", "robot", "limo", stdout=subprocess.PIPE)
         self.assertEqual(driver.stdout.readline(), "drives\n")
         time.sleep(1)
         killed = time.monotonic_ns()
@@ -187,20 +186,6 @@ class Kill(Wire):
     def test_a_killed_watchdog_stops_the_robot(self):
         moving, _ = self.stop_times("watchdog", signal.SIGKILL)
         self.assertLess(moving, 0.25)
-
-
-# What `waymark` does: a watchdog with the robot's process behind it, commands twenty times a second.
-DRIVER = """
-import subprocess, sys, threading, time
-robot = subprocess.Popen([sys.argv[1], "--exec", sys.argv[2], "ros2", "robot", "limo"], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-robot.stdout.readline()
-threading.Thread(target=lambda: [None for _ in robot.stdout], daemon=True).start()
-print("drives", flush=True)
-for i in range(10000):
-    robot.stdin.write(b"command %d %d 0.3 0.1 0\\n" % (i + 1, time.monotonic_ns()))
-    robot.stdin.flush()
-    time.sleep(0.05)
-"""
 
 
 class Simulated(Wire):

@@ -1,0 +1,40 @@
+#!/usr/bin/python3
+"""What `waymark` does with the process of a robot, for tests that kill whoever drives: a watchdog with the robot's process behind it, commands
+twenty times a second.
+
+usage: wire_driver.py WATCHDOG COMMAND...
+"""
+import json
+import subprocess
+import sys
+import threading
+import time
+
+
+def drain(process):
+    """Reads what comes from now on, so that the process never waits for its reader."""
+    threading.Thread(target=lambda: [None for _ in process.stdout], daemon=True).start()
+
+
+def move(robot, speed_m_s, yaw_rate_rad_s, commands=20):
+    """Drives the process of a robot for a second, by its own lines."""
+    for i in range(commands):
+        robot.stdin.write(json.dumps({"type": "velocity", "sequence": i + 1, "speed_m_s": speed_m_s, "yaw_rate_rad_s": yaw_rate_rad_s}) + "\n")
+        robot.stdin.flush()
+        time.sleep(0.05)
+
+
+def main():
+    watchdog, *command = sys.argv[1:]
+    robot = subprocess.Popen([watchdog, "--exec", *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    robot.stdout.readline()
+    drain(robot)
+    print("drives", flush=True)
+    for i in range(10000):
+        robot.stdin.write(b"command %d %d 0.3 0.1 0\n" % (i + 1, time.monotonic_ns()))
+        robot.stdin.flush()
+        time.sleep(0.05)
+
+
+if __name__ == "__main__":
+    main()
