@@ -37,7 +37,7 @@ struct TrackState {
   int starts = 0;
   bool no_way = false;        ///< odometry tells of none since the step before …
   bool wheels_stuck = false;  ///< … and tags show that the robot moves all the same
-  SuddenHalt halt;
+  SuddenHalt halt{};
   PoseHypotheses pose_hypotheses;
 };
 
