@@ -45,7 +45,7 @@ for part in ${parts//,/ }; do
   case "$part" in
     laps) tests/plant/table.py "$program" --camera corners --write "$second" ;;
     faults) tests/plant/faults.py "$program" --scripts 13 --each --seed 1 --write "$second" ;;
-    logs) tests/plant/log_table.py "$program" --seeds 2 --write "$second" ;;
+    logs) tests/plant/log_table.py "$program" --seeds 8 --write "$second" ;;
     tagslam) tools/tagslam_table.py "$program" "$data" --write docs/results/mapping.md ;;
     localization) tools/localization_table.py "$program" "$data" --write docs/results/localization.md ;;
     replay) tools/replay_table.py "$program" --data "$data" --images-seeds 5 --images-laps 10 --images-fast-seeds 5 --write docs/results/replay.md ;;
