@@ -160,9 +160,13 @@ bool Replayer::at_goal() const {
 /// Of the route: before the start, and where it continued farther ahead.
 double Replayer::left_out_m() const { return skipped_m_ + (route_.closed ? 0.0 : start_way_m_); }
 
-/// After more than a second without any sensor nobody knows what happened meanwhile: a person has to look.
+/// After more than a second without any sensor, or of a computer that was frozen or asleep, nobody knows what
+/// happened meanwhile: a person has to look.
 void Replayer::notice_silence(double dt_s) {
   constexpr double kMost_s = 1.0;
+  if (dt_s > kMost_s && state_ != ReplayState::Waiting)
+    silence_ = fmt::format(
+        "no command was sent for {:.1f} s: this computer was busy. Look at the robot, then resume", dt_s);
   silent_s_ = std::exchange(received_, false) ? 0.0 : silent_s_ + std::clamp(dt_s, 0.0, 0.5);
   if (silent_s_ > kMost_s && state_ != ReplayState::Waiting)
     silence_ = fmt::format(

@@ -207,6 +207,37 @@ TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   EXPECT_TRUE(resumed->finished) << resumed->reason;
 }
 
+// Its samples come all the same, late: nobody knows what happened meanwhile.
+TEST(ReplaySession, ARobotWhoseComputerWasFrozenStandsUntilItIsAsked) {
+  Replayer replayer = test::tiny_replayer();
+  SE2 odom_T_base;
+  SensorTime now(milliseconds(1));
+  ReplayStep step;
+  const auto drive = [&](int samples, bool commands) {
+    for (int i = 0; i < samples; ++i) {
+      now += milliseconds(50);
+      odom_T_base = odom_T_base * SE2::exp({0.05 * step.command.speed_m_s, 0, 0});
+      replayer.add(Odometry{.stamp = now, .odom_T_base = odom_T_base, .speed_m_s = step.command.speed_m_s});
+      TagFrame frame{.stamp = now, .detections = std::vector<TagDetection>(2)};
+      frame.detections[1].tag.number = 1;
+      frame.detections[0].corners_px[0].x() = 0.05 * i;
+      replayer.add(frame);
+      if (commands) step = replayer.step(now);
+    }
+  };
+  drive(30, true);
+  EXPECT_GT(step.command.speed_m_s, 0.1);
+  step.command = {};  // the watchdog's
+  drive(30, false);
+  drive(20, true);
+  EXPECT_EQ(step.command, VelocityCommand{});
+  EXPECT_NE(step.reason.value_or("").find("no command was sent for 1.6 s"), std::string::npos)
+      << step.reason.value_or("");
+  replayer.resume();
+  drive(20, true);
+  EXPECT_GT(step.command.speed_m_s, 0.1) << step.reason.value_or("");
+}
+
 TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
   Drive dead;
   dead.robot.dies_after = milliseconds(2000);
