@@ -163,8 +163,8 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   const Result<YamlNode> tree = parse_yaml(text, source, kRobotLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  Status status = root.check_keys(
-      {"name", "hull", "limits", "wheels", kMounting, kInfo, "cameras", "simulation", "motion"});
+  Status status = root.check_keys({"name", "hull", "limits", "wheels", kMounting, kInfo, "cameras",
+                                   "simulation", "motion", "commissioned"});
   if (!status) return tl::unexpected(status.error());
   const Result<std::string> name = root.read_at("name", &YamlCursor::text);
   if (!name) return tl::unexpected(name.error());
@@ -176,6 +176,9 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   model.base_T_cam = first.base_T_cam;
   RobotDescription robot{.model = model, .camera = first.camera, .camera_name = first.name};
   robot.more_cameras.assign(std::next(cameras->begin()), cameras->end());
+  auto commissioned = parse_commission(text, source);
+  if (!commissioned) return tl::unexpected(commissioned.error());
+  robot.commissioned = std::move(*commissioned);
   if (const auto simulation = root.find("simulation")) {
     const auto options = read_fields<SimulatedRobotOptions>(*simulation);
     if (!options) return tl::unexpected(options.error());

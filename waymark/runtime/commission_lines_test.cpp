@@ -1,0 +1,374 @@
+// First drives of a robot that is a few lines of code: each sign, axis and unit is swapped in turn, and must
+// be named.
+#include "waymark/runtime/commission_lines.hpp"
+
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "tests/support/tiny_robot.hpp"
+#include "waymark/runtime/commission_motion.hpp"
+#include "waymark/runtime/step_robot.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kRadius_m = 0.045;
+constexpr double kTrack_m = 0.172;
+constexpr double kDegrees = 180 / M_PI;
+
+/// What is wrong with a robot: with what it obeys, with what it sends.
+struct Wrong {
+  std::function<VelocityCommand(VelocityCommand)> obeys = [](VelocityCommand c) { return c; };
+  std::function<void(Odometry&)> odometry = [](Odometry&) {};
+  std::function<void(WheelTicks&)> wheels = [](WheelTicks&) {};
+  std::function<void(ImuSample&)> imu = [](ImuSample&) {};
+  double turns_by = 0.6;  ///< of what is asked: it skids
+  double lag_s = 0.12;
+  bool only_odometry = false;
+};
+
+RobotModel model() {
+  RobotModel made = test::tiny_model();
+  made.wheel_radius_m = kRadius_m;
+  made.track_m = kTrack_m;
+  return made;
+}
+
+/// Two wheels with a lag, a gyro, and an odometry that takes its turning from it.
+class FewLines {
+ public:
+  explicit FewLines(Wrong wrong, double yaw_rad = 0)
+      : wrong_(std::move(wrong)),
+        odom_T_base_(0, 0, yaw_rad),
+        robot_([this](const auto& c, auto now) { return step(c, now); }) {}
+
+  MotionTrace drive(const MotionOptions& options) {
+    RobotLoop loop(robot_, commands, robot_.pacing());
+    CommissionMotion motion(options, {});
+    RobotListener listener;
+    listener.on_sample = [&](const Sample& sample) {
+      motion.receive(sample);
+      return Status();
+    };
+    listener.decide = [&](Duration uptime, SensorTime now) { return motion.decide(uptime, now); };
+    listener.should_stop = [&] { return stop_after && decisions_++ >= *stop_after; };
+    const auto end = loop.drive(listener);
+    EXPECT_TRUE(end) << to_string(end.error());
+    interrupted = end && end->interrupted;
+    return motion.trace();
+  }
+  MotionTrace forward() { return drive({.command = {.speed_m_s = 0.1}}); }
+  MotionTrace turn() { return drive({.command = {.yaw_rate_rad_s = 0.4}, .most_s = 8, .way = M_PI / 2}); }
+
+  std::optional<int> stop_after{};
+  bool interrupted = false;
+
+  /// What reached the robot.
+  class Commands final : public Robot {
+   public:
+    explicit Commands(Robot& robot) : robot_(robot) {}
+    Status command(const VelocityCommand& command) override {
+      last = command;
+      moved = moved || !(command == VelocityCommand{});
+      return robot_.command(command);
+    }
+    VelocityCommand last{.speed_m_s = 1};
+    bool moved = false;
+
+   private:
+    Robot& robot_;
+  };
+
+ private:
+  Result<std::vector<Sample>> step(const VelocityCommand& command, SensorTime now) {
+    constexpr double kStep_s = 0.05;
+    const VelocityCommand asked = wrong_.obeys(command);
+    const double share = 1 - std::exp(-kStep_s / wrong_.lag_s);
+    speed_ += share * (asked.speed_m_s - speed_);
+    turning_ += share * (asked.yaw_rate_rad_s - turning_);
+    const double yaw_rate = wrong_.turns_by * turning_;
+    odom_T_base_ = odom_T_base_ * SE2::exp({kStep_s * speed_, 0, kStep_s * yaw_rate});
+    left_rad_ += kStep_s * (speed_ - turning_ * kTrack_m / 2) / kRadius_m;
+    right_rad_ += kStep_s * (speed_ + turning_ * kTrack_m / 2) / kRadius_m;
+    Odometry odometry{now, odom_T_base_, speed_, yaw_rate};
+    WheelTicks wheels{now, left_rad_, right_rad_};
+    ImuSample imu{now, {0, 0, yaw_rate + 0.01}, {0, 0, 9.81}};
+    wrong_.odometry(odometry);
+    wrong_.wheels(wheels);
+    wrong_.imu(imu);
+    if (wrong_.only_odometry) return std::vector<Sample>{odometry};
+    return std::vector<Sample>{odometry, wheels, imu};
+  }
+
+  Wrong wrong_;
+  SE2 odom_T_base_;
+  double speed_ = 0;
+  double turning_ = 0;
+  double left_rad_ = 0;
+  double right_rad_ = 0;
+  int decisions_ = 0;
+  StepRobot robot_;
+
+ public:
+  Commands commands{robot_};
+};
+
+/// The whole drive over the floor.
+std::vector<CommissionLine> commissioned(const Wrong& wrong, double yaw_rad = 0) {
+  FewLines robot(wrong, yaw_rad);
+  const MotionTrace forward = robot.forward();
+  const MotionTrace turn = robot.turn();
+  const MotionTrace second = robot.forward();
+  std::vector<CommissionLine> lines = judge_forward(forward, model(), Ground::Floor);
+  const auto add = [&](const std::vector<CommissionLine>& more) {
+    lines.insert(lines.end(), more.begin(), more.end());
+  };
+  add(judge_turn(turn, model(), Ground::Floor));
+  add(judge_standing(standing_part(forward)));
+  std::vector<OdometryLeg> legs;
+  for (const MotionTrace* trace : {&forward, &second})
+    if (const auto leg = odometry_leg(steady_part(*trace, 0.6))) legs.push_back(*leg);
+  add(judge_axes(legs));
+  add({judge_response(timing_of(forward)), judge_stop("stop.zero", timing_of(forward), 0)});
+  return lines;
+}
+
+/// "key: words" of all lines that failed.
+std::string failures(const std::vector<CommissionLine>& lines) {
+  std::string all;
+  for (const CommissionLine& line : lines) {
+    if (line.verdict != CommissionVerdict::Fail) continue;
+    all += line.key + ": " + line.words + "\n";
+    EXPECT_FALSE(line.mend.empty()) << line.key;
+  }
+  return all;
+}
+
+TEST(Commission, TheRightRobotPasses) {
+  for (const double yaw_rad : {0.0, 1.0, -2.5}) EXPECT_EQ(failures(commissioned({}, yaw_rad)), "");
+  EXPECT_EQ(failures(commissioned({.only_odometry = true})), "");
+  EXPECT_EQ(failures(commissioned({.turns_by = 0.3})), "")
+      << "a skid-steer turns by a share of what its wheels do";
+}
+
+struct Case {
+  const char* name;
+  Wrong wrong;
+  const char* words;  ///< among those of the failures
+  const char* not_words = "@";
+};
+
+std::vector<Case> cases() {
+  const auto yaw = [](Odometry& o, double factor) {
+    o.odom_T_base = {o.odom_T_base.x(), o.odom_T_base.y(), factor * o.odom_T_base.yaw()};
+  };
+  const auto place = [](Odometry& o, double x, double y) { o.odom_T_base = {x, y, o.odom_T_base.yaw()}; };
+  return {
+      {"forward is backward",
+       {.obeys =
+            [](auto c) {
+              return VelocityCommand{-c.speed_m_s, c.yaw_rate_rad_s};
+            }},
+       "command.speed_m_s is reversed",
+       "odometry."},
+      {"left is right",
+       {.obeys =
+            [](auto c) {
+              return VelocityCommand{c.speed_m_s, -c.yaw_rate_rad_s};
+            }},
+       "command.yaw_rate_rad_s is reversed",
+       "imu"},
+      {"swapped",
+       {.obeys =
+            [](auto c) {
+              return VelocityCommand{c.yaw_rate_rad_s, c.speed_m_s};
+            }},
+       "command.speed_m_s and command.yaw_rate_rad_s are swapped"},
+      {"obeys degrees",
+       {.obeys =
+            [](auto c) {
+              return VelocityCommand{c.speed_m_s, c.yaw_rate_rad_s / kDegrees};
+            },
+        .turns_by = 1},
+       "radians taken for degrees"},
+      {"stands", {.obeys = [](auto) { return VelocityCommand{}; }}, "command.speed_m_s does not move"},
+      {"odometry reversed",
+       {.odometry =
+            [=](Odometry& o) {
+              o.speed_m_s *= -1;
+              place(o, -o.odom_T_base.x(), -o.odom_T_base.y());
+            }},
+       "odometry.speed_m_s is reversed",
+       "command."},
+      {"twist reversed",
+       {.odometry = [](Odometry& o) { o.speed_m_s *= -1; }},
+       "odometry.speed_m_s is reversed",
+       "command."},
+      {"twist in mm",
+       {.odometry = [](Odometry& o) { o.speed_m_s *= 1000; }},
+       "odometry.speed_m_s is in millimetres"},
+      {"place in mm",
+       {.odometry = [=](Odometry& o) { place(o, 1000 * o.odom_T_base.x(), 1000 * o.odom_T_base.y()); }},
+       "odometry.position is in millimetres"},
+      {"place in cm",
+       {.odometry = [=](Odometry& o) { place(o, 100 * o.odom_T_base.x(), 100 * o.odom_T_base.y()); }},
+       "odometry.position is in centimetres"},
+      {"x reversed",
+       {.odometry = [=](Odometry& o) { place(o, -o.odom_T_base.x(), o.odom_T_base.y()); }},
+       "odometry.x_m is reversed"},
+      {"y reversed",
+       {.odometry = [=](Odometry& o) { place(o, o.odom_T_base.x(), -o.odom_T_base.y()); }},
+       "odometry.y_m is reversed"},
+      {"x and y swapped",
+       {.odometry = [=](Odometry& o) { place(o, o.odom_T_base.y(), o.odom_T_base.x()); }},
+       "odometry.x_m and odometry.y_m are swapped"},
+      {"twist swapped",
+       {.odometry = [](Odometry& o) { std::swap(o.speed_m_s, o.yaw_rate_rad_s); }},
+       "it and odometry.yaw_rate_rad_s are swapped",
+       "command."},
+      {"yaw reversed",
+       {.odometry = [=](Odometry& o) { yaw(o, -1); }},
+       "odometry.yaw_rad is reversed",
+       "command."},
+      {"yaw in degrees",
+       {.odometry = [=](Odometry& o) { yaw(o, kDegrees); }},
+       "odometry.yaw_rad is in degrees"},
+      {"yaw rate in degrees",
+       {.odometry = [](Odometry& o) { o.yaw_rate_rad_s *= kDegrees; }},
+       "odometry.yaw_rate_rad_s is in degrees"},
+      {"gyro reversed",
+       {.imu = [](ImuSample& i) { i.angular_velocity_rad_s *= -1; }},
+       "imu.angular_velocity_rad_s is reversed",
+       "command."},
+      {"gyro in degrees",
+       {.imu = [](ImuSample& i) { i.angular_velocity_rad_s *= kDegrees; }},
+       "imu.angular_velocity_rad_s is in degrees"},
+      {"gyro about x",
+       {.imu = [](ImuSample& i) { std::swap(i.angular_velocity_rad_s.x(), i.angular_velocity_rad_s.z()); }},
+       "is measured about x"},
+      {"acceleration in g",
+       {.imu = [](ImuSample& i) { i.linear_acceleration_m_s2 /= 9.81; }},
+       "in g instead of"},
+      {"imu upside down",
+       {.imu = [](ImuSample& i) { i.linear_acceleration_m_s2 *= -1; }},
+       "does not point up"},
+      {"wheels swapped",
+       {.wheels = [](WheelTicks& w) { std::swap(w.left_rad, w.right_rad); }},
+       "left and right are swapped",
+       "command."},
+      {"left wheel reversed",
+       {.wheels = [](WheelTicks& w) { w.left_rad *= -1; }},
+       "wheels.left_rad is reversed"},
+      {"right wheel reversed",
+       {.wheels = [](WheelTicks& w) { w.right_rad *= -1; }},
+       "wheels.right_rad is reversed"},
+      {"wheels in degrees",
+       {.wheels =
+            [](WheelTicks& w) {
+              w.left_rad *= kDegrees;
+              w.right_rad *= kDegrees;
+            }},
+       "wheels is in degrees"},
+      {"slow to stop", {.lag_s = 2}, "stop.zero:"},
+      {"odometry alone, reversed",
+       {.obeys =
+            [](auto c) {
+              return VelocityCommand{-c.speed_m_s, c.yaw_rate_rad_s};
+            },
+        .only_odometry = true},
+       "or command.speed_m_s is, as nothing else measured it"},
+  };
+}
+
+TEST(Commission, EachSignAxisAndUnitIsNamed) {
+  for (const Case& one : cases()) {
+    const std::string found = failures(commissioned(one.wrong));
+    EXPECT_NE(found.find(one.words), std::string::npos) << one.name << ": " << found;
+    EXPECT_EQ(found.find(one.not_words), std::string::npos) << one.name << " blames another: " << found;
+  }
+}
+
+TEST(Commission, LiftedWheelsAreJudgedWithoutGyroAndTags) {
+  const Wrong gyro_stands{.odometry =
+                              [](Odometry& o) {
+                                o.odom_T_base = {o.odom_T_base.x(), 0, 0};
+                                o.yaw_rate_rad_s = 0;
+                              },
+                          .imu = [](ImuSample& i) { i.angular_velocity_rad_s.setZero(); }};
+  FewLines robot(gyro_stands);
+  const auto lines = judge_turn(robot.turn(), model(), Ground::Lifted);
+  EXPECT_EQ(failures(lines), "") << "the body does not turn, the wheels do";
+  EXPECT_TRUE(
+      std::ranges::any_of(lines, [](const auto& line) { return line.verdict == CommissionVerdict::Warn; }));
+  FewLines swapped({.obeys =
+                        [](auto c) {
+                          return VelocityCommand{c.speed_m_s, -c.yaw_rate_rad_s};
+                        },
+                    .odometry = gyro_stands.odometry});
+  EXPECT_NE(failures(judge_turn(swapped.turn(), model(), Ground::Lifted)).find("wheels is reversed"),
+            std::string::npos);
+}
+
+TEST(Commission, APersonWhoWatchedDecidesBetweenCommandAndOdometry) {
+  FewLines robot({.obeys =
+                      [](auto c) {
+                        return VelocityCommand{-c.speed_m_s, c.yaw_rate_rad_s};
+                      },
+                  .only_odometry = true});
+  const MotionTrace trace = robot.forward();
+  EXPECT_NE(failures(judge_forward(trace, model(), Ground::Lifted, false)).find("a person saw"),
+            std::string::npos);
+  const std::string other = failures(judge_forward(trace, model(), Ground::Lifted, true));
+  EXPECT_NE(other.find("odometry.speed_m_s is reversed"), std::string::npos);
+  EXPECT_EQ(other.find("command."), std::string::npos) << other;
+}
+
+TEST(Commission, TagsAreAThirdSource) {
+  FewLines robot({.odometry = [](Odometry& o) { o.speed_m_s *= -1; }});
+  MotionTrace trace = robot.forward();
+  for (const Odometry& odometry : trace.odometry)
+    trace.tags.push_back({odometry.stamp, {}, {2 - odometry.odom_T_base.x(), 0.3}});
+  const auto lines = judge_forward(trace, model(), Ground::Floor);
+  EXPECT_TRUE(std::ranges::none_of(lines, [](const auto& line) { return line.key == "tags"; }))
+      << "they were in view";
+  EXPECT_NE(failures(lines).find("odometry.speed_m_s is reversed"), std::string::npos);
+  for (TagPlace& place : trace.tags)
+    place.base_p_tag_m *= -1;  // the camera looks back, they say it looks ahead
+  EXPECT_NE(failures(judge_forward(trace, model(), Ground::Floor)).find("camera_mounting is reversed"),
+            std::string::npos);
+}
+
+TEST(Commission, CtrlCAtEveryDecisionLeavesTheRobotAtZero) {
+  bool moved = false;
+  for (int decision = 0; decision < 120; ++decision) {
+    FewLines robot({});
+    robot.stop_after = decision;
+    (void)robot.forward();
+    ASSERT_TRUE(robot.interrupted) << decision;
+    ASSERT_EQ(robot.commands.last, VelocityCommand{}) << decision;
+    moved = moved || robot.commands.moved;
+  }
+  EXPECT_TRUE(moved);
+}
+
+TEST(Commission, StopsWhereOdometryCeases) {
+  test::TinyRobot robot;
+  robot.wheels_silent = {.from = std::chrono::seconds(2)};
+  RobotLoop loop(robot, robot, robot.pacing());
+  CommissionMotion motion({.command = {.speed_m_s = 0.1}, .most_s = 10}, {});
+  RobotListener listener;
+  listener.on_sample = [&](const Sample& sample) {
+    motion.receive(sample);
+    return Status();
+  };
+  listener.decide = [&](Duration uptime, SensorTime now) { return motion.decide(uptime, now); };
+  const auto end = loop.drive(listener);
+  ASSERT_FALSE(end);
+  EXPECT_NE(end.error().message.find("no odometry for 0."), std::string::npos) << end.error().message;
+  EXPECT_EQ(robot.last(), VelocityCommand{});
+  EXPECT_LT(robot.clock, std::chrono::milliseconds(2700));
+}
+
+}  // namespace
+}  // namespace waymark
