@@ -19,6 +19,7 @@ import fault_script
 import frames
 import kinematic_plant
 import sensors
+import wrong_wiring
 from drive import Disturbance, DriveOptions, Motion, Plant
 from messages import Line
 from teacher import Teacher
@@ -50,6 +51,7 @@ def arguments() -> argparse.Namespace:
                         help="where it stands, seen from the beginning of the lap")
     parser.add_argument("--fault", type=fault_script.parse, action="append", default=[], help="KIND@START[:DURATION], may be repeated: "
                         + "; ".join(f"{kind}: {what}" for kind, what in fault_script.KINDS.items()))
+    parser.add_argument("--wrong", choices=sorted(wrong_wiring.NAMED), help="a sign, an axis or a unit is swapped")
     parser.add_argument("--teach", type=float, metavar="M_S", help="drive the lap at this speed, whatever is commanded")
     parser.add_argument("--send-truth", action="store_true", help="also send truth lines, which a scripted driver of Waymark's needs")
     parser.add_argument("--truth", type=pathlib.Path, help="CSV of the true poses and the commands; FILE.done appears when a taught lap is over")
@@ -87,6 +89,7 @@ class Robot:
 
     def say(self, kind: str, stamp_s: float, **values: object) -> None:
         jump = 0.5 if self.active("clock_jump") else 0.0
+        values = wrong_wiring.sent(self.args.wrong, kind, values)
         sys.stdout.write(json.dumps({"type": kind, "stamp_ns": round((stamp_s + jump + 100.0) * 1e9), **values}) + "\n")
 
     def tick(self) -> None:
@@ -137,7 +140,7 @@ class Robot:
         return [motion for at, motion in self.history if abs(at - time_s) < self.camera.half_window_s + 1e-6]
 
     def decide(self, ordered: tuple[float, float]) -> None:
-        self.command = ordered
+        self.command = wrong_wiring.obeyed(self.args.wrong, ordered)
         if self.teacher:
             motion = self.history[-1][1]
             self.command = self.teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, TICKS_ODOMETRY * TICK_S)

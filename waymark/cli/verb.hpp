@@ -28,6 +28,7 @@ struct Verb {
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();
 [[nodiscard]] Verb cameras_verb();
+[[nodiscard]] Verb commission_verb();
 [[nodiscard]] Verb doctor_verb();
 [[nodiscard]] Verb evaluate_verb();
 [[nodiscard]] Verb calibrate_verb();

@@ -67,12 +67,13 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   if (!files) return tl::unexpected(files.error());
   if (Status laps = check_laps(job, files->route); !laps) return tl::unexpected(laps.error());
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
-  const auto replay = LiveReplay::make(
-      setup, job, *files, control, viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
-  if (!replay) return tl::unexpected(replay.error());
-  FreshFile fresh(job.output);
   const auto robot = LiveRobot::open(setup, control);
   if (!robot) return tl::unexpected(robot.error());
+  const auto replay =
+      LiveReplay::make(setup, slowed(job, (*robot)->speed_limit_m_s()), *files, control,
+                       viewers.viewers().watch(goal_m(files->route, job)), viewers.requests());
+  if (!replay) return tl::unexpected(replay.error());
+  FreshFile fresh(job.output);
   viewers.viewers().show_map(job.folder);
   ReplaySession& session = (*replay)->session();
   RobotListener listener = session.listener();

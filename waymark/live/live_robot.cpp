@@ -1,10 +1,12 @@
 #include "waymark/live/live_robot.hpp"
 
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/base/printable.hpp"
+#include "waymark/live/commission_limit.hpp"
 
 namespace waymark {
 namespace {
@@ -45,6 +47,12 @@ LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<RobotW
       control_(std::move(control)) {}
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobControl control) {
+  auto robot = open_first(setup, std::move(control));
+  if (robot && (*robot)->limited_) (*robot)->control_.note(*(*robot)->limited_);
+  return robot;
+}
+
+Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup, JobControl control) {
   auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
   std::vector<MountedCamera> cameras = setup.simulated.cameras();
@@ -61,12 +69,25 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
   for (const CameraAddress& address : setup.live_cameras) names.insert(address.name);
   if (!live->empty())
     source = std::make_unique<RobotWithCameras>(**robot, std::move(*live), std::move(names));
-  return std::unique_ptr<LiveRobot>(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
+  const RobotHello hello = (*robot)->hello();
+  std::unique_ptr<LiveRobot> opened(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
                                                   std::move(cameras), std::move(control)));
+  opened->limited_ = lacks_commission(setup, hello);
+  return opened;
+}
+
+double LiveRobot::speed_limit_m_s() const {
+  return limited_ ? kUncommissionedSpeed_m_s : std::numeric_limits<double>::infinity();
 }
 
 Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   listener.on_text = [this](const std::string& text) { control_.note("robot: " + printable(text)); };
+  listener.decide = [decide = std::move(listener.decide), most_m_s = speed_limit_m_s()](Duration uptime,
+                                                                                        SensorTime now) {
+    Result<DriverDecision> decision = decide(uptime, now);
+    if (decision) decision->command = slowed(decision->command, most_m_s);
+    return decision;
+  };
   auto end = loop_.drive(listener);
   if (loop_.dropped_pictures() > 0)
     control_.note(

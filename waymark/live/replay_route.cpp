@@ -149,6 +149,11 @@ double goal_m(const Route& route, const ReplayJob& job) {
   return route.length_m * (route.closed ? job.replay.laps : 1);
 }
 
+ReplayJob slowed(ReplayJob job, double most_m_s) {
+  job.replay.safety.max_speed_m_s = std::min(job.replay.safety.max_speed_m_s, most_m_s);
+  return job;
+}
+
 std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route) {
   const double most = job.replay.safety.max_speed_m_s;
   double asked = job.replay.profile.speed_m_s;

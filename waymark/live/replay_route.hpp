@@ -69,6 +69,8 @@ struct ReplayReport {
 /// How far a replay of the job goes along its route.
 [[nodiscard]] double goal_m(const Route& route, const ReplayJob& job);
 
+/// The job with a limiter that lets no more than this speed pass.
+[[nodiscard]] ReplayJob slowed(ReplayJob job, double most_m_s);
 /// What is asked for and will not be driven: faster than the limiter lets pass.
 [[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);
 

@@ -30,7 +30,9 @@ Result<RobotStart> start_own(std::vector<std::string> words, const std::string& 
 Result<RobotStart> start_ros2(const std::string& profile, const std::string& robot_file) {
   const auto found = find_ros2_profile(profile);
   if (!found) return tl::unexpected(found.error());
-  return start_own({"ros2", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
+  auto start = start_own({"ros2", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
+  if (start) start->topics = digest_of(found->text);
+  return start;
 }
 
 Result<RobotStart> start_limo(const std::string& port, const std::string& robot_file) {
@@ -74,7 +76,10 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     const auto start = kind.start(robot.substr(begin.size()), robot_file);
     if (!start) return tl::unexpected(start.error());
     Result<RobotSetup> setup = load_setup(world, start->robot_file, seed);
-    if (setup) setup->process = start->process;
+    if (setup) {
+      setup->process = start->process;
+      setup->ground = {.robot = robot, .topics = start->topics};
+    }
     return setup;
   }
   return std::nullopt;

@@ -18,6 +18,7 @@ namespace waymark {
 struct RobotStart {
   std::string robot_file{};  ///< what describes it where nobody names a file; empty: as load_setup() has it
   RobotCommand process{};
+  std::string topics{};  ///< digest of what maps the robot's topics; empty: nothing does
 };
 
 /// A row of the table of kinds.

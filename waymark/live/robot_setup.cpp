@@ -62,7 +62,9 @@ Result<RobotSetup> load_setup(const std::string& world_name, const std::string& 
                                   .camera_name = robot->camera_name,
                                   .more_cameras = robot->more_cameras},
                     .world_yaml = world_file->text,
-                    .robot_yaml = robot_text->text};
+                    .robot_yaml = robot_text->text,
+                    .robot_path = robot_text->path,
+                    .commissioned = robot->commissioned};
 }
 
 }  // namespace waymark

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,11 @@ struct RobotSetup {
   SimulatedSetup simulated;
   std::string world_yaml;  ///< text of the world's file; empty when nobody knows the world
   std::string robot_yaml;
-  RobotCommand process{};                     ///< what is the robot; empty: it is simulated
-  std::vector<CameraAddress> live_cameras{};  ///< of this computer, on a robot that is a process
+  RobotCommand process{};                          ///< what is the robot; empty: it is simulated
+  std::vector<CameraAddress> live_cameras{};       ///< of this computer, on a robot that is a process
+  std::string robot_path{};                        ///< of the robot's file
+  std::optional<CommissionRecord> commissioned{};  ///< of the robot's file
+  CommissionGround ground{};                       ///< what a commission of this robot rests on
 
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,

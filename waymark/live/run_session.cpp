@@ -1,6 +1,7 @@
 #include "waymark/live/run_session.hpp"
 
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -63,6 +64,9 @@ class SessionTasks final : public OperatorTasks {
     viewers_.show_camera(setup.simulated);
   }
 
+  /// Of replays.
+  void limit_speed(double most_m_s) { most_m_s_ = most_m_s; }
+
   void begin(const OperatorInput& input) {
     control_.note(input.usage());
     std::error_code ignored;
@@ -113,7 +117,7 @@ class SessionTasks final : public OperatorTasks {
   }
 
   Result<ReplaySession*> start_replay() override {
-    ReplayJob job = job_.replay;
+    ReplayJob job = slowed(job_.replay, most_m_s_);
     job.folder = map_folder_;
     job.output = free_name(job_.folder, "replay");
     job.images = job_.images;
@@ -154,6 +158,7 @@ class SessionTasks final : public OperatorTasks {
   std::optional<ReplayFiles> files_{};
   std::unique_ptr<LiveReplay> replay_{};
   MapInTheMaking mapping_{};
+  double most_m_s_ = std::numeric_limits<double>::infinity();
   bool taken_ = false;  ///< a map, and not loaded yet
   SessionViewers viewers_;
 };
@@ -185,6 +190,7 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
   const auto robot = LiveRobot::open(setup, control);
   if (!robot) return tl::unexpected(robot.error());
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
+  tasks.limit_speed((*robot)->speed_limit_m_s());
   tasks.begin(*input);
   session.begin();
   const auto driven = (*robot)->drive(watched(session.listener(), job.feed, control));

@@ -66,7 +66,7 @@ class SimulatedProcess {
         cancelled_(std::move(cancelled)) {}
 
   Status run() {
-    RobotHello hello{.name = name_, .lockstep = lockstep_};
+    RobotHello hello{.name = name_, .lockstep = lockstep_, .simulated = true};
     hello.sends = {"odometry", "wheels", "imu", "truth", scene_camera_ != nullptr ? "image" : "detections"};
     Status status = write(to_line(hello));
     start_ = steady_now();

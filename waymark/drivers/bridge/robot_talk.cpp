@@ -4,8 +4,8 @@
 
 namespace waymark {
 
-void RobotTalk::greet(const std::string& robot_name, bool simulated_time) {
-  write({to_line(RobotHello{.name = robot_name, .simulated_time = simulated_time})});
+void RobotTalk::greet(const std::string& robot_name, bool simulated_time, bool simulated) {
+  write({to_line(RobotHello{.name = robot_name, .simulated_time = simulated_time, .simulated = simulated})});
   greeted_ = true;
 }
 

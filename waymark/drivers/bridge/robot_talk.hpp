@@ -16,7 +16,7 @@ class RobotTalk {
   explicit RobotTalk(const RobotWire& wire) : wire_(wire) {}
 
   /// The first line. `simulated_time`: as RobotHello has it.
-  void greet(const std::string& robot_name, bool simulated_time = false);
+  void greet(const std::string& robot_name, bool simulated_time = false, bool simulated = false);
   void write(const std::vector<std::string>& lines);
   void say(const std::string& words);
   /// The same, but for what was said so already.

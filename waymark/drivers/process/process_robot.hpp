@@ -39,6 +39,11 @@ class ProcessRobot final : public Source, public Robot {
   Status command(const VelocityCommand& command) override;
   /// In lockstep: the stamp of the newest step.
   [[nodiscard]] std::optional<SensorTime> now() const override;
+  /// WatchedProcess::drive_from_child(): a process that is there to be killed. next() goes on until the
+  /// watchdog has ended the robot's process.
+  [[nodiscard]] Result<pid_t> drive_from_child(const VelocityCommand& command, double most_s) {
+    return wire_->drive_from_child(command.speed_m_s, command.yaw_rate_rad_s, most_s);
+  }
   /// Stops the robot and ends its process; nothing may be asked of it afterwards.
   void close() { (void)wire_->close(); }
 

@@ -36,6 +36,7 @@ RobotHello hello_of(MessageFields& fields) {
   (void)fields.has("stamp_s");
   hello.lockstep = fields.flag_or_false("lockstep");
   hello.simulated_time = fields.flag_or_false("simulated_time");
+  hello.simulated = fields.flag_or_false("simulated");
   if (fields.has("sends")) {
     const json* list = fields.array("sends", 100);
     for (const json& word : list != nullptr ? *list : json::array()) {

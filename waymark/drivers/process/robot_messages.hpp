@@ -24,6 +24,9 @@ struct RobotHello {
   std::vector<std::string> sends{};  ///< types of the lines that will come
   bool lockstep = false;             ///< its time stands still until each step is answered
   bool simulated_time = false;       ///< its time goes as fast as its samples say, not as that of a clock
+  bool simulated = false;            ///< no wheels turn; a robot in lockstep is simulated, whatever it says
+
+  [[nodiscard]] bool is_real() const { return !lockstep && !simulated && !simulated_time; }
 };
 
 /// A robot in lockstep waits for the command of this step.

@@ -118,6 +118,7 @@ ordered_json of(const RobotHello& hello) {
                        {"sends", hello.sends},
                        {"lockstep", hello.lockstep}};
   if (hello.simulated_time) line["simulated_time"] = true;
+  if (hello.simulated) line["simulated"] = true;
   return line;
 }
 

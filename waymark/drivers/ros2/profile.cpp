@@ -34,6 +34,7 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
   if (eyes > 1)
     return wrong(source, "image_topic, compressed_image_topic and detections_topic exclude each other",
                  "image_topic");
+  profile->text = text;
   return profile;
 }
 

@@ -29,6 +29,8 @@ struct Ros2Profile {
   std::string base_frame = "base_link";
   bool reliable_sensors = false;
   std::string interface {};
+  bool simulated = false;
+  std::string text{};  ///< that it was read from; no field of its own
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -63,6 +65,8 @@ struct Ros2Profile {
     visit(self.interface,
           Field{"interface",
                 "IPv4 address of the network interface where ROS's environment names none; empty: all."});
+    visit(self.simulated,
+          Field{"simulated", "No wheels turn: it needs no first drive (`waymark commission`)."});
   }
 };
 

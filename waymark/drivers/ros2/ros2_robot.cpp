@@ -78,7 +78,7 @@ class Ros2Robot {
   }
 
   void greet() {
-    talk_.greet(name_);
+    talk_.greet(name_, false, profile_.simulated);
     if (!profile_.stops_by_itself)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "

@@ -59,7 +59,7 @@ class Watchdog {
     Duration until = std::min(kHeartbeat, watch_.next(now) - now);
     if (robot_.to.open() && until <= Duration(0)) until = kUnreadPoll;  // due, but it does not read
     std::array<pollfd, 3> fds{{{driver_gone_at_ ? -1 : STDIN_FILENO, POLLIN, 0},
-                               {queue_.empty() || driver_gone_at_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
+                               {queue_.empty() || reader_gone_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
                                {robot_.from.number(), POLLIN, 0}}};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(until).count();
     (void)poll(fds.data(), fds.size(), static_cast<int>(std::clamp<std::int64_t>(ms, 0, 50)));
@@ -92,7 +92,7 @@ class Watchdog {
     const auto pass_on = [this](Line line) {
       // One byte more than may be says to the driver that it was too long.
       if (line.too_long) line.text += '.';
-      if (!driver_gone_at_) queue_.push(std::move(line.text) + '\n');
+      if (!reader_gone_) queue_.push(std::move(line.text) + '\n');
     };
     while (auto line = lines_.next()) pass_on(std::move(*line));
     if (moved != Moved::Ended) return;
@@ -104,10 +104,11 @@ class Watchdog {
   }
 
   void tell_driver() {
-    while (!driver_gone_at_ && !queue_.empty()) {
+    while (!reader_gone_ && !queue_.empty()) {
       std::size_t written = 0;
       const Moved moved = write_some(STDOUT_FILENO, queue_.front(), written);
-      if (moved == Moved::Ended) driver_gone(steady_now());
+      reader_gone_ = moved == Moved::Ended;
+      if (reader_gone_) driver_gone(steady_now());
       if (moved != Moved::Some) return;
       queue_.pop(written);
     }
@@ -187,6 +188,7 @@ class Watchdog {
   LineSplitter lines_{};
   LineQueue queue_{};
   std::optional<Duration> driver_gone_at_{};
+  bool reader_gone_ = false;  ///< of what the robot says; whoever drives may be gone before
   std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
   bool said_all_ = false;              ///< and the driver was given all of it
   bool closed_output_ = false;         ///< while its process went on

@@ -1,12 +1,17 @@
 #include "waymark/drivers/watchdog/watched_process.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <cmath>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include "waymark/drivers/watchdog/command_watch.hpp"
 #include "waymark/drivers/watchdog/watch_robot.hpp"
@@ -101,6 +106,26 @@ Result<std::vector<Line>> WatchedProcess::read(Duration most) {
       return lines;
   }
   return tl::unexpected(ended());
+}
+
+Result<pid_t> WatchedProcess::drive_from_child(double speed_m_s, double yaw_rate_rad_s, double most_s) {
+  const pid_t parent = getpid();
+  const pid_t child = fork();
+  if (child < 0)
+    return fail(ErrorCode::LimitExceeded, std::string("cannot start a process: ") + std::strerror(errno));
+  if (child > 0) {
+    watchdog_.to.close();  // its end, once the child is gone, is what the watchdog sees
+    return child;
+  }
+  (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const Duration deadline = steady_now() + Duration(std::llround(most_s * 1e9));
+  while (getppid() == parent && steady_now() < deadline) {
+    const std::string line = wire_line({++sequence_, steady_now(), speed_m_s, yaw_rate_rad_s, 0});
+    std::size_t written = 0;
+    if (write_some(watchdog_.to.number(), line, written) == Moved::Ended) break;
+    (void)poll(nullptr, 0, 50);
+  }
+  _exit(0);
 }
 
 int WatchedProcess::close() {

@@ -38,6 +38,11 @@ class WatchedProcess {
   /// Stops the robot and ends its process. The exit code of the robot's process, as watch_robot() gives it.
   int close();
 
+  /// Lets a child of this process give the commands from now on, the same one again and again, and nobody
+  /// else: whoever kills it does to the robot what the end of a driving process does. It ends after
+  /// `most_s` by itself, and with this process. Its process id; the caller waits for it. read() goes on.
+  [[nodiscard]] Result<pid_t> drive_from_child(double speed_m_s, double yaw_rate_rad_s, double most_s);
+
   [[nodiscard]] pid_t watchdog_pid() const { return watchdog_.pid; }
 
  private:

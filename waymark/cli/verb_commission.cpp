@@ -1,0 +1,139 @@
+#include <cctype>
+#include <memory>
+#include <string>
+
+#include <poll.h>
+#include <unistd.h>
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/console_control.hpp"
+#include "waymark/cli/failure.hpp"
+#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/setup_flags.hpp"
+#include "waymark/cli/stop_request.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/jobs/json_line.hpp"
+#include "waymark/live/commission.hpp"
+#include "waymark/live/own_robot.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct CommissionArgs {
+  explicit CommissionArgs(CLI::App& verb) : app(verb), setup(verb, {}, true) {}
+
+  const CLI::App& app;
+  SetupFlags setup;
+  CommissionJob job{};
+  bool yes = false;
+  bool json = false;
+};
+
+/// A line of standard input. Fails at its end, and on Ctrl-C.
+Result<std::string> typed_line() {
+  std::string line;
+  while (!interrupted()) {
+    pollfd ready{STDIN_FILENO, POLLIN, 0};
+    constexpr int kSlice_ms = 100;
+    if (poll(&ready, 1, kSlice_ms) <= 0) continue;
+    char typed = 0;
+    if (read(STDIN_FILENO, &typed, 1) != 1)
+      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "--yes"},
+                  "Give --yes where no person is there, and the robot is where it may drive.");
+    if (typed == '\n') return line;
+    line += typed;
+  }
+  return fail(ErrorCode::Unreadable, "stopped");
+}
+
+CommissionPerson person_at(Console& console) {
+  CommissionPerson person;
+  person.there = true;
+  person.ready = [&console](const std::string& words) -> Status {
+    console.say(words + " Then press Enter (Ctrl-C ends).");
+    const auto line = typed_line();
+    return line ? Status() : tl::unexpected(line.error());
+  };
+  person.saw = [&console](const std::string& question) -> Seen {
+    console.say(question + " y or n, Enter where you did not see it");
+    const auto line = typed_line();
+    if (!line || line->empty()) return {};
+    const int answer = std::tolower(static_cast<unsigned char>(line->front()));
+    return answer == 'y' ? Seen(true) : answer == 'n' ? Seen(false) : Seen();
+  };
+  return person;
+}
+
+ExitCode commission_robot(const CommissionArgs& args, Console& console) {
+  Result<RobotSetup> setup = args.setup.make();
+  if (setup && setup->process.empty()) {
+    setup->ground.robot = "sim";
+    Status started = refuse_flag(args.app, "--yes", "a simulated robot asks nobody", "Leave it out.");
+    if (started) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});
+    if (!started) setup = tl::unexpected(started.error());
+  }
+  if (setup && setup->ground.robot != "sim")
+    if (Status seed = args.setup.refuse_seed(); !seed) setup = tl::unexpected(seed.error());
+  if (!setup) return fail_usage(setup.error(), console);
+  const auto stop = hear_stop("first drive of " + setup->simulated.model.name, console);
+  const bool simulated = setup->ground.robot == "sim";
+  const auto report =
+      commission(*setup, args.job, args.yes || simulated ? CommissionPerson{} : person_at(console),
+                 control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
+  if (report->interrupted) return ExitCode::Interrupted;
+  return report->passed ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
+Run prepare_commission(CLI::App& app) {
+  const auto args = std::make_shared<CommissionArgs>(app);
+  app.add_option(
+         "-o,--output", args->job.output,
+         "Robot's file to write the result into. Unless given: that of --robot-file; of a robot that comes "
+         "with this program, a file of its name in the current folder")
+      ->type_name("FILE");
+  app.add_flag("--yes", args->yes,
+               "Ask nobody: the robot is where it may drive, and what needs a person is left out");
+  app.add_flag("--skip-lifted", args->job.skip_lifted, "Leave out the drive with lifted wheels");
+  app.add_option("--tag-size-m", args->job.tag_size_m,
+                 "Side of the black squares of the tags that are in view, which measure the drive as well")
+      ->check(CLI::Range(0.001, 10.0))
+      ->type_name("FLOAT");
+  app.add_flag("--json", args->json, "One JSON object instead of lines");
+  return [args](Console& console) { return commission_robot(*args, console); };
+}
+
+}  // namespace
+
+Verb commission_verb() {
+  return {
+      .name = "commission",
+      .sentence = "First drive of a robot: check signs, axes, units and stops, and lift its speed limit",
+      .help =
+          R"(Drives at 0.1 m/s and 0.4 rad/s, first with lifted wheels, then 0.5 m and a quarter turn on the floor, and holds
+what was commanded against odometry, wheels, gyro and tags: reversed signs, swapped axes, degrees for radians and
+millimetres for metres are named with the key that mends them. The stops are tried as well: zero, `waymark stop`,
+the space bar, no commands, a driving process that is killed, a pulled cable. Lifted wheels that fail are not put
+on the floor. One line a check: ok, warn or fail.
+
+The result is written into the robot's file (commissioned). Until a first drive has passed, a robot that is not
+simulated is driven at 0.15 m/s at most by teach, replay and run; a change of its limits, wheels, topics or of
+--robot makes the result void. docs/howto/first-drive.md goes through it.
+
+Exit code: 0 passed, 1 did not pass, or the robot could not be driven, 2 wrong usage, 130 stopped by Ctrl-C.
+
+Examples:
+  waymark commission --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --tag-size-m 0.16
+  waymark commission --robot ros2:limo --skip-lifted
+  waymark commission --world circuit24
+)",
+      .prepare = prepare_commission,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
