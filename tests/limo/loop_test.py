@@ -90,7 +90,7 @@ class Loop(unittest.TestCase):
         self.assertEqual(sim.wait(20), 0)
 
     def robot(self):
-        return f"process:exec '{PROGRAM}' limo robot {self.tap.path} --beside {self.pipe}"
+        return f"process:exec '{PROGRAM}' limo robot {self.tap.path} --beside {self.pipe} --simulated"
 
     def program(self, *words):
         never_ends, keep = os.pipe()

@@ -48,6 +48,8 @@ Run prepare_limo_robot(CLI::App& app) {
          "Named pipe with further lines of a robot process, stamped by this machine's steady clock: a "
          "lidar, a camera with a detector of its own")
       ->type_name("FIFO");
+  app.add_flag("--simulated", args->options.simulated,
+               "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)");
   return [args](Console& console) { return limo_robot(*args, console); };
 }
 

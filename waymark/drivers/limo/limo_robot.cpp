@@ -149,7 +149,7 @@ class LimoRobot {
   }
 
   void greet(double battery_V) {
-    write(to_line(RobotHello{.name = name_}));
+    write(to_line(RobotHello{.name = name_, .simulated = options_.simulated}));
     greeted_ = true;
     say(fmt::format("LIMO obeys, battery {:.1f} V{}", battery_V,
                     battery_V < kLowBatteryVolts ? ": low" : ""));

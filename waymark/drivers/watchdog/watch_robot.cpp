@@ -188,7 +188,7 @@ class Watchdog {
   LineSplitter lines_{};
   LineQueue queue_{};
   std::optional<Duration> driver_gone_at_{};
-  bool reader_gone_ = false;  ///< of what the robot says; whoever drives may be gone before
+  bool reader_gone_ = false;           ///< of what the robot says; whoever drives may be gone before
   std::optional<Duration> mute_at_{};  ///< the robot's standard output ended
   bool said_all_ = false;              ///< and the driver was given all of it
   bool closed_output_ = false;         ///< while its process went on
