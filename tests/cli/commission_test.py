@@ -135,6 +135,7 @@ class FirstDrive(InFolder):
         self.assertEqual(drive.code, 2, drive.err)
         self.assertIn("--yes", drive.err)
 
+    @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: ten seconds")
     def test_a_person_is_asked_and_may_say_no(self):
         drive = self.run_here("commission", *self.words, "--json", input="\nn\ny\n")
         self.assertEqual(drive.code, 1, drive.err)

@@ -27,6 +27,7 @@ constexpr std::array<Figure, 7> kFigures{{{"response_s", &CommissionFigures::res
 
 Status read_figures(const YamlCursor& entry, CommissionFigures& figures) {
   std::vector<std::string> known;
+  known.reserve(kFigures.size());
   for (const auto& [name, member] : kFigures) known.emplace_back(name);
   if (Status status = entry.check_keys(known); !status) return status;
   internal::Numbers value(entry);

@@ -11,7 +11,12 @@
 namespace waymark {
 namespace {
 
-using namespace test;
+using test::commissioned;
+using test::failures;
+using test::FewLines;
+using test::kDegrees;
+using test::model;
+using test::Wrong;
 
 TEST(Commission, TheRightRobotPasses) {
   for (const double yaw_rad : {0.0, 1.0, -2.5}) EXPECT_EQ(failures(commissioned({}, yaw_rad)), "");
