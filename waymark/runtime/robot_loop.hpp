@@ -20,6 +20,7 @@ struct DriverDecision {
   VelocityCommand command{};
   bool done = false;                  ///< the drive is over; the command is then the last one
   std::optional<GamepadState> pad{};  ///< what the driver held in hand; a sample like any other
+  std::vector<std::string> words{};   ///< for the driver: that the gamepad was unplugged
 };
 
 /// What becomes of a robot that is driven.

@@ -29,6 +29,7 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   notice_silence(camera_, uptime, "frame of the camera");
   Result<DriverDecision> decision = driver_.drive(uptime, now);
   if (!decision) return decision;
+  for (const std::string& words : decision->words) lap_.listener().on_words(words);
   const SessionRequest request = requests_(uptime);
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.stand) decision->command = {};

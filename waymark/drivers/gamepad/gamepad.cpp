@@ -2,6 +2,9 @@
 
 #ifdef WAYMARK_HAVE_SDL2
 
+#include <algorithm>
+#include <chrono>
+
 #include <SDL2/SDL.h>
 
 namespace waymark {
@@ -9,20 +12,27 @@ namespace {
 
 constexpr float kFullStick = 32767.0F;
 
+SDL_GameController* open_first() {
+  for (int i = 0; i < SDL_NumJoysticks(); ++i) {
+    if (SDL_IsGameController(i) == SDL_FALSE) continue;
+    if (SDL_GameController* pad = SDL_GameControllerOpen(i)) return pad;
+  }
+  return nullptr;
+}
+
 class SdlGamepad final : public Gamepad {
  public:
   explicit SdlGamepad(SDL_GameController* pad) : pad_(pad) {}
   SdlGamepad(const SdlGamepad&) = delete;
   SdlGamepad& operator=(const SdlGamepad&) = delete;
   ~SdlGamepad() override {
-    SDL_GameControllerClose(pad_);
+    if (pad_ != nullptr) SDL_GameControllerClose(pad_);
     SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
   }
 
   Result<GamepadState> poll(SensorTime now) override {
     SDL_GameControllerUpdate();
-    if (SDL_GameControllerGetAttached(pad_) == SDL_FALSE)
-      return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
+    if (!attached()) return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
     GamepadState state{.stamp = now};
     const auto axis = [&](SDL_GameControllerAxis index, float sign) {
       state.axes.push_back(sign * static_cast<float>(SDL_GameControllerGetAxis(pad_, index)) / kFullStick);
@@ -39,8 +49,24 @@ class SdlGamepad final : public Gamepad {
     return state;
   }
 
+  void show(const PadSignal& signal) override {
+    if (pad_ == nullptr) return;
+    const auto strength = static_cast<Uint16>(65535 * std::clamp(signal.rumble, 0.0, 1.0));
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(signal.rumble_for).count();
+    (void)SDL_GameControllerSetLED(pad_, signal.light_rgb[0], signal.light_rgb[1], signal.light_rgb[2]);
+    (void)SDL_GameControllerRumble(pad_, strength, strength, static_cast<Uint32>(ms));
+  }
+
  private:
-  SDL_GameController* pad_;
+  /// One that is gone is looked for again.
+  bool attached() {
+    if (pad_ != nullptr && SDL_GameControllerGetAttached(pad_) == SDL_TRUE) return true;
+    if (pad_ != nullptr) SDL_GameControllerClose(pad_);
+    pad_ = open_first();
+    return pad_ != nullptr;
+  }
+
+  SDL_GameController* pad_;  ///< nullptr: unplugged
 };
 
 }  // namespace
@@ -50,10 +76,7 @@ Result<std::unique_ptr<Gamepad>> open_gamepad() {
   SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
   if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0)
     return fail(ErrorCode::Unreadable, std::string("gamepads cannot be used: ") + SDL_GetError());
-  for (int i = 0; i < SDL_NumJoysticks(); ++i) {
-    if (SDL_IsGameController(i) == SDL_FALSE) continue;
-    if (SDL_GameController* pad = SDL_GameControllerOpen(i)) return std::make_unique<SdlGamepad>(pad);
-  }
+  if (SDL_GameController* pad = open_first()) return std::make_unique<SdlGamepad>(pad);
   SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
   return fail(ErrorCode::NotFound, "no gamepad is plugged in", {}, "Plug one in, or use --driver keyboard.");
 }

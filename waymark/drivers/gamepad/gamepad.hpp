@@ -1,11 +1,23 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <memory>
 
 #include "waymark/base/error.hpp"
+#include "waymark/base/time.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
+
+/// What a pad shows and makes felt. A pad without a light or motors does without.
+struct PadSignal {
+  std::array<std::uint8_t, 3> light_rgb{};  ///< of its light bar
+  double rumble = 0;                        ///< strength, 0 to 1
+  Duration rumble_for{};
+
+  friend bool operator==(const PadSignal&, const PadSignal&) = default;
+};
 
 /// Whatever has sticks and buttons.
 class Gamepad {
@@ -14,8 +26,10 @@ class Gamepad {
   Gamepad(const Gamepad&) = delete;
   Gamepad& operator=(const Gamepad&) = delete;
 
-  /// Its sticks and buttons now, stamped with `now`. Fails when it was unplugged.
+  /// Its sticks and buttons now, stamped with `now`. Fails while it is unplugged; where it is plugged in
+  /// again it gives them again.
   [[nodiscard]] virtual Result<GamepadState> poll(SensorTime now) = 0;
+  virtual void show(const PadSignal& /*signal*/) {}
 
  protected:
   Gamepad() = default;

@@ -4,6 +4,10 @@
 #include <gtest/gtest.h>
 
 #ifdef WAYMARK_HAVE_SDL2
+#include <array>
+#include <cstdint>
+#include <vector>
+
 #include <SDL2/SDL.h>
 
 #include "waymark/drivers/gamepad/stick_driver.hpp"
@@ -13,22 +17,38 @@ namespace {
 
 SensorTime at(int ms) { return SensorTime(std::chrono::milliseconds(ms)); }
 
-/// Plugged in as long as it lives.
+/// Plugged in until unplug(), and from plug_in() on. It has a light and motors.
 class VirtualPad {
  public:
   VirtualPad() {
     SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
     if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0) return;
-    index_ = SDL_JoystickAttachVirtual(SDL_JOYSTICK_TYPE_GAMECONTROLLER, SDL_CONTROLLER_AXIS_MAX,
-                                       SDL_CONTROLLER_BUTTON_MAX, 0);
-    if (index_ >= 0) pad_ = SDL_JoystickOpen(index_);
+    plug_in();
   }
   VirtualPad(const VirtualPad&) = delete;
   VirtualPad& operator=(const VirtualPad&) = delete;
   ~VirtualPad() {
     unplug();
     SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
+  }
+  void plug_in() {
+    SDL_VirtualJoystickDesc device{};
+    device.version = SDL_VIRTUAL_JOYSTICK_DESC_VERSION;
+    device.type = SDL_JOYSTICK_TYPE_GAMECONTROLLER;
+    device.naxes = SDL_CONTROLLER_AXIS_MAX;
+    device.nbuttons = SDL_CONTROLLER_BUTTON_MAX;
+    device.userdata = this;
+    device.Rumble = [](void* self, Uint16 low, Uint16 /*high*/) {
+      static_cast<VirtualPad*>(self)->rumbles_.push_back(low);
+      return 0;
+    };
+    device.SetLED = [](void* self, Uint8 red, Uint8 green, Uint8 blue) {
+      static_cast<VirtualPad*>(self)->lights_.push_back({red, green, blue});
+      return 0;
+    };
+    index_ = SDL_JoystickAttachVirtualEx(&device);
+    if (index_ >= 0) pad_ = SDL_JoystickOpen(index_);
   }
   void unplug() {
     if (pad_ != nullptr) SDL_JoystickClose(pad_);
@@ -44,7 +64,12 @@ class VirtualPad {
     SDL_JoystickSetVirtualButton(pad_, button, down ? 1 : 0);
   }
 
+  [[nodiscard]] const std::vector<std::array<std::uint8_t, 3>>& lights() const { return lights_; }
+  [[nodiscard]] const std::vector<int>& rumbles() const { return rumbles_; }
+
  private:
+  std::vector<std::array<std::uint8_t, 3>> lights_{};
+  std::vector<int> rumbles_{};
   int index_ = -1;
   SDL_Joystick* pad_ = nullptr;
 };
@@ -82,6 +107,32 @@ TEST(Gamepad, ADeviceOfSdlDrivesTheRobot) {
   const auto gone = (*pad)->poll(at(200));
   ASSERT_FALSE(gone);
   EXPECT_NE(gone.error().message.find("unplugged"), std::string::npos);
+}
+
+TEST(Gamepad, ThatIsPluggedInAgainIsFoundAndShowsLightAndRumble) {
+  VirtualPad device;
+  if (!device.plugged_in()) GTEST_SKIP() << "no virtual gamepads here: " << SDL_GetError();
+  const auto pad = open_gamepad();
+  ASSERT_TRUE(pad) << to_string(pad.error());
+  (*pad)->show({.light_rgb = {255, 0, 10}, .rumble = 0.5, .rumble_for = std::chrono::milliseconds(100)});
+  ASSERT_FALSE(device.lights().empty());
+  EXPECT_EQ(device.lights().back(), (std::array<std::uint8_t, 3>{255, 0, 10}));
+  ASSERT_FALSE(device.rumbles().empty());
+  EXPECT_NEAR(device.rumbles().back(), 32767, 1);
+
+  device.unplug();
+  EXPECT_FALSE((*pad)->poll(at(0)));
+  (*pad)->show({.light_rgb = {1, 2, 3}});  // nowhere
+  EXPECT_FALSE((*pad)->poll(at(50)));
+  device.plug_in();
+  ASSERT_TRUE(device.plugged_in());
+  device.press(SDL_CONTROLLER_BUTTON_Y);
+  const auto back = (*pad)->poll(at(100));
+  ASSERT_TRUE(back) << to_string(back.error());
+  (void)(*pad)->poll(at(150));
+  EXPECT_EQ((*pad)->poll(at(200))->buttons.at(3), 1);
+  (*pad)->show({.light_rgb = {4, 5, 6}});
+  EXPECT_EQ(device.lights().back(), (std::array<std::uint8_t, 3>{4, 5, 6}));
 }
 
 }  // namespace

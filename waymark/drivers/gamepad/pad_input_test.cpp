@@ -1,5 +1,9 @@
 #include "waymark/drivers/gamepad/pad_input.hpp"
 
+#include <chrono>
+#include <utility>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace waymark {
@@ -65,12 +69,69 @@ TEST_F(Pad, IsTheOperatorsButtonsAndSticks) {
   ASSERT_TRUE(request.pad);
 }
 
-TEST_F(Pad, ThatIsUnpluggedIsAnError) {
+TEST_F(Pad, ThatIsUnpluggedStopsTheRobotAndMayComeBack) {
   PadLapDriver driver(std::make_unique<FakePad>(state_), 0.4);
+  state_.axes[1] = 1;
+  state_.buttons[kLeftShoulder] = 1;
+  EXPECT_NEAR(driver.drive({}, at(0))->command.speed_m_s, 0.4, 1e-6);
+  const std::vector<std::int32_t> held = std::exchange(state_.buttons, {});
+  auto gone = driver.drive({}, at(50));
+  ASSERT_TRUE(gone);
+  EXPECT_EQ(gone->command, VelocityCommand{});
+  EXPECT_FALSE(gone->pad);
+  EXPECT_FALSE(gone->done);
+  ASSERT_EQ(gone->words.size(), 1U);
+  EXPECT_NE(gone->words[0].find("unplugged"), std::string::npos);
+  EXPECT_TRUE(driver.drive({}, at(100))->words.empty()) << "said once";
+
+  state_.buttons = held;  // plugged in with the shoulder held
+  const auto back = driver.drive({}, at(150));
+  ASSERT_EQ(back->words.size(), 1U);
+  EXPECT_NE(back->words[0].find("there again"), std::string::npos);
+  EXPECT_EQ(back->command, VelocityCommand{}) << "not before the shoulder was let go once";
+  state_.buttons[kLeftShoulder] = 0;
+  (void)driver.drive({}, at(200));
+  state_.buttons[kLeftShoulder] = 1;
+  EXPECT_NEAR(driver.drive({}, at(250))->command.speed_m_s, 0.4, 1e-6);
+}
+
+TEST_F(Pad, ThatIsUnpluggedPausesAReplay) {
   PadInput input(std::make_unique<FakePad>(state_), 0.4);
+  const auto read = [&](int ms, OperatorState state) {
+    return input.read(std::chrono::milliseconds(ms), at(ms), state).value();
+  };
+  EXPECT_TRUE(read(0, OperatorState::Replaying).events.empty());
   state_.buttons.clear();
-  EXPECT_FALSE(driver.drive({}, at(50)));
-  EXPECT_FALSE(input.read({}, at(50), OperatorState::Idle));
+  const OperatorRequest gone = read(50, OperatorState::Replaying);
+  EXPECT_EQ(gone.events, std::vector<E>{E::Go}) << "of a replay: a pause";
+  EXPECT_EQ(gone.words.size(), 1U);
+  EXPECT_TRUE(read(100, OperatorState::Replaying).events.empty()) << "a second press within 0.3 s is none";
+  EXPECT_EQ(read(500, OperatorState::Replaying).events, std::vector<E>{E::Go}) << "it still drives";
+  EXPECT_TRUE(read(1000, OperatorState::Paused).events.empty()) << "and does not go on by itself";
+  EXPECT_TRUE(read(1500, OperatorState::Teaching).events.empty());
+}
+
+/// Keeps what it is to show.
+class ShownPad final : public Gamepad {
+ public:
+  explicit ShownPad(std::vector<PadSignal>& shown) : shown_(shown) {}
+  Result<GamepadState> poll(SensorTime now) override { return GamepadState{.stamp = now}; }
+  void show(const PadSignal& signal) override { shown_.push_back(signal); }
+
+ private:
+  std::vector<PadSignal>& shown_;
+};
+
+TEST(PadLight, TellsTheStateOnceAndRumblesWhenAReplayEnds) {
+  std::vector<PadSignal> shown;
+  PadInput input(std::make_unique<ShownPad>(shown), 0.4);
+  using S = OperatorState;
+  for (const S state : {S::Replaying, S::Replaying, S::Stopped, S::Stopped})
+    (void)input.read({}, SensorTime(), state);
+  EXPECT_EQ(shown, (std::vector{signal_of(S::Replaying), signal_of(S::Stopped)}));
+  EXPECT_EQ(signal_of(S::Replaying).rumble, 0);
+  EXPECT_GT(signal_of(S::Stopped).rumble, 0);
+  EXPECT_NE(signal_of(S::Teaching).light_rgb, signal_of(S::Replaying).light_rgb);
 }
 
 }  // namespace
