@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <string_view>
 #include <vector>
 
@@ -16,8 +17,9 @@ namespace {
 
 TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
-void see(TagLinks& links, std::vector<int> numbers, int frames) {
+void see(TagLinks& links, const std::vector<int>& numbers, int frames) {
   std::vector<TagId> tags;
+  tags.reserve(numbers.size());
   for (const int number : numbers) tags.push_back(tag(number));
   for (int i = 0; i < frames; ++i) links.add(tags);
 }
@@ -101,6 +103,30 @@ TEST(Teacher, PosesOfTagsCountAsCornersDo) {
   EXPECT_EQ(summary.seen.at(tag(1)), 41);
   EXPECT_TRUE(summary.anchor_at_start && summary.anchor_at_end);
   EXPECT_TRUE(summary.mappable);
+}
+
+/// Drives a circle of 8 m, the anchor at its middle, and a metre and a half more, or `most_m`.
+TeachSummary driven_round(double most_m) {
+  const double radius_m = 4 / std::numbers::pi;
+  Teacher teacher(setup_with(true));
+  for (int i = 0; 0.03 * i <= most_m; ++i) {
+    const double angle = 0.03 * i / radius_m;
+    teacher.add(Odometry{.stamp = at(0.1 * i), .odom_T_base = SE2(0.03 * i, 0, 0)});
+    // The anchor faces up, so that its pose in the picture tells where on the circle the camera is.
+    const SE3 cam_T_tag(SO3::exp({0, 0, angle}), Eigen::Vector3d(0, radius_m, 1));
+    teacher.watch(TagPoseFrame{.stamp = at(0.1 * i), .tags = {{tag(0), cam_T_tag}, {tag(1), cam_T_tag}}});
+  }
+  return teacher.summary();
+}
+
+TEST(Teacher, ALapThatGoesOnBeyondItsBeginIsClosed) {
+  const TeachSummary beyond = driven_round(9.5);
+  EXPECT_TRUE(beyond.closed_loop) << "it passed its begin; the last sight is 1.4 m beyond it";
+  EXPECT_FALSE(warns(beyond, "did not come back"));
+  EXPECT_TRUE(driven_round(8).closed_loop);
+  const TeachSummary half = driven_round(5);
+  EXPECT_FALSE(half.closed_loop) << "the other side of the circle";
+  EXPECT_TRUE(warns(half, "did not come back"));
 }
 
 TEST(Teacher, AClockThatJumpsIsNamed) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -45,7 +46,9 @@ struct TeachSummary {
   std::map<TagId, int> seen{};   ///< frames that saw each tag
   bool anchor_at_start = false;  ///< in the first seconds
   bool anchor_at_end = false;    ///< in the last seconds
-  bool closed_loop = false;      ///< seen at both ends, from nearly the same place
+  /// Seen at both ends, and in the last seconds once from nearly the place of the first time: a lap may go on
+  /// beyond it.
+  bool closed_loop = false;
   double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
   double longest_silence_s = 0;  ///< without any sample at all
   double late_pictures_s = 0;    ///< how far tags came behind the odometry of their time, where that is long
@@ -77,9 +80,18 @@ class Teacher {
   [[nodiscard]] TeachSummary summary() const;
 
  private:
+  /// The anchor was seen.
+  struct AnchorSight {
+    SensorTime stamp{};
+    double apart_m = 0;   ///< from where it was seen first
+    double driven_m = 0;  ///< until then
+  };
+
   void count(SensorTime stamp, const std::string& camera, const std::vector<TagId>& tags,
              const std::optional<SE3>& map_T_cam);
   [[nodiscard]] std::optional<SE3> anchored(const ObservedFrame& observed) const;
+  void keep_sight(SensorTime stamp, const SE3& map_T_cam);
+  [[nodiscard]] bool came_back(SensorTime since) const;
   void receive(SensorTime stamp, bool is_frame);
   void judge_views(TeachSummary& summary) const;
   void judge_links(TeachSummary& summary) const;
@@ -96,7 +108,7 @@ class Teacher {
   TagsInView in_view_{};
   SensorTime last_tag_{};
   std::optional<StampedPose> first_anchored_cam_{};
-  std::optional<StampedPose> last_anchored_cam_{};
+  std::deque<AnchorSight> last_sights_{};  ///< of the seconds before the last one
   std::optional<Odometry> odometry_{};
 };
 

@@ -39,8 +39,9 @@ TeachSummary LapMonitor::summary() const {
   return summary;
 }
 
-std::string LapMonitor::progress(SensorTime stamp, std::size_t tags) const {
-  std::string words = fmt::format("{:.1f} s, {} tags", to_seconds(stamp.time_since_epoch()), tags);
+std::string LapMonitor::progress(SensorTime stamp, std::size_t tags) {
+  if (!began_) began_ = stamp;
+  std::string words = fmt::format("{:.1f} s, {} tags", to_seconds(stamp - *began_), tags);
   for (const std::string& warning : monitor_.live()) words += "; " + warning;
   return words + ". Ctrl-C stops the robot.";
 }

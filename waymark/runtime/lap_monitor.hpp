@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "waymark/pipeline/teach_monitor.hpp"
@@ -31,11 +32,13 @@ class LapMonitor {
   [[nodiscard]] const TeachListener& listener() const { return listener_; }
 
  private:
-  [[nodiscard]] std::string progress(SensorTime stamp, std::size_t tags) const;
+  /// Of the seconds since the first picture of the lap.
+  [[nodiscard]] std::string progress(SensorTime stamp, std::size_t tags);
 
   Teacher teacher_;
   TeachMonitor monitor_;
   TeachListener listener_;
+  std::optional<SensorTime> began_{};
 };
 
 /// The monitor for a camera: exposure, and pixels a radian in the middle of its picture.

@@ -1,6 +1,7 @@
 #include "waymark/runtime/replay_session.hpp"
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -15,6 +16,15 @@ bool is_sensed(const Sample& sample) {
          !std::holds_alternative<GamepadState>(sample);
 }
 
+/// A reason without what to do about it, which at the end is too late.
+std::string without_advice(std::string reason) {
+  constexpr std::string_view kAdvice = "ook at the robot, then resume";
+  if (!reason.ends_with(kAdvice)) return reason;
+  reason.erase(reason.size() - kAdvice.size() - 1);
+  reason.erase(reason.find_last_not_of(" :.") + 1);
+  return reason;
+}
+
 }  // namespace
 
 template <class Frame, class Seen>
@@ -22,6 +32,7 @@ void ReplaySession::count(const Frame& frame, const std::vector<Seen>& seen) {
   replayer_.add(frame);
   ++end_.frames;
   std::vector<TagId> tags;
+  tags.reserve(seen.size());
   for (const Seen& one : seen) tags.push_back(one.tag);
   in_view_.add(frame.camera, frame.stamp, std::move(tags));
   end_.frames_with_two_tags += in_view_.count(frame.stamp) >= 2 ? 1 : 0;
@@ -47,7 +58,7 @@ void ReplaySession::ask_after_silence(Duration uptime) {
   received_at_ = uptime;
   if (silent_s <= options_.ask_after_silence_s || end_.state == ReplayState::Waiting) return;
   replayer_.pause(
-      fmt::format("every sensor was silent for {:.1f} s: look at the robot, then let it go on", silent_s));
+      fmt::format("every sensor was silent for {:.1f} s: look at the robot, then resume", silent_s));
 }
 
 Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
@@ -95,7 +106,7 @@ RobotListener ReplaySession::listener() {
 ReplayEnd ReplaySession::end() const {
   ReplayEnd end = end_;
   end.stops = replayer_.stops();
-  if (!ended_by_.empty()) end.reason = ended_by_;
+  end.reason = ended_by_.empty() ? without_advice(std::move(end.reason)) : ended_by_;
   return end;
 }
 

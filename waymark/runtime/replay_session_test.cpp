@@ -195,6 +195,7 @@ TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   ASSERT_TRUE(asked);
   EXPECT_TRUE(asked->given_up) << "nobody came";
   EXPECT_NE(asked->reason.find("every sensor was silent for 1.5 s"), std::string::npos) << asked->reason;
+  EXPECT_EQ(asked->reason.find("resume"), std::string::npos) << "at the end nothing can be resumed";
   EXPECT_NEAR(lasting.robot.x_m(), stood_at_m, 1e-9) << "it did not go on";
 
   Drive helped;

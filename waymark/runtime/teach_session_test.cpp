@@ -108,6 +108,16 @@ TEST(TeachSession, SummarisesWhatWasSeenAndDriven) {
   EXPECT_NE(lap.progress.back().find("2 tags"), std::string::npos) << lap.progress.back();
 }
 
+TEST(TeachSession, CountsTheSecondsOfTheLapAndNotThoseOfTheRobotsClock) {
+  std::vector<std::string> said;
+  LapMonitor lap(tiny_setup(), {}, {.on_progress = [&](const std::string& line) { said.push_back(line); }});
+  for (const int second : {90000, 90001, 90012})  // a clock that counts since the computer was switched on
+    ASSERT_TRUE(lap.receive(TagFrame{.stamp = SensorTime(seconds(second))}));
+  ASSERT_EQ(said.size(), 3U);
+  EXPECT_TRUE(said.front().starts_with("0.0 s, ")) << said.front();
+  EXPECT_TRUE(said.back().starts_with("12.0 s, ")) << said.back();
+}
+
 TEST(TeachSession, WarnsOfAbruptStartsOnTheProgressLineAndInTheSummary) {
   Drive lap;
   ASSERT_TRUE(lap.drive());  // from nothing to 0.3 m/s between two samples
