@@ -17,6 +17,7 @@
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/live/live_replay.hpp"
 #include "waymark/live/replay_log.hpp"
+#include "waymark/live/robot_difference.hpp"
 #include "waymark/live/start_recording.hpp"
 
 namespace waymark {
@@ -203,6 +204,7 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
 }  // namespace
 
 Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job, const JobControl& control) {
+  for (const std::string& words : other_robot_words(setup, job.folder)) control.note(words);
   return setup.process.empty() ? replay_simulated(setup, job, control) : replay_process(setup, job, control);
 }
 

@@ -23,6 +23,7 @@ struct RobotSetup {
   std::string robot_path{};                        ///< of the robot's file
   std::optional<CommissionRecord> commissioned{};  ///< of the robot's file
   CommissionGround ground{};                       ///< what a commission of this robot rests on
+  std::string usual_robot_file{};  ///< of --robot, where another was named instead; empty: none
 
   [[nodiscard]] RobotDescription robot() const {
     return {simulated.model, simulated.camera, simulated.robot, simulated.camera_name,

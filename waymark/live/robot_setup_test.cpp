@@ -11,7 +11,9 @@
 #include "waymark/live/inputs.hpp"
 #include "waymark/live/live_robot.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/live/robot_difference.hpp"
 #include "waymark/live/robot_kinds.hpp"
+#include "waymark/live/robot_ways.hpp"
 #include "waymark/live/stop_key.hpp"
 
 namespace waymark {
@@ -35,6 +37,42 @@ TEST(LoadStage, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
   EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name) << "what is named counts more";
   EXPECT_EQ(other->world_yaml, square->world_yaml);
   EXPECT_EQ(other->robot().model.name, other->simulated.model.name);
+}
+
+TEST(RobotDifference, NamesWhatAReplayRestsOn) {
+  const RobotDescription limo = load_setup("", "limo", 1)->robot();
+  EXPECT_THAT(robot_differences(limo, limo), ElementsAre());
+  EXPECT_THAT(robot_differences(limo, load_setup("", "limo-gazebo", 1)->robot()), ElementsAre("camera"));
+  EXPECT_THAT(robot_differences(limo, load_setup("", "mbot", 1)->robot()),
+              ElementsAre("hull", "wheels", "camera", HasSubstr("camera mounting by ")));
+  RobotDescription tilted = limo;
+  tilted.model.base_T_cam =
+      SE3(SO3::from_rpy(0, 0.05, 0), Eigen::Vector3d(0.02, 0, 0)) * limo.model.base_T_cam;
+  EXPECT_THAT(robot_differences(limo, tilted), ElementsAre(HasSubstr("2.9 deg")));
+}
+
+TEST(RobotDifference, IsSaidBeforeAReplay) {
+  const fs::path map = fs::temp_directory_path() / fmt::format("waymark_other_robot_{}", getpid());
+  fs::create_directories(map);
+  const RobotSetup limo = load_setup("", "limo", 1).value();
+  RobotSetup mbot = load_setup("", "mbot", 1).value();
+  EXPECT_THAT(other_robot_words(mbot, map), ElementsAre()) << "nobody knows by which robot it was taught";
+  ASSERT_TRUE(write_text_file(map / "robot.yaml", limo.robot_yaml));
+  EXPECT_THAT(other_robot_words(limo, map), ElementsAre()) << "the same robot, from another file";
+  EXPECT_THAT(other_robot_words(mbot, map), ElementsAre(HasSubstr("driven by another robot")));
+  const auto kind = load_kind("mbot:", "", (map / "robot.yaml").string(), 1);
+  ASSERT_TRUE(kind && *kind);
+  EXPECT_THAT(other_robot_words(**kind, map),
+              ElementsAre(HasSubstr("Where this is a mbot: --robot-file mbot")));
+  const auto own = load_kind("limo:/dev/ttyTHS1", "", (map / "robot.yaml").string(), 1);
+  ASSERT_TRUE(own && *own);
+  EXPECT_THAT(other_robot_words(**own, map), ElementsAre());
+  fs::remove_all(map);
+}
+
+TEST(RobotWays, NamesTheProfilesOfGazebo) {
+  EXPECT_THAT(ways_to_reach("limo-gazebo"), ::testing::Contains(HasSubstr("--robot gazebo:limo ")));
+  EXPECT_THAT(ways_to_reach("limo"), ::testing::Contains(HasSubstr("--robot ros2:limo ")));
 }
 
 TEST(LoadStage, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {

@@ -3,11 +3,18 @@
 #include <fmt/format.h>
 
 #include "waymark/config/robot_list.hpp"
+#include "waymark/drivers/gazebo/profile.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark {
 namespace {
+
+std::string topics_of(const GazeboProfile& profile) {
+  std::string words = fmt::format("commands {}, odometry {}", profile.command_topic, profile.odometry_topic);
+  if (!profile.image_topic.empty()) words += ", pictures " + profile.image_topic;
+  return words;
+}
 
 std::string topics_of(const Ros2Profile& profile) {
   std::string words = fmt::format("commands {}, odometry {}", profile.command_topic, profile.odometry_topic);
@@ -22,6 +29,19 @@ std::string topics_of(const Ros2Profile& profile) {
   return words;
 }
 
+/// The profiles of this kind that are of the robot.
+template <class Find>
+void add_profiles(const std::string& kind, const Find& find, const std::string& robot,
+                  std::vector<std::string>& ways) {
+  const auto profiles = list_shared(kind);
+  if (!profiles) return;
+  for (const ListedFile& listed : *profiles) {
+    const auto profile = find(listed.path.string());
+    if (profile && profile->robot == robot)
+      ways.push_back(fmt::format("--robot {}:{} ({})", kind, listed.name, topics_of(*profile)));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> ways_to_reach(const std::string& robot) {
@@ -29,13 +49,8 @@ std::vector<std::string> ways_to_reach(const std::string& robot) {
   for (const RobotKind& kind : robot_kinds())
     if (kind.name == robot)
       ways.push_back(fmt::format("--robot {}:{} ({})", kind.name, kind.address, kind.help));
-  const auto profiles = list_shared("ros2");
-  if (profiles)
-    for (const ListedFile& listed : *profiles) {
-      const auto profile = find_ros2_profile(listed.path.string());
-      if (profile && profile->robot == robot)
-        ways.push_back(fmt::format("--robot ros2:{} ({})", listed.name, topics_of(*profile)));
-    }
+  add_profiles("ros2", find_ros2_profile, robot, ways);
+  add_profiles("gazebo", find_gazebo_profile, robot, ways);
   ways.push_back(fmt::format("--robot process:CMD --robot-file {} (docs/formats/robot-process.md)", robot));
   return ways;
 }
