@@ -288,6 +288,28 @@ class Doctor(Wire):
         self.assertIn("motor 1", lines["errors"]["words"])
         self.assertEqual(code, 1)
 
+    def test_the_holder_of_a_port_is_who_drives_and_not_the_simulator(self):
+        sim = subprocess.Popen([PROGRAM, "robot-sim", "--limo", "--world", "circuit24"], stdout=subprocess.PIPE, text=True)
+        self.ends.append(sim)
+        port = sim.stdout.readline().strip()
+        driver = subprocess.Popen([PROGRAM, "limo", "robot", port, "--simulated"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.ends.append(driver)
+        self.assertTrue(json.loads(driver.stdout.readline())["simulated"])
+        wire_driver.drain(driver)
+        lines, code = self.lines(port)
+        self.assertEqual((code, lines["robot"]["level"]), (1, "fail"))
+        self.assertIn(f"waymark (process {driver.pid}) uses the serial port", lines["robot"]["words"])
+        self.assertNotIn("limo_base", lines["robot"]["command"])
+        code, _, words = wire_driver.end_of([PROGRAM, "limo", "robot", port])
+        self.assertEqual(code, 1)
+        self.assertIn(f"waymark (process {driver.pid}) uses the serial port", words)
+
+    def test_usage_errors_are_told_from_failed_checks(self):
+        for robot in ("nobody:here", "limo:"):
+            code, _, words = wire_driver.end_of([PROGRAM, "doctor", "--robot", robot])
+            self.assertEqual(code, 2, words)
+            self.assertIn("limo:", words)
+
     @LONG
     def test_a_port_that_cannot_be_used(self):
         self.assertIn("no such serial port", self.lines("/dev/ttyNothing")[0]["robot"]["words"])

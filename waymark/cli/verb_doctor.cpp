@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/doctor.hpp"
+#include "waymark/live/doctor_network.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
@@ -44,6 +46,7 @@ Result<std::vector<DoctorLine>> check_all(const DoctorArgs& args) {
     if (!found) return tl::unexpected(found.error());
     lines.insert(lines.begin(), found->begin(), found->end());
   }
+  for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
   for (const std::string& source : args.sources) lines.push_back(check_live_camera(source));
   add_calibration(args, lines);
   lines.push_back(check_disk(args.folder));
@@ -57,7 +60,10 @@ Result<std::vector<DoctorLine>> check_all(const DoctorArgs& args) {
 
 ExitCode examine(const DoctorArgs& args, Console& console) {
   const auto lines = check_all(args);
-  if (!lines) return console.failed(lines.error(), ExitCode::SomeFailed);
+  if (!lines) {
+    const bool usage = lines.error().code == ErrorCode::InvalidArgument;
+    return console.failed(lines.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+  }
   auto list = nlohmann::ordered_json::array();
   for (const DoctorLine& line : *lines) {
     list.push_back({{"check", line.key},
@@ -77,7 +83,8 @@ ExitCode examine(const DoctorArgs& args, Console& console) {
 Run prepare_doctor(CLI::App& app) {
   const auto args = std::make_shared<DoctorArgs>();
   app.add_option("--robot", args->robot,
-                 "Robot to listen to, without moving it: limo:PORT, for example limo:/dev/ttyTHS1")
+                 "Robot to listen to, without moving it: limo:PORT, mbot:ADDRESS, ros2:PROFILE or "
+                 "gazebo:PROFILE, for example limo:/dev/ttyTHS1")
       ->type_name("NAME");
   app.add_option("--camera", args->calibration,
                  "Calibration to look at. Unless given: calibration.yaml in the current folder, if there is "
@@ -114,12 +121,15 @@ Verb doctor_verb() {
       .help =
           R"(One line a check: ok, warn or fail, what was found, and below it the command that mends it or tells more.
 Cameras: each device, whether this user may open it, and who uses it. Calibration: age, and what it could not
-tell. Robot: its port (is it there, who may open it, who has it), battery, errors. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
+tell. Robot: its port (is it there, who may open it, who has it) or its network (peers, qualities of service), the
+rate of its odometry, the difference of its clock, who else commands it, battery, errors. Devices: serial ports and
+gamepads, and whether this user may open them. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
 
 Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage.
 
 Examples:
   waymark doctor
+  waymark doctor --robot ros2:limo
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --rate-hz 60
 )",
       .prepare = prepare_doctor,

@@ -7,6 +7,7 @@
 #include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/live/doctor_limo.hpp"
+#include "waymark/live/doctor_network.hpp"
 #include "waymark/live/own_robot.hpp"
 
 namespace waymark {
@@ -57,11 +58,13 @@ Result<RobotStart> start_gazebo(const std::string& profile, const std::string& r
 constexpr std::array kKinds = {
     RobotKind{"process", "CMD", "a program that speaks for the robot, docs/formats/robot-process.md",
               start_command},
-    RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2},
+    RobotKind{"ros2", "PROFILE", "limo, turtlebot3, or a .yaml file: docs/howto/ros2.md", start_ros2,
+              check_ros2},
     RobotKind{"limo", "PORT", "the serial port of AgileX LIMO: docs/howto/limo.md", start_limo, check_limo},
     RobotKind{"mbot", "ADDRESS",
-              "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot},
-    RobotKind{"gazebo", "PROFILE", "limo, or a .yaml file: docs/howto/gazebo.md", start_gazebo},
+              "an MBot on LCM, by default udpm://239.255.76.67:7667?ttl=0: docs/howto/mbot.md", start_mbot,
+              check_mbot},
+    RobotKind{"gazebo", "PROFILE", "limo, or a .yaml file: docs/howto/gazebo.md", start_gazebo, check_gazebo},
 };
 
 }  // namespace
@@ -79,6 +82,8 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     if (setup) {
       setup->process = start->process;
       setup->ground = {.robot = robot, .topics = start->topics};
+      const auto usual = kind.start(robot.substr(begin.size()), "");
+      if (usual && usual->robot_file != start->robot_file) setup->usual_robot_file = usual->robot_file;
     }
     return setup;
   }
@@ -90,8 +95,11 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot) {
   for (const RobotKind& kind : kKinds) {
     if (kind.check == nullptr) continue;
     const std::string begin = std::string(kind.name) + ":";
-    if (robot.starts_with(begin) && robot.size() > begin.size())
+    if (robot.starts_with(begin)) {
+      const auto start = kind.start(robot.substr(begin.size()), "");  // fails on an address that is none
+      if (!start) return tl::unexpected(start.error());
       return kind.check(robot.substr(begin.size()));
+    }
     names.push_back(begin + std::string(kind.address));
   }
   return fail(ErrorCode::InvalidArgument, "there are no checks of a robot '" + robot + "'",

@@ -21,10 +21,12 @@ namespace {
 
 Error in_use(const std::string& path) {
   const std::string holder = holder_of(path);
+  const bool ours = holder.starts_with("waymark");
   return {ErrorCode::Unreadable,
           (holder.empty() ? "another program" : holder) + " uses the serial port",
           {.source = path},
-          "End that program (the ROS driver of LIMO: limo_base), then try again."};
+          ours ? "A drive with Waymark is under way: end it (Ctrl-C where it runs), then try again."
+               : "End that program (the ROS driver of LIMO: limo_base), then try again."};
 }
 
 Error open_error(const std::string& path, int error) {

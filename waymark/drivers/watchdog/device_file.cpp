@@ -3,11 +3,13 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <sstream>
 
 #include <dirent.h>
 #include <fmt/format.h>
 #include <grp.h>
 #include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 namespace waymark {
@@ -28,12 +30,42 @@ bool has_open(const std::string& folder, const std::string& path) {
   return found;
 }
 
+/// The process with a lock on the file, by the table of locks of Linux (proc(5), /proc/locks); empty: none.
+std::string locker_of(const std::string& path) {
+  struct stat node {};
+  if (::stat(path.c_str(), &node) != 0) return {};
+  const std::string file =
+      fmt::format("{:02x}:{:02x}:{}", major(node.st_dev), minor(node.st_dev), node.st_ino);
+  std::ifstream locks("/proc/locks");
+  for (std::string line; std::getline(locks, line);) {
+    std::istringstream words(line);
+    std::string number;
+    std::string kind;
+    std::string mode;
+    std::string access;
+    std::string process;
+    std::string locked;
+    if (words >> number >> kind >> mode >> access >> process >> locked && kind == "FLOCK" && locked == file)
+      return process;
+  }
+  return {};
+}
+
+std::string name_of(const std::string& process) {
+  std::string name;
+  std::ifstream file("/proc/" + process + "/comm");
+  std::getline(file, name);
+  return fmt::format("{} (process {})", name, process);
+}
+
 }  // namespace
 
 std::string holder_of(const std::string& path) {
   char* resolved = ::realpath(path.c_str(), nullptr);
   const std::string node = resolved != nullptr ? resolved : path;
   std::free(resolved);  // NOLINT: realpath() allocates
+  const std::string locker = locker_of(node);
+  if (!locker.empty() && locker != std::to_string(::getpid())) return name_of(locker);
   DIR* processes = ::opendir("/proc");
   if (processes == nullptr) return {};
   std::string holder;
@@ -42,10 +74,7 @@ std::string holder_of(const std::string& path) {
     if (number.find_first_not_of("0123456789") != std::string::npos) continue;
     if (std::atoi(number.c_str()) == ::getpid()) continue;
     if (!has_open("/proc/" + number + "/fd", node)) continue;
-    std::string name;
-    std::ifstream file("/proc/" + number + "/comm");
-    std::getline(file, name);
-    holder = fmt::format("{} (process {})", name, number);
+    holder = name_of(number);
   }
   ::closedir(processes);
   return holder;

@@ -7,7 +7,8 @@
 /// The file of a device, below /dev.
 namespace waymark {
 
-/// "cheese (process 4711)" where another process of this user has the file open; empty where none is found.
+/// "cheese (process 4711)" where another process of this user has the file open, the one that locked it
+/// (flock) before all others; empty where none is found.
 [[nodiscard]] std::string holder_of(const std::string& path);
 
 /// That this user may not open the file, of which group he must be, and how he gets there. `what` it is:
