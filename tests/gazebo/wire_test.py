@@ -188,6 +188,42 @@ class Peer(Wire):
         self.assertLess(zero, 0.25)
 
 
+class Alone(Wire):
+    def test_one_driver_and_one_simulator_at_a_time(self):
+        late = self.start(PROGRAM, "gazebo", "robot", "limo", stdin=subprocess.DEVNULL)
+        time.sleep(0.5)  # its input has ended long before the robot is heard
+        self.assertIsNone(late.poll())
+        self.simulation()
+        self.assertEqual(json.loads(late.stdout.readline())["type"], "hello")
+        self.assertEqual(late.wait(20), 0)
+
+        simulate = [PROGRAM, "robot-sim", "--world", LANE, "--images", "--gazebo", "limo"]
+        code, _, words = wire_driver.end_of(simulate, self.environment)
+        self.assertEqual(code, 1, words)
+        self.assertIn("/model/limo/odometry: another program publishes this topic already, at tcp://127.0.0.1:", words)
+
+        first, lines = self.robot()
+        self.until(lambda: lines)
+        drive = [PROGRAM, "gazebo", "robot", "limo"]
+        code, out, words = wire_driver.end_of(drive, self.environment)
+        self.assertEqual((code, out), (1, ""), words)
+        self.assertIn("another program commands this robot, at tcp://127.0.0.1:", words)
+        code, out, words = wire_driver.end_of([*drive, "--share-commands"], self.environment)
+        self.assertEqual(code, 0, words)
+        self.assertIsNone(first.poll())
+
+    @LONG
+    def test_doctor_only_listens(self):
+        self.simulation()
+        checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
+        self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok"] * 3, checks)
+        _, lines = self.robot()
+        self.until(lambda: lines)
+        checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
+        self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
+        self.assertIn("at tcp://127.0.0.1:", checks["commands"]["words"])
+
+
 class Nobody(Wire):
     def test_what_was_searched_is_said(self):
         robot = self.start(PROGRAM, "gazebo", "robot", "limo", stdin=subprocess.PIPE, stderr=subprocess.PIPE)

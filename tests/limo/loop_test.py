@@ -89,6 +89,14 @@ class Loop(unittest.TestCase):
         sim.send_signal(signal.SIGINT)
         self.assertEqual(sim.wait(20), 0)
 
+    def test_two_simulators_on_one_pipe_are_refused(self):
+        sim = self.simulated("course.yaml", 1)
+        words = [PROGRAM, "robot-sim", "--limo", "--world", "course.yaml", "--beside", self.pipe]
+        second = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=30, cwd=self.folder)
+        self.assertEqual(second.returncode, 1, second.stderr)
+        self.assertIn(f"another simulated robot writes to this named pipe: waymark (process {sim.pid})", second.stderr)
+        self.ends(sim)
+
     def robot(self):
         return f"process:exec '{PROGRAM}' limo robot {self.tap.path} --beside {self.pipe} --simulated"
 

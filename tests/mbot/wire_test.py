@@ -146,9 +146,10 @@ def trajectory(text):
 @unittest.skipUnless(DATA, "WAYMARK_DATA is not set")
 class RealLog(Lcm):
     def live(self, log, seconds):
-        """Plays the log through lcm-logplayer at its own pace and records what Waymark hears."""
+        """Plays the log, which holds the commands of another driver, through lcm-logplayer at its own pace and records what Waymark hears."""
         keyboard, terminal = pty.openpty()
-        recorder = self.start(PROGRAM, "teach", "--robot", "mbot:" + self.url, "--driver", "keyboard", "--anchor", "tagCustom48h12:1",
+        robot = f"process:exec '{PROGRAM}' mbot robot '{self.url}' --share-commands"
+        recorder = self.start(PROGRAM, "teach", "--robot", robot, "--robot-file", "mbot", "--driver", "keyboard", "--anchor", "tagCustom48h12:1",
                               "--tag-size-m", 0.054, "-o", self.folder / "live.mcap", stdin=terminal, stdout=subprocess.DEVNULL,
                               stderr=subprocess.PIPE)
         time.sleep(1)  # it listens
@@ -246,6 +247,33 @@ class Simulated(Lcm):
         for name in ("lap.mcap", "map"):
             (self.folder / name).rename(self.folder / ("wire " + name))
         self.judge(wire, self.replay(self.teach_and_map("mbot-square"), "mbot-square"))
+
+    def test_one_driver_and_one_simulator_at_a_time(self):
+        self.assertIn("nothing was heard", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["words"])
+        late = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.DEVNULL)
+        time.sleep(0.5)  # its input has ended long before the robot is heard
+        self.assertIsNone(late.poll())
+        sim = self.simulated("--world", "mbot-square")
+        hello = json.loads(late.stdout.readline())
+        self.assertTrue(hello["simulated"], "it needs no first drive")
+        self.assertEqual(late.wait(20), 0)
+
+        code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "--world", "mbot-square", "--mbot", self.url])
+        self.assertEqual(code, 1, words)
+        self.assertIn(f"an MBot sends its odometry at this address already: waymark (process {sim.pid} on ", words)
+
+        first = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
+        first.stdout.readline()
+        wire_driver.drain(first)
+        code, out, words = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url])
+        self.assertEqual((code, out), (1, ""), words)
+        self.assertIn(f"another program commands this robot, waymark (process {first.pid} on ", words)
+        checks = wire_driver.doctor(PROGRAM, "mbot:" + self.url)
+        self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
+        self.assertIn("it is simulated", checks["robot"]["words"])
+        self.assertIn(f"(process {first.pid} on ", checks["commands"]["words"])
+        code, out, _ = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url, "--share-commands"])
+        self.assertEqual((code, json.loads(out.splitlines()[0])["type"]), (0, "hello"))
 
     def test_a_robot_that_falls_silent_is_stopped(self):
         """The robot's programs die while it drives: zero within 0.3 s, with words."""

@@ -134,6 +134,25 @@ class Robot(Wire):
         self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
 
     @LONG
+    def test_doctor_names_peers_qualities_of_service_and_who_drives(self):
+        names = ("robot", "clock", "peers", "qos")
+        alone = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
+        self.assertEqual([alone[name]["level"] for name in ("robot", "peers")], ["fail", "fail"], alone)
+        sim = self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", stdout=subprocess.DEVNULL)
+        first = self.start(PROGRAM, "ros2", "robot", "limo-sim-tags", stdin=subprocess.PIPE)
+        first.stdout.readline()
+        wire_driver.drain(first)
+        checks = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
+        self.assertEqual([checks[name]["level"] for name in (*names, "commands")], ["ok"] * 4 + ["fail"], checks)
+        for process in (first, sim):
+            process.kill()
+            process.wait()
+        self.start(PEER, "best-effort", 60)
+        profile = self.folder / "reliable.yaml"
+        profile.write_text("robot: limo\nimu_topic: /imu\nreliable_sensors: true\n")
+        self.assertEqual(wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)["qos"]["level"], "fail")
+
+    @LONG
     def test_mismatches_are_said_in_words(self):
         self.start(PEER, "best-effort", 60)
         profile = self.folder / "reliable.yaml"
@@ -200,6 +219,28 @@ class Simulated(Wire):
         self.assertEqual((seen["links"], seen["z"]), ("1", "0.180"))
         moved = float(words[11]) ** 2 + float(words[12]) ** 2
         self.assertGreater(moved, 0.3 ** 2, words)
+
+    def test_one_driver_and_one_simulator_at_a_time(self):
+        drive = [PROGRAM, "ros2", "robot", "limo-sim-tags"]
+        late = self.start(*drive, stdin=subprocess.DEVNULL)
+        time.sleep(0.5)  # its input has ended long before the robot is heard
+        self.assertIsNone(late.poll())
+        self.simulated(1)
+        self.assertTrue(json.loads(late.stdout.readline())["simulated"])
+        self.assertEqual(late.wait(20), 0)
+
+        code, _, words = wire_driver.end_of([PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2"], self.environment)
+        self.assertEqual(code, 1, words)
+        self.assertIn("/odom: another program publishes this topic already; nodes there: waymark", words)
+
+        first = self.start(*drive, stdin=subprocess.PIPE)
+        first.stdout.readline()
+        wire_driver.drain(first)
+        code, out, words = wire_driver.end_of(drive, self.environment)
+        self.assertEqual((code, out), (1, ""), words)
+        self.assertIn("/cmd_vel: another program commands this robot, one of the nodes waymark", words)
+        code, out, words = wire_driver.end_of([*drive, "--share-commands"], self.environment)
+        self.assertEqual(code, 0, words)
 
     def lap(self, folder, over_the_wire):
         """Teach, map, replay; what the replay reports."""

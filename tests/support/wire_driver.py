@@ -24,6 +24,19 @@ def move(robot, speed_m_s, yaw_rate_rad_s, commands=20):
         time.sleep(0.05)
 
 
+def end_of(words, environment=None, timeout=30):
+    """Runs a program whose input is at its end from the beginning: exit code, standard output, standard error."""
+    done = subprocess.run([str(word) for word in words], env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                          timeout=timeout, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def doctor(program, robot, environment=None):
+    """What `waymark doctor --robot` finds, by check; of several lines of a check the last."""
+    words = [program, "doctor", "--robot", robot, "--rate-hz", "5", "--json"]
+    return {line["check"]: line for line in json.loads(end_of(words, environment)[1])["checks"]}
+
+
 def main():
     watchdog, *command = sys.argv[1:]
     robot = subprocess.Popen([watchdog, "--exec", *command], stdin=subprocess.PIPE, stdout=subprocess.PIPE)

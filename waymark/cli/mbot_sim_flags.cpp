@@ -5,6 +5,7 @@
 
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/settings.hpp"
+#include "waymark/drivers/mbot/presence.hpp"
 
 namespace waymark::cli {
 
@@ -28,6 +29,7 @@ Status MbotSimFlags::run(const SimulatedSetup& setup, const SE2& start) const {
   if (setup.pictures)
     return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
                 {.key = "--images"}, "Leave it out.");
+  if (Status alone = no_mbot_at(address); !alone) return alone;
   const auto link = open_lcm(address);
   if (!link) return tl::unexpected(link.error());
   const MbotGeneration publisher = generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include <unistd.h>
+#include <CLI/App.hpp>
 
 #include "waymark/cli/interrupt.hpp"
 
@@ -17,6 +18,11 @@ RobotWire standard_wire(Console& console) {
               },
           .say = [&console](const std::string& words) { console.say(words); },
           .should_stop = interrupted};
+}
+
+void add_share_commands_flag(CLI::App& app, bool& shares) {
+  app.add_flag("--share-commands", shares,
+               "Drive although another program commands the robot, which then obeys both in turn");
 }
 
 }  // namespace waymark::cli

@@ -14,6 +14,7 @@ namespace {
 struct GazeboRobotArgs {
   std::string profile{};
   std::string robot_file{};
+  bool share_commands = false;
 };
 
 ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
@@ -24,7 +25,8 @@ ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
-  const Status status = run_gazebo_robot(**link, *profile, *robot, standard_wire(console));
+  const Status status = run_gazebo_robot(**link, *profile, *robot, standard_wire(console),
+                                         {.share_commands = args.share_commands});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -36,6 +38,7 @@ Run prepare_gazebo_robot(CLI::App& app) {
   app.add_option("--robot-file", args->robot_file,
                  "Body and camera of the robot; unless given: as the profile says")
       ->type_name("NAME");
+  add_share_commands_flag(app, args->share_commands);
   return [args](Console& console) { return gazebo_robot(*args, console); };
 }
 
@@ -48,7 +51,10 @@ Verb gazebo_robot_verb() {
 standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot gazebo:limo` starts it behind
 its watchdog. Alone it shows whether a robot is heard. IGN_PARTITION and IGN_IP say where it looks, as for Gazebo itself.
 
-Exit code: 0 its input ended, 1 no odometry within 12 s, or no module for Gazebo; 2 wrong usage.
+The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
+module for Gazebo; 2 wrong usage.
 
 Example:
   waymark gazebo robot limo < /dev/null

@@ -16,6 +16,7 @@ struct MbotRobotArgs {
   std::string address = kLcmDefaultAddress;
   std::string robot_file = "mbot";
   double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
+  bool share_commands = false;
 };
 
 ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
@@ -24,7 +25,7 @@ ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
   const auto path = find_shared("robots", args.robot_file);
   const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
-  MbotRobotOptions options{.address = *address};
+  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.share_commands};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(args.tag_latency_s));
@@ -45,6 +46,7 @@ Run prepare_mbot_robot(CLI::App& app) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str()
       ->type_name("FLOAT");
+  add_share_commands_flag(app, args->share_commands);
   return [args](Console& console) { return mbot_robot(*args, console); };
 }
 
@@ -57,7 +59,10 @@ Verb mbot_robot_verb() {
 commands from standard input and publishes them as MBOT_VEL_CMD (docs/formats/robot-process.md). `waymark teach
 --robot mbot:` starts it behind its watchdog. Alone it shows whether a robot is heard.
 
-Exit code: 0 its input ended, 1 no odometry within 12 s, or no liblcm; 2 wrong usage.
+The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
+liblcm; 2 wrong usage.
 
 Example:
   waymark mbot robot < /dev/null

@@ -21,6 +21,7 @@ struct Ros2RobotArgs {
   Ros2Flags network;
   std::string profile{};
   std::string robot_file{};
+  bool share_commands = false;
 };
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
@@ -32,7 +33,8 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
-  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console));
+  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console),
+                                       {.share_commands = args.share_commands});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -44,6 +46,7 @@ Run prepare_ros2_robot(CLI::App& app) {
   app.add_option("--robot-file", args->robot_file,
                  "Body and camera of the robot; unless given: as the profile says")
       ->type_name("NAME");
+  add_share_commands_flag(app, args->share_commands);
   return [args](Console& console) { return ros2_robot(*args, console); };
 }
 
@@ -56,7 +59,10 @@ Verb ros2_robot_verb() {
 standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it behind
 its watchdog. Alone it shows whether a robot is heard.
 
-Exit code: 0 its input ended, 1 no odometry within 12 s, or no module for ROS 2; 2 wrong usage.
+The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+
+Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
+module for ROS 2; 2 wrong usage.
 
 Example:
   waymark ros2 robot limo < /dev/null

@@ -6,6 +6,9 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -30,6 +33,7 @@ class GazeboRobotSim {
         scene_camera_(std::move(scene_camera)) {}
 
   Status run(const std::function<bool()>& should_stop) {
+    if (Status alone = nobody_simulates(); !alone) return alone;
     constexpr int kNewest = 1;
     if (const auto orders = link_.subscribe(profile_.command_topic, kNewest); !orders)
       return tl::unexpected(orders.error());
@@ -46,6 +50,20 @@ class GazeboRobotSim {
   }
 
  private:
+  /// Before anything is published: two simulations on the same topics would be one robot that jumps.
+  Status nobody_simulates() {
+    for (const GazeboTopic& topic : link_.topics()) {
+      if (topic.name != profile_.odometry_topic) continue;
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("another program publishes this topic already, at {}; {}",
+                      fmt::join(link_.publishers(topic.name), ", "), link_.where()),
+          {.source = topic.name},
+          "End that simulation, or set IGN_PARTITION to another name for this one and for its driver.");
+    }
+    return {};
+  }
+
   Status advertise(const GazeboSubscription& one) {
     const auto made = link_.advertise(one.topic, like(one.kind));
     if (!made) return tl::unexpected(made.error());

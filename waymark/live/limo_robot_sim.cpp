@@ -8,12 +8,14 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <termios.h>
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/limo/limo_messages.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
+#include "waymark/drivers/watchdog/device_file.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -57,6 +59,11 @@ Result<Descriptor> open_pipe(const std::string& path) {
   if (!pipe.open() || ::fstat(pipe.number(), &node) != 0 || !S_ISFIFO(node.st_mode))
     return fail(ErrorCode::Unwritable, "this is no named pipe, and none can be made", {.source = path},
                 "Name a file that does not exist yet.");
+  if (::flock(pipe.number(), LOCK_EX | LOCK_NB) != 0)
+    return fail(ErrorCode::InvalidArgument,
+                "another simulated robot writes to this named pipe" +
+                    (holder_of(path).empty() ? "" : ": " + holder_of(path)),
+                {.source = path}, "End it, or name another pipe for this one and for its driver.");
   return pipe;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/drivers/mbot/presence.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/pose/tag_pose.hpp"
@@ -101,6 +102,7 @@ class MbotRobotSim {
   }
 
   Status send_what_is_due() {
+    presence_.publish(link_, kSimulatorChannel);
     while (!waiting_.empty() && waiting_.front().due <= robot_.uptime()) {
       if (Status status = publish("MBOT_APRILTAG_ARRAY", waiting_.front().tags); !status) return status;
       waiting_.pop_front();
@@ -168,6 +170,7 @@ class MbotRobotSim {
   Duration switched_on_{};  ///< by this machine's clock
   Duration next_timesync_{};
   mbot::Encoders encoders_{};
+  Presence presence_{};
   std::deque<Waiting> waiting_{};
 };
 

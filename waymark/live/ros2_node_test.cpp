@@ -36,6 +36,7 @@ class FakeBus final : public Bus {
     network_.subscriptions.push_back(topic.topic);
     return network_.subscriptions.size() - 1;
   }
+  void unsubscribe(std::size_t /*subscription*/) override {}
   Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override {
     const std::scoped_lock lock(network_.mutex);
     network_.sent[network_.publishers[publisher]].emplace_back(bytes.begin(), bytes.end());
@@ -87,10 +88,11 @@ class Node : public ::testing::Test {
     const std::scoped_lock lock(network_.mutex);
     return network_.sent[topic];
   }
-  void request(const std::string& topic, std::vector<std::uint8_t> bytes, RequestIdentity identity = {}) {
+  void request(const std::string& topic, const std::vector<std::uint8_t>& bytes,
+               RequestIdentity identity = {}) {
     const std::scoped_lock lock(network_.mutex);
     for (std::size_t i = 0; i < network_.subscriptions.size(); ++i)
-      if (network_.subscriptions[i] == topic) network_.waiting.push_back({i, std::move(bytes), {}, identity});
+      if (network_.subscriptions[i] == topic) network_.waiting.push_back({i, bytes, {}, identity});
   }
 
   Network network_{};

@@ -6,6 +6,9 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -32,6 +35,7 @@ class Ros2RobotSim {
         scene_camera_(std::move(scene_camera)) {}
 
   Status run(const std::function<bool()>& should_stop) {
+    if (Status alone = nobody_simulates(should_stop); !alone) return alone;
     const auto commands = bus_.subscribe(dds_topic("/cmd_vel", ros2::Twist::kType), {.depth = 1});
     if (!commands) return tl::unexpected(commands.error());
     const auto now =
@@ -54,6 +58,26 @@ class Ros2RobotSim {
   }
 
  private:
+  /// Before anything is published, for as long as discovery takes: two robots on the same topics would be one
+  /// that jumps.
+  Status nobody_simulates(const std::function<bool()>& should_stop) {
+    constexpr Duration kDiscovery = std::chrono::seconds(1);
+    constexpr Duration kLookFor = std::chrono::milliseconds(50);
+    const BusTopic odometry = dds_topic("/odom", ros2::Odometry::kType);
+    const Duration until = steady_now() + kDiscovery;
+    while (steady_now() < until && !should_stop()) {
+      for (const BusEndpoint& endpoint : bus_.endpoints())
+        if (endpoint.publishes && endpoint.name.topic == odometry.topic)
+          return fail(ErrorCode::InvalidArgument,
+                      fmt::format("another program publishes this topic already; nodes there: {}",
+                                  fmt::join(bus_.participants(), ", ")),
+                      {.source = "/odom"},
+                      "End that robot or simulation, or give this one and its driver another ROS_DOMAIN_ID.");
+      (void)bus_.next(kLookFor);
+    }
+    return {};
+  }
+
   /// Numbers that are none do not move it.
   void obey(std::span<const std::uint8_t> bytes) {
     const auto twist = cdr::decode<ros2::Twist>(bytes);

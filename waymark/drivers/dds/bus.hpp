@@ -76,6 +76,8 @@ class Bus {
   /// The number of a new subscription, of which at most `qos.depth` messages wait to be taken; the oldest
   /// are dropped and counted.
   virtual Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) = 0;
+  /// Ends a subscription; what waits of it may still come. Its number is not used again.
+  virtual void unsubscribe(std::size_t subscription) = 0;
   virtual Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) = 0;
   /// The same as the reply to a request.
   virtual Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,

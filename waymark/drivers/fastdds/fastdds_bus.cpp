@@ -65,6 +65,7 @@ class FastddsBus final : public Bus {
 
   Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& qos) override;
   Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& qos) override;
+  void unsubscribe(std::size_t subscription) override;
   Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override;
   Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
                const RequestIdentity& to) override;
@@ -148,6 +149,13 @@ Result<std::size_t> FastddsBus::subscribe(const BusTopic& name, const TopicQos& 
   return number;
 }
 
+void FastddsBus::unsubscribe(std::size_t subscription) {
+  dds::DataReader* reader = std::exchange(readers_[subscription], nullptr);
+  if (reader == nullptr) return;
+  (void)reader->set_listener(nullptr);
+  (void)subscriber_->delete_datareader(reader);
+}
+
 Status FastddsBus::publish(std::size_t publisher, std::span<const std::uint8_t> bytes) {
   RawCdr raw{{bytes.begin(), bytes.end()}};
   if (writers_[publisher]->write(&raw)) return {};
@@ -177,6 +185,7 @@ int FastddsBus::matched_subscriptions(std::size_t publisher) const {
 
 int FastddsBus::matched_publishers(std::size_t subscription) const {
   dds::SubscriptionMatchedStatus status;
+  if (readers_[subscription] == nullptr) return 0;
   (void)readers_[subscription]->get_subscription_matched_status(status);
   return status.current_count;
 }

@@ -63,6 +63,8 @@ class GazeboLink {
 
   /// The number of a new subscription, of any type, of which at most `depth` messages wait to be taken.
   virtual Result<std::size_t> subscribe(const std::string& topic, int depth) = 0;
+  /// Ends the subscriptions of a topic; what waits of them may still come.
+  virtual void unsubscribe(const std::string& topic) = 0;
   /// The number of a new publisher, of the type of such values.
   virtual Result<std::size_t> advertise(const std::string& topic, const GazeboValue& like) = 0;
   virtual Status publish(std::size_t publisher, const GazeboValue& value) = 0;
@@ -72,6 +74,8 @@ class GazeboLink {
   [[nodiscard]] virtual bool heard(std::size_t publisher) const = 0;
   /// What others publish, as far as it was discovered. May wait for a second.
   [[nodiscard]] virtual std::vector<GazeboTopic> topics() const = 0;
+  /// Addresses of the programs that publish a topic, this one included: "tcp://10.0.0.2:41231".
+  [[nodiscard]] virtual std::vector<std::string> publishers(const std::string& topic) const = 0;
   /// Where it looks: partition and address, in words.
   [[nodiscard]] virtual std::string where() const = 0;
 

@@ -1,13 +1,16 @@
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/drivers/gazebo/gazebo_bridge.hpp"
 #include "waymark/drivers/gazebo/simulation_watch.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
+#include "waymark/drivers/process/sender_watch.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -25,21 +28,27 @@ class GazeboRobot {
         wire_(wire),
         talk_(wire),
         options_(options),
-        bridge_(profile, robot, pictures_in_memory()) {}
+        bridge_(profile, robot, pictures_in_memory()),
+        senders_(options.share_commands) {}
 
   Status run() {
     Status status = join();
     if (!status) return status;
-    CommandSender sender(
-        [this](const VelocityCommand& command) {
-          (void)link_.publish(publisher_, StampedCommand{.command = command});
-        },
-        wire_.input);
+    const auto send = [this](const VelocityCommand& command) {
+      (void)link_.publish(publisher_, StampedCommand{.command = command});
+    };
+    EarlyInput early(wire_.input);
+    std::optional<CommandSender> sender;
     const Duration began = steady_now();
-    while (status && talk_.open() && !sender.ended() && !wire_.should_stop()) {
+    while (status && talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       if (const auto message = link_.next(kSlice)) receive(*message);
       const Duration now = steady_now();
-      sender.hold(watch_.silent(now));
+      if (!sender && senders_.done(now)) {
+        status = greet();
+        if (!status) break;
+        sender.emplace(send, wire_.input);
+      }
+      if (sender) sender->hold(watch_.silent(now));
       if (const std::string words = watch_.take_words(now); !words.empty()) talk_.say(words);
       status = talk_.greeted() ? look(now - began) : wait(now - began);
     }
@@ -48,27 +57,42 @@ class GazeboRobot {
 
  private:
   Status join() {
-    const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
-    if (!publisher) return tl::unexpected(publisher.error());
-    publisher_ = *publisher;
     for (GazeboSubscription& one : subscriptions_of(profile_)) {
       const auto number = link_.subscribe(one.topic, one.depth);
       if (!number) return tl::unexpected(number.error());
       subscriptions_.push_back(std::move(one));
     }
+    const auto commands = link_.subscribe(profile_.command_topic, 1);
+    if (!commands) return tl::unexpected(commands.error());
+    return {};
+  }
+
+  /// The robot is heard, and nobody else commands it: from now on it may be.
+  Status greet() {
+    const auto others = link_.publishers(profile_.command_topic);
+    const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
+    if (Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE"); !alone)
+      return alone;
+    link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
+    const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = *publisher;
+    talk_.greet(name_, true);
     return {};
   }
 
   void receive(const GazeboMessage& message) {
+    if (message.subscription >= subscriptions_.size()) return senders_.hear_command();
     const GazeboSubscription& from = subscriptions_[message.subscription];
     if (from.kind == GazeboKind::Clock) watch_.clock(message.arrived);
     const auto before = bridge_.simulated_time();
     const auto lines = bridge_.receive(from, message);
     const auto after = bridge_.simulated_time();
     if (after && after != before) watch_.odometry(message.arrived);
-    if (bridge_.speaks() && !talk_.greeted()) talk_.greet(name_, true);
+    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (!talk_.greeted()) return;
     talk_.write(lines);
-    if (talk_.greeted()) talk_.write(bridge_.take_words());
+    talk_.write(bridge_.take_words());
   }
 
   /// Of a robot that was heard.
@@ -84,6 +108,7 @@ class GazeboRobot {
 
   /// For its odometry.
   Status wait(Duration waited) {
+    if (senders_.heard_robot()) return {};
     if (waited < options_.report_after || (said_ && waited < options_.give_up_after)) return {};
     said_ = true;
     const std::string found = fmt::format("{}; {}", link_.where(), topics_in_words(link_.topics()));
@@ -105,6 +130,7 @@ class GazeboRobot {
   RobotTalk talk_;
   GazeboRobotOptions options_;
   GazeboBridge bridge_;
+  SenderWatch senders_;
   SimulationWatch watch_{};
   std::size_t publisher_ = 0;
   std::vector<GazeboSubscription> subscriptions_{};

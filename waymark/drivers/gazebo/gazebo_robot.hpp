@@ -10,13 +10,15 @@
 namespace waymark {
 
 struct GazeboRobotOptions {
+  bool share_commands = false;                      ///< drive although another program sends commands
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
   Duration give_up_after = std::chrono::seconds(12);
 };
 
 /// Is the process of a robot in Gazebo (docs/formats/robot-process.md): subscribes what its profile names,
 /// publishes its commands, until the input ends; zero while odometry is missing, and at the end. The hello
-/// comes with the first odometry; fails, and says what is published instead, when none came.
+/// comes 0.4 s after the first odometry; before it nothing is sent, and the input is not read. Fails, and
+/// says what is published instead, when no odometry came, and when another program commands the robot.
 [[nodiscard]] Status run_gazebo_robot(GazeboLink& link, const GazeboProfile& profile,
                                       const RobotDescription& robot, const RobotWire& wire,
                                       const GazeboRobotOptions& options = {});

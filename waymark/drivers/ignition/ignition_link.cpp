@@ -37,6 +37,8 @@ class IgnitionLink final : public GazeboLink {
                 {.key = topic}, "A topic is a name like /model/limo/odometry, without spaces.");
   }
 
+  void unsubscribe(const std::string& topic) override { (void)node_.Unsubscribe(topic); }
+
   Result<std::size_t> advertise(const std::string& topic, const GazeboValue& like) override {
     const auto publisher = node_.Advertise(topic, type_of(like));
     if (!publisher.Valid())
@@ -75,6 +77,14 @@ class IgnitionLink final : public GazeboLink {
       found.push_back({std::move(name), publishers.front().MsgTypeName()});
     }
     return found;
+  }
+
+  [[nodiscard]] std::vector<std::string> publishers(const std::string& topic) const override {
+    std::vector<ignition::transport::MessagePublisher> found;
+    std::vector<std::string> addresses;
+    if (!node_.TopicInfo(topic, found)) return addresses;
+    for (const auto& publisher : found) addresses.push_back(publisher.Addr());
+    return addresses;
   }
 
   [[nodiscard]] std::string where() const override {

@@ -4,12 +4,15 @@
 #include <array>
 #include <atomic>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/drivers/mbot/presence.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
+#include "waymark/drivers/process/sender_watch.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -18,10 +21,10 @@ namespace {
 constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kSilence = std::chrono::milliseconds(200);  // five messages of odometry
 constexpr const char* kCommandChannel = "MBOT_VEL_CMD";
-/// Of the messages of mbot_lcm_base: what is sensed, the robot's time, and who else drives.
+/// Of the messages of mbot_lcm_base: what is sensed, the robot's time, and who else drives; and ours.
 constexpr const char* kChannels =
     "MBOT_ODOMETRY|MBOT_VEL|MBOT_IMU|MBOT_ENCODERS|MBOT_APRILTAG_ARRAY|LIDAR|MBOT_TIMESYNC|MBOT_VEL_CMD|TRUE_"
-    "POSE";
+    "POSE|WAYMARK_SIMULATOR|WAYMARK_DRIVER";
 
 /// The newest commands of ours, by their stamps: LCM gives a program its own messages, too.
 class OwnCommands {
@@ -51,24 +54,30 @@ class OwnCommands {
 class MbotRobot {
  public:
   MbotRobot(const MbotRobotOptions& options, const RobotWire& wire)
-      : options_(options), wire_(wire), bridge_(options.bridge) {}
+      : options_(options), wire_(wire), bridge_(options.bridge), senders_(options.share_commands) {}
 
   Status run() {
     auto link = open_lcm(options_.address);
     if (!link) return tl::unexpected(link.error());
     if (Status status = (*link)->subscribe(kChannels); !status) return status;
-    const CommandSender sender(
-        [this, &link](const VelocityCommand& command) {
-          // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
-          (void)(*link)->publish(kCommandChannel, own_.make(silent() ? VelocityCommand{} : command));
-        },
-        wire_.input);
+    const auto send = [this, &link](const VelocityCommand& command) {
+      // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
+      (void)(*link)->publish(kCommandChannel, own_.make(silent() ? VelocityCommand{} : command));
+    };
+    EarlyInput early(wire_.input);
+    std::optional<CommandSender> sender;
     began_ = steady_now();
-    while (open_ && !sender.ended() && !wire_.should_stop()) {
+    while (open_ && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       auto message = (*link)->next(kSlice);
       if (!message) return tl::unexpected(message.error());
       if (*message) receive(std::move(**message));
+      if (!greeted_ && senders_.done(steady_now())) {
+        if (Status alone = senders_.alone(kCommandChannel, driver_, "mbot robot"); !alone) return alone;
+        greet();
+        sender.emplace(send, wire_.input);
+      }
       if (Status status = look(); !status) return status;
+      if (greeted_) presence_.publish(**link, kDriverChannel);
     }
     return {};
   }
@@ -82,18 +91,35 @@ class MbotRobot {
   void receive(LcmMessage message) {
     heard_.insert(message.channel);
     if (message.channel == "MBOT_ODOMETRY") newest_odometry_ = message.arrived;
+    if (message.channel == kSimulatorChannel || message.channel == kDriverChannel)
+      return notice_presence(message);
     if (message.channel == kCommandChannel) return notice_driver(message);
-    const auto lines = bridge_.receive(std::move(message));
-    if (bridge_.speaks() && !std::exchange(greeted_, true)) {
-      write(to_line(RobotHello{.name = options_.bridge.robot}));
-      for (const std::string& words : std::exchange(waiting_words_, {})) write(to_line(RobotLog{words}));
-    }
-    for (const std::string& line : lines) write(line);
-    if (greeted_)
-      for (const std::string& line : bridge_.take_words()) write(line);
+    newest_lines_ = bridge_.receive(std::move(message));
+    if (bridge_.speaks()) senders_.hear_robot(steady_now());
+    if (greeted_) write_newest();
+  }
+
+  void write_newest() {
+    for (const std::string& line : std::exchange(newest_lines_, {})) write(line);
+    for (const std::string& line : bridge_.take_words()) write(line);
+  }
+
+  void greet() {
+    greeted_ = true;
+    write(to_line(RobotHello{.name = options_.bridge.robot, .simulated = simulated_}));
+    for (const std::string& words : std::exchange(waiting_words_, {})) write(to_line(RobotLog{words}));
+    write_newest();
+  }
+
+  void notice_presence(const LcmMessage& message) {
+    if (message.channel == kSimulatorChannel)
+      simulated_ = true;
+    else
+      driver_ = presence_of(message.payload);
   }
 
   void notice_driver(const LcmMessage& message) {
+    if (!greeted_ && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
     const auto utime = mbot::utime_of(message.payload);
     if (!utime || own_.has(*utime) || std::exchange(driven_, true)) return;
     say("another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one");
@@ -130,13 +156,18 @@ class MbotRobot {
   MbotRobotOptions options_;
   const RobotWire& wire_;
   MbotBridge bridge_;
+  SenderWatch senders_;
+  Presence presence_{};
   OwnCommands own_{};
   Duration began_{};
   std::atomic<Duration> newest_odometry_ = Duration(0);
+  std::vector<std::string> newest_lines_{};  ///< of the message before the hello: what it told waited for it
   bool greeted_ = false;
   bool quiet_ = false;
   bool open_ = true;
   bool driven_ = false;
+  bool simulated_ = false;
+  std::string driver_{};  ///< another Waymark that commands the robot
   bool reported_ = false;
   std::set<std::string> heard_{};
   std::vector<std::string> waiting_words_{};

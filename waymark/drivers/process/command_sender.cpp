@@ -52,4 +52,16 @@ void CommandSender::run() {
   ended_ = true;
 }
 
+EarlyInput::EarlyInput(int input) : input_(input) { never_wait(input_); }
+
+bool EarlyInput::said_bye() {
+  std::string bytes;
+  (void)read_some(input_, bytes);
+  lines_.add(bytes);
+  bool bye = false;
+  while (const auto line = lines_.next())
+    bye = bye || parse_order_line(line->text).kind == RobotOrderLine::Kind::Bye;
+  return bye;
+}
+
 }  // namespace waymark

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "waymark/drivers/process/command_repeat.hpp"
+#include "waymark/drivers/watchdog/lines.hpp"
 
 namespace waymark {
 
@@ -35,6 +36,21 @@ class CommandSender {
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
+};
+
+/// The input of a robot's process before its hello: no order counts yet, nor does the end of an input, which
+/// of `< /dev/null` is there from the beginning.
+class EarlyInput {
+ public:
+  /// `input` is read without waiting from now on.
+  explicit EarlyInput(int input);
+
+  /// Whether it said by now that it is over (a "bye").
+  [[nodiscard]] bool said_bye();
+
+ private:
+  int input_;
+  LineSplitter lines_{};
 };
 
 }  // namespace waymark

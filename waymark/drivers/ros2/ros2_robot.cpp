@@ -2,13 +2,16 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
+#include "waymark/drivers/process/sender_watch.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
@@ -34,19 +37,25 @@ class Ros2Robot {
         talk_(wire),
         options_(options),
         bridge_(profile, robot, pictures_in_memory()),
-        uses_(uses_of(profile)) {}
+        uses_(uses_of(profile)),
+        senders_(options.share_commands) {}
 
   Status run() {
     if (Status status = join(); !status) return status;
-    const CommandSender sender(
-        [this](const VelocityCommand& command) {
-          (void)bus_->publish(publisher_, bridge_.command(command, wall_clock()));
-        },
-        wire_.input);
+    const auto send = [this](const VelocityCommand& command) {
+      (void)bus_->publish(publisher_, bridge_.command(command, wall_clock()));
+    };
+    EarlyInput early(wire_.input);
+    std::optional<CommandSender> sender;
     began_ = steady_now();
-    while (talk_.open() && !sender.ended() && !wire_.should_stop()) {
+    while (talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       const auto message = bus_->next(kSlice);
       if (message) receive(*message);
+      if (!sender && senders_.done(steady_now())) {
+        if (Status alone = look_for_others(); !alone) return alone;
+        greet();
+        sender.emplace(send, wire_.input);
+      }
       if (Status status = look(); !status) return status;
     }
     return {};
@@ -66,15 +75,28 @@ class Ros2Robot {
       if (!number) return tl::unexpected(number.error());
       subscriptions_.push_back(std::move(one));
     }
+    const auto others = bus_->subscribe(commands.name, {.reliable = false, .depth = 1});
+    if (!others) return tl::unexpected(others.error());
+    commands_ = *others;
     return {};
   }
 
   void receive(const BusMessage& message) {
-    const bool spoke = bridge_.speaks();
+    if (message.subscription == commands_) return senders_.hear_command();
     const auto lines = bridge_.receive(subscriptions_[message.subscription], message.bytes, message.arrived);
-    if (!spoke && bridge_.speaks()) greet();
+    if (bridge_.speaks()) senders_.hear_robot(message.arrived);
+    if (!talk_.greeted()) return;
     talk_.write(lines);
-    if (talk_.greeted()) talk_.write(bridge_.take_words());
+    talk_.write(bridge_.take_words());
+  }
+
+  Status look_for_others() {
+    const auto nodes = bus_->participants();
+    const std::string who = nodes.empty() ? "" : fmt::format("one of the nodes {}", fmt::join(nodes, ", "));
+    if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
+      return alone;
+    bus_->unsubscribe(commands_);  // what comes there from now on is ours, too
+    return {};
   }
 
   void greet() {
@@ -93,8 +115,8 @@ class Ros2Robot {
     next_look_ = now + kLookAgain;
     for (const std::string& words : mismatches(uses_, bus_->endpoints())) talk_.say_once(words);
     const Duration waited = now - began_;
-    if (talk_.greeted()) {
-      if (bus_->matched_subscriptions(publisher_) == 0 && waited > options_.report_after)
+    if (senders_.heard_robot()) {
+      if (talk_.greeted() && bus_->matched_subscriptions(publisher_) == 0 && waited > options_.report_after)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
@@ -119,7 +141,9 @@ class Ros2Robot {
   RobotBridge bridge_;
   std::vector<TopicUse> uses_;
   std::unique_ptr<Bus> bus_{};
+  SenderWatch senders_;
   std::size_t publisher_ = 0;
+  std::size_t commands_ = 0;  ///< subscription of what others command
   std::vector<Ros2Subscription> subscriptions_{};
   Duration began_{};
   Duration next_look_{};

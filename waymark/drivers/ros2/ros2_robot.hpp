@@ -9,13 +9,15 @@
 namespace waymark {
 
 struct Ros2RobotOptions {
+  bool share_commands = false;                      ///< drive although another program sends commands
   Duration report_after = std::chrono::seconds(3);  ///< without odometry: what was found is said
   Duration give_up_after = std::chrono::seconds(12);
 };
 
 /// Is the process of a robot that speaks ROS 2 (docs/formats/robot-process.md): subscribes what its profile
-/// names, publishes its commands, until the input ends. The hello comes with the first odometry; fails, and
-/// says what is on the network instead, when none came.
+/// names, publishes its commands, until the input ends. The hello comes 0.4 s after the first
+/// odometry; before it nothing is sent, and the input is not read. Fails, and says what is on the network
+/// instead, when no odometry came, and when another program commands the robot.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
                                     const BusOptions& bus_options, const RobotWire& wire,
                                     const Ros2RobotOptions& options = {});
