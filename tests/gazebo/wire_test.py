@@ -120,7 +120,8 @@ class Peer(Wire):
                  "IMU": "angular_velocity {z: 0.5} linear_acceleration {z: 9.8}"}
         topics = {"Odometry": "/model/limo/odometry", "IMU": "/imu"}
         stamp = itertools.count(1)
-        while len({line["type"] for line in lines} & {"odometry", "imu"}) < 2 and next(stamp) < 20:
+        deadline = time.monotonic() + 30  # the first messages come before the hello, and are not passed on
+        while len({line["type"] for line in lines} & {"odometry", "imu"}) < 2 and time.monotonic() < deadline:
             header = f"header {{stamp {{sec: 5 nsec: {next(stamp)}}}}}"
             sent = [self.start(PEER, "-t", topics[kind], "-m", f"ignition.msgs.{kind}", "-p", f"{header} {text}") for kind, text in texts.items()]
             for process in sent:

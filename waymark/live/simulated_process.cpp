@@ -55,8 +55,9 @@ class OrderInput {
 /// A simulated robot that speaks on standard output and listens on standard input.
 class SimulatedProcess {
  public:
-  SimulatedProcess(const SimulatedSetup& setup, SE2 start, std::unique_ptr<DetectingCamera> scene_camera,
-                   const SimulatedProcessOptions& options, std::function<bool()> cancelled)
+  SimulatedProcess(const SimulatedSetup& setup, const SE2& start,
+                   std::unique_ptr<DetectingCamera> scene_camera, const SimulatedProcessOptions& options,
+                   std::function<bool()> cancelled)
       : name_(setup.model.name),
         robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
                scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),

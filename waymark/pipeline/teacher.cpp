@@ -25,6 +25,7 @@ TaughtFrame Teacher::add(const TagFrame& frame) {
   TaughtFrame taught{.observed = observe(frame, setup_)};  // lines 5 and 9
   taught.map_T_cam = anchored(taught.observed);            // lines 11 to 13
   std::vector<TagId> tags;
+  tags.reserve(taught.observed.tags.size());
   for (const TagPoseObservation& seen : taught.observed.tags) tags.push_back(seen.tag);
   count(frame.stamp, frame.camera, tags, taught.map_T_cam);    // line 15
   taught.low_observability = in_view_.count(frame.stamp) < 2;  // lines 6 and 7
