@@ -116,7 +116,7 @@ class LiveCamera(InFolder):
         self.assertEqual(levels["calibration"], "fail")
         (self.folder / "calibration.yaml").unlink()
         good = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO + ",lock")
-        lines = good.records[0]["checks"]
+        lines = [line for line in good.records[0]["checks"] if line["check"] not in ("serial", "gamepad")]  # of this machine
         self.assertEqual([line["check"] for line in lines], ["camera", "camera", "calibration", "disk", "processor"])
         self.assertEqual([line["level"] for line in lines[:2]], ["ok", "ok"], good.out)
         self.assertIn("pictures a second", lines[1]["words"])

@@ -249,7 +249,6 @@ class Simulated(Lcm):
         self.judge(wire, self.replay(self.teach_and_map("mbot-square"), "mbot-square"))
 
     def test_one_driver_and_one_simulator_at_a_time(self):
-        self.assertIn("nothing was heard", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["words"])
         late = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.DEVNULL)
         time.sleep(0.5)  # its input has ended long before the robot is heard
         self.assertIsNone(late.poll())
@@ -268,12 +267,20 @@ class Simulated(Lcm):
         code, out, words = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url])
         self.assertEqual((code, out), (1, ""), words)
         self.assertIn(f"another program commands this robot, waymark (process {first.pid} on ", words)
+        code, out, _ = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url, "--share-commands"])
+        self.assertEqual((code, json.loads(out.splitlines()[0])["type"]), (0, "hello"))
+
+    @LONG
+    def test_doctor_only_listens(self):
+        self.assertIn("nothing was heard", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["words"])
+        self.simulated("--world", "mbot-square")
+        first = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
+        first.stdout.readline()
+        wire_driver.drain(first)
         checks = wire_driver.doctor(PROGRAM, "mbot:" + self.url)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
         self.assertIn("it is simulated", checks["robot"]["words"])
         self.assertIn(f"(process {first.pid} on ", checks["commands"]["words"])
-        code, out, _ = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url, "--share-commands"])
-        self.assertEqual((code, json.loads(out.splitlines()[0])["type"]), (0, "hello"))
 
     def test_a_robot_that_falls_silent_is_stopped(self):
         """The robot's programs die while it drives: zero within 0.3 s, with words."""
