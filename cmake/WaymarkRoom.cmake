@@ -32,26 +32,6 @@ function(waymark_check_edges name)
   endforeach()
 endfunction()
 
-# Files of one target compiled together, which takes a third of the time where parsing headers is most of it. Where Eigen's
-# templates are (geometry, pose, …) it takes longer: those rooms are not in the list. Names in anonymous namespaces must then differ
-# within a room; a file that shares some with another is named with waymark_compile_alone(file...).
-set(WAYMARK_COMPILED_TOGETHER waymark_jobs waymark_live waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
-  waymark_evaluation waymark_drivers_simulated waymark_live)
-# With precompiled headers Eigen's instantiations are shared, and these gain by it too (their tests stay apart).
-set(WAYMARK_TOGETHER_IF_PRECOMPILED waymark_mapping_optimization waymark_mapping_lap waymark_mapping_calibration waymark_mapping_scene waymark_camera waymark_families waymark_tags waymark_pose waymark_factors waymark_localization
-  waymark_replay waymark_pipeline waymark_drivers_process waymark_drivers_watchdog waymark_server waymark_runtime)
-function(waymark_compile_together target)
-  string(REGEX REPLACE "_tests$" "" room ${target})
-  if((WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER) OR
-     (WAYMARK_PRECOMPILED AND target IN_LIST WAYMARK_TOGETHER_IF_PRECOMPILED))
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-  endif()
-endfunction()
-
-function(waymark_compile_alone)
-  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-endfunction()
-
 function(waymark_room name)
   cmake_parse_arguments(ROOM "INTERNAL" "" "USES;PUBLIC;PRIVATE;TEST_LIBS" ${ARGN})
   waymark_check_edges(${name} ${ROOM_USES})
@@ -75,7 +55,7 @@ function(waymark_room name)
     set(scope PUBLIC)
     add_library(${target} STATIC ${sources})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
-    waymark_compile_together(${target})
+    waymark_compile_together(${target} ${sources})
     if(NOT name STREQUAL "base")  # which knows no Eigen
       waymark_precompile(${target} waymark_precompiled)
     endif()
@@ -107,7 +87,7 @@ endfunction()
 function(waymark_test name)
   cmake_parse_arguments(TEST "PLAIN" "" "SOURCES;LIBS" ${ARGN})
   add_executable(${name} ${TEST_SOURCES})
-  waymark_compile_together(${name})
+  waymark_compile_together(${name} ${TEST_SOURCES})
   if(NOT TEST_PLAIN AND NOT name STREQUAL "waymark_base_tests")
     waymark_precompile(${name} waymark_precompiled_tests)
   endif()

@@ -1,0 +1,93 @@
+# Files of one target compiled together (WAYMARK_UNITY), which takes a third of the time where parsing headers is most of it. With GCC, where
+# Eigen's templates are (geometry, pose, …), it takes longer: with that compiler only these rooms are compiled so.
+set(WAYMARK_COMPILED_TOGETHER waymark_jobs waymark_live waymark_codecs waymark_config waymark_recording waymark_simulation waymark_plot waymark_cli
+  waymark_evaluation waymark_drivers_simulated)
+# With precompiled headers Eigen's instantiations are shared, and every room gains by it, and so do its tests.
+set(WAYMARK_FILES_TOGETHER 12)  # at most: what one processor compiles while the others have work too
+
+# Two files cannot be compiled together where their anonymous namespaces have a name in common. Such names are what a line there declares
+# without indentation: functions, types, constants. Output: VARIABLE, a list of names, with ":" before those that a using-declaration
+# brings, which may be repeated. They are read when CMake runs: after a "redefinition" of something new, run it again.
+function(waymark_names_of file variable)
+  set(names "")
+  set(inside FALSE)
+  file(STRINGS ${file} lines REGEX "^[A-Za-z}]")
+  foreach(line IN LISTS lines)
+    if(line MATCHES "^namespace {" OR line MATCHES "^}  // namespace$")
+      string(FIND "${line}" "{" opens)
+      set(inside ${opens})  # 10, or -1: none
+    elseif(line MATCHES "^using [A-Za-z0-9_:]*::([A-Za-z0-9_]+)[\\;]*$")
+      list(APPEND names ":${CMAKE_MATCH_1}")
+    elseif(line MATCHES "^namespace " OR (NOT inside GREATER 0 AND NOT line MATCHES "^(static|constexpr|const) "))
+      continue()
+    elseif(line MATCHES "^(struct|class|enum class|enum|using) ([A-Za-z0-9_]+)")
+      list(APPEND names ${CMAKE_MATCH_2})
+    elseif(line MATCHES "^([^(={]*) ([A-Za-z0-9_]+)(\\[.*\\])?( =|{)")
+      list(APPEND names ${CMAKE_MATCH_2})
+    elseif(NOT line MATCHES "^(template|T[A-Z_]+\\(|INSTANTIATE|RC_GTEST|REGISTER)")
+      string(REGEX MATCHALL "[A-Za-z0-9_]+\\(" called "${line}")
+      list(REMOVE_ITEM called "void(" "bool(" "double(" "int(")
+      list(POP_FRONT called name)
+      string(REPLACE "(" "" name "${name}")
+      list(APPEND names ${name})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES names)
+  set(${variable} "${names}" PARENT_SCOPE)
+endfunction()
+
+# TRUE where a name of one list is in the other, using-declarations of the same name apart.
+function(waymark_names_meet first second variable)
+  set(${variable} FALSE PARENT_SCOPE)
+  foreach(name IN LISTS first)
+    if(name MATCHES "^:(.*)")
+      set(met "${CMAKE_MATCH_1}")
+    else()
+      set(met "${name}")
+      if(":${name}" IN_LIST second)
+        set(${variable} TRUE PARENT_SCOPE)
+      endif()
+    endif()
+    if(met IN_LIST second)
+      set(${variable} TRUE PARENT_SCOPE)
+    endif()
+  endforeach()
+endfunction()
+
+# Every file goes to the first batch that has room and no name of its own.
+function(waymark_batch target)
+  set(batches 0)
+  foreach(file IN LISTS ARGN)
+    waymark_names_of(${file} names)
+    set(batch 0)
+    while(batch LESS batches)
+      list(LENGTH files_${batch} count)
+      waymark_names_meet("${names}" "${names_${batch}}" met)
+      if(count LESS WAYMARK_FILES_TOGETHER AND NOT met)
+        break()
+      endif()
+      math(EXPR batch "${batch} + 1")
+    endwhile()
+    if(batch EQUAL batches)
+      math(EXPR batches "${batches} + 1")
+      set(files_${batch} "")
+      set(names_${batch} "")
+    endif()
+    list(APPEND files_${batch} ${file})
+    list(APPEND names_${batch} ${names})
+    set_source_files_properties(${file} PROPERTIES UNITY_GROUP ${batch})
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
+
+function(waymark_compile_together target)
+  string(REGEX REPLACE "_tests$" "" room ${target})
+  if(WAYMARK_PRECOMPILED OR (WAYMARK_UNITY AND room IN_LIST WAYMARK_COMPILED_TOGETHER))
+    waymark_batch(${target} ${ARGN})
+  endif()
+endfunction()
+
+# For a file whose macros or warnings do not stand others beside it.
+function(waymark_compile_alone)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
