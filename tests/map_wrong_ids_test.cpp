@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -55,7 +56,7 @@ Outcome mapped(const WideScene& wide, SceneMap* keep = nullptr) {
 
 TEST(WrongIds, AislesAreMappedAsWithoutThem) {
   const bool full = std::getenv("WAYMARK_FULL") != nullptr;
-  const int seeds = full ? 50 : 2;
+  const int seeds = full ? 50 : 1;
   constexpr int kTags = 520;
   for (int seed = 1; seed <= seeds; ++seed) {
     const WideScene clean = test::aisles(kTags, static_cast<std::uint64_t>(seed));
@@ -64,7 +65,7 @@ TEST(WrongIds, AislesAreMappedAsWithoutThem) {
     std::printf("seed %d: %zu detections in %zu frames, clean %.3f m (worst %.3f), %zu tags, %.2f s\n", seed,
                 clean.detections, clean.recording.frames.size(), reference.mean_m, reference.worst_m,
                 reference.tags, reference.seconds);
-    for (double share : {0.0005, 0.005, 0.02}) {
+    for (double share : full ? std::vector{0.0005, 0.005, 0.02} : std::vector{0.005, 0.02}) {
       WideScene spoilt = clean;
       const std::size_t wrong =
           test::misread(spoilt.recording, kTags, share, 1000 + static_cast<std::uint64_t>(seed));
