@@ -1,10 +1,11 @@
 #include "waymark/localization/innovation_calibration.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <variant>
 
-#include "waymark/geometry/planar.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/localization/innovation_cost.hpp"
 #include "waymark/localization/kept_numbers.hpp"
 
@@ -105,15 +106,29 @@ CalibratedNumbers best_start(InnovationRuns& runs, const Places& places, const C
   return best;
 }
 
+/// The least of these noises with which the filter finds the robot and goes on seeing tags that it expects.
+double wide_enough(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
+                   const SystematicVector& prior, int landmarks) {
+  constexpr std::array kRatios{10.0, 30.0, 100.0};
+  for (const double ratio : kRatios) {
+    SystematicErrors errors(landmarks);
+    runs(given, ratio, &errors);
+    if (runs.stopped || errors.fit(prior, difference(places, given, given))) return ratio;
+  }
+  return kRatios.front();
+}
+
 /// Gauss-Newton steps on the innovations, with a noise that shrinks to what it is: outliers and gates bend a
 /// narrow net (Blake and Zisserman, "Visual Reconstruction", chapter 3, graduated non-convexity).
 CalibratedNumbers search(InnovationRuns& runs, const Places& places, const CalibratedNumbers& given,
                          const MountedSensor& sensor, const InnovationFitOptions& fit, int landmarks) {
   const SystematicVector prior = prior_of(places, fit.prior);
   SystematicErrors errors(landmarks);
-  CalibratedNumbers numbers = best_start(runs, places, given, 10);
-  for (const double ratio : {10.0, 10.0, 3.0, 3.0}) {
-    runs(numbers, ratio, &errors);
+  const double widest = wide_enough(runs, places, given, prior, landmarks);
+  CalibratedNumbers numbers = best_start(runs, places, given, widest);
+  for (const double most : {100.0, 30.0, 10.0, 10.0, 3.0, 3.0}) {
+    if (most > widest) continue;
+    runs(numbers, most, &errors);
     const auto step = errors.fit(prior, difference(places, given, numbers));
     if (runs.stopped) return numbers;
     if (!step) continue;  // so uncertain that it never found the robot
@@ -165,22 +180,41 @@ std::optional<SystematicFit> fit_all(InnovationRuns& runs, const Places& places,
   return there_errors.fit(prior, difference(places, given, tried));
 }
 
-/// What the drive does not tell from what was given stays that: others gave it who knew more.
-void move_what_is_told(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
-                       const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
+/// What the drive does not tell from what was given stays that: others gave it who knew more. Gives by how
+/// much that moves each of the numbers.
+Eigen::VectorXd move_what_is_told(const Eigen::MatrixXd& P, const std::vector<std::size_t>& what,
+                                  const CalibratedNumbers& start, double keep_sigma, InnovationFit& result) {
   Eigen::VectorXd change(static_cast<Eigen::Index>(what.size()));
   for (std::size_t i = 0; i < what.size(); ++i)
     change[static_cast<Eigen::Index>(i)] = result.value[what[i]] - start[what[i]];
+  const Eigen::VectorXd best = change;
   const std::vector<bool> kept = keep_given(P, keep_sigma, change);
   for (std::size_t i = 0; i < what.size(); ++i) {
     result.value[what[i]] = start[what[i]] + change[static_cast<Eigen::Index>(i)];
     result.kept[what[i]] = kept[i];
   }
+  return change - best;
 }
 
-/// What is known of each number, and which of them move.
+/// Half the time between two samples of what tells how the robot turns [s]: whether a rate is that of the
+/// time before its stamp, about it or after it nobody says, and a picture looks as much older or younger.
+double half_interval_s(std::span<const Sample> samples, bool gyro) {
+  std::vector<double> apart_s;
+  std::optional<SensorTime> last;
+  for (const Sample& sample : samples) {
+    if (gyro ? !std::holds_alternative<ImuSample>(sample) : !std::holds_alternative<Odometry>(sample))
+      continue;
+    if (last) apart_s.push_back(to_seconds(stamp_of(sample) - *last));
+    last = stamp_of(sample);
+  }
+  return apart_s.empty() ? 0 : median(std::move(apart_s)) / 2;
+}
+
+/// What is known of each number, and which of them move. Where others stay as given, a number may be wrong by
+/// what that moved it, too.
 void settle(const Places& places, const SystematicFit& last, const CalibratedNumbers& given,
-            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, InnovationFit& result) {
+            const InnovationFitOptions& fit, const Eigen::Vector3d& lever, double stamps_s,
+            InnovationFit& result) {
   SystematicMatrix about_sensor = SystematicMatrix::Identity();
   about_sensor.block<3, 3>(0, 3) = -SO3::hat(lever);
   const SystematicMatrix all = about_sensor * last.covariance * about_sensor.transpose();
@@ -193,51 +227,17 @@ void settle(const Places& places, const SystematicFit& last, const CalibratedNum
     rows.push_back(i);
   }
   const Eigen::MatrixXd P = all(rows, rows);
-  move_what_is_told(P, what, given, fit.keep_sigma, result);
+  const Eigen::VectorXd moved = move_what_is_told(P, what, given, fit.keep_sigma, result);
   for (std::size_t i = 0; i < what.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    result.sigma[what[i]] = std::min(std::sqrt(P(row, row)), fit.prior[what[i]]);
+    const double of_stamps = what[i] == at(Calibrated::CameraLatency) ? stamps_s : 0;
+    const double sigma = std::hypot(std::sqrt(P(row, row)), moved[row], of_stamps);
+    result.sigma[what[i]] = std::min(sigma, fit.prior[what[i]]);
     result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
   }
 }
 
 }  // namespace
-
-std::string_view to_string(Calibrated what) {
-  constexpr std::array<std::string_view, kCalibrated> kNames = {
-      "mounting_x_m", "mounting_y_m",      "mounting_yaw_rad",   "odometry_scale",
-      "yaw_gain",     "gyro_gain",         "camera_latency_s",   "sight_scale",
-      "mounting_z_m", "mounting_roll_rad", "mounting_pitch_rad", "focal_scale"};
-  return kNames.at(static_cast<std::size_t>(what));
-}
-
-MountedSensor calibrated_sensor(const MountedSensor& sensor, const CalibratedNumbers& numbers) {
-  MountedSensor moved = sensor;
-  const SE3& T = sensor.base_T_sensor;
-  moved.base_T_sensor = SE3(SO3::exp({numbers[9], numbers[10], numbers[2]}) * T.rotation(),
-                            T.translation() + Eigen::Vector3d(numbers[0], numbers[1], numbers[8]));
-  if (!sensor.camera || numbers[11] == 1) return moved;
-  CameraModel::Projection projection = sensor.camera->projection();
-  std::visit(
-      [&](auto& p) {
-        p.fx *= numbers[11];
-        p.fy *= numbers[11];
-      },
-      projection);
-  const auto camera = CameraModel::make(projection, sensor.camera->width_px(), sensor.camera->height_px());
-  if (camera) moved.camera = *camera;
-  return moved;
-}
-
-RiekfOptions calibrated_options(const RiekfOptions& options, const CalibratedNumbers& numbers) {
-  RiekfOptions out = options;
-  out.odometry_scale = numbers[3];
-  out.yaw_gain = numbers[4];
-  out.gyro_gain = numbers[5];
-  out.camera_latency_s = numbers[6];
-  out.sight_scale = numbers[7];
-  return out;
-}
 
 Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, const Landmarks& landmarks,
                                                const MountedSensor& sensor, const RiekfOptions& options,
@@ -257,6 +257,7 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   InnovationFit result;
   result.value = given;
   const Places places = sought(samples, fit);
+  const double stamps_s = half_interval_s(samples, places[9] == at(Calibrated::GyroGain));
   InnovationRuns runs(samples, landmarks, sensor, options, fit);
   const RunCost before = runs(given, 1);
   constexpr std::size_t kFewest = 50;
@@ -271,11 +272,11 @@ Result<InnovationFit> calibrate_by_innovations(std::span<const Sample> samples, 
   SystematicErrors errors(landmarks.size());
   runs(judged.value, 1, &errors);
   const auto by_part = errors.fit(prior_of(places, fit.prior), difference(places, given, judged.value));
-  if (by_part) settle(places, *by_part, given, fit, lever(judged), judged);
+  if (by_part) settle(places, *by_part, given, fit, lever(judged), stamps_s, judged);
   const bool judged_better = is_better(runs(judged.value, 1), before);
   runs.holds_out = false;
   const auto last = fit_all(runs, places, given, sensor, fit, landmarks.size(), result.value);
-  if (last) settle(places, *last, given, fit, lever(result), result);
+  if (last) settle(places, *last, given, fit, lever(result), stamps_s, result);
   const RunCost after = runs(result.value, 1);
   if (runs.stopped) return fail(ErrorCode::InvalidArgument, "stopped before the search ended");
   result.cost_before = before.per_row();

@@ -33,7 +33,7 @@ using CalibratedNumbers = std::array<double, kCalibrated>;
 
 struct InnovationFit {
   CalibratedNumbers value{};              ///< of what was sought; what it was before for the others
-  CalibratedNumbers sigma{};              ///< from the curvature of the cost; 0 for what was not sought
+  CalibratedNumbers sigma{};              ///< of the cost, of what stays as given, of stamps; 0: not sought
   std::array<bool, kCalibrated> known{};  ///< the drive tells it: more than what is assumed of any robot
   std::array<bool, kCalibrated> kept{};   ///< the drive does not tell it from what was given, which it stays
   double cost_before = 0;                 ///< mean NIS over its degrees of freedom, outliers capped
