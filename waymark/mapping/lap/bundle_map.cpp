@@ -11,6 +11,7 @@
 #include "waymark/mapping/lap/lap_confirmation.hpp"
 #include "waymark/mapping/lap/lost_poses.hpp"
 #include "waymark/mapping/lap/mounting_halves.hpp"
+#include "waymark/mapping/lap/mounting_spread.hpp"
 #include "waymark/mapping/lap/odometry_noise.hpp"
 #include "waymark/mapping/lap/prior_terms.hpp"
 #include "waymark/mapping/lap/rough_odometry.hpp"
@@ -312,6 +313,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (stopped) return internal::stopped_on_request();
   if (!result.summary.usable()) return fail(ErrorCode::InvalidArgument, "no map: " + result.summary.why);
   look_at_mounting(lap, options, progress, result);
+  if (tied && options.find_mounting && result.mounting && !stopped)
+    internal::spread_by_stretches(lap, *result.mounting);
   if (result.mounting_used && !result.mounting && !stopped)
     return fail(ErrorCode::InvalidArgument, "where the camera sits was not found", {},
                 "--keep-mounting takes the robot's file at its word.");

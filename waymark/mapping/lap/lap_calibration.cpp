@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/samples/camera_body.hpp"
 
 namespace waymark {
@@ -39,6 +40,12 @@ class Values {
   Calibration& calibration_;
 };
 
+/// Of the mean of both focal lengths.
+double focal_scale(const CameraModel& camera, const CameraModel& given) {
+  const Eigen::Vector2d f = intrinsics_of(camera).head<2>();
+  return f.cwiseQuotient(intrinsics_of(given).head<2>()).mean();
+}
+
 Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   Calibration calibration{.camera = lap.camera, .provenance = {{"method", "lap"}}};
   const CameraMounting camera = camera_mounting(found.base_T_cam);
@@ -60,9 +67,21 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   values.add("odometry_yaw_bias_rad_s", scales.yaw_bias_rad_s, sigma.yaw_bias_rad_s, worth.bias_rad_s,
              kTurns);
   if (found.focal_scale_sigma > 0)
-    values.add("focal_scale", found.focal_scale, found.focal_scale_sigma, worth.focal_share, kStraight);
+    values.add("focal_scale", focal_scale(found.camera, lap.camera), found.focal_scale_sigma,
+               worth.focal_share, kStraight);
   if (calibration.known("focal_scale")) calibration.camera = found.camera;
   return calibration;
+}
+
+/// Seen by a camera that sits elsewhere, or has another focal length, tags seem to stand elsewhere than the
+/// map has them, and are taken for moved: so the camera that was found looks again.
+void look_again(const LapInput& lap, const BundleMapOptions& options, const MapProgress& progress,
+                BundleMap& map) {
+  LapInput again = lap;
+  again.base_T_cam = map.mounting->base_T_cam;
+  again.camera = map.mounting->camera;
+  Result<BundleMap> better = map_by_bundle(again, {}, options, progress);
+  if (better && better->mounting && better->prior_agreeing > map.prior_agreeing) map = std::move(*better);
 }
 
 }  // namespace
@@ -83,6 +102,7 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
     return fail(ErrorCode::InvalidArgument,
                 "tags and odometry have no moment in common: nothing ties the two", {},
                 "Are their stamps of one clock? `waymark info` shows both.");
+  if (!map->prior_words.empty()) look_again(lap, freed, progress, *map);
   return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};
 }
 

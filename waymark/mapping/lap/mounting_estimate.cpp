@@ -54,13 +54,21 @@ void free_focal_length(double share, Bundle& bundle) {
 void read_focal_length(const Bundle& bundle, const BundleCovariance& known, MountingEstimate& estimate) {
   if (bundle.intrinsics.empty() || known.intrinsics[0].size() == 0) return;
   const Eigen::Vector2d given = bundle.intrinsics[0].prior.head<2>();
-  const Eigen::RowVector2d mean = given.cwiseInverse().transpose() / 2;
-  estimate.focal_scale = mean * intrinsics_of(bundle.cameras[0]).head<2>();
-  const Eigen::Matrix2d P = known.intrinsics[0].topLeftCorner<2, 2>();
-  estimate.focal_scale_sigma = std::sqrt(std::max(0.0, (mean * P * mean.transpose()).value()));
+  estimate.focal_scale = given.cwiseInverse().dot(intrinsics_of(bundle.cameras[0]).head<2>()) / 2;
+  estimate.focal_scale_sigma = internal::focal_scale_sigma(bundle, known.intrinsics[0]);
 }
 
 }  // namespace
+
+namespace internal {
+
+double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics_covariance) {
+  const Eigen::Vector2d mean = bundle.intrinsics[0].prior.head<2>().cwiseInverse() / 2;
+  const Eigen::Matrix2d P = intrinsics_covariance.topLeftCorner<2, 2>();
+  return std::sqrt(std::max(0.0, mean.dot(P * mean)));
+}
+
+}  // namespace internal
 
 std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterations,
                                                   const BundleProgress& progress,

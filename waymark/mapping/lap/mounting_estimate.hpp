@@ -44,4 +44,10 @@ struct MountingBelief {
     LapBundle& lap, int max_iterations, const BundleProgress& progress,
     const std::optional<MountingBelief>& belief = {});
 
+namespace internal {
+
+/// Of the mean of fx and fy of the first camera over what was given.
+[[nodiscard]] double focal_scale_sigma(const Bundle& bundle, const Eigen::MatrixXd& intrinsics_covariance);
+
+}  // namespace internal
 }  // namespace waymark
