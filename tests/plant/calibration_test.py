@@ -29,7 +29,7 @@ DRIVES = int(os.environ.get("WAYMARK_DRIVES", 50)) if FULL else 1
 # Of the place about which the robot turns: the calibrated base.
 PIVOT_M = kinematic_plant.KinematicOptions().pivot_m
 CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Camera().y_m, "mounting_z_m": body.Camera().z_m}
-LARGEST_RMS = {"lap": 1.15, "innovations": 2.0}  # innovations: 1.15 is wanted, of roll and pitch 1.6 was measured
+LARGEST_RMS = {"lap": 1.15, "innovations": 2.0}  # innovations: 1.15 is wanted, of roll 1.8 was measured
 LARGEST_OF_ONE = 4.0
 MOST_CALLED_MOVED = 8  # of 24 tags, none of which was; mean of the drives
 
@@ -45,6 +45,8 @@ def calibrated(seed: int, by: str, folder: pathlib.Path) -> tuple[dict[str, tupl
     logs = [str(folder / f"{name}.csv") for name in ("detections", "odometry", "imu")]
     done = subprocess.run([PROGRAM, "calibrate", "robot", *logs, "--map", str(folder / "map.yaml"), "--robot", str(folder / "robot.yaml"), "--by", by,
                            "-o", str(folder / "calibration.yaml"), "--json"], capture_output=True, text=True, check=False)
+    if done.returncode != 0 and "nothing was written" in done.stderr:
+        return {}, done.stderr
     if done.returncode != 0:
         raise RuntimeError(done.stderr)
     truth = {name: CAMERA_M[name] + off for name, off in zip(CAMERA_M, moved)}
@@ -63,14 +65,17 @@ def length(table: pathlib.Path) -> float:
 class Numbers(unittest.TestCase):
     def check(self, by: str) -> dict[str, list[float]]:
         scores = collections.defaultdict(list)
-        called_moved = 0
+        called_moved = told = 0
         for seed in range(1, DRIVES + 1):
             with tempfile.TemporaryDirectory() as folder:
                 found, words = calibrated(seed, by, pathlib.Path(folder))
+            told += 1 if found else 0
             called_moved += words.count("it was moved")
             for name, (error, sigma) in found.items():
                 scores[name].append(error / sigma)
                 print(f"{by}, seed {seed}: {name} {error:+.5f} +- {sigma:.5f}", flush=True)
+        print(f"{by}: {told} of {DRIVES} drives told something", flush=True)
+        self.assertGreaterEqual(told, 0.9 * DRIVES)
         self.assertLess(called_moved, MOST_CALLED_MOVED * DRIVES)
         for name, values in scores.items():
             rms = math.sqrt(np.mean(np.square(values)))

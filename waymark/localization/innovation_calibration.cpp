@@ -231,7 +231,7 @@ void settle(const Places& places, const SystematicFit& last, const CalibratedNum
   for (std::size_t i = 0; i < what.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const double of_stamps = what[i] == at(Calibrated::CameraLatency) ? stamps_s : 0;
-    const double sigma = std::hypot(std::sqrt(P(row, row)), moved[row], of_stamps);
+    const double sigma = std::hypot(std::max(std::sqrt(P(row, row)), std::abs(moved[row])), of_stamps);
     result.sigma[what[i]] = std::min(sigma, fit.prior[what[i]]);
     result.known[what[i]] = result.sigma[what[i]] < 0.5 * fit.prior[what[i]];
   }
