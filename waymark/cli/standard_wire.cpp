@@ -9,7 +9,7 @@
 
 namespace waymark::cli {
 
-RobotWire standard_wire(Console& console) {
+RobotWire standard_wire(Console& console, bool listen_only) {
   return {.input = STDIN_FILENO,
           .write =
               [](const std::string& line) {
@@ -17,7 +17,12 @@ RobotWire standard_wire(Console& console) {
                        std::fflush(stdout) == 0;
               },
           .say = [&console](const std::string& words) { console.say(words); },
-          .should_stop = interrupted};
+          .should_stop = interrupted,
+          .listen_only = listen_only};
+}
+
+void add_listen_flag(CLI::App& app, bool& listen_only) {
+  app.add_flag("--listen-only", listen_only, "Send the robot nothing: somebody else drives it");
 }
 
 void add_share_commands_flag(CLI::App& app, bool& shares) {

@@ -15,6 +15,7 @@ struct GazeboRobotArgs {
   std::string profile{};
   std::string robot_file{};
   bool share_commands = false;
+  bool listen_only = false;
 };
 
 ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
@@ -25,8 +26,8 @@ ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
-  const Status status = run_gazebo_robot(**link, *profile, *robot, standard_wire(console),
-                                         {.share_commands = args.share_commands});
+  const Status status = run_gazebo_robot(**link, *profile, *robot, standard_wire(console, args.listen_only),
+                                         {.share_commands = args.share_commands || args.listen_only});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -39,6 +40,7 @@ Run prepare_gazebo_robot(CLI::App& app) {
                  "Body and camera of the robot; unless given: as the profile says")
       ->type_name("NAME");
   add_share_commands_flag(app, args->share_commands);
+  add_listen_flag(app, args->listen_only);
   return [args](Console& console) { return gazebo_robot(*args, console); };
 }
 

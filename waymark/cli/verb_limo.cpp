@@ -16,6 +16,7 @@ struct LimoRobotArgs {
   LimoRobotOptions options{};
   std::string robot_file = "limo";
   std::string drive{};
+  bool listen_only = false;
 };
 
 ExitCode limo_robot(LimoRobotArgs args, Console& console) {
@@ -25,7 +26,7 @@ ExitCode limo_robot(LimoRobotArgs args, Console& console) {
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
   if (!drive) return console.failed(drive.error(), ExitCode::Usage);
   args.options.drive = *drive;
-  const Status status = run_limo_robot(*robot, args.options, standard_wire(console));
+  const Status status = run_limo_robot(*robot, args.options, standard_wire(console, args.listen_only));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -50,6 +51,7 @@ Run prepare_limo_robot(CLI::App& app) {
       ->type_name("FIFO");
   app.add_flag("--simulated", args->options.simulated,
                "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)");
+  add_listen_flag(app, args->listen_only);
   return [args](Console& console) { return limo_robot(*args, console); };
 }
 

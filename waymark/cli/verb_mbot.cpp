@@ -17,6 +17,7 @@ struct MbotRobotArgs {
   std::string robot_file = "mbot";
   double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
   bool share_commands = false;
+  bool listen_only = false;
 };
 
 ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
@@ -25,11 +26,12 @@ ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
   const auto path = find_shared("robots", args.robot_file);
   const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
-  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.share_commands};
+  MbotRobotOptions options{
+      .address = *address, .bridge = {}, .share_commands = args.share_commands || args.listen_only};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(args.tag_latency_s));
-  const Status status = run_mbot_robot(options, standard_wire(console));
+  const Status status = run_mbot_robot(options, standard_wire(console, args.listen_only));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -47,6 +49,7 @@ Run prepare_mbot_robot(CLI::App& app) {
       ->capture_default_str()
       ->type_name("FLOAT");
   add_share_commands_flag(app, args->share_commands);
+  add_listen_flag(app, args->listen_only);
   return [args](Console& console) { return mbot_robot(*args, console); };
 }
 

@@ -22,6 +22,7 @@ struct Ros2RobotArgs {
   std::string profile{};
   std::string robot_file{};
   bool share_commands = false;
+  bool listen_only = false;
 };
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
@@ -33,8 +34,8 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
-  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console),
-                                       {.share_commands = args.share_commands});
+  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.listen_only),
+                                       {.share_commands = args.share_commands || args.listen_only});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
@@ -47,6 +48,7 @@ Run prepare_ros2_robot(CLI::App& app) {
                  "Body and camera of the robot; unless given: as the profile says")
       ->type_name("NAME");
   add_share_commands_flag(app, args->share_commands);
+  add_listen_flag(app, args->listen_only);
   return [args](Console& console) { return ros2_robot(*args, console); };
 }
 

@@ -32,7 +32,7 @@ Status RobotLoop::take_event(const RobotListener& listener) {
   Result<std::optional<RobotEvent>> event = source_.next(patience());
   if (!event) return tl::unexpected(event.error());
   if (!*event) {  // in lockstep: an answer that was lost
-    return pacing_.lockstep && pictures_.empty() ? robot_.command(last_) : Status();
+    return pacing_.lockstep && pictures_.empty() && !options_.listen_only ? robot_.command(last_) : Status();
   }
   if (const auto* said = std::get_if<RobotText>(&**event)) listener.on_text(said->text);
   if (std::holds_alternative<CommandRequest>(**event)) due_ = true;
@@ -59,6 +59,7 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
 }
 
 Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const RobotListener& listener) {
+  if (options_.listen_only) return {};
   last_ = command;
   if (Status status = robot_.command(command); !status) return status;
   return listener.on_sample(StampedCommand{now, command});
@@ -89,7 +90,7 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
     if (!status) return status;
   }
   end.interrupted = end.interrupted || listener.should_stop();  // also where the last decision was to end
-  if (end.done && !end.interrupted && last_ == VelocityCommand{}) return {};
+  if (options_.listen_only || (end.done && !end.interrupted && last_ == VelocityCommand{})) return {};
   const Status stood = stand();
   if (!stood && !end.interrupted) return stood;  // where it was interrupted the robot may be what ended
   const auto now = source_.now();
@@ -97,6 +98,7 @@ Status RobotLoop::run(const RobotListener& listener, RobotLoopEnd& end) {
 }
 
 Status RobotLoop::stand() {
+  if (options_.listen_only) return {};
   last_ = {};
   return robot_.command({});
 }

@@ -51,6 +51,8 @@ struct RobotLoopOptions {
   Duration period = std::chrono::milliseconds(50);   ///< between decisions, in real time
   Duration resend = std::chrono::milliseconds(100);  ///< after which an answer in lockstep counts as lost
   double timeout_s = std::numeric_limits<double>::infinity();
+  /// Somebody else drives: nothing is sent to the robot, neither zero, and what is decided is not a sample.
+  bool listen_only = false;
 };
 
 struct RobotLoopEnd {
@@ -61,7 +63,8 @@ struct RobotLoopEnd {
   double seconds = 0;  ///< by the robot's clock, from its first sample on
 };
 
-/// The loop between samples and commands of any robot. However it ends, the last command is zero.
+/// The loop between samples and commands of any robot. However it ends, the last command is zero, where it
+/// commands at all.
 class RobotLoop {
  public:
   /// Source and robot outlive the loop.

@@ -301,5 +301,23 @@ TEST(RobotLoop, WhatTheDriverHoldsIsASampleBeforeItsCommand) {
   EXPECT_TRUE(std::holds_alternative<StampedCommand>(driver.samples[2]));
 }
 
+TEST(RobotLoop, WhoOnlyListensSendsNothingHoweverItEnds) {
+  for (const bool lockstep : {false, true}) {
+    FakeRobot robot;
+    for (int i = 1; i <= 20; ++i) {
+      robot.says(milliseconds(50 * i), Sample(Odometry{.stamp = at(milliseconds(50 * i))}));
+      robot.says(milliseconds(50 * i), CommandRequest{at(milliseconds(50 * i))});
+    }
+    robot.ends = true;
+    Driver driver;
+    driver.decisions = lockstep ? 1000 : 5;  // in lockstep the robot's process ends first
+    RobotLoop loop(robot, robot, robot.pacing(lockstep), {}, {.listen_only = true});
+    EXPECT_EQ(loop.drive(driver.listener()).has_value(), !lockstep);
+    EXPECT_GE(driver.uptimes.size(), 5U) << "it is asked all the same";
+    EXPECT_TRUE(robot.commands.empty());
+    EXPECT_TRUE(driver.all<StampedCommand>().empty());
+  }
+}
+
 }  // namespace
 }  // namespace waymark

@@ -46,7 +46,7 @@ class GazeboRobot {
       if (!sender && senders_.done(now)) {
         status = greet();
         if (!status) break;
-        sender.emplace(send, wire_.input);
+        sender.emplace(send, wire_);
       }
       if (sender) sender->hold(watch_.silent(now));
       if (const std::string words = watch_.take_words(now); !words.empty()) talk_.say(words);
@@ -74,9 +74,11 @@ class GazeboRobot {
     if (Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE"); !alone)
       return alone;
     link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
-    const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
-    if (!publisher) return tl::unexpected(publisher.error());
-    publisher_ = *publisher;
+    if (!wire_.listen_only) {
+      const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
+      if (!publisher) return tl::unexpected(publisher.error());
+      publisher_ = *publisher;
+    }
     talk_.greet(name_, true);
     return {};
   }
@@ -101,7 +103,7 @@ class GazeboRobot {
       return fail(ErrorCode::NotFound,
                   fmt::format("neither odometry on {} nor a clock came any more", profile_.odometry_topic),
                   {.source = "Gazebo"}, "Did the simulation end?");
-    if (waited > options_.report_after && !link_.heard(publisher_))
+    if (!wire_.listen_only && waited > options_.report_after && !link_.heard(publisher_))
       talk_.say_once(fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
     return {};
   }

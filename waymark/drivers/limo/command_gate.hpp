@@ -32,6 +32,8 @@ class CommandGate {
   [[nodiscard]] LimoDrive drive() const;
   /// The robot said all that must be known to drive it, and obeys.
   [[nodiscard]] bool ready() const { return obeyed_ && motion_heard_.has_value(); }
+  /// The robot said all that must be known to hear it, whoever drives it.
+  [[nodiscard]] bool heard() const { return state_.has_value() && motion_heard_.has_value(); }
   [[nodiscard]] const std::optional<LimoState>& state() const { return state_; }
   /// Since the last call.
   [[nodiscard]] std::vector<std::string> take_words() { return std::exchange(words_, {}); }

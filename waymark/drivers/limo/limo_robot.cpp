@@ -35,7 +35,7 @@ class LimoRobot {
     if (!port) return tl::unexpected(port.error());
     port_ = std::move(*port);
     if (Status opened = open_beside(); !opened) return opened;
-    const CommandSender sender([this](const VelocityCommand& asked) { send(asked); }, wire_.input);
+    const CommandSender sender([this](const VelocityCommand& asked) { send(asked); }, wire_);
     began_ = steady_now();
     while (open_ && !sender.ended() && !wire_.should_stop()) {
       if (Status heard = hear(); !heard) return heard;
@@ -125,7 +125,7 @@ class LimoRobot {
                   state->drive == LimoDrive::Ackermann
                       ? "Add --robot-file limo-ackermann, or turn the latches."
                       : "Add --robot-file limo, or turn the latches.");
-    if (gate_.ready()) {
+    if (gate_.ready() || (wire_.listen_only && gate_.heard())) {
       greet(state->battery_V);
       return {};
     }
@@ -151,7 +151,7 @@ class LimoRobot {
   void greet(double battery_V) {
     write(to_line(RobotHello{.name = name_, .simulated = options_.simulated}));
     greeted_ = true;
-    say(fmt::format("LIMO obeys, battery {:.1f} V{}", battery_V,
+    say(fmt::format("LIMO {}, battery {:.1f} V{}", wire_.listen_only ? "is heard" : "obeys", battery_V,
                     battery_V < kLowBatteryVolts ? ": low" : ""));
   }
 
@@ -161,6 +161,7 @@ class LimoRobot {
       const std::scoped_lock lock(mutex_);
       words = gate_.take_words();
     }
+    if (wire_.listen_only) words.clear();  // they are about commands
     for (const std::string& word : words) say(word);
     const bool hears_imu = bridge_.hears_imu(SensorTime(steady_now()));
     if (greeted_ && heard_imu_ && !hears_imu)

@@ -74,7 +74,7 @@ class MbotRobot {
       if (!greeted_ && senders_.done(steady_now())) {
         if (Status alone = senders_.alone(kCommandChannel, driver_, "mbot robot"); !alone) return alone;
         greet();
-        sender.emplace(send, wire_.input);
+        sender.emplace(send, wire_);
       }
       if (Status status = look(); !status) return status;
       if (greeted_) presence_.publish(**link, kDriverChannel);
@@ -121,7 +121,7 @@ class MbotRobot {
   void notice_driver(const LcmMessage& message) {
     if (!greeted_ && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
     const auto utime = mbot::utime_of(message.payload);
-    if (!utime || own_.has(*utime) || std::exchange(driven_, true)) return;
+    if (wire_.listen_only || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
     say("another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one");
   }
 
@@ -131,7 +131,8 @@ class MbotRobot {
       if (!silent())
         quiet_ = false;
       else if (!std::exchange(quiet_, true))
-        say("no odometry for 0.2 s: zero is sent until there is some again");
+        say(wire_.listen_only ? "no odometry for 0.2 s"
+                              : "no odometry for 0.2 s: zero is sent until there is some again");
       return {};
     }
     const Duration waited = steady_now() - began_;

@@ -16,8 +16,8 @@ constexpr Duration kFarewell = std::chrono::milliseconds(20);
 
 }  // namespace
 
-CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, int input)
-    : send_(std::move(send)), input_(input) {
+CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire)
+    : send_(std::move(send)), input_(wire.input), listen_only_(wire.listen_only) {
   never_wait(input_);
   thread_ = std::thread([this] { run(); });
 }
@@ -31,7 +31,8 @@ void CommandSender::run() {
   CommandRepeat repeat;
   LineSplitter lines;
   while (!stop_ && !ended_) {
-    if (const auto command = repeat.due(steady_now())) send_(held_ ? VelocityCommand{} : *command);
+    const auto command = repeat.due(steady_now());
+    if (command && !listen_only_) send_(held_ ? VelocityCommand{} : *command);
     pollfd ready{input_, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
     (void)poll(&ready, 1, static_cast<int>(ms));
@@ -45,7 +46,7 @@ void CommandSender::run() {
     }
     if (over) break;
   }
-  for (int i = 0; i < kFarewells; ++i) {
+  for (int i = 0; i < kFarewells && !listen_only_; ++i) {
     send_({});
     std::this_thread::sleep_for(kFarewell);
   }

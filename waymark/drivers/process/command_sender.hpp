@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "waymark/drivers/process/command_repeat.hpp"
+#include "waymark/drivers/process/robot_wire.hpp"
 #include "waymark/drivers/watchdog/lines.hpp"
 
 namespace waymark {
@@ -14,9 +15,9 @@ namespace waymark {
 /// input ends.
 class CommandSender {
  public:
-  /// `send` puts a command on the robot's wire; it is called on the thread of the sender. `input` is read
-  /// without waiting from now on.
-  CommandSender(std::function<void(const VelocityCommand&)> send, int input);
+  /// `send` puts a command on the robot's wire; it is called on the thread of the sender, and never where the
+  /// wire only listens. The wire's input is read without waiting from now on.
+  CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire);
   /// Stops the robot.
   ~CommandSender();
   CommandSender(const CommandSender&) = delete;
@@ -32,6 +33,7 @@ class CommandSender {
 
   std::function<void(const VelocityCommand&)> send_;
   int input_;
+  bool listen_only_;
   std::atomic<bool> held_ = false;
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;

@@ -11,6 +11,7 @@ struct RobotWire {
   std::function<bool(const std::string& line)> write;  ///< false: nobody reads any more
   std::function<void(const std::string& words)> say;   ///< for people, before the hello
   std::function<bool()> should_stop = [] { return false; };
+  bool listen_only = false;  ///< somebody else drives: nothing is sent to the robot
 };
 
 }  // namespace waymark

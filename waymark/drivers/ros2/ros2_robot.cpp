@@ -54,7 +54,7 @@ class Ros2Robot {
       if (!sender && senders_.done(steady_now())) {
         if (Status alone = look_for_others(); !alone) return alone;
         greet();
-        sender.emplace(send, wire_.input);
+        sender.emplace(send, wire_);
       }
       if (Status status = look(); !status) return status;
     }
@@ -67,9 +67,11 @@ class Ros2Robot {
     if (!bus) return tl::unexpected(bus.error());
     bus_ = std::move(*bus);
     const TopicUse commands = command_use(profile_);
-    const auto publisher = bus_->advertise(commands.name, commands.qos);
-    if (!publisher) return tl::unexpected(publisher.error());
-    publisher_ = *publisher;
+    if (!wire_.listen_only) {
+      const auto publisher = bus_->advertise(commands.name, commands.qos);
+      if (!publisher) return tl::unexpected(publisher.error());
+      publisher_ = *publisher;
+    }
     for (Ros2Subscription& one : subscriptions_of(profile_)) {
       const auto number = bus_->subscribe(dds_topic(one.topic, one.type), one.qos);
       if (!number) return tl::unexpected(number.error());
@@ -101,7 +103,7 @@ class Ros2Robot {
 
   void greet() {
     talk_.greet(name_, false, profile_.simulated);
-    if (!profile_.stops_by_itself)
+    if (!profile_.stops_by_itself && !wire_.listen_only)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
           "ros2 "
@@ -116,7 +118,8 @@ class Ros2Robot {
     for (const std::string& words : mismatches(uses_, bus_->endpoints())) talk_.say_once(words);
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
-      if (talk_.greeted() && bus_->matched_subscriptions(publisher_) == 0 && waited > options_.report_after)
+      if (talk_.greeted() && !wire_.listen_only && bus_->matched_subscriptions(publisher_) == 0 &&
+          waited > options_.report_after)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};

@@ -1,21 +1,32 @@
+#include <algorithm>
 #include <cstdio>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "waymark/drivers/watchdog/watch_robot.hpp"
 
 int main(int argc, char** argv) {
-  const bool program = argc > 2 && argv[1] == waymark::kExec;
-  if (argc != 2 && !program) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  const auto take = [&words](std::string_view word) {
+    const bool there = words.size() > 1 && words.front() == word;
+    if (there) words.erase(words.begin());
+    return there;
+  };
+  const bool listen_only = take(waymark::kListen);
+  const bool program = take(waymark::kExec);
+  if (words.empty() || (words.size() > 1 && !program)) {
     std::fputs(
-        "usage: waymark-watchdog COMMAND\n"
-        "       waymark-watchdog --exec PROGRAM [ARGUMENT ...]\n"
+        "usage: waymark-watchdog [--listen] COMMAND\n"
+        "       waymark-watchdog [--listen] --exec PROGRAM [ARGUMENT ...]\n"
         "Holds the wire between `waymark` and the process of a robot, and stops the robot when `waymark` is\n"
-        "gone, frozen or silent. Started by `waymark --robot process:COMMAND`; nobody needs to start it.\n",
+        "gone, frozen or silent. With --listen somebody else drives the robot, and it is told no velocity.\n"
+        "Started by `waymark --robot process:COMMAND`; nobody needs to start it.\n",
         stderr);
     return 125;
   }
-  if (program)
-    return waymark::watch_robot(waymark::RobotCommand(std::vector<std::string>(argv + 2, argv + argc)));
-  return waymark::watch_robot(waymark::RobotCommand(argv[1]));
+  waymark::RobotCommand command =
+      program ? waymark::RobotCommand(words) : waymark::RobotCommand(words.front());
+  command.listen_only = listen_only;
+  return waymark::watch_robot(command);
 }

@@ -11,6 +11,7 @@ namespace waymark {
 struct RobotCommand {
   std::string shell{};               ///< /bin/sh -c
   std::vector<std::string> words{};  ///< the program's path and its arguments; empty: `shell` counts
+  bool listen_only = false;          ///< somebody else drives: its process is heard, and told no velocity
 
   RobotCommand() = default;
   // NOLINTNEXTLINE(google-explicit-constructor): a text is a command for the shell

@@ -33,12 +33,16 @@ void set_signals() {
 
 class Watchdog {
  public:
-  Watchdog(Spawned robot, const WatchRobotOptions& options)
-      : robot_(std::move(robot)), options_(options), watch_(options.watch), parent_(getppid()) {
+  Watchdog(Spawned robot, const WatchRobotOptions& options, bool listen_only)
+      : robot_(std::move(robot)),
+        options_(options),
+        watch_(options.watch),
+        parent_(getppid()),
+        listen_only_(listen_only) {
     never_wait(STDIN_FILENO);
     never_wait(STDOUT_FILENO);
-    hello_ = fmt::format("{{\"type\":\"hello\",\"protocol_version\":1,\"command_timeout_s\":{}}}\n",
-                         to_seconds(options.watch.timeout));
+    hello_ = fmt::format("{{\"type\":\"hello\",\"protocol_version\":1,\"command_timeout_s\":{}{}}}\n",
+                         to_seconds(options.watch.timeout), listen_only ? ",\"listen_only\":true" : "");
   }
 
   int run() {
@@ -56,7 +60,7 @@ class Watchdog {
  private:
   void wait() {
     const Duration now = steady_now();
-    Duration until = std::min(kHeartbeat, watch_.next(now) - now);
+    Duration until = listen_only_ ? kHeartbeat : std::min(kHeartbeat, watch_.next(now) - now);
     if (robot_.to.open() && until <= Duration(0)) until = kUnreadPoll;  // due, but it does not read
     std::array<pollfd, 3> fds{{{driver_gone_at_ ? -1 : STDIN_FILENO, POLLIN, 0},
                                {queue_.empty() || reader_gone_ ? -1 : STDOUT_FILENO, POLLOUT, 0},
@@ -125,7 +129,7 @@ class Watchdog {
       say(hello_);
       hello_.clear();
     }
-    if (!all_read(robot_.to.number())) return;
+    if (listen_only_ || !all_read(robot_.to.number())) return;
     if (const auto order = watch_.due(now)) say(order_line(*order));
   }
 
@@ -183,6 +187,7 @@ class Watchdog {
   WatchRobotOptions options_;
   CommandWatch watch_;
   pid_t parent_;
+  bool listen_only_;
   std::string hello_;
   LineSplitter commands_{kLongestCommand};
   LineSplitter lines_{};
@@ -205,7 +210,7 @@ int watch_robot(const RobotCommand& command, const WatchRobotOptions& options) {
     fmt::print(stderr, "waymark-watchdog: {}\n", to_string(robot.error()));
     return kRobotCannotStart;
   }
-  return Watchdog(std::move(*robot), options).run();
+  return Watchdog(std::move(*robot), options, command.listen_only).run();
 }
 
 }  // namespace waymark

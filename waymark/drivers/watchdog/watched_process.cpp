@@ -36,6 +36,7 @@ Result<std::unique_ptr<WatchedProcess>> WatchedProcess::start(const RobotCommand
   if (!program) return tl::unexpected(program.error());
   (void)std::signal(SIGPIPE, SIG_IGN);
   std::vector<std::string> words = {*program};
+  if (command.listen_only) words.emplace_back(kListen);
   if (command.words.empty()) {
     words.push_back(command.shell);
   } else {

@@ -144,6 +144,22 @@ TEST(Watchdog, StopsTheRobotWhenTheDriverIsFrozenAndGoesOnWhenItThaws) {
   EXPECT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
 }
 
+TEST(Watchdog, ARobotThatIsOnlyListenedToIsToldNoVelocity) {
+  Robot robot;
+  RobotCommand command(robot.command());
+  command.listen_only = true;
+  {
+    auto wire = WatchedProcess::start(command, WAYMARK_WATCHDOG);
+    ASSERT_TRUE(wire) << to_string(wire.error());
+    ASSERT_TRUE((*wire)->send(0.3, 0.1)) << "by mistake";
+    const Duration until = steady_now() + milliseconds(400);
+    while (steady_now() < until) (void)(*wire)->read(milliseconds(50));
+  }
+  ASSERT_TRUE(robot.listen([](const Heard& received) { return received.bye(); }));
+  ASSERT_EQ(robot.received().size(), 2U);
+  EXPECT_NE(robot.received().front().line.find("\"listen_only\":true"), std::string::npos);
+}
+
 TEST(Watchdog, SendsZeroBeforeTheFirstCommandAndAfterTheLast) {
   Robot robot;
   auto wire = WatchedProcess::start(robot.command(), WAYMARK_WATCHDOG);
