@@ -49,4 +49,11 @@ Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const Robot
   return LivePage::start(flags.page, setup, control_from(console));
 }
 
+Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const std::string& camera,
+                                             Console& console) {
+  if (flags.ros2) return LivePage::start_ros2();
+  if (!flags.view) return std::unique_ptr<LivePage>();
+  return LivePage::start(flags.page, camera, control_from(console));
+}
+
 }  // namespace waymark::cli

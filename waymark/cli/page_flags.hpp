@@ -26,5 +26,8 @@ void add_flags(CLI::App& app, LiveFlags& flags);
 /// The page of a robot that runs; nullptr without --view and --publish-ros2.
 [[nodiscard]] Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
                                                            Console& console);
+/// The same of a live camera without a robot.
+[[nodiscard]] Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const std::string& camera,
+                                                           Console& console);
 
 }  // namespace waymark::cli

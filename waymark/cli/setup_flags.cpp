@@ -74,9 +74,9 @@ std::vector<std::string> SetupFlags::as_words() const {
   return words;
 }
 
-Status SetupFlags::add_live_cameras(RobotSetup& setup) const {
+Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup) {
   const std::vector<MountedCamera> cameras = setup.simulated.cameras();
-  for (const std::string& word : live_cameras_) {
+  for (const std::string& word : words) {
     auto camera = parse_camera_address(word, cameras.front().name);
     if (!camera) {
       camera.error().place.key = "--camera-source";
@@ -94,7 +94,8 @@ Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
   if (auto setup = processes_ ? load_kind(robot_, world_, file, seed_) : std::nullopt) {
     if (*setup)
-      if (Status added = add_live_cameras(**setup); !added) return tl::unexpected(added.error());
+      if (Status added = add_live_cameras(live_cameras_, **setup); !added)
+        return tl::unexpected(added.error());
     return std::move(*setup);
   }
   if (!live_cameras_.empty())

@@ -23,6 +23,9 @@ inline constexpr const char* kWorldNames =
 /// What a robot's file may be called on the command line.
 inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, or the path of a .yaml file";
 
+/// Takes the cameras of --camera-source, as they were given, into the setup of a robot that is a process.
+[[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
+
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.
 class SetupFlags {
@@ -45,9 +48,6 @@ class SetupFlags {
   [[nodiscard]] std::vector<std::string> as_words() const;
 
  private:
-  /// Takes the cameras of --camera-source into the setup.
-  [[nodiscard]] Status add_live_cameras(RobotSetup& setup) const;
-
   const CLI::App& app_;
   bool processes_;
   std::string robot_ = "sim";

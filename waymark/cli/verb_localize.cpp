@@ -6,8 +6,9 @@
 
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/failure.hpp"
-#include "waymark/cli/frame_flags.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/localize_flags.hpp"
+#include "waymark/cli/localize_live.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
@@ -29,6 +30,7 @@ struct LocalizeArgs {
   std::string method = "riekf";
   bool json = false;
   bool no_adapt = false;
+  LocalizeLiveFlags live{};
   OptionFlags<RiekfOptions> filter;
   OptionFlags<AnchorOptions> anchor;
 };
@@ -56,6 +58,9 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
   if (!flags) return fail_usage(flags.error(), console);
+  const Result<bool> live = is_live(args.app, job);
+  if (!live) return fail_usage(live.error(), console);
+  if (*live) return localize_live(args.live, job, args.json, console);
   job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
@@ -79,42 +84,16 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
 Run prepare_localize(CLI::App& app) {
   const auto args = std::make_shared<LocalizeArgs>(app);
   LocalizeJob& job = args->job;
-  app.add_option("LOG", job.logs, "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables")
-      ->required()
-      ->type_name("");
-  app.add_option("--map", job.map,
-                 "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-                 "with id, x, y, or a field layout of WPILib")
-      ->required()
-      ->type_name("FILE");
-  app.add_option("--robot", job.robot,
-                 "Camera and its mounting: a robot's file, or a name. Unless given: the recording's, or "
-                 "those of robot.yaml beside the map")
-      ->type_name("FILE");
-  add_frame_flags(app, job.frames);
-  app.add_option("--calibration", job.calibration, "Calibration of this robot (calibration.yaml)")
-      ->type_name("FILE");
+  add_localize_flags(app, job);
   app.add_option("--method", args->method,
                  "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
                  "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option(
-         "-o,--output", job.output,
-         "Record the estimates (.mcap), or write the certain ones as poses, one a line (.txt, .tum: TUM)")
-      ->type_name("FILE");
-  app.add_option("--tag-size-m", job.tag_size_m, "Tag size where the map has none (0.24 for the Academy's)")
-      ->type_name("NUMBER");
-  app.add_option("--sensor-pose", job.sensor_pose,
-                 "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
-      ->expected(3)
-      ->type_name("NUMBER");
-  app.add_option("--start", job.start, "Initial pose of the robot, if it is known: x y [m], yaw [deg]")
-      ->expected(3)
-      ->type_name("NUMBER");
   app.add_flag(
       "--no-adapt", args->no_adapt,
       "Keep the assumed noise instead of estimating the noise of motion and observations from the recording");
+  args->live.add_to(app);
   app.add_flag("--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return localize_log(*args, console); };
 }
@@ -124,12 +103,15 @@ Run prepare_localize(CLI::App& app) {
 Verb localize_verb() {
   return {
       .name = "localize",
-      .sentence = "Estimate the trajectory of a robot from its recording and a map of the tags",
+      .sentence = "Estimate where a robot or a camera is from a map of the tags, of a recording or live",
       .help =
           R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
 /waymark/pose, mere guesses on /waymark/pose_uncertain, and for each observation of a mapped tag on /waymark/nis how
 well it agreed (normalised innovation squared). Tags that contradict all others are named and not used: swapped,
 moved, of another size. `waymark evaluate` compares the output with a truth.
+
+--robot KIND:ADDRESS localises a robot that somebody else drives, until Ctrl-C: nothing is sent to it. -o then records
+every sample, too. A live camera without a robot is where the tags of each picture say, in six degrees of freedom.
 
 Exit code: 0 it was known at some time where the robot is, 1 never, or a file was unusable (said in words),
 2 wrong usage, 130 stopped by Ctrl-C (nothing is written then).
@@ -137,6 +119,8 @@ Exit code: 0 it was known at some time where the robot is, 1 never, or a file wa
 Examples:
   waymark localize lap.mcap --map map/map.yaml -o estimate.mcap
   waymark localize lcmlog --map landmarks.csv --robot mbot --json
+  waymark localize --robot ros2:limo --map map --publish-ros2
+  waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view
   waymark localize ranges.csv odometry.csv --map landmarks.csv --sensor-pose 0.219 0 0
 )",
       .prepare = prepare_localize,

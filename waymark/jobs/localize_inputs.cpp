@@ -178,9 +178,8 @@ Status check_inputs(const LocalizeJob& job, LocalizeInputs& inputs) {
   return {};
 }
 
-}  // namespace
-
-Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control) {
+/// What does not come from the recording or the robot: options and map.
+Result<LocalizeInputs> read_map_of(const LocalizeJob& job) {
   LocalizeInputs inputs;
   if (!std::ranges::all_of(job.start, [](double x) { return std::isfinite(x); }))
     return fail(ErrorCode::InvalidArgument, "a place is three finite numbers", {.key = "--start"},
@@ -200,15 +199,45 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
   if (job.tag_size_m && (sizes_known || map->format == "waymark"))
     inputs.warnings.emplace_back(
         "--tag-size-m is not used: the map says itself how large its tags are, or has points only");
-  Status status = read_logs(job, inputs, control);
-  if (!status) return tl::unexpected(status.error());
-  status = read_robot_of(job, inputs);
+  return inputs;
+}
+
+/// Mounting of a sensor in the plane, and the calibration over it.
+Status take_mounting(const LocalizeJob& job, LocalizeInputs& inputs) {
   if (job.sensor_pose.size() == 3) {
     inputs.planar_sensor = true;
     inputs.setup.sensor.base_T_sensor =
         lift(SE2(job.sensor_pose[0], job.sensor_pose[1], to_radians(job.sensor_pose[2])));
   }
-  if (status) status = read_calibration_of(job, inputs);
+  return read_calibration_of(job, inputs);
+}
+
+}  // namespace
+
+Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const RobotDescription& robot,
+                                            const std::string& robot_yaml) {
+  Result<LocalizeInputs> inputs = read_map_of(job);
+  if (!inputs) return inputs;
+  inputs->setup.sensor = {robot.camera, robot.model.base_T_cam, robot.more_cameras};
+  const auto motion = parse_robot_motion(robot_yaml, robot.model.name + ".yaml");
+  if (!motion) return tl::unexpected(motion.error());
+  if (*motion) inputs->setup.filter.motion = **motion;
+  if (Status status = take_mounting(job, *inputs); !status) return tl::unexpected(status.error());
+  if (inputs->setup.tags.tags.empty())
+    return fail(ErrorCode::InvalidArgument,
+                "a camera needs a map with poses of tags, and this one has points only", {.source = job.map},
+                "Give a map that `waymark map` made.");
+  return inputs;
+}
+
+Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control) {
+  Result<LocalizeInputs> read = read_map_of(job);
+  if (!read) return read;
+  LocalizeInputs& inputs = *read;
+  Status status = read_logs(job, inputs, control);
+  if (!status) return tl::unexpected(status.error());
+  status = read_robot_of(job, inputs);
+  if (status) status = take_mounting(job, inputs);
   if (status) status = check_inputs(job, inputs);
   if (!status) return tl::unexpected(status.error());
   const bool poses = std::ranges::any_of(
@@ -230,7 +259,7 @@ Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobCon
         "(--sensor-pose says more)");
   }
   std::ranges::stable_sort(inputs.samples, {}, stamp_of);
-  return inputs;
+  return read;
 }
 
 }  // namespace waymark

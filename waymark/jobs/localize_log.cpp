@@ -9,121 +9,22 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/config/trajectory_file.hpp"
-#include "waymark/config/yaml_fields.hpp"
-#include "waymark/geometry/planar.hpp"
-#include "waymark/jobs/estimate_message.hpp"
-#include "waymark/jobs/staged_folder.hpp"
+#include "waymark/jobs/localize_output.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/localization/noise_adaptation.hpp"
-#include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark {
 namespace {
 
-/// What a run says, as it is reported and written.
-class RunOutput {
- public:
-  /// `tum`: the certain estimates are kept for a file of poses.
-  RunOutput(std::optional<SampleRecorder> recorder, SensorTime start, bool tum)
-      : recorder_(std::move(recorder)), start_(start), tum_(tum) {}
-
-  Status on_sample(const Sample& sample) {
-    const bool kept = std::holds_alternative<Odometry>(sample) || std::holds_alternative<TruthPose>(sample);
-    return recorder_ && kept ? recorder_->add(sample) : Status();
-  }
-  Status on_estimate(const LocalizationEstimate& estimate) {
-    if (last_ && estimate.stamp <= *last_) return {};
-    last_ = estimate.stamp;
-    ++report_.estimates;
-    report_.last = estimate;
-    if (estimate.certain) {
-      ++report_.certain;
-      if (!report_.first_fix_s) report_.first_fix_s = to_seconds(estimate.stamp - start_);
-    }
-    if (tum_ && estimate.certain) trajectory_.push_back({estimate.stamp, lift(estimate.map_T_base)});
-    if (!recorder_) return {};
-    return recorder_->add_message(estimate.certain ? topics::kEstimate : kUncertainTopic, estimate.stamp,
-                                  estimate_message(estimate));
-  }
-  Status on_news(LocalizationMethod& method) {
-    Status status;
-    for (const NisRecord& record : method.comparisons()) {
-      ++report_.compared;
-      report_.accepted += record.accepted ? 1 : 0;
-      if (record.accepted) nis_sum_ += record.nis / record.rows;
-      if (recorder_ && status) status = recorder_->add_message(kNisTopic, record.stamp, nis_message(record));
-    }
-    method.clear_comparisons();
-    return status;
-  }
-  Result<LocalizeReport> close() {
-    if (report_.accepted > 0) report_.nis_mean = nis_sum_ / static_cast<double>(report_.accepted);
-    const Status status = recorder_ ? recorder_->close() : Status();
-    if (!status) return tl::unexpected(status.error());
-    return report_;
-  }
-  [[nodiscard]] const Trajectory& trajectory() const { return trajectory_; }
-
- private:
-  std::optional<SampleRecorder> recorder_;
-  SensorTime start_;
-  bool tum_;
-  Trajectory trajectory_{};
-  std::optional<SensorTime> last_{};
-  LocalizeReport report_{};
-  double nis_sum_ = 0;
-};
-
-std::string extension_of(const LocalizeJob& job) {
-  return std::filesystem::path(job.output).extension().string();
-}
-
-/// Poses alone, as a text.
-bool writes_tum(const LocalizeJob& job) { return extension_of(job) == ".txt" || extension_of(job) == ".tum"; }
-
-Status check_output(const LocalizeJob& job) {
-  std::error_code ignored;
-  if (writes_tum(job) && std::filesystem::is_regular_file(job.output, ignored))
-    return fail(ErrorCode::Unwritable, "stands there already: not written over", {.source = job.output},
-                "Give another name, or remove it.");
-  if (writes_tum(job)) return check_output_file(job.output);
-  if (job.output.empty() || extension_of(job) == ".mcap") return {};
-  return fail(
-      ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
-      {.source = job.output, .key = "--output"},
-      "End it with .mcap (a recording: poses with their doubt, observations, odometry) or with .txt or .tum "
-      "(poses, one a line).");
-}
-
-Result<std::optional<SampleRecorder>> open_output(const LocalizeJob& job, const LocalizerSetup& setup) {
-  if (job.output.empty() || writes_tum(job)) return std::optional<SampleRecorder>();
-  auto file = create_file(job.output);
-  if (!file) return tl::unexpected(file.error());
-  Result<SampleRecorder> recorder =
-      SampleRecorder::open(std::move(*file), {.library = "waymark " WAYMARK_VERSION});
-  if (!recorder) return tl::unexpected(recorder.error());
-  Status status = recorder->add_metadata(
-      "waymark", {{"verb", "localize"},
-                  {"version", WAYMARK_VERSION},
-                  {"method", std::string(to_string(job.method))},
-                  {"source", std::filesystem::path(job.logs.front()).filename().string()},
-                  {"map", std::filesystem::path(job.map).filename().string()}});
-  if (status)
-    status = recorder->add_attachment("options.yaml", "application/yaml", {},
-                                      "filter:\n" + write_fields(setup.filter, 2));
-  if (!status) return tl::unexpected(status.error());
-  return std::optional<SampleRecorder>(std::move(*recorder));
-}
-
 Status run(Localizer& localizer, const LocalizeInputs& inputs, bool hindsight, const JobControl& control,
-           RunOutput& output) {
+           LocalizeOutput& output) {
   for (const Sample& sample : inputs.samples) {
     if (control.cancelled()) return fail(ErrorCode::Unwritable, "stopped: nothing was written");
     localizer.add(sample);
     Status status = output.on_sample(sample);
-    if (status) status = output.on_news(localizer.method());
+    for (const NisRecord& record : localizer.method().comparisons())
+      if (status) status = output.on_comparison(record);
+    localizer.method().clear_comparisons();
     const auto estimate = localizer.estimate();
     if (status && estimate && !hindsight) status = output.on_estimate(*estimate);
     if (!status) return status;
@@ -271,10 +172,16 @@ std::vector<std::string> adapt(const std::vector<Sample>& samples, LocalizerSetu
 
 }  // namespace
 
+void start_localizer(const LocalizeJob& job, Localizer& localizer) {
+  if (job.start.size() != 3) return;
+  const SE2 map_T_base(job.start[0], job.start[1], to_radians(job.start[2]));
+  localizer.method().start_from(map_T_base, 0.05, 0.05);
+}
+
 Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& inputs,
                                 const JobControl& control) {
   const Stopwatch watch;
-  if (Status status = check_output(job); !status) return tl::unexpected(status.error());
+  if (Status status = check_localize_output(job); !status) return tl::unexpected(status.error());
   LocalizerSetup setup = inputs.setup;
   FirstRun first =
       setup.method == LocalizationKind::Anchor ? FirstRun{} : first_run(setup, inputs.samples, control);
@@ -283,20 +190,16 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   Result<Localizer> localizer = Localizer::make(setup);
   if (!localizer) return tl::unexpected(localizer.error());
   if (first.suspect && localizer->filter() != nullptr) localizer->filter()->tracker().suspect(*first.suspect);
-  if (job.start.size() == 3) {
-    const SE2 map_T_base(job.start[0], job.start[1], to_radians(job.start[2]));
-    localizer->method().start_from(map_T_base, 0.05, 0.05);
-  }
-  Result<std::optional<SampleRecorder>> recorder = open_output(job, setup);
-  if (!recorder) return tl::unexpected(recorder.error());
-  RunOutput output(std::move(*recorder), stamp_of(inputs.samples.front()), writes_tum(job));
+  start_localizer(job, *localizer);
+  Result<LocalizeOutput> output =
+      LocalizeOutput::open(job, setup, {.name = std::filesystem::path(job.logs.front()).filename().string()});
+  if (!output) return tl::unexpected(output.error());
   const bool hindsight = job.method == LocalizationKind::Smoother && job.filter.lag_s <= 0;
-  Status status = run(*localizer, inputs, hindsight, control, output);
-  Result<LocalizeReport> report = output.close();
-  if (status && writes_tum(job)) status = write_text_file(job.output, to_tum(output.trajectory()));
+  const Status status = run(*localizer, inputs, hindsight, control, *output);
+  Result<LocalizeReport> report = output->close(!status);
   if (!status) {
     std::error_code ignored;  // the part of a drive would look like all of it
-    if (control.cancelled() && !job.output.empty() && !writes_tum(job))
+    if (control.cancelled() && std::filesystem::is_regular_file(job.output, ignored))
       std::filesystem::remove(job.output, ignored);
     return tl::unexpected(status.error());
   }
@@ -307,7 +210,6 @@ Result<LocalizeReport> localize(const LocalizeJob& job, const LocalizeInputs& in
   for (const std::string& words : adapted) report->problems.push_back(words);
   if (const RiekfLocalizer* filter = localizer->filter())
     report->lasting_nis = filter->tracker().lasting_nis();
-  report->duration_s = to_seconds(stamp_of(inputs.samples.back()) - stamp_of(inputs.samples.front()));
   report->wall_s = watch.seconds();
   return report;
 }

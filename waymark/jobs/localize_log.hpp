@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/config/robot_file.hpp"
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/pipeline/localizer.hpp"
 #include "waymark/recording/camera_choice.hpp"
@@ -47,6 +48,15 @@ struct LocalizeInputs {
 };
 
 [[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job, const JobControl& control);
+
+/// The same of a robot that is there, instead of a recording: there are no samples. `robot_yaml`: the text of
+/// its file. Fails where its camera needs tags with poses and the map has points only.
+[[nodiscard]] Result<LocalizeInputs> read_localize_inputs(const LocalizeJob& job,
+                                                          const RobotDescription& robot,
+                                                          const std::string& robot_yaml);
+
+/// Lets the localizer start where the job says, if it does.
+void start_localizer(const LocalizeJob& job, Localizer& localizer);
 
 /// The numbers of a calibration that the filters are told.
 void take_calibrated(const Calibration& calibration, RiekfOptions& filter);

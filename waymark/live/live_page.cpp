@@ -63,6 +63,10 @@ Status refuse_in_process(const RobotSetup& setup, const char* key) {
 Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup) {
   if (Status status = refuse_in_process(setup, "publish-ros2"); !status)
     return tl::unexpected(status.error());
+  return start_ros2();
+}
+
+Result<std::unique_ptr<LivePage>> LivePage::start_ros2() {
   std::unique_ptr<LivePage> view(new LivePage);
   auto bus = open_bus();
   if (!bus) return tl::unexpected(bus.error());

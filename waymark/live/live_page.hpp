@@ -46,6 +46,7 @@ class LivePage {
                                                  const JobControl& control);
   /// The same as a node of ROS 2 instead of a page, where the environment variables of ROS say.
   static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup);
+  static Result<std::unique_ptr<LivePage>> start_ros2();
   /// The page of whatever fills the feed, by name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);

@@ -35,15 +35,24 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
   return cameras;
 }
 
+/// A robot in lockstep waits for an answer that nobody gives.
+Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
+  if (!setup.process.listen_only || !robot.hello().lockstep) return {};
+  return fail(ErrorCode::InvalidArgument,
+              "this robot waits for its commands (lockstep), and who only listens gives none",
+              {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
+}
+
 }  // namespace
 
 LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<RobotWithCameras> source,
-                     TagFinder finder, std::vector<MountedCamera> cameras, JobControl control)
+                     TagFinder finder, std::vector<MountedCamera> cameras, bool listen_only,
+                     JobControl control)
     : robot_(std::move(robot)),
       source_(std::move(source)),
       finder_(std::move(finder)),
       loop_(source_ != nullptr ? static_cast<Source&>(*source_) : *robot_, *robot_, pacing_of(*robot_),
-            {.finder = &finder_, .cameras = std::move(cameras)}),
+            {.finder = &finder_, .cameras = std::move(cameras)}, {.listen_only = listen_only}),
       control_(std::move(control)) {}
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobControl control) {
@@ -62,6 +71,7 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup
   options.on_waiting = control.note;
   auto robot = ProcessRobot::start(setup.process, options);
   if (!robot) return tl::unexpected(robot.error());
+  if (Status status = check_listening(setup, **robot); !status) return tl::unexpected(status.error());
   auto live = open_cameras(setup, **robot);
   if (!live) return tl::unexpected(live.error());
   std::unique_ptr<RobotWithCameras> source;
@@ -71,8 +81,9 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup
     source = std::make_unique<RobotWithCameras>(**robot, std::move(*live), std::move(names));
   const RobotHello hello = (*robot)->hello();
   std::unique_ptr<LiveRobot> opened(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
-                                                  std::move(cameras), std::move(control)));
-  opened->limited_ = lacks_commission(setup, hello);
+                                                  std::move(cameras), setup.process.listen_only,
+                                                  std::move(control)));
+  if (!setup.process.listen_only) opened->limited_ = lacks_commission(setup, hello);
   return opened;
 }
 

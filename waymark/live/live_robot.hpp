@@ -34,7 +34,8 @@ class LiveRobot {
 
  private:
   LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<RobotWithCameras> source, TagFinder finder,
-            std::vector<MountedCamera> cameras, JobControl control);
+            std::vector<MountedCamera> cameras, bool listen_only, JobControl control);
+
   std::unique_ptr<ProcessRobot> robot_;
   std::unique_ptr<RobotWithCameras> source_;
   TagFinder finder_;

@@ -1,5 +1,6 @@
 #include "waymark/live/robot_kinds.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include "waymark/base/suggest.hpp"
@@ -70,6 +71,12 @@ constexpr std::array kKinds = {
 }  // namespace
 
 std::span<const RobotKind> robot_kinds() { return kKinds; }
+
+bool is_robot_kind(std::string_view word) {
+  return std::ranges::any_of(kKinds, [word](const RobotKind& kind) {
+    return word.starts_with(kind.name) && word.substr(kind.name.size()).starts_with(':');
+  });
+}
 
 std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                             const std::string& robot_file, std::uint64_t seed) {

@@ -36,6 +36,9 @@ struct RobotKind {
 /// All of them.
 [[nodiscard]] std::span<const RobotKind> robot_kinds();
 
+/// Whether a word begins as `KIND:ADDRESS` does.
+[[nodiscard]] bool is_robot_kind(std::string_view word);
+
 /// The setup of a robot `KIND:ADDRESS`: load_setup() with its process. Nothing where `robot` begins with no
 /// kind.
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,

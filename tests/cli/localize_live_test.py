@@ -1,0 +1,144 @@
+#!/usr/bin/python3
+"""`waymark localize` of a robot that somebody else drives, and of a camera in a hand.
+
+usage: localize_live_test.py PROGRAM [unittest options]
+"""
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import pictures
+from fake_camera import FakeCamera
+from harness import PROGRAM, InFolder, unittest
+
+# A simulated robot that drives a circle whoever asks; what it is told on standard input is kept.
+DRIVEN = """
+import subprocess, sys, threading, time
+robot = subprocess.Popen([sys.argv[1], "robot-sim", "--world", "circuit24", "--seed", "3"], stdin=subprocess.PIPE, text=True)
+over = threading.Event()
+def drive():
+    while not over.is_set():
+        robot.stdin.write('{"type":"velocity","sequence":1,"speed_m_s":0.25,"yaw_rate_rad_s":0.1,"age_s":0}\\n')
+        robot.stdin.flush()
+        time.sleep(0.05)
+threading.Thread(target=drive, daemon=True).start()
+with open("told.txt", "w") as told:
+    for line in sys.stdin:
+        told.write(line)
+        told.flush()
+over.set()
+robot.stdin.close()
+robot.wait()
+"""
+
+
+class Driven(InFolder):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "driven.py").write_text(DRIVEN)
+        self.robot = f"process:exec '{sys.executable}' driven.py '{PROGRAM}'"
+        world = self.run_here("teach", "--world", "circuit24", "--seed", 2, "-o", "lap.mcap")
+        self.assertEqual(world.code, 0, world.err)
+        self.assertEqual(self.run_here("map", "lap.mcap", "-o", "map").code, 0)
+
+    def test_is_localised_and_told_nothing_and_gives_the_same_offline(self):
+        live = self.run_here("localize", "--robot", self.robot, "--map", "map", "--duration-s", "5", "-o", "live.mcap", "--json")
+        self.assertEqual(live.code, 0, live.err)
+        told = [json.loads(line) for line in (self.folder / "told.txt").read_text().splitlines()]
+        self.assertEqual([order["type"] for order in told], ["hello", "bye"])
+        self.assertTrue(told[0]["listen_only"])
+        *moments, report = live.records
+        self.assertGreaterEqual(len(moments), 4, "one a second")
+        self.assertTrue(moments[-1]["pose"]["certain"])
+        self.assertLess(moments[-1]["pose"]["position_sigma_m"], 0.1)
+        self.assertGreater(report["certain"], 0.5 * report["estimates"])
+        # The recording holds all that was sensed: the same filter ends at the same place to the last digits.
+        offline = self.run_here("localize", "live.mcap", "--map", "map", "--robot", "map/robot.yaml", "--no-adapt", "--json")
+        self.assertEqual(offline.code, 0, offline.err)
+        self.assertEqual(offline.records[0]["observations"], report["observations"])
+        self.assertEqual(offline.records[0]["accepted"], report["accepted"])
+        for key in ("x_m", "y_m", "yaw_rad"):
+            self.assertAlmostEqual(offline.records[0]["last"][key], report["last"][key], delta=1e-9)
+        # Judged by the truth, which the filter does not see.
+        judged = self.run_here("evaluate", "live.mcap", "live.mcap", "--json")
+        self.assertEqual(judged.code, 0, judged.err)
+        self.assertLess(judged.records[0]["ate_rmse_m"], 0.05, judged.out)
+        info = self.run_here("info", "live.mcap", "--json").records[0]
+        topics = {topic["topic"] for topic in info["topics"]}
+        self.assertLessEqual({"/odom", "/tag_detections", "/waymark/pose", "/waymark/nis", "/truth/pose"}, topics)
+        self.assertNotIn("/cmd_vel", topics)
+
+    def test_ctrl_c_keeps_the_recording(self):
+        process = subprocess.Popen([PROGRAM, "localize", "--robot", self.robot, "--map", "map", "-o", "stopped.mcap"], cwd=self.folder,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        line = process.stdout.readline()
+        self.assertRegex(line, r"^ +0\.0 s: ")
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+        self.assertEqual(process.returncode, 130, err)
+        self.assertIn("estimates over", out)
+        self.assertGreater(self.run_here("info", "stopped.mcap", "--json").records[0]["duration_s"], 0.5)
+
+
+class Refused(InFolder):
+    def test_what_does_not_go_together_is_said(self):
+        for words, sentence in (
+                (["--map", "map"], "there is nothing to localise"),
+                (["lap.mcap", "--map", "map", "--robot", "ros2:limo"], "a recording is named, too"),
+                (["lap.mcap", "--map", "map", "--view"], "this is about a robot or a camera that is there"),
+                (["--map", "map", "--robot", "process:true", "--no-adapt"], "this is about recordings"),
+                (["--map", "map", "--robot", "process:true", "--record-images", "jpeg"], "nothing is recorded"),
+                (["lap.mcap", "--map", "map", "--robot-file", "limo"], "this is about a robot that is there"),
+                (["v4l2:/dev/video0", "--map", "map"], "the calibration of the camera is not known"),
+                (["v4l2:/dev/video0", "--map", "map", "--start", "0", "0", "0"], "the tags of one picture")):
+            outcome = self.run_here("localize", *words)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(sentence, outcome.err)
+
+    def test_a_robot_that_waits_for_its_commands(self):
+        robot = f"process:exec '{PROGRAM}' robot-sim --world circuit24 --lockstep"
+        golden = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        outcome = self.run_here("localize", "--robot", robot, "--map", golden, "-o", "none.mcap")
+        self.assertEqual(outcome.code, 1, outcome.err)
+        self.assertIn("waits for its commands (lockstep)", outcome.err)
+        self.assertFalse((self.folder / "none.mcap").exists(), "what stays empty does not stand in the way")
+
+
+class Camera(InFolder):
+    def test_is_where_the_tags_of_each_picture_say(self):
+        fake = FakeCamera(self.folder / "fake", PROGRAM)
+        still = pictures.scene(320, 240, pictures.SCENE_TAGS)
+        fake.play([[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)], 50, "YUYV")
+        # A map by hand, in the frame of a body that looks along x: where the squares are that were drawn. Pixels f = 300, middle 159.5, 119.5.
+        tags = ""
+        for family, number, left, top, cell in pictures.SCENE_TAGS:
+            corners = pictures.corners(family, number, left, top, cell)
+            side_px = corners[2] - corners[0]
+            ahead = 300 * 0.1 / side_px
+            right, down = ((low + side_px / 2 - middle) * ahead / 300 for low, middle in ((left, 159.5), (top, 119.5)))
+            tags += (f'  - {{tag: "{family}:{number}", size_m: 0.1, position_m: [{ahead}, {-right}, {-down}], '
+                     "quaternion_xyzw: [-0.5, 0.5, -0.5, 0.5]}\n")
+        (self.folder / "map.yaml").write_text(f'format: waymark-map-1\nanchor: "tag36h11:7"\ntags:\n{tags}')
+        seen = self.run_here("localize", "v4l2:/dev/video0", "--camera", "camera.yaml", "--map", "map.yaml", "--duration-s", "1", "--every-s",
+                             "0.1", "-o", "hand.mcap", "--json", env=fake.environment(""))
+        self.assertEqual(seen.code, 0, seen.err)
+        self.assertGreater(len(seen.records), 2)
+        for record in seen.records:
+            self.assertEqual(record["tags"], 2)
+            self.assertLess(max(map(abs, record["pose"]["position_m"])), 0.01, record)
+            self.assertGreater(record["pose"]["rotation_xyzw"][3] ** 2, 0.9998, record)
+            self.assertLess(record["pose"]["position_sigma_m"], 0.02)
+        topics = {topic["topic"] for topic in self.run_here("info", "hand.mcap", "--json").records[0]["topics"]}
+        self.assertLessEqual({"/waymark/pose", "/tag_detections", "/camera_info"}, topics)
+        lost = self.run_here("localize", "v4l2:/dev/video0", "--camera", "camera.yaml", "--map",
+                             pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map", "--duration-s", "0.5", env=fake.environment(""))
+        self.assertEqual(lost.code, 1, "none of its tags are in this map")
+        self.assertIn("do not suffice", lost.out)
+
+
+if __name__ == "__main__":
+    unittest.main()

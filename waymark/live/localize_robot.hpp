@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "waymark/jobs/job_control.hpp"
+#include "waymark/jobs/localize_log.hpp"
+#include "waymark/live/robot_setup.hpp"
+#include "waymark/runtime/localize_session.hpp"
+
+/// `waymark localize` of a robot that somebody else drives.
+namespace waymark {
+
+class LiveFeed;
+
+struct LocalizeRobotJob {
+  LocalizeJob localize{};  ///< of its output a recording holds every sample; `logs` and `adapt` mean nothing
+  std::string images{};    ///< how pictures are recorded: raw, jpeg; empty: not at all
+  LocalizeSessionOptions session{};
+  LiveFeed* feed = nullptr;  ///< of viewers, if there are any
+  /// LocalizeListener::on_report.
+  std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
+      [](SensorTime, const std::optional<LocalizationEstimate>&) {};
+};
+
+struct LocalizeRobotReport {
+  LocalizeReport localized{};
+  LocalizeEnd end{};
+};
+
+/// Makes the robot of load_kind() one that is heard and never commanded.
+void only_listen(RobotSetup& setup);
+
+/// Localises the robot of the setup until somebody ends it, or the control cancels it. Nothing is sent to the
+/// robot. Fails where the robot waits for its commands (lockstep), as localize() does, and when the robot's
+/// process ends; what was recorded by then is kept.
+[[nodiscard]] Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,
+                                                         const JobControl& control);
+
+}  // namespace waymark
