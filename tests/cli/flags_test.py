@@ -33,7 +33,7 @@ EFFECTIVE = set("""
 --ref-topic --odometry --figures --truth --detections --size-edges-px --tilt-edges-deg --lens --camera-info --cols --rows --by --path --station
 --remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
---duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --stamped --count --seconds --skip-lifted --simulated --share-commands
+--duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
@@ -108,6 +108,9 @@ WITHOUT_EFFECT = {
     ("tags sheet", "--dpi"): "--ids 0 --tag-size-m 0.05 -o tags.pdf --dpi 600",
     ("tags board", "--dpi"): "--tag-size-m 0.02 -o board.pdf --dpi 600",
     ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
+    **{("localize", flag): f"lap.mcap --map map {flag} {value}" for flag, value in SERVED.items()},
+    ("localize", "--every-s"): "lap.mcap --map map --every-s 2",
+    ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view: its flags always count.
     **{("view", flag): "" for flag in SERVED}}

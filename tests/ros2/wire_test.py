@@ -133,6 +133,18 @@ class Robot(Wire):
         self.assertGreater(len(moving), 10)
         self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
 
+    def test_who_only_listens_publishes_no_command(self):
+        peer = self.start(PEER, "robot", 60)
+        robot = self.start(PROGRAM, "ros2", "robot", "limo", "--listen-only", stdin=subprocess.PIPE)
+        lines = self.lines_of(robot, lambda all: sum(line["type"] == "odometry" for line in all) > 20)
+        self.assertEqual(lines[0]["type"], "hello")
+        wire_driver.drain(robot)
+        wire_driver.move(robot, 0.3, -0.1)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        peer.kill()
+        self.assertEqual(COMMAND.findall(peer.stdout.read()), [], "neither zero")
+
     @LONG
     def test_doctor_names_peers_qualities_of_service_and_who_drives(self):
         names = ("robot", "clock", "peers", "qos")
@@ -287,6 +299,24 @@ class Simulated(Wire):
         print(f"cross-track error of the replay: {1e3 * rmse[0]:.1f} mm over DDS, {1e3 * rmse[1]:.1f} mm in one process")
         self.assertTrue(wire["finished"], wire)
         self.assertLess(rmse[0], 0.03)
+
+    def test_a_robot_is_localised_for_others(self):
+        """Somebody else may drive it; the peer hears pose, map to odom, and the phase."""
+        self.simulated(1)
+        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        watcher = self.start(PEER, "watch", 10)
+        shown = self.run_program("localize", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--map", chart, "--publish-ros2",
+                                 "--duration-s", "6", "--json")
+        self.assertEqual(shown.returncode, 0, shown.stderr)
+        *moments, report = [json.loads(line) for line in shown.stdout.splitlines()]
+        self.assertGreater(report["certain"], 0.5 * report["estimates"], report)
+        self.assertTrue(moments[-1]["pose"]["certain"], moments)
+        words = watcher.communicate(timeout=60)[0].split()
+        seen = dict(zip(words[::2], words[1::2]))
+        self.assertGreater(int(seen["poses"]), 30, words)
+        self.assertGreater(int(seen["links"]), 30, words)
+        self.assertEqual(seen["phase"], "localizing", words)
+        self.assertTrue(0 < float(seen["variance"]) < 1, words)
 
     def test_services_are_the_buttons_of_a_session(self):
         self.simulated(1)
