@@ -43,8 +43,9 @@ Verb migrate_verb() {
       .sentence = "Rewrite maps, routes and calibrations of older versions in today's form",
       .help =
           R"(Files of older versions are read as they are, so this is needed only before another program reads them, or to have the
-checks that today's files hold (points and checksum of a route). All other files of the folder are copied. Comments are
-not kept. Formats: docs/formats.
+checks that today's files hold (points and checksum of a route). All other files, also those in folders of the folder,
+are copied, and so are files that are in today's form already. Comments of a rewritten file are not kept. Formats:
+docs/formats.
 
 Exit code: 0 done, 1 a file was unusable and nothing was written, 2 wrong usage.
 

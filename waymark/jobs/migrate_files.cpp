@@ -26,16 +26,37 @@ struct Migrated {
   std::string text{};  ///< where it is rewritten
 };
 
-/// The word between "format: waymark-" and the number of its version, where a line begins so; else empty.
-std::string kind_of(std::string_view text) {
-  constexpr std::string_view kBegin = "format: waymark-";
+constexpr std::string_view kFormat = "format: waymark-";
+
+/// The line that names a format of ours and its version; empty where there is none.
+std::string_view format_line_of(std::string_view text) {
   for (std::size_t begin = 0; begin < text.size();) {
     const std::string_view line = text.substr(begin, text.find('\n', begin) - begin);
-    if (line.starts_with(kBegin))
-      return std::string(line.substr(kBegin.size(), line.rfind('-') - kBegin.size()));
+    if (line.starts_with(kFormat)) return line;
     begin += line.size() + 1;
   }
   return {};
+}
+
+/// The word between "format: waymark-" and the number of its version; else empty.
+std::string kind_of(std::string_view text) {
+  const std::string_view line = format_line_of(text);
+  return line.empty() ? "" : std::string(line.substr(kFormat.size(), line.rfind('-') - kFormat.size()));
+}
+
+/// The text without the digits of its numbers and checksums: equal for two texts of one format that state the
+/// same things, however their numbers are rounded.
+std::string without_numbers(std::string_view text) {
+  constexpr std::string_view kDigits = "0123456789abcdef+-.";
+  std::string rest;
+  for (const char c : text) {
+    if (kDigits.find(c) == std::string_view::npos) rest += c;
+  }
+  return rest;
+}
+
+bool same_form(std::string_view text, std::string_view other) {
+  return format_line_of(text) == format_line_of(other) && without_numbers(text) == without_numbers(other);
 }
 
 template <class Parse>
@@ -45,9 +66,14 @@ Result<std::string> written_again(Parse parse, const std::string& text, const fs
   return to_yaml(*value);
 }
 
-/// The file in today's form; empty for one that has no form of ours.
-Result<Migrated> migrate(const fs::path& path) {
-  Migrated done{{path.filename().string(), "other", false}, path, {}};
+/// The file in today's form; as it is where it has no form of ours.
+Result<Migrated> migrate(const fs::path& path, const std::string& name) {
+  Migrated done{{.name = name, .kind = "other"}, path, {}};
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) {
+    done.file.done = MigratedFile::Done::LeftOut;
+    return done;
+  }
   if (path.extension() != ".yaml") return done;
   const Result<std::string> text = read_file(path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
@@ -64,17 +90,19 @@ Result<Migrated> migrate(const fs::path& path) {
   }
   if (!now) return tl::unexpected(now.error());
   done.file.kind = kind;
-  done.file.rewritten = *now != *text;
+  if (!same_form(*now, *text)) done.file.done = MigratedFile::Done::Rewritten;
   done.text = std::move(*now);
   return done;
 }
 
+/// All below the folder but the folders themselves; of a file, that file. Links to folders are not followed.
 Result<std::vector<fs::path>> files_of(const fs::path& input) {
   std::error_code error;
   if (fs::is_regular_file(input, error)) return std::vector{input};
   std::vector<fs::path> paths;
-  for (fs::directory_iterator it(input, error), end; !error && it != end; it.increment(error)) {
-    if (it->is_regular_file(error)) paths.push_back(it->path());
+  for (fs::recursive_directory_iterator it(input, error), end; !error && it != end; it.increment(error)) {
+    std::error_code unknown;  // of a broken link: no folder
+    if (it->is_symlink(unknown) || !it->is_directory(unknown)) paths.push_back(it->path());
   }
   if (error) return fail(ErrorCode::Unreadable, error.message(), {.source = input.string()});
   if (paths.empty()) return fail(ErrorCode::Unreadable, "holds no file", {.source = input.string()});
@@ -91,9 +119,12 @@ Status make_empty_folder(const fs::path& folder) {
 }
 
 Status write(const Migrated& done, const fs::path& folder) {
+  if (done.file.done == MigratedFile::Done::LeftOut) return {};
   const fs::path to = folder / done.file.name;
-  if (done.file.rewritten) return write_text_file(to, done.text);
   std::error_code error;
+  fs::create_directories(to.parent_path(), error);
+  if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = to.string()});
+  if (done.file.done == MigratedFile::Done::Rewritten) return write_text_file(to, done.text);
   fs::copy_file(done.from, to, error);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = to.string()});
   return {};
@@ -104,9 +135,11 @@ Status write(const Migrated& done, const fs::path& folder) {
 Result<std::vector<MigratedFile>> migrate_files(const MigrateJob& job) {
   const Result<std::vector<fs::path>> paths = files_of(job.input);
   if (!paths) return tl::unexpected(paths.error());
+  const bool one_file = paths->front() == job.input;
   std::vector<Migrated> all;
   for (const fs::path& path : *paths) {
-    Result<Migrated> done = migrate(path);
+    Result<Migrated> done =
+        migrate(path, (one_file ? path.filename() : path.lexically_relative(job.input)).string());
     if (!done) return tl::unexpected(done.error());
     all.push_back(std::move(*done));
   }
@@ -119,12 +152,28 @@ Result<std::vector<MigratedFile>> migrate_files(const MigrateJob& job) {
   return files;
 }
 
+namespace {
+
+std::string_view word_of(MigratedFile::Done done) {
+  switch (done) {
+    case MigratedFile::Done::Copied:
+      return "copied";
+    case MigratedFile::Done::Rewritten:
+      return "rewritten";
+    case MigratedFile::Done::LeftOut:
+      break;
+  }
+  return "left out: neither a file nor a folder";
+}
+
+}  // namespace
+
 std::string to_text(const MigratedFile& file) {
-  return fmt::format("{:<24} {:<12} {}\n", file.name, file.kind, file.rewritten ? "rewritten" : "copied");
+  return fmt::format("{:<24} {:<12} {}\n", file.name, file.kind, word_of(file.done));
 }
 
 nlohmann::ordered_json to_json(const MigratedFile& file) {
-  return {{"name", file.name}, {"kind", file.kind}, {"rewritten", file.rewritten}};
+  return {{"name", file.name}, {"kind", file.kind}, {"done", word_of(file.done)}};
 }
 
 }  // namespace waymark

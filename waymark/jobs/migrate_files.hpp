@@ -12,19 +12,22 @@
 namespace waymark {
 
 struct MigrateJob {
-  std::filesystem::path input{};   ///< a file, or a folder; folders in it are not looked into
+  std::filesystem::path input{};   ///< a file, or a folder with all folders in it
   std::filesystem::path output{};  ///< folder to write; is not there yet, or empty
 };
 
 struct MigratedFile {
-  std::string name{};      ///< the same in both folders
-  std::string kind{};      ///< map, route, calibration, or other: copied
-  bool rewritten = false;  ///< false: copied byte for byte
+  enum class Done { Copied, Rewritten, LeftOut };
+  std::string name{};  ///< the same in both folders, below which it stands
+  std::string kind{};  ///< map, route, calibration, or other
+  Done done = Done::Copied;
 };
 
-/// Writes every file of the input into the output, sorted by name. What stands in a file is kept, comments
-/// are not; numbers keep their value within rounding (to_yaml() of each kind). Nothing is written where one
-/// of the files is unusable: a format of a later version, whatever the readers refuse.
+/// Writes every file of the input into the output, sorted by name. A map, route or calibration that differs
+/// from today's form (to_yaml() of each kind) in more than the rounding of its numbers is rewritten: what
+/// stands in it is kept, comments are not. Everything else is copied byte for byte, but for links to folders,
+/// broken links, sockets and pipes, which are left out. A second migration thus changes nothing. Nothing is
+/// written where one of the files is unusable: a format of a later version, whatever the readers refuse.
 [[nodiscard]] Result<std::vector<MigratedFile>> migrate_files(const MigrateJob& job);
 [[nodiscard]] std::string to_text(const MigratedFile& file);
 [[nodiscard]] nlohmann::ordered_json to_json(const MigratedFile& file);

@@ -1,8 +1,10 @@
 #include "waymark/jobs/migrate_files.hpp"
 
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -81,8 +83,46 @@ TEST_F(MigrateFiles, WhatIsInTodaysFormIsCopied) {
   const auto files = migrate_files(job());
   ASSERT_TRUE(files) << to_string(files.error());
   EXPECT_EQ(files->front().kind, "map");
-  EXPECT_FALSE(files->front().rewritten);
+  EXPECT_EQ(files->front().done, MigratedFile::Done::Copied);
   EXPECT_EQ(migrated_text_of(folder_ / "new/map.yaml"), migrated_text_of(folder_ / "old/map.yaml"));
+}
+
+TEST_F(MigrateFiles, ASecondMigrationChangesNothing) {
+  std::string route = "format: waymark-route-1\nclosed: false\nlength_m: 1.9\npoints:\n";
+  for (int i = 0; i < 20; ++i) {  // yaws and a quaternion that come back another in their last digit
+    const double s_m = 0.1 * i, yaw_rad = 0.7 * s_m;
+    route += fmt::format("  - [{}, {}, {}, {}, 0.7, 0.3]\n", s_m, std::sin(yaw_rad) / 0.7,
+                         (1 - std::cos(yaw_rad)) / 0.7, yaw_rad);
+  }
+  write("route.yaml", route);
+  std::string map = kOldMap;
+  map.replace(map.find("[0.0, 0.0, 0.0, 1.0]"), 20,
+              "[-0.39651346203171867, 0.5861429087184878, -0.5852910910350146, 0.39578770034160127]");
+  write("map.yaml", map);
+  ASSERT_TRUE(migrate_files(job()));
+  const auto again = migrate_files({folder_ / "new", folder_ / "newer"});
+  ASSERT_TRUE(again) << to_string(again.error());
+  for (const MigratedFile& file : *again) {
+    EXPECT_EQ(file.done, MigratedFile::Done::Copied) << file.name;
+    EXPECT_EQ(migrated_text_of(folder_ / "newer" / file.name), migrated_text_of(folder_ / "new" / file.name));
+  }
+}
+
+TEST_F(MigrateFiles, FoldersInItAreMigratedAndWhatIsNoFileIsNamed) {
+  fs::create_directories(folder_ / "old/routes/night");
+  write("routes/night/route.yaml", kOldRoute);
+  write("notes.txt", "in the hall\n");
+  fs::create_directory_symlink(folder_ / "old", folder_ / "old/routes/round");
+  const auto files = migrate_files(job());
+  ASSERT_TRUE(files) << to_string(files.error());
+  ASSERT_EQ(files->size(), 3U);
+  EXPECT_EQ((*files)[0].name, "notes.txt");
+  EXPECT_EQ((*files)[1].name, "routes/night/route.yaml");
+  EXPECT_EQ((*files)[1].done, MigratedFile::Done::Rewritten);
+  EXPECT_EQ((*files)[2].name, "routes/round");
+  EXPECT_THAT(to_text((*files)[2]), HasSubstr("left out"));
+  EXPECT_TRUE(read_route(folder_ / "new/routes/night/route.yaml"));
+  EXPECT_FALSE(fs::exists(folder_ / "new/routes/round"));
 }
 
 TEST_F(MigrateFiles, NothingIsWrittenWhereOneFileIsUnusable) {
