@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/reference/cli.md"
-PLACE = re.compile(r"(<!-- help: waymark ?([a-z -]*?) -->\n```text\n).*?(^```\n)", re.S | re.M)
+PLACE = re.compile(r"(<!-- help: waymark ?([a-z0-9 -]*?) -->\n```text\n).*?(^```\n)", re.S | re.M)
 
 
 def main():
@@ -23,11 +23,13 @@ def main():
         return match.group(1) + printed.strip("\n") + "\n" + match.group(3)
 
     verbs = subprocess.run([sys.argv[1], "--help"], capture_output=True, text=True, check=True).stdout
-    listed = re.findall(r"^  ([a-z][a-z-]*) ", verbs.split("\nVerbs:\n")[1].split("\n\n")[0], re.M)
+    listed = re.findall(r"^  ([a-z][a-z0-9-]*) ", verbs.split("\nVerbs:\n")[1].split("\n\n")[0], re.M)
     missing = [verb for verb in listed if f"<!-- help: waymark {verb} -->" not in text]
     if missing:
         sys.exit(f"{PAGE} has no place for {', '.join(missing)}: add a section with <!-- help: waymark VERB -->")
     fresh, count = PLACE.subn(help_of, text)
+    if count != text.count("<!-- help:"):
+        sys.exit(f"{PAGE}: a line <!-- help: … --> without its ```text block, or with a name that is no verb's")
     if "--check" not in sys.argv:
         PAGE.write_text(fresh, encoding="utf-8")
         print(f"{PAGE}: {count} verbs")
