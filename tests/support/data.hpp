@@ -16,7 +16,9 @@ std::filesystem::path fresh_folder(const std::string& name);
 }  // namespace waymark::testing
 
 /// Binds `name` to the path of the real data, or skips the test in words (fails with --require-data).
+// NOLINTBEGIN(bugprone-macro-parentheses): a name that is declared cannot stand in parentheses.
 #define WAYMARK_REAL_DATA(name, relative)                                           \
   const auto name##_or_none = ::waymark::testing::real_data(relative);              \
   if (!name##_or_none) GTEST_SKIP() << "WAYMARK_DATA does not hold " << (relative); \
   const std::filesystem::path& name = *name##_or_none
+// NOLINTEND(bugprone-macro-parentheses)
