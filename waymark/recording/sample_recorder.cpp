@@ -94,11 +94,20 @@ Status SampleRecorder::close() {
   return writer_.close();
 }
 
+/// What was recorded before it had arrived before it. A stamp of another time, as of a clock that jumped,
+/// says nothing of that.
+Duration SampleRecorder::delay_of_camera(SensorTime stamp) const {
+  constexpr Duration kMost = std::chrono::seconds(2);
+  const Duration behind = newest_ ? *newest_ - stamp : Duration{};
+  return behind <= kMost ? std::max(camera_latency_, behind) : camera_latency_;
+}
+
 Status SampleRecorder::add(const Sample& sample) {
   if (Status status = add_waiting_cameras(stamp_of(sample)); !status) return status;
   const bool seen = std::holds_alternative<TagFrame>(sample) || std::holds_alternative<CameraFrame>(sample) ||
                     std::holds_alternative<TagPoseFrame>(sample);
-  delay_ = seen ? camera_latency_ : Duration{};
+  delay_ = seen ? delay_of_camera(stamp_of(sample)) : Duration{};
+  if (!seen) newest_ = stamp_of(sample);
   const Status status = std::visit(
       [this](const auto& value) -> Status {
         using Kind = std::remove_cvref_t<decltype(value)>;

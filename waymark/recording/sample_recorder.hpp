@@ -38,7 +38,8 @@ inline constexpr const char* kEstimate = "/waymark/pose";
 [[nodiscard]] std::string topic_of_camera(const std::string& camera, const char* topic);
 
 /// Writes samples as ROS 2 messages into an MCAP recording. Log time is the sample's stamp; of a camera's,
-/// the time it arrives.
+/// the time it arrives: its stamp and the latency that was set, and no earlier than the newest stamp of the
+/// other sensors that were added before it.
 class SampleRecorder {
  public:
   static Result<SampleRecorder> open(std::unique_ptr<ByteSink> sink, const mcap::WriterOptions& options = {});
@@ -57,7 +58,7 @@ class SampleRecorder {
   Status add_attachment(const std::string& name, const std::string& media_type, SensorTime stamp,
                         std::string_view text);
 
-  /// Pictures, tags and poses of tags arrive so long after their stamp; at once unless said.
+  /// Pictures, tags and poses of tags arrive at least so long after their stamp.
   void set_camera_latency(Duration latency) { camera_latency_ = latency; }
 
   Status flush() { return writer_.flush(); }
@@ -67,6 +68,7 @@ class SampleRecorder {
 
  private:
   Status add_waiting_cameras(SensorTime stamp);
+  [[nodiscard]] Duration delay_of_camera(SensorTime stamp) const;
   Status add_tags(const TagFrame& frame);
   explicit SampleRecorder(mcap::Writer writer) : writer_(std::move(writer)) {}
   Status write(const std::string& topic, std::string_view type, SensorTime stamp, const Bytes& data);
@@ -75,6 +77,7 @@ class SampleRecorder {
   std::map<std::string, std::uint16_t> channels_;
   Duration camera_latency_{};
   Duration delay_{};                      ///< of what is being added
+  std::optional<SensorTime> newest_{};    ///< of the other sensors
   std::vector<MountedCamera> cameras_{};  ///< wait for the first sample
 };
 
