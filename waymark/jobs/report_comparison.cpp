@@ -61,6 +61,8 @@ std::optional<plot::PageSection> comparison_section(const Runs& runs) {
   Way first_way;
   plot::PageSection section{.title = "Drives compared"};
   section.tables.push_back(side_by_side(runs));
+  if (plot::PageTable sensors = sensors_side_by_side(runs); !sensors.rows.empty())
+    section.tables.push_back(std::move(sensors));
   plot::PageTable table{.head = {"drive", "driven [m]", "laps", "beside, rmse [mm]", "95 % [mm]",
                                  "worst [mm]", "heading [deg]", "nearest tag [m]"}};
   std::vector<plot::PathLayer> layers;

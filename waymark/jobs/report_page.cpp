@@ -10,6 +10,7 @@
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/jobs/profile_table.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/trajectory_files.hpp"
 #include "waymark/recording/log_formats.hpp"
@@ -31,6 +32,8 @@ Status add_drive(const std::string& file, Runs& runs, const JobControl& control)
   DriveRun drive{.file = file, .lap = std::move(*lap)};
   if (Result<EstimatedTrajectory> estimate = read_estimate(file, topics::kEstimate, control); estimate)
     drive.estimate = std::move(*estimate);
+  if (Result<RecordingProfile> profile = profile_of(file, silent(control)); profile)
+    drive.profile = std::move(*profile);
   runs.drives.push_back(std::move(drive));
   return {};
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/config/map_file.hpp"
+#include "waymark/evaluation/recording_profile.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/plot/page.hpp"
 #include "waymark/samples/estimated_pose.hpp"
@@ -18,7 +19,8 @@ namespace waymark {
 struct DriveRun {
   std::string file{};
   RecordedLap lap{};
-  EstimatedTrajectory estimate{};  ///< empty when the recording holds none
+  EstimatedTrajectory estimate{};             ///< empty when the recording holds none
+  std::optional<RecordingProfile> profile{};  ///< nothing where its speeds are not known
 };
 
 /// One map and what lies beside it.

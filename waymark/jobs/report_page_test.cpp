@@ -128,6 +128,24 @@ TEST(Comparison, TakesTwoDrives) {
   EXPECT_NE(table.rows[1].back(), "-");
 }
 
+TEST(Comparison, SensorsStandSideBySideWhereTwoDrivesWereMeasured) {
+  Runs runs;
+  runs.drives = {{.file = "sim"}, {.file = "real"}, {.file = "unknown"}};
+  runs.drives[0].profile = RecordingProfile{.duration_s = 10, .corner_sigma_px = 0.1};
+  EXPECT_THAT(sensors_side_by_side(runs).rows, SizeIs(0)) << "one alone is beside nothing";
+  runs.drives[1].profile = RecordingProfile{.duration_s = 12, .image_latency_s = 0.08};
+  const plot::PageTable table = sensors_side_by_side(runs);
+  EXPECT_EQ(table.head, (std::vector<std::string>{"quantity", "sim", "real"}));
+  const auto row = [&](const std::string& words) {
+    const auto found = std::ranges::find_if(table.rows, [&](const auto& r) { return r.front() == words; });
+    return found == table.rows.end() ? std::vector<std::string>{} : *found;
+  };
+  EXPECT_EQ(row("duration [s]"), (std::vector<std::string>{"duration [s]", "10", "12"}));
+  EXPECT_EQ(row("corner noise [px]"), (std::vector<std::string>{"corner noise [px]", "0.1", "-"}));
+  EXPECT_EQ(row("pictures arrive after [s]"),
+            (std::vector<std::string>{"pictures arrive after [s]", "-", "0.08"}));
+}
+
 TEST(Comparison, ADriveOfNothingIsARowOfDashes) {
   Runs runs;
   runs.drives = {{.file = "a"}, {.file = "b"}};

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/order_statistics.hpp"
+#include "waymark/jobs/profile_table.hpp"
 #include "waymark/jobs/report_side_by_side.hpp"
 
 namespace waymark {
@@ -87,6 +88,36 @@ plot::PageTable side_by_side(const Runs& runs) {
       .head = {"drive", "source", "lasts [s]", "driven [m]", "speed [m/s]", "odometry [Hz]", "camera [Hz]",
                "tags", "two or more [%]", "longest without [s]", "side [px]", "doubt [mm]"}};
   for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
+  return table;
+}
+
+plot::PageTable sensors_side_by_side(const Runs& runs) {
+  plot::PageTable table{
+      .caption = "How sensors and motors behaved, measured in the same way in each recording",
+      .head = {"quantity"}};
+  std::vector<const DriveRun*> measured;
+  for (const DriveRun& drive : runs.drives)
+    if (drive.profile) measured.push_back(&drive);
+  if (measured.size() < 2) return table;
+  for (const DriveRun* drive : measured) table.head.push_back(drive->file);
+  std::vector<std::vector<ProfileRow>> columns;
+  for (const DriveRun* drive : measured)
+    columns.push_back(profile_table(*measured.front()->profile, *drive->profile));
+  std::vector<std::string> keys;  // a row that the first drive lacks may be in another's
+  for (const std::vector<ProfileRow>& column : columns) {
+    for (const ProfileRow& row : column) {
+      if (std::ranges::find(keys, row.key) != keys.end()) continue;
+      keys.push_back(row.key);
+      table.rows.push_back({row.words});
+    }
+  }
+  for (const std::vector<ProfileRow>& column : columns) {
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      const auto row = std::ranges::find(column, keys[i], &ProfileRow::key);
+      const bool told = row != column.end() && row->simulation;
+      table.rows[i].push_back(told ? fmt::format("{:.4g}", *row->simulation) : "-");
+    }
+  }
   return table;
 }
 
