@@ -66,6 +66,7 @@ struct Verb {
 [[nodiscard]] Verb run_verb();
 [[nodiscard]] Verb stop_verb();
 [[nodiscard]] Verb world_check_verb();
+[[nodiscard]] Verb world_from_recording_verb();
 [[nodiscard]] Verb world_new_verb();
 [[nodiscard]] Verb world_orbit_verb();
 [[nodiscard]] Verb tags_verb();

@@ -1,5 +1,6 @@
 #include "waymark/config/world_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -105,8 +106,12 @@ std::string to_yaml(const World& world) {
     const Eigen::Vector3d& place = tag.map_T_tag.translation();
     const Eigen::Vector3d to_reader = tag.map_T_tag.rotation() * -Eigen::Vector3d::UnitZ();
     text +=
-        fmt::format("  - {{id: {}, x_m: {:.3f}, y_m: {:.3f}, z_m: {:.3f}, facing_deg: {:.1f}}}\n", id.number,
+        fmt::format("  - {{id: {}, x_m: {:.3f}, y_m: {:.3f}, z_m: {:.3f}, facing_deg: {:.1f}", id.number,
                     place.x(), place.y(), place.z(), to_degrees(std::atan2(to_reader.y(), to_reader.x())));
+    const double tilt_deg = to_degrees(std::asin(std::clamp(to_reader.z(), -1.0, 1.0)));
+    if (std::abs(tilt_deg) >= 0.05) text += fmt::format(", tilt_deg: {:.1f}", tilt_deg);
+    if (tag.size_m != size_m) text += fmt::format(", size_m: {}", tag.size_m);
+    text += "}\n";
   }
   text += fmt::format("path_closed: {}\npath_m:\n", world.path_closed);
   for (const Eigen::Vector2d& point : world.path_m)

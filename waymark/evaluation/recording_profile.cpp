@@ -1,6 +1,7 @@
 #include "waymark/evaluation/recording_profile.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -152,6 +153,23 @@ void RecordingProfiler::measure_cameras(RecordingProfile& profile) const {
   measure_tags(busiest->frames, profile);
 }
 
+/// Second differences of the corners, in units of the noise of one coordinate. What moves the whole tag in
+/// the picture, as a camera that shakes does, is left out: a quarter of the variance goes with it.
+void RecordingProfiler::add_corner_noise(const TagDetection& first, const TagDetection& middle,
+                                         const TagDetection& last, std::vector<double>& noise) {
+  const double scale = std::sqrt(4.0 / 3) / std::sqrt(6.0);
+  std::array<Eigen::Vector2d, 4> bend{};
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    bend[k] = last.corners_px[k] - 2 * middle.corners_px[k] + first.corners_px[k];
+    mean += bend[k] / 4;
+  }
+  for (const Eigen::Vector2d& corner : bend) {
+    noise.push_back(scale * (corner - mean).x());
+    noise.push_back(scale * (corner - mean).y());
+  }
+}
+
 void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, RecordingProfile& profile) {
   if (frames.size() < kFewest) return;
   const auto find = [](const TagFrame& frame, const TagId& tag) {
@@ -171,12 +189,7 @@ void RecordingProfiler::measure_tags(const std::vector<TagFrame>& frames, Record
       if (first == nullptr) continue;
       (middle == nullptr ? missed : seen) += 1;
       if (middle == nullptr || !last.corners_px[0].allFinite()) continue;
-      for (std::size_t k = 0; k < 4; ++k) {
-        const Eigen::Vector2d d =
-            (last.corners_px[k] - 2 * middle->corners_px[k] + first->corners_px[k]) / std::sqrt(6.0);
-        differences.push_back(d.x());
-        differences.push_back(d.y());
-      }
+      add_corner_noise(*first, *middle, last, differences);
     }
   }
   profile.tags_per_frame = tags / static_cast<double>(frames.size());
@@ -208,8 +221,9 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
   profile.p95_speed_m_s = quantile(speeds, 0.95);
   profile.p95_yaw_rate_rad_s = quantile(rates, 0.95);
   if (commands_.size() < kFewest) return;
+  constexpr double kMostDelay_s = 0.6;
   double best = std::numeric_limits<double>::infinity();
-  for (double delay = 0; delay <= 0.6; delay += 0.01) {
+  for (double delay = 0; delay <= kMostDelay_s; delay += 0.01) {
     std::size_t from = 0;
     double error = 0;
     double moments = 0;
@@ -223,6 +237,8 @@ void RecordingProfiler::measure_motion(RecordingProfile& profile) const {
     best = error / moments;
     profile.command_delay_s = delay;
   }
+  // The best of what was tried lies beyond it: the speeds do not follow these commands.
+  if (profile.command_delay_s > kMostDelay_s - 0.05) profile.command_delay_s.reset();
 }
 
 RecordingProfile RecordingProfiler::profile() const {

@@ -41,7 +41,7 @@ struct RecordingProfile {
   std::optional<double> gyro_noise_rad_s{};  ///< white part, of steps from sample to sample
   std::optional<double> gyro_bias_rad_s{};   ///< mean while the robot stands; nothing when it never does
   std::optional<double> acceleration_noise_m_s2{};
-  std::optional<double> corner_sigma_px{};   ///< each coordinate, of second differences in time
+  std::optional<double> corner_sigma_px{};   ///< each coordinate, within a tag, of second differences in time
   std::optional<double> miss_probability{};  ///< of a tag that is seen in the frames before and after
   std::optional<double> tags_per_frame{};
   std::optional<double> image_latency_s{};  ///< from stamp to recording, median; not known to samples
@@ -80,6 +80,8 @@ class RecordingProfiler {
   void add(const TagPoseFrame& frame, double at_s);
   void measure_cameras(RecordingProfile& profile) const;
   void measure_imu(RecordingProfile& profile) const;
+  static void add_corner_noise(const TagDetection& first, const TagDetection& middle,
+                               const TagDetection& last, std::vector<double>& noise);
   static void measure_tags(const std::vector<TagFrame>& frames, RecordingProfile& profile);
   void measure_motion(RecordingProfile& profile) const;
 
