@@ -22,7 +22,6 @@ NEEDS = {
     "simulate": "--like lap.mcap -o like.mcap", "robot-sim": "--world circuit24", "detect": "photograph.png", "evaluate": "est.txt ref.txt",
     "evaluate detections": "--truth truth.csv", "calibrate camera": "photograph.png --cols 2 --rows 2 --tag-size-m 0.1",
     "calibrate robot": "lap.mcap", "tags sheet": "--ids 0 -o tags.pdf", "tags board": "-o board.pdf", "world new": "--path line.csv -o world.yaml",
-    "world from-recording": "lap.mcap --map map -o twin",
     "world orbit": "circuit24", "convert": "lap.mcap path.tum"}
 
 PROCESS = "--robot process:true --anchor 0 --tag-size-m 0.16"
