@@ -61,7 +61,7 @@ class Ros2RobotSim {
   /// Before anything is published, for as long as discovery takes: two robots on the same topics would be one
   /// that jumps.
   Status nobody_simulates(const std::function<bool()>& should_stop) {
-    constexpr Duration kDiscovery = std::chrono::seconds(1);
+    constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
     constexpr Duration kLookFor = std::chrono::milliseconds(50);
     const BusTopic odometry = dds_topic("/odom", ros2::Odometry::kType);
     const Duration until = steady_now() + kDiscovery;

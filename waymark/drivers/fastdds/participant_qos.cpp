@@ -76,6 +76,9 @@ dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   auto& builtin = qos.wire_protocol().builtin;
   builtin.readerHistoryMemoryPolicy = kGrows;
   builtin.writerHistoryMemoryPolicy = kGrows;
+  // Unless said, one announces itself five times in half a second and then every three: who misses those, as
+  // where another participant has just left the same port, is not found for seconds.
+  builtin.discovery_config.leaseDuration_announcementperiod = {0, 500'000'000};
   if (options.localhost_only || !options.peers.empty()) {
     add_peer(builtin.initialPeersList, kDiscoveryGroup);
     if (options.localhost_only) add_peer(builtin.initialPeersList, kLoopback);
