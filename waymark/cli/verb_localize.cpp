@@ -114,7 +114,8 @@ moved, of another size. `waymark evaluate` compares the output with a truth.
 every sample, too. A live camera without a robot is where the tags of each picture say, in six degrees of freedom.
 
 Exit code: 0 it was known at some time where the robot is, 1 never, or a file was unusable (said in words),
-2 wrong usage, 130 stopped by Ctrl-C (nothing is written then).
+2 wrong usage, 130 stopped by Ctrl-C (of a recording nothing is written then; of a running robot what was
+recorded stays).
 
 Examples:
   waymark localize lap.mcap --map map/map.yaml -o estimate.mcap

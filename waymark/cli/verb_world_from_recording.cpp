@@ -36,7 +36,9 @@ Run prepare_from_recording(CLI::App& app) {
   app.add_option("--map", args->job.map, "Folder that `waymark map` made of this recording")
       ->required()
       ->type_name("FOLDER");
-  app.add_option("-o,--output", args->job.folder, "Folder to write into")->required()->type_name("FOLDER");
+  app.add_option("-o,--output", args->job.folder, "Folder to write, not there yet or empty")
+      ->required()
+      ->type_name("FOLDER");
   app.add_option(
          "--robot", args->job.robot,
          "Robot whose body and behaviour are the start, by name or .yaml file. Unless given: robot.yaml of "

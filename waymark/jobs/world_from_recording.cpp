@@ -1,18 +1,21 @@
 #include "waymark/jobs/world_from_recording.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "waymark/base/angles.hpp"
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/world_file.hpp"
 #include "waymark/evaluation/motion_blur.hpp"
+#include "waymark/evaluation/pose_pairs.hpp"
 #include "waymark/evaluation/turn_response.hpp"
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/jobs/profile_table.hpp"
@@ -44,18 +47,55 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
               "Name the robot: --robot NAME or a .yaml file. `waymark robots` lists names.");
 }
 
-/// A trajectory of another drive would say nothing of this one.
-Status check_times(const MappedDrive& drive, const WorldFromRecordingJob& job) {
+/// How far the middles of tags were seen from where the map and its trajectory have them [px].
+std::vector<double> sighting_errors_px(const MappedDrive& drive) {
+  constexpr Duration kMostGap = std::chrono::milliseconds(500);
+  std::vector<double> errors_px;
+  for (const TagFrame& frame : drive.lap.frames) {
+    const auto map_T_base = pose_at(drive.trajectory, frame.stamp, kMostGap);
+    if (!map_T_base) continue;
+    const SE3 cam_T_map = (*map_T_base * drive.robot.model.base_T_cam).inverse();
+    for (const TagDetection& seen : frame.detections) {
+      const MappedTag* tag = drive.place.map.tags.find(seen.tag);
+      const auto expected = tag == nullptr
+                                ? std::nullopt
+                                : drive.robot.camera.project(cam_T_map * tag->map_T_tag.translation());
+      const Eigen::Vector2d middle =
+          (seen.corners_px[0] + seen.corners_px[1] + seen.corners_px[2] + seen.corners_px[3]) / 4;
+      errors_px.push_back(expected ? (*expected - middle).norm() : std::numeric_limits<double>::infinity());
+    }
+  }
+  return errors_px;
+}
+
+/// A map or a trajectory of another drive would say nothing of this one: by the time of the trajectory, and
+/// by where the tags were seen. Poses of tags have no pixels: of those by the time alone.
+Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
+  const auto refused = [&](const char* why) {
+    return fail(ErrorCode::InvalidArgument, fmt::format("the map is not of this recording: {}", why),
+                {.source = job.recording}, fmt::format("Make one: waymark map {} -o map", job.recording));
+  };
   const auto of_the_map = [&](const auto& frame) {
     return !drive.trajectory.empty() && frame.stamp >= drive.trajectory.front().stamp &&
            frame.stamp <= drive.trajectory.back().stamp;
   };
-  if (std::ranges::any_of(drive.lap.frames, of_the_map) ||
-      std::ranges::any_of(drive.lap.tag_poses, of_the_map))
-    return {};
-  return fail(ErrorCode::InvalidArgument,
-              "the map is not of this recording: its trajectory is of another time",
-              {.source = job.recording}, fmt::format("Make one: waymark map {} -o map", job.recording));
+  if (std::ranges::none_of(drive.lap.frames, of_the_map) &&
+      std::ranges::none_of(drive.lap.tag_poses, of_the_map))
+    return refused("its trajectory is of another time");
+  std::vector<double> errors_px = sighting_errors_px(drive);
+  const double most_px = 0.05 * drive.robot.camera.width_px();
+  if (!errors_px.empty() && !(median(std::move(errors_px)) < most_px))
+    return refused("its tags are not where they were seen");
+  return {};
+}
+
+/// What stands in the folder is not mixed with a world.
+Status check_folder(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
+    return fail(ErrorCode::Unwritable, "there is something already", {.source = folder.string()},
+                "Name a folder that is not there yet.");
+  return check_output_folder(folder);
 }
 
 Result<MappedDrive> read_drive(const WorldFromRecordingJob& job, const JobControl& control) {
@@ -71,7 +111,7 @@ Result<MappedDrive> read_drive(const WorldFromRecordingJob& job, const JobContro
   if (!profile) return tl::unexpected(profile.error());
   MappedDrive drive{std::move(*place), std::move(*robot), std::move(*trajectory), std::move(*lap),
                     std::move(*profile)};
-  if (Status status = check_times(drive, job); !status) return tl::unexpected(status.error());
+  if (Status status = check_place(drive, job); !status) return tl::unexpected(status.error());
   return drive;
 }
 
@@ -197,8 +237,7 @@ Status write_files(const WorldFromRecordingJob& job, const std::optional<BlurFit
       return folder->failed(status.error());
     report.files.push_back(name);
   }
-  const auto moved =
-      folder->put_in_place(blur ? std::vector<std::string>{} : std::vector<std::string>{"camera.yaml"});
+  const auto moved = folder->put_in_place({});
   return moved ? Status() : tl::unexpected(moved.error());
 }
 
@@ -206,7 +245,7 @@ Status write_files(const WorldFromRecordingJob& job, const std::optional<BlurFit
 
 Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                       const JobControl& control) {
-  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
+  if (Status status = check_folder(job.folder); !status) return tl::unexpected(status.error());
   const Result<MappedDrive> drive = read_drive(job, control);
   if (!drive) return tl::unexpected(drive.error());
   Result<World> world = world_of(*drive, fs::path(job.recording).stem().string());

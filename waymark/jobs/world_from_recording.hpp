@@ -18,7 +18,7 @@ namespace waymark {
 struct WorldFromRecordingJob {
   std::string recording{};         ///< of the drive the map was made of
   std::filesystem::path map{};     ///< folder that `waymark map` wrote
-  std::filesystem::path folder{};  ///< to write into: world.yaml, robot.yaml, camera.yaml
+  std::filesystem::path folder{};  ///< of world.yaml, robot.yaml, camera.yaml; not there yet, or empty
   std::string robot{};             ///< file or name, for a map without robot.yaml
 };
 
@@ -43,7 +43,8 @@ struct WorldFromRecordingReport {
 /// the recording in `simulation`; where the map knows what the odometry lacks, also that), and, where the
 /// recording holds pictures whose blur tells them, exposure and lens (camera.yaml, for --config). What the
 /// recording does not tell stays as the robot's file says. Fails on a map without a trajectory, of several
-/// families, or of another recording.
+/// families, or of another recording (of another time, or whose tags were seen elsewhere), and on a folder
+/// that holds something.
 [[nodiscard]] Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                                     const JobControl& control);
 [[nodiscard]] std::string to_text(const WorldFromRecordingReport& report,

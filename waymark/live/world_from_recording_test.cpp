@@ -88,10 +88,15 @@ TEST_F(WorldFromRecording, ThePlaceIsThatOfTheMapAndCanBeDriven) {
   EXPECT_TRUE(driven->summary.closed_loop);
 }
 
-TEST_F(WorldFromRecording, AMapOfAnotherRecordingIsRefusedAndNothingIsWritten) {
-  ASSERT_TRUE(
-      teach_lap(load_setup("mbot-square", "", 1).value(), {.output = (folder_ / "other.mcap").string()}, {}));
+TEST_F(WorldFromRecording, AMapOfAnotherPlaceIsRefusedAndNothingIsWritten) {
+  const std::string lap_there = (folder_ / "other.mcap").string();
+  ASSERT_TRUE(teach_lap(load_setup("mbot-square", "limo", 1).value(), {.output = lap_there}, {}));
+  ASSERT_TRUE(map_recording({.lap = lap_there, .folder = folder_ / "other"}, {}));
   WorldFromRecordingJob other = job();
+  other.map = folder_ / "other";  // both robots were switched on at the same time of their clocks
+  const auto elsewhere = world_from_recording(other, {});
+  ASSERT_FALSE(elsewhere);
+  EXPECT_THAT(elsewhere.error().message, HasSubstr("its tags are not where they were seen"));
   other.map = folder_ / "nowhere";
   EXPECT_FALSE(world_from_recording(other, {}));
   other = job();
@@ -100,6 +105,16 @@ TEST_F(WorldFromRecording, AMapOfAnotherRecordingIsRefusedAndNothingIsWritten) {
   ASSERT_FALSE(unknown);
   EXPECT_THAT(unknown.error().hint, HasSubstr("limo"));
   EXPECT_FALSE(fs::exists(folder_ / "twin"));
+}
+
+TEST_F(WorldFromRecording, AFolderThatHoldsSomethingStaysAsItIs) {
+  WorldFromRecordingJob into_map = job();
+  into_map.folder = into_map.map;
+  const auto refused = world_from_recording(into_map, {});
+  ASSERT_FALSE(refused);
+  EXPECT_THAT(refused.error().hint, HasSubstr("not there yet"));
+  EXPECT_FALSE(fs::exists(folder_ / "map/world.yaml"));
+  EXPECT_FALSE(fs::exists(folder_ / "map/robot.1.yaml"));
 }
 
 }  // namespace
