@@ -3,6 +3,8 @@
 import json
 import os
 import pathlib
+import pty
+import select
 import signal
 import subprocess
 import sys
@@ -142,6 +144,50 @@ class FirstDrive(InFolder):
         failed = [found for found in drive.records[0]["findings"] if found["level"] == "fail"]
         self.assertEqual(failed[0]["check"], "command.speed_m_s")
         self.assertIn("a person saw another motion", failed[0]["words"])
+
+    def test_an_output_that_cannot_be_written_is_said_before_the_drive(self):
+        drive = self.run_here("commission", *self.words, "--yes", "-o", "no/such/folder.yaml")
+        self.assertEqual(drive.code, 1, drive.err)
+        self.assertIn("its folder is not there", drive.err)
+        self.assertFalse((self.folder / "orders.log").exists(), "the robot was started")
+
+    @unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "WAYMARK_FULL: a minute and a half")
+    def test_a_space_bar_pressed_too_early_and_a_cable_that_nobody_pulls_fail_no_good_robot(self):
+        """A person at a terminal: presses space while the robot stands still, then while it drives; pulls nothing."""
+        words = ["commission", *self.words]
+        child, terminal = pty.fork()
+        if child == 0:
+            os.chdir(self.folder)
+            os.execv(PROGRAM, [str(PROGRAM), *words])
+        said, answered, early = "", 0, True
+        deadline = time.monotonic() + 150
+        while time.monotonic() < deadline:
+            if select.select([terminal], [], [], 0.05)[0]:
+                try:
+                    more = os.read(terminal, 65536)
+                except OSError:
+                    break
+                said += more.decode(errors="replace")
+            fresh = said[answered:]
+            if "press Enter (Ctrl-C ends)" in fresh:
+                answered = len(said)
+                os.write(terminal, b"\n")
+            elif "Was the cable pulled? y or n" in fresh:
+                answered = len(said)
+                os.write(terminal, b"n\n")
+            elif "Enter where you did not see it" in fresh:
+                answered = len(said)
+                os.write(terminal, b"y\n")
+            elif "press the space bar while the wheels turn" in fresh:
+                answered = len(said)
+                time.sleep(0.1 if early else 2.5)
+                os.write(terminal, b" ")
+                early = False
+        _, status = os.waitpid(child, 0)
+        self.assertEqual(os.waitstatus_to_exitcode(status), 0, said)
+        self.assertIn("was pressed before the robot moved; once more", said)
+        self.assertRegex(said, r"ok +stops +stop.key +stands after")
+        self.assertRegex(said, r"warn +stops +stop.cable +pulling the cable was not tried")
 
     def test_a_simulated_robot_passes_and_is_not_written(self):
         drive = self.run_here("commission", "--world", "circuit24", "--json")

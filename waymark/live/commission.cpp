@@ -11,6 +11,7 @@
 
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/live/first_drive.hpp"
 
 namespace waymark {
@@ -96,6 +97,8 @@ std::string commission_file(const RobotSetup& setup) {
 
 Result<CommissionReport> commission(const RobotSetup& setup, const CommissionJob& job,
                                     const CommissionPerson& person, const JobControl& control) {
+  if (!job.output.empty())
+    if (Status writable = check_output_file(job.output); !writable) return tl::unexpected(writable.error());
   FirstDrive drive(setup, job, person, control);
   const Result<bool> done = take_steps(drive, job);
   CommissionReport report = std::move(drive.report());

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/jobs/staged_folder.hpp"
+
 namespace waymark {
 namespace {
 
@@ -41,7 +43,7 @@ Status FirstDrive::open() {
   if (!robot) return tl::unexpected(robot.error());
   robot_ = std::move(*robot);
   report_.real = robot_->process().hello().is_real();
-  return {};
+  return report_.real && job_.output.empty() ? check_output_file(commission_file(setup_)) : Status();
 }
 
 Status FirstDrive::wait_for(const std::string& words) {

@@ -65,21 +65,32 @@ Status FirstDrive::stop_by_request() {
   return {};
 }
 
+/// A press before the wheels turn stops nothing that could be judged: the drive begins again.
 Status FirstDrive::stop_by_key() {
   StopKey key(false);
   if (!person_.there || !key.watched()) {
     add("stops", {{"stop.key", V::Warn, "the space bar was not tried", kNoPerson}});
     return {};
   }
+  constexpr int kTries = 3;
   bool pressed = false;
-  const auto trace = drive({.command = kFirstForward, .most_s = 10},
-                           "stops: press the space bar while the wheels turn", [&] {
-                             pressed = pressed || key.pressed();
-                             return pressed;
-                           });
-  if (!trace) return tl::unexpected(trace.error());
-  CommissionLine line = judge_stop("stop.key", timing_of(*trace), 0);
+  MotionTiming timing;
+  for (int tried = 0; tried < kTries && (tried == 0 || (pressed && !timing.response_s)); ++tried) {
+    if (tried > 0) control_.note("stops: the space bar was pressed before the robot moved; once more");
+    pressed = false;
+    const auto trace = drive({.command = kFirstForward, .most_s = 10},
+                             "stops: press the space bar while the wheels turn", [&] {
+                               pressed = pressed || key.pressed();
+                               return pressed;
+                             });
+    if (!trace) return tl::unexpected(trace.error());
+    timing = timing_of(*trace);
+  }
+  CommissionLine line = judge_stop("stop.key", timing, 0);
   if (!pressed) line = {line.key, V::Fail, "nobody pressed the space bar for 10 s", kNoPerson};
+  if (pressed && !timing.response_s)
+    line = {line.key, V::Warn, "not judged: the space bar was pressed before the robot moved",
+            "run it again"};
   add("stops", {line});
   return {};
 }
@@ -143,15 +154,20 @@ Status FirstDrive::lose_data() {
   if (Status opened = open(); !opened) return opened;
   constexpr double kPatience_s = 30;
   control_.note(fmt::format(
-      "stops: pull the cable of the robot, or switch off its radio, within {:g} s; it stands", kPatience_s));
+      "stops: pull the cable of the robot, or switch off its radio, within {:g} s, or wait; the robot stands",
+      kPatience_s));
   const auto silent_s = await_silence(robot_->process(), kPatience_s, control_.cancelled);
   if (!silent_s) return tl::unexpected(silent_s.error());
-  if (*silent_s)
+  if (*silent_s) {
     add("stops",
         {{"stop.cable", V::Ok, fmt::format("noticed {:.2f} s after the last odometry", **silent_s), ""}});
-  else
-    add("stops", {{"stop.cable", V::Fail, "odometry went on coming: no pulled cable was noticed",
+  } else if (person_.saw("Odometry went on coming. Was the cable pulled?").value_or(false)) {
+    add("stops", {{"stop.cable", V::Fail, "odometry went on coming: the pulled cable was not noticed",
                    "the robot's program, which must not repeat old data"}});
+  } else {
+    add("stops", {{"stop.cable", V::Warn, "pulling the cable was not tried", "a cable or a radio to cut"}});
+    return {};
+  }
   return wait_for("Plug the cable in again, and wait until the robot is up.");
 }
 
