@@ -18,7 +18,7 @@ void add_localize_flags(CLI::App& app, LocalizeJob& job) {
       ->type_name("FILE");
   app.add_option("--robot", job.robot,
                  "Robot to localise while somebody else drives it, KIND:ADDRESS as `waymark teach` has it "
-                 "(ros2:limo, limo:/dev/ttyTHS1); or of a recording its camera and mounting: a robot's file, "
+                 "(ros2:limo, mbot:); or of a recording its camera and mounting: a robot's file, "
                  "or a name. Unless given: the recording's, or those of robot.yaml beside the map")
       ->type_name("NAME");
   add_frame_flags(app, job.frames);

@@ -5,9 +5,17 @@
 #include <fmt/format.h>
 
 namespace waymark {
+namespace {
+
+constexpr std::size_t kMostNamed = 6;
+
+}  // namespace
 
 Status LocalizeSession::receive(const Sample& sample) {
   localizer_.add(sample);
+  if (const auto* frame = std::get_if<TagFrame>(&sample);
+      frame != nullptr && !estimated_ && tags_.size() < kMostNamed)
+    for (const TagDetection& detection : frame->detections) tags_.insert(detection.tag);
   streams_[0].received = streams_[0].received || std::holds_alternative<Odometry>(sample);
   streams_[1].received = streams_[1].received || std::holds_alternative<TagFrame>(sample) ||
                          std::holds_alternative<TagPoseFrame>(sample) ||
@@ -19,6 +27,7 @@ Status LocalizeSession::receive(const Sample& sample) {
   const auto estimate = localizer_.estimate();
   if (!status || !estimate || (estimated_ && estimate->stamp <= *estimated_)) return status;
   estimated_ = estimate->stamp;
+  estimating_ = true;
   return listener_.on_estimate(*estimate);
 }
 
@@ -30,12 +39,32 @@ void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
       fmt::format("no {} for {:.0f} s: does the robot still run?", stream.name, options_.silence_s));
 }
 
+/// Once, of a robot that sees tags for a while and yet is nowhere.
+void LocalizeSession::notice_foreign_tags(Duration uptime) {
+  if (estimated_ || tags_.empty() || foreign_said_) return;
+  constexpr double kPatience_s = 3;
+  if (!tags_since_) tags_since_ = uptime;
+  if (to_seconds(uptime - *tags_since_) < kPatience_s) return;
+  foreign_said_ = true;
+  std::string names;
+  for (const TagId& tag : tags_) names += (names.empty() ? "" : ", ") + to_string(tag);
+  listener_.on_words(
+      fmt::format("tags are seen ({}), and no pose follows from them: is it the map of this place and of "
+                  "this tag family?",
+                  names));
+}
+
 Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) {
   for (Stream& stream : streams_) notice_silence(stream, uptime);
+  notice_foreign_tags(uptime);
+  if (estimating_) estimated_at_ = uptime;
+  estimating_ = false;
   // A robot whose clock was set back is reported on at once.
   if (!next_report_ || now >= *next_report_ || now < *next_report_ - 2 * options_.report_every) {
     next_report_ = now + options_.report_every;
-    listener_.on_report(now, localizer_.estimate());
+    auto estimate = localizer_.estimate();
+    if (to_seconds(uptime - estimated_at_) >= options_.silence_s) estimate.reset();
+    listener_.on_report(now, estimate);
   }
   finished_ = finished_ || requests_(uptime).end || to_seconds(uptime) >= options_.most_s;
   return DriverDecision{.done = finished_};

@@ -3,6 +3,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct LocalizeListener {
     return Status();
   };
   /// LocalizeSessionOptions::report_every of the robot's time: the newest estimate; nothing while there is
-  /// none.
+  /// none, or no newer one came for LocalizeSessionOptions::silence_s.
   std::function<void(SensorTime, const std::optional<LocalizationEstimate>&)> on_report =
       [](SensorTime, const std::optional<LocalizationEstimate>&) {};
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
@@ -71,13 +72,19 @@ class LocalizeSession {
     Duration last{};
   };
   void notice_silence(Stream& stream, Duration uptime) const;
+  void notice_foreign_tags(Duration uptime);
 
   Localizer localizer_;
   LocalizeListener listener_;
   SessionRequests requests_;
   LocalizeSessionOptions options_;
   std::vector<Stream> streams_ = {{.name = "odometry"}, {.name = "tags or pictures"}};
-  std::optional<SensorTime> estimated_{};
+  std::optional<SensorTime> estimated_{};  ///< stamp of the newest estimate
+  bool estimating_ = false;                ///< there is a newer one since the last decision
+  Duration estimated_at_{};                ///< uptime of the decision after it
+  std::set<TagId> tags_{};                 ///< some that were seen before the first estimate
+  std::optional<Duration> tags_since_{};
+  bool foreign_said_ = false;
   std::optional<SensorTime> next_report_{};
   bool finished_ = false;
 };

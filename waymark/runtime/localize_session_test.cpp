@@ -16,7 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// A tag on a wall; the filter is told where the robot starts, and believes its odometry.
-Localizer localizer() {
+Localizer localizer(bool placed) {
   TagMap map;
   map.tags[TagId{FamilyId::Tag36h11, 99}] = {.map_T_tag = SE3({}, {3, 0, 0.3}), .size_m = 0.2};
   const PinholeRadtan projection{.fx = 400, .fy = 400, .cx = 320, .cy = 240};
@@ -24,14 +24,14 @@ Localizer localizer() {
                                     .tags = map,
                                     .sensor = {CameraModel::make(projection, 640, 480).value(), SE3()}})
                        .value();
-  made.method().start_from(SE2(), 0.05, 0.05);
+  if (placed) made.method().start_from(SE2(), 0.05, 0.05);
   return made;
 }
 
 struct Drive {
-  explicit Drive(const LocalizeSessionOptions& options = {})
+  explicit Drive(const LocalizeSessionOptions& options = {}, bool placed = true)
       : session(
-            localizer(),
+            localizer(placed),
             {.on_sample =
                  [this](const Sample& sample) {
                    commands += std::holds_alternative<StampedCommand>(sample) ? 1 : 0;
@@ -42,8 +42,11 @@ struct Drive {
                    estimates.push_back(estimate);
                    return Status();
                  },
-             .on_report = [this](SensorTime now,
-                                 const std::optional<LocalizationEstimate>&) { reports.push_back(now); },
+             .on_report =
+                 [this](SensorTime now, const std::optional<LocalizationEstimate>& estimate) {
+                   reports.push_back(now);
+                   if (!estimate) unknown.push_back(now);
+                 },
              .on_words = [this](const std::string& sentence) { words.push_back(sentence); }},
             [this](Duration uptime) { return SessionRequest{.end = button_at && uptime >= *button_at}; },
             options) {}
@@ -65,6 +68,7 @@ struct Drive {
   int commands = 0;
   std::vector<LocalizationEstimate> estimates{};
   std::vector<SensorTime> reports{};
+  std::vector<SensorTime> unknown{};  ///< those without an estimate
   std::vector<std::string> words{};
   LocalizeSession session;
 };
@@ -118,6 +122,23 @@ TEST(LocalizeSession, SaysOnceThatTheCameraOrTheWheelsAreSilent) {
   ASSERT_TRUE(drive.drive());
   EXPECT_THAT(drive.words,
               ElementsAre(HasSubstr("no tags or pictures for 2 s"), HasSubstr("no odometry for 2 s")));
+}
+
+TEST(LocalizeSession, AnEstimateThatNothingRenewsIsReportedNoLonger) {
+  Drive drive({.report_every = milliseconds(100), .most_s = 12});
+  drive.robot.wheels_silent = {seconds(5), seconds(10)};
+  drive.robot.camera_silent = {seconds(5), seconds(10)};
+  ASSERT_TRUE(drive.drive());
+  ASSERT_FALSE(drive.unknown.empty());
+  EXPECT_NEAR(to_seconds(drive.unknown.front() - drive.reports.front()), 7, 0.3);
+  EXPECT_GE(drive.unknown.size(), 30U) << "until odometry comes again";
+}
+
+TEST(LocalizeSession, SaysOnceThatNoTagInViewIsOneOfTheMap) {
+  Drive drive({.most_s = 8}, false);
+  ASSERT_TRUE(drive.drive());
+  EXPECT_TRUE(drive.estimates.empty());
+  EXPECT_THAT(drive.words, ElementsAre(HasSubstr("and no pose follows from them")));
 }
 
 TEST(LocalizeSession, AFullDiskAndADeadRobotEndItWithTheirWords) {

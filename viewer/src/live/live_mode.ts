@@ -31,6 +31,7 @@ export interface LiveParts {
 const keptPictures = 300; // ten seconds, to look back
 const phaseWords: Readonly<Record<string, string>> = {
   teaching: "a lap is taught", mapping: "the map is made", ready: "there is a map", replaying: "replay", paused: "paused", done: "done", stopped: "stopped",
+  localizing: "localisation",
 };
 
 /** The page of a robot that runs: what comes in is shown as soon as it is there, and kept to look back. */

@@ -115,6 +115,7 @@ export class LivePage {
     document.body.dataset["phase"] = state.phase;
     setText("phase", [state.phase, state.halted || state.reason].filter(Boolean).join(": ") +
       (state.goal_m > 0 && state.phase !== "idle" ? `; ${state.driven_m.toFixed(1)} of ${state.goal_m.toFixed(1)} m` : ""));
+    byId("session").hidden = state.phase === "localizing"; // nothing is taught
     [...byId("session").children].forEach((item, i) => i === placeInSession(state.phase) ? item.setAttribute("aria-current", "step") : item.removeAttribute("aria-current"));
     const button = (id: string, order: string, words: string): void => {
       const element = byId<HTMLButtonElement>(id);
@@ -124,7 +125,7 @@ export class LivePage {
       if (element.textContent !== words) element.textContent = words;
     };
     button("go", "go", goWords[state.phase] ?? "Go");
-    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : "Stop (space)");
+    button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : state.phase === "localizing" ? "End (the robot drives on)" : "Stop (space)");
     button("script", "script", "Let the script drive");
     byId("pad").hidden = !this.teaches || !may;
     const take = byId<HTMLButtonElement>("control");
