@@ -1,10 +1,13 @@
 #include "waymark/config/landmarks_file.hpp"
 
+#include <filesystem>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "waymark/config/map_file.hpp"
+#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {
@@ -60,6 +63,15 @@ TEST(LandmarksFile, BadOnesSayWhere) {
   says("# a, b", "not a map");
   says("tags:\n  tag_0:\n    position: [1, 2]\n", "4");
   says("", "not a map");
+}
+
+TEST(LandmarksFile, AFolderAroundTheMapsIsNotTheMaps) {
+  const auto folder = testing::fresh_folder("landmarks");
+  std::filesystem::create_directories(folder / "map");
+  ASSERT_TRUE(write_text_file(folder / "map/map.yaml", "hello: world\n"));
+  const auto around = read_landmarks(folder);
+  ASSERT_FALSE(around);
+  EXPECT_EQ(around.error().hint, "Did you mean " + (folder / "map").string() + "?");
 }
 
 }  // namespace

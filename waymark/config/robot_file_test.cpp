@@ -130,6 +130,11 @@ TEST(Share, NamesAndPathsAreFound) {
   EXPECT_EQ(to_string(find_shared("worlds", "gardn").error()),
             (folder / "worlds").string() +
                 ": there is no 'gardn'. Did you mean 'garden'? Or give the path of a .yaml file.");
+  std::filesystem::create_directories(folder / "place");
+  std::ofstream(folder / "place/world.yaml") << "name: place\n";
+  EXPECT_NE(to_string(find_shared("worlds", (folder / "place").string()).error())
+                .find("Did you mean " + (folder / "place/world.yaml").string() + "?"),
+            std::string::npos);
   EXPECT_FALSE(find_shared("robots", "limo"));
   ASSERT_EQ(setenv("WAYMARK_SHARE", "/nowhere", 1), 0);
   EXPECT_NE(to_string(share_folder().error()).find("/nowhere: WAYMARK_SHARE names a folder"),

@@ -29,6 +29,13 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// "place/world.yaml" of the folder "place", where worlds are looked for; empty where there is none.
+std::string file_inside(std::string_view folder, const std::string& name) {
+  const fs::path file = fs::path(name) / (std::string(folder.substr(0, folder.size() - 1)) + ".yaml");
+  std::error_code ignored;
+  return fs::is_regular_file(file, ignored) ? file.string() : std::string();
+}
+
 }  // namespace
 
 Result<fs::path> share_folder() {
@@ -49,13 +56,21 @@ Result<fs::path> share_folder() {
 }
 
 Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
-  if (name.find('/') != std::string::npos || name.ends_with(".yaml")) return fs::path(name);
+  if (name.find('/') != std::string::npos || name.ends_with(".yaml")) {
+    const std::string file = file_inside(folder, name);
+    if (file.empty()) return fs::path(name);
+    return fail(ErrorCode::InvalidArgument, "this is a folder", {.source = name},
+                fmt::format("Did you mean {}?", file));
+  }
   const Result<fs::path> share = share_folder();
   if (!share) return share;
   const std::vector<std::string> names = names_in(*share / folder);
   if (std::ranges::find(names, name) != names.end()) return *share / folder / (name + ".yaml");
   std::error_code ignored;
   if (fs::is_regular_file(name, ignored)) return fs::path(name);  // whoever reads it says what it is instead
+  if (const std::string file = file_inside(folder, name); !file.empty())
+    return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
+                {.source = (*share / folder).string()}, fmt::format("Did you mean {}?", file));
   return fail(ErrorCode::NotFound, fmt::format("there is no '{}'", name),
               {.source = (*share / folder).string()},
               suggestion(name, names) + " Or give the path of a .yaml file.");

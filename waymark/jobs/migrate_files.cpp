@@ -1,6 +1,7 @@
 #include "waymark/jobs/migrate_files.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <string_view>
 #include <system_error>
@@ -86,6 +87,9 @@ Result<Migrated> migrate(const fs::path& path, const std::string& name) {
   } else if (kind == "calibration") {
     now = written_again(parse_calibration, *text, path);
   } else {
+    constexpr std::array<std::string_view, 3> kOurs = {"map.yaml", "route.yaml", "calibration.yaml"};
+    if (std::ranges::find(kOurs, path.filename().string()) != kOurs.end())
+      done.file.done = MigratedFile::Done::CopiedWithoutFormat;
     return done;
   }
   if (!now) return tl::unexpected(now.error());
@@ -108,6 +112,17 @@ Result<std::vector<fs::path>> files_of(const fs::path& input) {
   if (paths.empty()) return fail(ErrorCode::Unreadable, "holds no file", {.source = input.string()});
   std::ranges::sort(paths);
   return paths;
+}
+
+/// Fails where the output would lie inside of what is read.
+Status check_apart(const MigrateJob& job) {
+  std::error_code error;
+  const fs::path input = fs::weakly_canonical(job.input, error);
+  const fs::path output = fs::weakly_canonical(job.output, error);
+  const fs::path way = output.lexically_relative(input);
+  if (error || way.empty() || way == "." || *way.begin() == "..") return {};
+  return fail(ErrorCode::InvalidArgument, "this folder lies inside the one that is read",
+              {.source = job.output.string()}, "Name a folder beside it.");
 }
 
 Status make_empty_folder(const fs::path& folder) {
@@ -133,6 +148,7 @@ Status write(const Migrated& done, const fs::path& folder) {
 }  // namespace
 
 Result<std::vector<MigratedFile>> migrate_files(const MigrateJob& job) {
+  if (Status apart = check_apart(job); !apart) return tl::unexpected(apart.error());
   const Result<std::vector<fs::path>> paths = files_of(job.input);
   if (!paths) return tl::unexpected(paths.error());
   const bool one_file = paths->front() == job.input;
@@ -160,10 +176,12 @@ std::string_view word_of(MigratedFile::Done done) {
       return "copied";
     case MigratedFile::Done::Rewritten:
       return "rewritten";
+    case MigratedFile::Done::CopiedWithoutFormat:
+      return "copied: no line in it begins with `format: waymark-`";
     case MigratedFile::Done::LeftOut:
       break;
   }
-  return "left out: neither a file nor a folder";
+  return "left out: no file, or a link to a folder";
 }
 
 }  // namespace

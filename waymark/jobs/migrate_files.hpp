@@ -17,10 +17,11 @@ struct MigrateJob {
 };
 
 struct MigratedFile {
-  enum class Done { Copied, Rewritten, LeftOut };
+  enum class Done { Copied, CopiedWithoutFormat, Rewritten, LeftOut };
   std::string name{};  ///< the same in both folders, below which it stands
   std::string kind{};  ///< map, route, calibration, or other
-  Done done = Done::Copied;
+  Done done =
+      Done::Copied;  ///< CopiedWithoutFormat: map.yaml, route.yaml or calibration.yaml by its name only
 };
 
 /// Writes every file of the input into the output, sorted by name. A map, route or calibration that differs

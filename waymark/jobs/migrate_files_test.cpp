@@ -134,6 +134,22 @@ TEST_F(MigrateFiles, NothingIsWrittenWhereOneFileIsUnusable) {
   EXPECT_FALSE(fs::exists(folder_ / "new"));
 }
 
+TEST_F(MigrateFiles, ARouteWithoutItsFirstLineIsSaid) {
+  write("route.yaml", std::string(kOldRoute).substr(std::string_view(kOldRoute).find('\n') + 1));
+  const auto files = migrate_files(job());
+  ASSERT_TRUE(files) << to_string(files.error());
+  EXPECT_EQ(files->front().done, MigratedFile::Done::CopiedWithoutFormat);
+  EXPECT_THAT(to_text(files->front()), HasSubstr("no line in it begins with `format: waymark-`"));
+}
+
+TEST_F(MigrateFiles, AnOutputInsideOfTheInputIsRefused) {
+  write("map.yaml", kOldMap);
+  const auto inside = migrate_files({folder_ / "old", folder_ / "old/deep/new"});
+  ASSERT_FALSE(inside);
+  EXPECT_THAT(to_string(inside.error()), HasSubstr("lies inside the one that is read"));
+  EXPECT_FALSE(fs::exists(folder_ / "old/deep"));
+}
+
 TEST_F(MigrateFiles, AFolderThatHoldsSomethingIsNotWrittenInto) {
   write("map.yaml", kOldMap);
   const auto into_itself = migrate_files({folder_ / "old", folder_ / "old"});
