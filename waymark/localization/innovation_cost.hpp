@@ -60,6 +60,7 @@ class InnovationRuns {
     ++runs;
     RiekfLocalizer filter(landmarks_, calibrated_sensor(sensor_, numbers),
                           calibrated_options(widened(noise_ratio), numbers));
+    if (errors != nullptr) filter.tracker().systematic().keep_clusters();
     for (const Sample& sample : samples_) {
       filter.tracker().systematic().count_in(!holds_out || !held_out(stamp_of(sample)));
       if (const auto* odometry = std::get_if<Odometry>(&sample)) filter.add(*odometry);

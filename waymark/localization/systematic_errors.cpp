@@ -12,7 +12,7 @@
 namespace waymark {
 
 void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
-                           const Eigen::Matrix<double, 8, 8>& S) {
+                           const Eigen::Matrix<double, 8, 8>& S, SensorTime stamp) {
   if (!counts_) return;
   const Eigen::LLT<Eigen::Matrix<double, 8, 8>> llt(S);
   if (llt.info() != Eigen::Success) return;
@@ -20,10 +20,9 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
   const Eigen::Matrix<double, 8, 1> white_r = llt.matrixL().solve(z.residual);
   if (!white_A.allFinite() || !white_r.allFinite()) return;
   if (count_ == per_block_ * static_cast<int>(kBlocks)) merge_blocks();
-  Sums& sums = blocks_[static_cast<std::size_t>(count_ / per_block_)];
-  sums.information += white_A.transpose().lazyProduct(white_A);
-  sums.score += white_A.transpose().lazyProduct(white_r);
-  ++sums.count;
+  const Sums told{white_A.transpose().lazyProduct(white_A), white_A.transpose().lazyProduct(white_r), 1};
+  blocks_[static_cast<std::size_t>(count_ / per_block_)] += told;
+  if (clusters_) clusters_->add(z.landmark, stamp, told);
   ++count_;
   seen_[static_cast<std::size_t>(z.landmark)] = 1;
 }
@@ -31,10 +30,9 @@ void SystematicErrors::add(const Linearised& z, const StateBySystematic& A,
 /// Half as many, twice as long.
 void SystematicErrors::merge_blocks() {
   for (std::size_t i = 0; i < kBlocks / 2; ++i) {
-    const Sums& first = blocks_[2 * i];
-    const Sums& second = blocks_[2 * i + 1];
-    blocks_[i] = {first.information + second.information, first.score + second.score,
-                  first.count + second.count};
+    Sums both = blocks_[2 * i];
+    both += blocks_[2 * i + 1];
+    blocks_[i] = both;
   }
   std::fill(blocks_.begin() + kBlocks / 2, blocks_.end(), Sums{});
   per_block_ *= 2;
@@ -45,37 +43,44 @@ void SystematicErrors::clear() {
   std::ranges::fill(blocks_, Sums{});
   per_block_ = kFirstBlock;
   count_ = 0;
+  if (clusters_) clusters_.emplace();
 }
 
 std::optional<SystematicFit> SystematicErrors::fit(const SystematicVector& prior,
                                                    const SystematicVector& away) const {
   constexpr int kFewest = 100;
   constexpr int kFewestLandmarks = 3;
-  constexpr int kFewestBlocks = 4;
   SystematicMatrix information = prior.cwiseAbs2().cwiseInverse().asDiagonal();
   SystematicVector score = -information.diagonal().cwiseProduct(away);
-  int blocks = 0;
   for (const Sums& sums : blocks_) {
     information += sums.information;
     score += sums.score;
-    blocks += sums.count > 0 ? 1 : 0;
   }
   if (count_ < kFewest || std::ranges::count(seen_, 1) < kFewestLandmarks) return std::nullopt;
   const Eigen::LLT<SystematicMatrix> llt(information);
   if (llt.info() != Eigen::Success) return std::nullopt;
   SystematicFit fit{.value = llt.solve(score)};
-  const SystematicMatrix by_number = llt.solve(SystematicMatrix::Identity());
-  fit.covariance = by_number;
-  if (blocks < kFewestBlocks) return fit;
+  fit.covariance = llt.solve(SystematicMatrix::Identity());
+  const SystematicVector apart =
+      clusters_ ? clusters_->variances(information, fit.value) : variances_by_blocks(fit);
+  const SystematicVector more = (apart.array() / fit.covariance.diagonal().array()).max(1).sqrt();
+  fit.covariance = (more.asDiagonal() * fit.covariance * more.asDiagonal()).eval();
+  return fit;
+}
+
+/// Of a sample of stretches; zero where they are too few.
+SystematicVector SystematicErrors::variances_by_blocks(const SystematicFit& by_number) const {
+  constexpr double kFewestBlocks = 4;
+  double blocks = 0;
   SystematicMatrix scatter = SystematicMatrix::Zero();
   for (const Sums& sums : blocks_) {
-    const SystematicVector s = sums.score - sums.information * fit.value;
+    const SystematicVector s = sums.score - sums.information * by_number.value;
     scatter += s * s.transpose();
+    blocks += sums.count > 0 ? 1 : 0;
   }
-  const SystematicMatrix by_block = blocks / (blocks - 1.0) * by_number * scatter * by_number;
-  const SystematicVector more = (by_block.diagonal().array() / by_number.diagonal().array()).max(1).sqrt();
-  fit.covariance = more.asDiagonal() * by_number * more.asDiagonal();
-  return fit;
+  if (blocks < kFewestBlocks) return SystematicVector::Zero();
+  const SystematicMatrix P = by_number.covariance * scatter * by_number.covariance;
+  return blocks / (blocks - 1) * P.diagonal();
 }
 
 namespace {

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "waymark/localization/score_clusters.hpp"
+
 #include "waymark/localization/riekf.hpp"
 
 namespace waymark {
@@ -24,10 +26,14 @@ class SystematicErrors {
       : seen_(static_cast<std::size_t>(landmarks), 0), blocks_(kBlocks) {}
 
   /// A residual, its sensitivity (Riekf::sensitivity()), and the covariance of its innovation.
-  void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S);
+  void add(const Linearised& z, const StateBySystematic& A, const Eigen::Matrix<double, 8, 8>& S,
+           SensorTime stamp);
   void clear();
   /// Whether add() counts, or passes over: a part of a drive may be held out.
   void count_in(bool counts) { counts_ = counts; }
+  /// From now on what each landmark tells in each moment is kept apart: memory grows with the drive, and the
+  /// covariance of fit() is that of ScoreClusters, where that is larger.
+  void keep_clusters() { clusters_.emplace(); }
   /// With a prior of these standard deviations about `-away`: so far the numbers are from it already.
   /// Innovations that are near in time share errors of tags and of the motion: the covariance is also that of
   /// a sample of stretches of the drive (Liang and Zeger, "Longitudinal data analysis using generalized
@@ -37,11 +43,9 @@ class SystematicErrors {
   [[nodiscard]] int count() const { return count_; }
 
  private:
-  struct Sums {
-    SystematicMatrix information = SystematicMatrix::Zero();
-    SystematicVector score = SystematicVector::Zero();
-    int count = 0;
-  };
+  [[nodiscard]] SystematicVector variances_by_blocks(const SystematicFit& by_number) const;
+
+  using Sums = ScoreSums;
   static constexpr int kFirstBlock = 128;  ///< observations
   void merge_blocks();
   static constexpr std::size_t kBlocks = 32;
@@ -50,6 +54,7 @@ class SystematicErrors {
   int per_block_ = kFirstBlock;
   int count_ = 0;
   bool counts_ = true;
+  std::optional<ScoreClusters> clusters_;
 };
 
 /// What innovations show to be wrong.

@@ -157,7 +157,7 @@ void Tracker::report(const FrameObservations& frame, const Observation& observat
 void Tracker::learn_systematic(const Linearised& z, int place) {
   constexpr int kBetweenVerdicts = 250;
   constexpr int kBeforeFirst = 500;
-  systematic_.add(z, filter_.sensitivity(z), filter_.innovation_covariance(place));
+  systematic_.add(z, filter_.sensitivity(z), filter_.innovation_covariance(place), state_.stamp);
   if (systematic_.count() < std::max(next_verdict_, kBeforeFirst)) return;
   next_verdict_ = systematic_.count() + kBetweenVerdicts;
   const auto verdict = judge_systematic(systematic_);
