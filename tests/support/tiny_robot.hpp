@@ -28,13 +28,20 @@ class TrustingMethod final : public LocalizationMethod {
   void add(const TagFrame& /*frame*/) override {}
   void add(const Odometry& odometry) override {
     if (lost_) return;
-    estimate_ = LocalizationEstimate{.stamp = odometry.stamp, .map_T_base = odometry.odom_T_base};
+    odom_T_base_ = odometry.odom_T_base;
+    estimate_ = LocalizationEstimate{.stamp = odometry.stamp, .map_T_base = map_T_odom_ * odom_T_base_};
     estimate_->covariance = Eigen::Matrix3d::Identity() * 1e-6;
+  }
+  bool restart_from(const GivenPose& given) override {
+    map_T_odom_ = given.map_T_base * odom_T_base_.inverse();
+    return true;
   }
   [[nodiscard]] std::optional<LocalizationEstimate> estimate() const override { return estimate_; }
 
  private:
   bool lost_;
+  SE2 map_T_odom_{};
+  SE2 odom_T_base_{};
   std::optional<LocalizationEstimate> estimate_{};
 };
 

@@ -40,6 +40,7 @@ Result<std::unique_ptr<LiveReplay>> LiveReplay::make(const RobotSetup& setup, co
     shown(step);
     return log->on_step(now, step);
   };
+  listener.on_words = control.note;
   live->session_ = std::make_unique<ReplaySession>(*live->replayer_, std::move(listener),
                                                    ReplaySessionOptions{}, std::move(requests));
   return live;

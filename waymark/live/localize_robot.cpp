@@ -1,6 +1,5 @@
 #include "waymark/live/localize_robot.hpp"
 
-#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -47,10 +46,12 @@ class LocalizeViewers {
     return [this](Duration) {
       SessionRequest request;
       if (feed_ == nullptr) return request;
-      const auto ends = [](const ViewerOrder& order) {
-        return order.kind == ViewerOrder::Kind::Stop || order.kind == ViewerOrder::Kind::Quit;
-      };
-      request.end = std::ranges::any_of(feed_->take_orders(), ends);
+      using Kind = ViewerOrder::Kind;
+      for (ViewerOrder& order : feed_->take_orders()) {
+        request.end = request.end || order.kind == Kind::Stop || order.kind == Kind::Quit;
+        if (order.kind == Kind::GivePose) request.pose = order.pose;
+        if (order.kind == Kind::Words) request.words.push_back(std::move(order.words));
+      }
       return request;
     };
   }

@@ -99,6 +99,46 @@ TEST(AStartThatIsGiven, IsGivenUpWhenTheyDoNot) {
   }
 }
 
+// Pictures come late: what was seen before somebody said where the robot is must not bring back the old
+// place.
+TEST(APoseThatIsGivenInTheMiddle, CountsWhateverWasEstimatedBefore) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  robot.drive(filter, 3);
+  ASSERT_TRUE(filter.estimate()->certain);
+  const Robot before = robot;
+  robot.truth = SE2(-1, 1, 2);  // carried
+  ASSERT_TRUE(filter.restart_from(
+      {robot.truth * SE2(0.02, 0.02, 0.02), Eigen::Vector3d(4e-3, 4e-3, 4e-3).asDiagonal()}));
+  EXPECT_LT(off_m(filter, robot), 0.03);
+  EXPECT_FALSE(filter.estimate()->certain) << "no tag has said so";
+  for (const LandmarkPoint& point : points()) {
+    const Eigen::Vector2d p = before.truth.inverse() * point.map_p;
+    filter.add(RangeBearing{at(before.seconds - 0.05), point.number, p.norm(), std::atan2(p.y(), p.x())});
+  }
+  robot.drive(filter, 0.06, false);
+  EXPECT_LT(off_m(filter, robot), 0.05) << "what was seen before the robot was carried says nothing";
+  robot.drive(filter, 0.3);
+  EXPECT_TRUE(filter.estimate()->certain);
+  EXPECT_LT(off_m(filter, robot), 0.1);
+  EXPECT_TRUE(filter.problems().empty()) << "it was not lost";
+}
+
+TEST(APoseThatIsGivenInTheMiddle, IsGivenUpWhenTagsContradict) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  robot.drive(filter, 3);
+  filter.restart_from({robot.truth * SE2(1, 1, 1), Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal()});
+  int certain_and_wrong = 0;
+  for (int i = 0; i < 100; ++i) {
+    robot.drive(filter, 0.02);
+    certain_and_wrong += filter.estimate()->certain && off_m(filter, robot) > 0.2 ? 1 : 0;
+  }
+  EXPECT_EQ(certain_and_wrong, 0);
+  EXPECT_TRUE(filter.estimate()->certain);
+  EXPECT_LT(off_m(filter, robot), 0.1);
+}
+
 TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
   RiekfLocalizer filter = filter_of();
   Robot robot;

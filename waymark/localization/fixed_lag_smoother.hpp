@@ -27,6 +27,7 @@ class FixedLagSmoother final : public LocalizationMethod {
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) override {
     filter_.start_from(map_T_base, sigma_m, sigma_rad);
   }
+  bool restart_from(const GivenPose& given) override { return filter_.restart_from(given); }
   [[nodiscard]] RiekfLocalizer* filter() override { return &filter_; }
 
  private:

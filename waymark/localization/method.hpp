@@ -46,6 +46,13 @@ struct TagFix {
   int tags = 0;
 };
 
+/// Where somebody says that the robot is.
+struct GivenPose {
+  SE2 map_T_base{};
+  /// Of (x, y, yaw) in ordinary map coordinates [m, rad]; positive definite.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
 class RiekfLocalizer;
 
 /// A way to know where the robot is. Samples in stamp order; no method looks at TruthPose.
@@ -71,6 +78,9 @@ class LocalizationMethod {
   /// For a robot whose place is known when it is switched on, with standard deviations of x, y and of the
   /// heading; a method that always starts from tags does not use it.
   virtual void start_from(const SE2& /*map_T_base*/, double /*sigma_m*/, double /*sigma_rad*/) {}
+  /// Somebody says where the robot is now, whatever was estimated before; certain again when the first tags
+  /// agree, given up at once when they do not. False: the method takes its pose from tags alone.
+  virtual bool restart_from(const GivenPose& /*given*/) { return false; }
   /// The filter that the method is or stands on; nullptr when there is none.
   [[nodiscard]] virtual RiekfLocalizer* filter() { return nullptr; }
   /// Of the newest picture; nothing when its tags do not suffice, or from a method that cannot tell.

@@ -31,6 +31,15 @@ void RiekfLocalizer::start_from(const SE2& map_T_base, double sigma_m, double si
   tracker_.start_from(map_T_base, sigma_m, sigma_rad);
 }
 
+/// What comes late from before is of another estimate: nobody goes back behind this moment.
+bool RiekfLocalizer::restart_from(const GivenPose& given) {
+  tracker_.restart_from(given);
+  snapshot_first_ = 0;
+  snapshot_count_ = 0;
+  if (tracker_.state().started) snapshot();
+  return true;
+}
+
 void RiekfLocalizer::snapshot() {
   const SensorTime now = tracker_.state().stamp;
   if (snapshot_count_ > 0 && now - snapshot_at(snapshot_count_ - 1).stamp < kBetweenSnapshots) return;
@@ -237,7 +246,7 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "odometry jumped {} times, further than a robot can drive or after seconds of silence (set back, "
       "another "
       "clock, or two drives in one recording): the robot was looked for anew after each");
-  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts(),
+  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts() - tracker_.restarts(),
       "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
       "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)

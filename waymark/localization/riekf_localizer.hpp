@@ -27,6 +27,7 @@ class RiekfLocalizer final : public LocalizationMethod {
   [[nodiscard]] std::vector<std::string> problems() const override;
 
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad) override;
+  bool restart_from(const GivenPose& given) override;
   [[nodiscard]] RiekfLocalizer* filter() override { return this; }
 
   /// From now on a camera latency that the innovations show to be another than was given is estimated, and

@@ -70,6 +70,8 @@ class Tracker {
   /// Starts from a pose that somebody gives, with deviations of x, y [m] and yaw [rad]. It is certain when
   /// the first tags agree, and given up at once when they do not.
   void start_from(const SE2& map_T_base, double sigma_m, double sigma_rad);
+  /// The same in the middle of a run. What was learnt of motion and tags is kept.
+  void restart_from(const GivenPose& given);
 
   [[nodiscard]] const TrackState& state() const { return state_; }
   void save(TrackState& to) const;
@@ -84,6 +86,8 @@ class Tracker {
   [[nodiscard]] std::vector<NisRecord>& comparisons() { return comparisons_; }
   [[nodiscard]] const std::vector<NisRecord>& comparisons() const { return comparisons_; }
   [[nodiscard]] int broken() const { return broken_; }
+  /// Starts that were given in the middle of a run.
+  [[nodiscard]] int restarts() const { return restarts_; }
   /// Starts that were given and given up.
   [[nodiscard]] int refused_starts() const { return refused_starts_; }
   /// NIS of means over many observations of one tag, over their degrees of freedom: 1 when errors that stay
@@ -155,6 +159,7 @@ class Tracker {
   std::vector<TraceStep> trace_;
   int broken_ = 0;
   int refused_starts_ = 0;
+  int restarts_ = 0;
   LastingErrors lasting_;
   SystematicErrors systematic_;
   std::optional<SystematicVerdict> suspect_{};

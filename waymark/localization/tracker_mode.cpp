@@ -1,9 +1,25 @@
 // Lost, uncertain, certain: what a look makes of it.
 #include <span>
 
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/localization/tracker.hpp"
 
 namespace waymark {
+
+void Tracker::restart_from(const GivenPose& given) {
+  restarts_ += state_.starts > 0 ? 1 : 0;
+  filter_.start(given.map_T_base, from_coordinate_covariance(given.map_T_base, given.covariance).covariance,
+                true);
+  state_.mode = TrackMode::Certain;
+  state_.given = true;
+  state_.contradicted = false;
+  state_.contradicting_frames = 0;
+  state_.wheels_stuck = false;
+  state_.halt = {};
+  state_.pose_hypotheses.clear();
+  watch_.forget_pending();
+  ++state_.starts;
+}
 
 void Tracker::search(const FrameObservations& frame) {
   std::size_t count = 0;

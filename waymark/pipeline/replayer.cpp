@@ -78,6 +78,12 @@ void Replayer::accept(SensorTime stamp) {
 
 void Replayer::pause(std::string reason) { pause_ = std::move(reason); }
 
+void Replayer::restart_from(const GivenPose& given) {
+  pause(method_->restart_from(given)
+            ? "its pose was given: look at the robot, then resume"
+            : "a pose was given, which this method does not take: look at the robot, then resume");
+}
+
 void Replayer::resume() {
   pause_.clear();
   watch_.forget();

@@ -74,6 +74,10 @@ class Replayer {
   /// the route that it has not passed yet, if the start gate allows it.
   void resume();
 
+  /// A person says where the robot is. It brakes and stands, as by pause(), until resume(): from where it is
+  /// then, if tags that were seen meanwhile agree.
+  void restart_from(const GivenPose& given);
+
   [[nodiscard]] int stops() const { return stops_; }
   /// In words what is wrong about the map or what is seen: LocalizationMethod::problems().
   [[nodiscard]] std::vector<std::string> problems() const { return method_->problems(); }

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/angles.hpp"
+
 namespace waymark {
 namespace {
 
@@ -66,8 +68,20 @@ Result<DriverDecision> LocalizeSession::decide(Duration uptime, SensorTime now) 
     if (to_seconds(uptime - estimated_at_) >= options_.silence_s) estimate.reset();
     listener_.on_report(now, estimate);
   }
-  finished_ = finished_ || requests_(uptime).end || to_seconds(uptime) >= options_.most_s;
+  const SessionRequest request = requests_(uptime);
+  for (const std::string& words : request.words) listener_.on_words(words);
+  if (request.pose) restart_from(*request.pose);
+  finished_ = finished_ || request.end || to_seconds(uptime) >= options_.most_s;
   return DriverDecision{.done = finished_};
+}
+
+void LocalizeSession::restart_from(const GivenPose& given) {
+  const SE2& pose = given.map_T_base;
+  const std::string where = fmt::format("a pose was given, x {:.2f} m, y {:.2f} m, heading {:.0f} deg",
+                                        pose.x(), pose.y(), to_degrees(pose.yaw()));
+  listener_.on_words(localizer_.method().restart_from(given)
+                         ? where + ": it counts as soon as tags agree"
+                         : where + ": this method finds its pose by tags alone");
 }
 
 RobotListener LocalizeSession::listener() {

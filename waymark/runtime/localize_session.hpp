@@ -71,6 +71,7 @@ class LocalizeSession {
     bool said = false;
     Duration last{};
   };
+  void restart_from(const GivenPose& given);
   void notice_silence(Stream& stream, Duration uptime) const;
   void notice_foreign_tags(Duration uptime);
 

@@ -2,6 +2,8 @@
 // a clock that is a number.
 #include "waymark/runtime/localize_session.hpp"
 
+#include <utility>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -48,7 +50,11 @@ struct Drive {
                    if (!estimate) unknown.push_back(now);
                  },
              .on_words = [this](const std::string& sentence) { words.push_back(sentence); }},
-            [this](Duration uptime) { return SessionRequest{.end = button_at && uptime >= *button_at}; },
+            [this](Duration uptime) {
+              SessionRequest request{.end = button_at && uptime >= *button_at};
+              if (given_at && uptime >= *given_at) request.pose = std::exchange(given, std::nullopt);
+              return request;
+            },
             options) {}
 
   Result<LocalizeEnd> drive() {
@@ -64,6 +70,8 @@ struct Drive {
   test::TinyRobot robot{};
   std::optional<Duration> stop_at{};
   std::optional<Duration> button_at{};
+  std::optional<Duration> given_at{};
+  std::optional<GivenPose> given{};
   bool fails = false;
   int commands = 0;
   std::vector<LocalizationEstimate> estimates{};
@@ -113,6 +121,16 @@ TEST(LocalizeSession, EndsByAButtonAndByASignal) {
   EXPECT_FALSE(end->finished);
   EXPECT_TRUE(end->interrupted);
   EXPECT_EQ(signal.robot.last(), (VelocityCommand{0.2, 0})) << "it is not this program that stops the robot";
+}
+
+TEST(LocalizeSession, GoesOnFromWhereSomebodySaysThatTheRobotIs) {
+  Drive drive({.most_s = 4});
+  drive.given_at = seconds(2);
+  drive.given = GivenPose{SE2(5, 1, 0), Eigen::Matrix3d::Identity() * 0.01};
+  ASSERT_TRUE(drive.drive());
+  EXPECT_NEAR(drive.estimates.back().map_T_base.x(), 5 + 2 * 0.2, 0.05);
+  EXPECT_NEAR(drive.estimates.back().map_T_base.y(), 1, 0.05);
+  EXPECT_THAT(drive.words, ElementsAre(HasSubstr("a pose was given, x 5.00 m, y 1.00 m, heading 0 deg")));
 }
 
 TEST(LocalizeSession, SaysOnceThatTheCameraOrTheWheelsAreSilent) {

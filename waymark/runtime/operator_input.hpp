@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/localization/method.hpp"
 #include "waymark/pipeline/operator.hpp"
 
 namespace waymark {
@@ -15,6 +16,7 @@ struct OperatorRequest {
   VelocityCommand command{};          ///< of sticks or keys, whatever the state makes of it
   std::optional<GamepadState> pad{};  ///< a sample like any other
   std::vector<std::string> words{};   ///< for the operator: what was not understood
+  std::optional<GivenPose> pose{};    ///< of SessionRequest
 };
 
 /// Where the operator's buttons and sticks are: a gamepad, a keyboard, lines of a program, a page, a script.

@@ -27,6 +27,7 @@ Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) 
   for (const E event : request->events) {
     if (status) status = handle(event, uptime);
   }
+  if (request->pose) restart_from(*request->pose);
   if (status) status = look_at_map(uptime);
   Result<VelocityCommand> wanted = status ? replay(uptime, now) : tl::unexpected(status.error());
   if (!wanted) return tl::unexpected(wanted.error());
@@ -39,6 +40,11 @@ RobotListener OperatorSession::listener() {
   listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
+}
+
+void OperatorSession::restart_from(const GivenPose& given) {
+  if (replay_ != nullptr) return replay_->restart_from(given);
+  tasks_.on_words("a pose was given, but nothing is replayed: it has no effect");
 }
 
 /// While paused it is asked as well, so that it keeps its place; permit() lets nothing through.

@@ -82,6 +82,7 @@ class OperatorSession {
   [[nodiscard]] bool map_failed() const { return map_failed_; }
 
  private:
+  void restart_from(const GivenPose& given);
   Status handle(OperatorEvent event, Duration uptime, std::string reason = {});
   Status act(OperatorAction action);
   Status start_lap();

@@ -100,6 +100,7 @@ class PlannedInput final : public OperatorInput {
     if (state != last_) since_ = uptime;
     last_ = state;
     OperatorRequest request{.command = {0.2, 0}, .pad = GamepadState{.stamp = now}};
+    if (pose_in == state) request.pose = GivenPose{};
     if (fails_in == state) return fail(ErrorCode::Unreadable, "the gamepad was unplugged");
     if (next_ < plan_.size() && plan_[next_].state == state &&
         to_seconds(uptime - since_) >= plan_[next_].after_s)
@@ -110,6 +111,7 @@ class PlannedInput final : public OperatorInput {
   [[nodiscard]] bool finished() const { return next_ == plan_.size(); }
 
   std::optional<S> fails_in{};
+  std::optional<S> pose_in{};  ///< somebody says where the robot is, all the time
 
  private:
   std::vector<Step> plan_;
@@ -394,6 +396,17 @@ TEST_P(InEachState, AnInputThatFailsEndsTheSession) {
   ASSERT_FALSE(end);
   EXPECT_EQ(end.error().message, "the gamepad was unplugged");
   run.expect_all_closed();
+}
+
+TEST_P(InEachState, AGivenPoseStopsAReplayAndHasNoOtherEffect) {
+  Drive run(way_to(GetParam()));
+  run.input.pose_in = GetParam();
+  const bool replays = GetParam() == S::Replaying || GetParam() == S::Paused;
+  ASSERT_TRUE(run.drive(15));
+  EXPECT_EQ(run.tasks.words.empty(), replays);
+  if (GetParam() == S::Replaying) {
+    EXPECT_LT(run.robot.x_m(), 0.5) << "it was on its way";
+  }
 }
 
 TEST_P(InEachState, ALostViewerMovesNothing) {

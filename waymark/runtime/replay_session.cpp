@@ -67,7 +67,9 @@ Result<DriverDecision> ReplaySession::decide(Duration uptime, SensorTime now) {
     ended_by_ = request.reason;
     return DriverDecision{.done = true};
   }
+  for (const std::string& words : request.words) listener_.on_words(words);
   if (request.pause) *request.pause ? pause() : resume();
+  if (request.pose) restart_from(*request.pose);
   return follow(uptime, now);
 }
 
@@ -89,6 +91,11 @@ Result<DriverDecision> ReplaySession::follow(Duration uptime, SensorTime now) {
 void ReplaySession::pause() {
   paused_ = true;
   replayer_.pause("paused by the operator");
+}
+
+void ReplaySession::restart_from(const GivenPose& given) {
+  paused_ = true;
+  replayer_.restart_from(given);
 }
 
 void ReplaySession::resume() {

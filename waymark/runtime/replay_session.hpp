@@ -19,6 +19,8 @@ struct ReplayListener {
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
     return Status();
   };
+  /// What somebody asked for and cannot have.
+  std::function<void(const std::string&)> on_words = [](const std::string&) {};
 };
 
 struct ReplaySessionOptions {
@@ -64,6 +66,8 @@ class ReplaySession {
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// It brakes and stands because somebody wants it to, for as long as that; it is not given up meanwhile.
   void pause();
+  /// Somebody says where the robot is: as pause().
+  void restart_from(const GivenPose& given);
   /// It goes on from the nearest point of the route that it has not passed yet.
   void resume();
   /// This session as what drives a robot: add to it who may stop it.

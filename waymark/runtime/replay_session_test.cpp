@@ -177,6 +177,31 @@ TEST(ReplaySession, ARequestPausesResumesAndEndsIt) {
   EXPECT_EQ(ended.robot.last(), VelocityCommand{});
 }
 
+// RViz's "2D Pose Estimate" while the robot drives.
+TEST(ReplaySession, AGivenPoseStopsTheRobotUntilItIsResumedFromThere) {
+  Drive run;
+  double given_at_m = 0;
+  std::string reason;
+  run.request = [&](Duration uptime) {
+    SessionRequest request;
+    if (uptime == milliseconds(2001)) {
+      given_at_m = run.robot.x_m();
+      request.pose = GivenPose{SE2(given_at_m + 0.3, 0, 0), Eigen::Matrix3d::Identity() * 1e-4};
+    }
+    if (uptime == milliseconds(4001)) reason = run.session.end().reason;
+    if (uptime != milliseconds(9001)) return request;  // longer than it takes to be given up
+    EXPECT_LT(run.robot.x_m() - given_at_m, 0.1) << "it stood";
+    EXPECT_EQ(run.robot.last(), VelocityCommand{});
+    request.pause = false;
+    return request;
+  };
+  const auto end = run.drive();
+  ASSERT_TRUE(end);
+  EXPECT_NE(reason.find("its pose was given"), std::string::npos) << reason;
+  EXPECT_TRUE(end->finished) << end->reason;
+  EXPECT_NEAR(run.robot.x_m(), 1.7, 0.1) << "the goal by where it was said to be";
+}
+
 TEST(ReplaySession, GoesOnByItselfAfterAShortSilenceOnly) {
   Drive brief;
   brief.robot.silent = {milliseconds(2000), milliseconds(2800)};

@@ -3,8 +3,10 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/base/time.hpp"
+#include "waymark/localization/method.hpp"
 
 namespace waymark {
 
@@ -14,6 +16,9 @@ struct SessionRequest {
   std::string reason{};         ///< why it ends
   bool stand = false;           ///< zero is sent, whatever the driver decides
   std::optional<bool> pause{};  ///< of a replay, when it changed: pause, or resume
+  /// Somebody says where the robot is: a replay stands until it is resumed.
+  std::optional<GivenPose> pose{};
+  std::vector<std::string> words{};  ///< for whoever runs the program
 };
 
 /// Asked before each decision.

@@ -31,6 +31,12 @@ void ViewerRequests::obey(const ViewerOrder& order, Duration uptime, S state, Re
   if (order.kind == Kind::Go) request.events.push_back(E::Go);
   if (order.kind == Kind::Stop) request.events.push_back(E::Stop);
   if (order.kind == Kind::Quit) request.events.push_back(E::Quit);
+  if (order.kind == Kind::Words) request.words.push_back(order.words);
+  if (order.kind == Kind::GivePose) {
+    request.pose = order.pose;
+    pause_ = state == S::Replaying;
+    pause_asked_ = uptime - kAskAgain;
+  }
   if (order.kind == Kind::Script) {
     request.script = true;
     commanded_at_.reset();  // the hand that drove a moment ago lets go
@@ -81,6 +87,8 @@ Result<OperatorRequest> ViewerInput::read(Duration uptime, SensorTime now, S sta
     request->command = decision->command;
     if (decision->done) page.events.push_back(E::Go);
   }
+  request->pose = page.pose;
+  request->words.insert(request->words.end(), page.words.begin(), page.words.end());
   if (page.drive) request->command = *page.drive;
   if (page.stand) request->command = {};
   request->events.insert(request->events.end(), page.events.begin(), page.events.end());
@@ -102,8 +110,10 @@ SessionRequest PhaseRequests::read(Duration uptime) {
   request.end = stop_pressed_();
   if (request.end) request.reason = "stopped with the space bar";
   if (!requests_) return request;
-  const ViewerRequests::Request asked = requests_->read(uptime, phase_);
+  ViewerRequests::Request asked = requests_->read(uptime, phase_);
   request.stand = asked.stand;
+  request.pose = asked.pose;
+  request.words = std::move(asked.words);
   for (const E event : asked.events) {
     const bool go = event == E::Go;
     request.end = request.end || event == E::Stop || event == E::Quit || (go && phase_ == S::Teaching);

@@ -24,6 +24,8 @@ class ViewerRequests {
     std::optional<VelocityCommand> drive{};  ///< a viewer drives with the keys of the page
     bool script = false;                     ///< a viewer asked for the script
     bool stand = false;                      ///< zero, whatever others want
+    std::optional<GivenPose> pose{};         ///< a viewer says where the robot is
+    std::vector<std::string> words{};        ///< for whoever runs the program
   };
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
   /// Somebody at the robot did something: they see it.

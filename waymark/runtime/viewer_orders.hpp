@@ -5,18 +5,33 @@
 #include <string>
 #include <vector>
 
+#include "waymark/localization/method.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
 namespace waymark {
 
 /// What a viewer asks for.
 struct ViewerOrder {
-  /// The last three are for a camera that is shown without a robot.
-  enum class Kind : std::uint8_t { Go, Stop, Quit, Script, Velocity, SetControl, Snapshot, Record };
+  /// SetControl, Snapshot and Record are for a camera that is shown without a robot; Words are a sentence for
+  /// whoever runs the program.
+  enum class Kind : std::uint8_t {
+    Go,
+    Stop,
+    Quit,
+    Script,
+    Velocity,
+    GivePose,
+    Words,
+    SetControl,
+    Snapshot,
+    Record
+  };
   Kind kind = Kind::Stop;
   VelocityCommand command{};  ///< of Velocity
   std::string control{};      ///< of SetControl: which, in the words of CameraControl
   double value = 0;           ///< of SetControl
+  GivenPose pose{};           ///< of GivePose
+  std::string words{};        ///< of Words
 };
 
 /// Whether a viewer holds control, or held it and went away without giving it back.
