@@ -6,8 +6,12 @@
 //   peer crowd SECONDS N          N topics
 //   peer watch SECONDS            counts what a Waymark node publishes: /waymark/pose, /tf, /diagnostics
 //   peer call SECONDS NAME        calls the service /waymark/NAME (std_srvs/Trigger) as rmw_cyclonedds does
+//   peer nodes SECONDS 16|24      the node that ros_discovery_info shows, by that size of Gid, and how many of its endpoints exist
+//   peer pose SECONDS FRAME X Y YAW   says once on /initialpose where the robot is, as RViz does
 //   peer latency SECONDS          pictures of 640 x 480 at 30 Hz; time from each to the next command: median, p99 [ms]
 #include <dds/dds.h>
+#include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -274,6 +278,81 @@ static void call(double seconds, const char *service) {
   printf("no reply\n");
 }
 
+static void say_pose(double seconds, char **where) {
+  dds_entity_t poses = endpoint(1, "rt/initialpose", &geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, qos(1, 0, 1));
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  dds_publication_matched_status_t out;
+  do {
+    dds_get_publication_matched_status(poses, &out);
+    dds_sleepfor(DDS_MSECS(20));
+  } while (dds_time() < end && out.current_count == 0);
+  dds_sleepfor(DDS_MSECS(200));
+  geometry_msgs_msg_dds__PoseWithCovarianceStamped_ m;
+  memset(&m, 0, sizeof m);
+  m.header_.stamp_ = stamp();
+  m.header_.frame_id_ = where[0];
+  m.pose_.pose_.position_.x_ = atof(where[1]);
+  m.pose_.pose_.position_.y_ = atof(where[2]);
+  m.pose_.pose_.orientation_.z_ = sin(atof(where[3]) / 2);
+  m.pose_.pose_.orientation_.w_ = cos(atof(where[3]) / 2);
+  m.pose_.covariance_[0] = m.pose_.covariance_[7] = 0.25;
+  m.pose_.covariance_[35] = 0.0685;
+  dds_write(poses, &m);
+  dds_sleepfor(DDS_MSECS(300));
+  printf("%u listen\n", out.current_count);
+}
+
+/// Whether discovery has found a publisher or subscription with this identity.
+static int exists(dds_entity_t builtin, const uint8_t *gid) {
+  void *raw[256] = {NULL};
+  dds_sample_info_t info[256];
+  const int count = dds_read(builtin, raw, info, 256, 256);
+  int found = 0;
+  for (int i = 0; i < count; ++i) found |= info[i].valid_data && memcmp(((const dds_builtintopic_endpoint_t *)raw[i])->key.v, gid, 16) == 0;
+  if (count > 0) dds_return_loan(builtin, raw, count);
+  return found;
+}
+
+#define COUNT_KNOWN(gids, builtin) \
+  for (uint32_t k = 0; k < (gids)._length; ++k) known += exists(builtin, (gids)._buffer[k].data_)
+
+/// Prints the first node of the message and how many of its endpoints are there.
+#define SHOW_NODE(type, message) do { \
+    const type *m = (message); \
+    if (m->node_entities_info_seq_._length != 1) break; \
+    known = 0; \
+    COUNT_KNOWN(m->node_entities_info_seq_._buffer[0].reader_gid_seq_, subscriptions); \
+    COUNT_KNOWN(m->node_entities_info_seq_._buffer[0].writer_gid_seq_, publications); \
+    snprintf(line, sizeof line, "%s%s readers %u writers %u known %d\n", m->node_entities_info_seq_._buffer[0].node_namespace_, \
+             m->node_entities_info_seq_._buffer[0].node_name_, m->node_entities_info_seq_._buffer[0].reader_gid_seq_._length, \
+             m->node_entities_info_seq_._buffer[0].writer_gid_seq_._length, known); \
+  } while (0)
+
+static void show_nodes(double seconds, int gid_bytes) {
+  static const char *name = "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_";
+  dds_topic_descriptor_t *humble = malloc(sizeof *humble);  // another layout under the same name; its members are constant
+  memcpy((void *)humble, &rmw_dds_common_humble_msg_dds__ParticipantEntitiesInfo__desc, sizeof *humble);
+  memcpy((char *)humble + offsetof(dds_topic_descriptor_t, m_typename), &name, sizeof name);
+  dds_entity_t subscriptions = dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, NULL, NULL);
+  dds_entity_t publications = dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, NULL, NULL);
+  dds_entity_t nodes = endpoint(0, "ros_discovery_info", gid_bytes == 24 ? humble : &rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc, qos(1, 1, 100));
+  char line[512] = "none\n";
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) {
+    void *raw = NULL;
+    dds_sample_info_t info;
+    if (dds_read(nodes, &raw, &info, 1, 1) == 1) {
+      int known = 0;
+      if (info.valid_data && gid_bytes == 24) SHOW_NODE(rmw_dds_common_humble_msg_dds__ParticipantEntitiesInfo_, raw);
+      if (info.valid_data && gid_bytes == 16) SHOW_NODE(rmw_dds_common_msg_dds__ParticipantEntitiesInfo_, raw);
+      dds_return_loan(nodes, &raw, 1);
+      if (known > 1) break;
+    }
+    dds_sleepfor(DDS_MSECS(20));
+  }
+  fputs(line, stdout);
+}
+
 static int by_size(const void *a, const void *b) { return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b); }
 
 static void latency(double seconds) {
@@ -336,6 +415,8 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "crowd") == 0 && argc > 3) crowd(seconds, atoi(argv[3]));
   else if (strcmp(argv[1], "watch") == 0) watch(seconds);
   else if (strcmp(argv[1], "call") == 0 && argc > 3) call(seconds, argv[3]);
+  else if (strcmp(argv[1], "nodes") == 0 && argc > 3) show_nodes(seconds, atoi(argv[3]));
+  else if (strcmp(argv[1], "pose") == 0 && argc > 6) say_pose(seconds, argv + 3);
   else if (strcmp(argv[1], "latency") == 0) latency(seconds);
   else return 2;
   dds_delete(participant);

@@ -86,6 +86,19 @@ class FirstAid(Wire):
         self.assertIn(f"domain {self.environment['ROS_DOMAIN_ID']} on 127.0.0.1: no other participant", nobody.stderr)
         self.assertLess(time.monotonic() - began, 20)
 
+    def test_node_lists_show_it_by_the_release_that_is_named(self):
+        for distro, gid_bytes in (("humble", 24), ("jazzy", 16)):
+            self.environment = environment(next(DOMAINS))
+            self.start(PROGRAM, "ros2", "relay", "--ros-distro", distro)
+            seen = self.start(PEER, "nodes", 20, gid_bytes).communicate(timeout=40)[0]
+            self.assertEqual(seen, "/waymark_relay readers 1 writers 1 known 2\n", distro)
+        self.environment = environment(next(DOMAINS))
+        self.start(PROGRAM, "ros2", "relay")
+        self.assertEqual(self.start(PEER, "nodes", 2, 16).communicate(timeout=40)[0], "none\n")
+        wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
+        self.assertEqual(wrong.returncode, 2, wrong.stderr)
+        self.assertIn("humble", wrong.stderr)
+
     @LONG
     def test_two_hundred_topics_are_discovered(self):
         crowd = self.start(PEER, "crowd", 60, 200)
@@ -305,9 +318,13 @@ class Simulated(Wire):
         self.simulated(1)
         chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
         watcher = self.start(PEER, "watch", 10)
+        speakers = [self.start(PEER, "pose", 20, *where) for where in (("odom", 0, 0, 0), ("map", 0.5, 0.25, 0.5))]
         shown = self.run_program("localize", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--map", chart, "--publish-ros2",
                                  "--duration-s", "6", "--json")
         self.assertEqual(shown.returncode, 0, shown.stderr)
+        self.assertEqual([speaker.communicate(timeout=20)[0] for speaker in speakers], ["1 listen\n"] * 2)
+        self.assertIn("/initialpose: the pose is in the frame 'odom', not in 'map'", shown.stderr)
+        self.assertIn("a pose was given, x 0.50 m, y 0.25 m, heading 29 deg: it counts as soon as tags agree", shown.stderr)
         *moments, report = [json.loads(line) for line in shown.stdout.splitlines()]
         self.assertGreater(report["certain"], 0.5 * report["estimates"], report)
         self.assertTrue(moments[-1]["pose"]["certain"], moments)

@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/settings.hpp"
 
 namespace waymark::cli {
@@ -35,23 +36,28 @@ void add_flags(CLI::App& app, LiveFlags& flags) {
   CLI::Option* view =
       app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
   add_flags(app, flags.page, view);
-  app.add_flag("--publish-ros2", flags.ros2,
-               "Publish pose, /tf, tags and path on the network of ROS 2, with services as buttons: "
-               "docs/howto/ros2.md")
-      ->excludes(view)
+  CLI::Option* ros2 =
+      app.add_flag("--publish-ros2", flags.ros2,
+                   "Publish pose, /tf, tags and path on the network of ROS 2, with services as buttons: "
+                   "docs/howto/ros2.md")
+          ->excludes(view)
+          ->group(kMoreGroup);
+  app.add_option("--ros-distro", flags.ros_distro, kRosDistroHelp)
+      ->needs(ros2)
+      ->type_name("NAME")
       ->group(kMoreGroup);
 }
 
 Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,
                                              Console& console) {
-  if (flags.ros2) return LivePage::start_ros2(setup);
+  if (flags.ros2) return LivePage::start_ros2(setup, flags.ros_distro);
   if (!flags.view) return std::unique_ptr<LivePage>();
   return LivePage::start(flags.page, setup, control_from(console));
 }
 
 Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const std::string& camera,
                                              Console& console) {
-  if (flags.ros2) return LivePage::start_ros2();
+  if (flags.ros2) return LivePage::start_ros2(flags.ros_distro);
   if (!flags.view) return std::unique_ptr<LivePage>();
   return LivePage::start(flags.page, camera, control_from(console));
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "waymark/cli/console.hpp"
 #include "waymark/live/live_page.hpp"
@@ -19,6 +20,7 @@ void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view = nullptr);
 struct LiveFlags {
   bool view = false;
   bool ros2 = false;  ///< published on the network of ROS 2
+  std::string ros_distro{};
   PageOptions page{};
 };
 void add_flags(CLI::App& app, LiveFlags& flags);

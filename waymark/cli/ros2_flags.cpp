@@ -2,7 +2,9 @@
 
 #include <CLI/App.hpp>
 
+#include "waymark/cli/settings.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 
 namespace waymark::cli {
 
@@ -14,15 +16,17 @@ Ros2Flags::Ros2Flags(CLI::App& app) {
   app.add_option("--interface", interface, "IPv4 address of the only network interface to use")
       ->check(CLI::ValidIPV4)
       ->type_name("ADDRESS");
+  app.add_option("--ros-distro", distro, kRosDistroHelp)->type_name("NAME")->group(kMoreGroup);
 }
 
-Result<BusOptions> Ros2Flags::options() const {
-  BusOptions options;
+Result<BusOptions> Ros2Flags::options(const std::string& node) const {
+  BusOptions options{.node = node};
   if (Status status = apply_ros_environment(options, process_environment()); !status)
     return tl::unexpected(status.error());
   if (domain >= 0) options.domain = domain;
   options.localhost_only = options.localhost_only || localhost;
   if (!interface.empty()) options.interfaces = {interface};
+  if (Status status = show_in_node_list(options, distro); !status) return tl::unexpected(status.error());
   return options;
 }
 

@@ -10,18 +10,25 @@ class App;
 
 namespace waymark::cli {
 
+inline constexpr const char* kRosDistroHelp =
+    "Release of ROS 2 whose `ros2 node list` shows this program: humble, jazzy, ...; unless given: none "
+    "does. "
+    "A wrong one may crash its programs";
+
 /// Where on the network of ROS 2: flags over what ROS's environment variables say.
 struct Ros2Flags {
   explicit Ros2Flags(CLI::App& app);
   Ros2Flags(const Ros2Flags&) = delete;
   Ros2Flags& operator=(const Ros2Flags&) = delete;
 
-  /// Fails on variables of the environment that make no sense.
-  [[nodiscard]] Result<BusOptions> options() const;
+  /// As the node of this name. Fails on variables of the environment that make no sense, and on a release of
+  /// ROS 2 that is none.
+  [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark") const;
 
   int domain = -1;
   bool localhost = false;
   std::string interface {};
+  std::string distro{};
 };
 
 }  // namespace waymark::cli

@@ -47,7 +47,7 @@ struct RobotSimArgs {
 
 Status speak_ros2(const RobotSimArgs& args, const SimulatedSetup& setup, const SE2& start,
                   std::unique_ptr<DetectingCamera> scene_camera) {
-  const auto options = args.network.options();
+  const auto options = args.network.options("waymark_robot_sim");
   if (!options) return tl::unexpected(options.error());
   const auto bus = open_bus(*options);
   if (!bus) return tl::unexpected(bus.error());

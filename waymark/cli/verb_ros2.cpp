@@ -9,6 +9,7 @@
 #include "waymark/cli/verb.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/ros2/relay.hpp"
 #include "waymark/drivers/ros2/ros2_robot.hpp"
 
@@ -30,7 +31,10 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
   const auto path = find_shared("robots", args.robot_file.empty() ? profile->robot : args.robot_file);
   const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
-  auto options = args.network.options();
+  auto options = args.network.options("waymark_robot");
+  if (options && args.network.distro.empty() && !profile->ros_distro.empty())
+    if (Status shown = show_in_node_list(*options, profile->ros_distro); !shown)
+      options = tl::unexpected(shown.error());
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
@@ -81,7 +85,7 @@ struct RelayArgs {
 };
 
 ExitCode relay(const RelayArgs& args, Console& console) {
-  const auto options = args.network.options();
+  const auto options = args.network.options("waymark_relay");
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   const auto bus = open_bus(*options);
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);

@@ -8,6 +8,8 @@
 #include <spawn.h>
 
 #include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/server/access.hpp"
 #include "waymark/server/assets.hpp"
 
@@ -60,15 +62,19 @@ Status refuse_in_process(const RobotSetup& setup, const char* key) {
 
 }  // namespace
 
-Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup) {
+Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup, const std::string& distro) {
   if (Status status = refuse_in_process(setup, "publish-ros2"); !status)
     return tl::unexpected(status.error());
-  return start_ros2();
+  return start_ros2(distro);
 }
 
-Result<std::unique_ptr<LivePage>> LivePage::start_ros2() {
+Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const std::string& distro) {
+  BusOptions options;
+  Status status = apply_ros_environment(options, process_environment());
+  if (status) status = show_in_node_list(options, distro);
+  if (!status) return tl::unexpected(status.error());
   std::unique_ptr<LivePage> view(new LivePage);
-  auto bus = open_bus();
+  auto bus = open_bus(options);
   if (!bus) return tl::unexpected(bus.error());
   auto node = Ros2Node::start(std::move(*bus), view->feed_);
   if (!node) return tl::unexpected(node.error());

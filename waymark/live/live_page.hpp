@@ -44,9 +44,10 @@ class LivePage {
   /// which nobody could watch.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const RobotSetup& setup,
                                                  const JobControl& control);
-  /// The same as a node of ROS 2 instead of a page, where the environment variables of ROS say.
-  static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup);
-  static Result<std::unique_ptr<LivePage>> start_ros2();
+  /// The same as a node of ROS 2 instead of a page, where the environment variables of ROS say; in the node
+  /// list of the release that `distro` names.
+  static Result<std::unique_ptr<LivePage>> start_ros2(const RobotSetup& setup, const std::string& distro);
+  static Result<std::unique_ptr<LivePage>> start_ros2(const std::string& distro);
   /// The page of whatever fills the feed, by name.
   static Result<std::unique_ptr<LivePage>> start(const PageOptions& page, const std::string& name,
                                                  const JobControl& control);

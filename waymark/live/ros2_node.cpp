@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/ros2/initial_pose.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 
@@ -48,7 +51,9 @@ ServiceButton button_of_service(const std::string& service, const std::string& p
 
 Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed) {
   std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed));
-  if (Status status = node->offer_services(); !status) return tl::unexpected(status.error());
+  Status status = node->offer_services();
+  if (status) status = node->hear_initial_pose();
+  if (!status) return tl::unexpected(status.error());
   feed.set_listening(true);
   node->thread_ = std::thread([raw = node.get()] { raw->run(); });
   return node;
@@ -71,9 +76,28 @@ Status Ros2Node::offer_services() {
   return {};
 }
 
+Status Ros2Node::hear_initial_pose() {
+  const auto number = bus_->subscribe(dds_topic(kInitialPoseTopic, ros2::PoseWithCovarianceStamped::kType),
+                                      {.reliable = false, .depth = 1});
+  if (!number) return tl::unexpected(number.error());
+  initial_pose_ = *number;
+  return {};
+}
+
+void Ros2Node::receive(const BusMessage& message) {
+  if (services_.receive(message) || message.subscription != initial_pose_) return;
+  const Result<GivenPose> given = read_initial_pose(message.bytes);
+  if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
+  ++refused_poses_;
+  status_said_ = {};  // at once
+  feed_.order({.kind = ViewerOrder::Kind::Words,
+               .words = fmt::format("a given pose is refused ({} so far): {}", refused_poses_,
+                                    to_string(given.error()))});
+}
+
 void Ros2Node::run() {
   while (!over_) {
-    if (const auto message = bus_->next(kSlice)) (void)services_.receive(*message);
+    if (const auto message = bus_->next(kSlice)) receive(*message);
     publish_updates();
   }
 }
@@ -150,7 +174,8 @@ void Ros2Node::say_status(const LiveStatus& status) {
                                               : "false"},
                 {"driven_m", std::to_string(status.driven_m)},
                 {"goal_m", std::to_string(status.goal_m)},
-                {"dropped_pictures", std::to_string(status.dropped_pictures)}};
+                {"dropped_pictures", std::to_string(status.dropped_pictures)},
+                {"refused_initial_poses", std::to_string(refused_poses_)}};
   ros2::DiagnosticArray message{.status = {std::move(one)}};
   const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
   message.header.stamp = ros2::to_ros(SensorTime(now));

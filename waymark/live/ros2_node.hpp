@@ -20,6 +20,7 @@ namespace waymark {
 /// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
 /// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /diagnostics; and the services
 /// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
+/// Who publishes /initialpose says where the robot is.
 /// On a thread of its own, which takes the feed.
 class Ros2Node {
  public:
@@ -32,6 +33,8 @@ class Ros2Node {
  private:
   Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed) : bus_(std::move(bus)), services_(*bus_), feed_(feed) {}
   Status offer_services();
+  Status hear_initial_pose();
+  void receive(const BusMessage& message);
   void run();
   void publish_updates();
   void say(const Sample& sample);
@@ -50,6 +53,8 @@ class Ros2Node {
   ros2::Path path_{};
   Duration status_said_{};
   std::map<std::string, std::size_t> publishers_{};
+  std::size_t initial_pose_ = 0;  ///< subscription
+  int refused_poses_ = 0;
   std::atomic<bool> over_ = false;
   std::thread thread_{};
 };

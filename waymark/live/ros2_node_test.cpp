@@ -149,6 +149,34 @@ TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
   EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Go);
 }
 
+TEST_F(Node, APoseThatSomebodyGivesIsAnOrderAndARefusedOneIsCounted) {
+  ros2::PoseWithCovarianceStamped message{.header = {{}, "odom"}};
+  message.pose.pose = ros2::to_ros(lift(SE2(1, 2, 0.5)));
+  message.pose.covariance[0] = message.pose.covariance[7] = message.pose.covariance[35] = 0.04;
+  const auto counted = [&] {
+    const auto all = sent("rt/diagnostics", 1);
+    return cdr::decode<ros2::DiagnosticArray>(all.back())->status[0].values.back();
+  };
+  EXPECT_EQ(counted().value, "0");
+  request("rt/initialpose", cdr::encode(message));
+  std::vector<ViewerOrder> orders;
+  const Duration deadline = steady_now() + std::chrono::seconds(10);
+  while (orders.empty() && steady_now() < deadline) orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Words);
+  EXPECT_NE(orders[0].words.find("the pose is in the frame 'odom', not in 'map'"), std::string::npos);
+  while (counted().value == "0" && steady_now() < deadline) {
+  }
+  EXPECT_EQ(counted().key, "refused_initial_poses");
+  EXPECT_EQ(counted().value, "1");
+  message.header.frame_id = "map";
+  request("rt/initialpose", cdr::encode(message));
+  for (orders.clear(); orders.empty() && steady_now() < deadline;) orders = feed_.take_orders();
+  ASSERT_EQ(orders.size(), 1U);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::GivePose);
+  EXPECT_NEAR(orders[0].pose.map_T_base.yaw(), 0.5, 1e-12);
+}
+
 TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
   for (const char* phase :
        {"", "idle", "teaching", "mapping", "ready", "replaying", "paused", "done", "stopped"}) {

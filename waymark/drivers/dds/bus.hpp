@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,6 +32,23 @@ struct BusTopic {
   std::string type{};
 };
 
+/// Of a participant, a publisher or a subscription (RTPS 2.2, section 8.2.4.1).
+using Guid = std::array<std::uint8_t, 16>;
+
+/// This participant, what it publishes and what it subscribes to.
+struct OwnEndpoints {
+  Guid participant{};
+  std::vector<Guid> publishers{};
+  std::vector<Guid> subscriptions{};
+};
+
+/// A message that tells others what this participant has: kept for late joiners, and published anew each time
+/// that a publisher or a subscription was added or ended.
+struct SelfDescription {
+  BusTopic name{};
+  std::function<std::vector<std::uint8_t>(const OwnEndpoints&)> bytes{};
+};
+
 /// Where to look for others.
 struct BusOptions {
   int domain = 0;
@@ -39,12 +57,13 @@ struct BusOptions {
   std::vector<std::string> peers{};       ///< IPv4 addresses that are asked beside multicast
   std::string node = "waymark";
   std::string keystore{};  ///< folder of the enclave's certificates (SROS 2); empty: no security
+  std::optional<SelfDescription> self{};
 };
 
 /// Which request a reply answers: writer's GUID (of the client's reader, where the request names it) and
 /// sequence number, as RTPS has them.
 struct RequestIdentity {
-  std::array<std::uint8_t, 16> guid{};
+  Guid guid{};
   std::int64_t sequence = 0;
 };
 

@@ -5,6 +5,7 @@
 
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 
 namespace waymark {
@@ -35,6 +36,26 @@ TEST(RosNames, MapToDdsAndBack) {
        {BusTopic{"ros_discovery_info", "rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_"},
         BusTopic{"rt/x", "Square"}, stop.request, BusTopic{}})
     EXPECT_FALSE(ros_topic(none)) << none.topic;
+}
+
+TEST(RosGraph, IdentitiesHave24BytesUpToHumbleAnd16Since) {
+  OwnEndpoints own{.publishers = {Guid{1, 2}, Guid{3}}, .subscriptions = {Guid{4}}};
+  own.participant[15] = 0xc1;
+  const auto size = [&](const char* distro) {
+    const auto node = ros_node_description(distro, "waymark");
+    if (!node) return std::size_t{0};
+    EXPECT_EQ(node->name.topic, "ros_discovery_info");
+    return node->bytes(own).size();
+  };
+  const std::size_t fixed = 4 + 4 + (4 + 2 + 2) + (4 + 8) + 4 + 4;  // counts and names, as they are aligned
+  for (const char* old : {"foxy", "galactic", "humble"}) EXPECT_EQ(size(old), fixed + 4 * 24) << old;
+  for (const char* since : {"iron", "jazzy", "rolling"}) EXPECT_EQ(size(since), fixed + 4 * 16) << since;
+  const auto wrong = ros_node_description("humbel", "waymark");
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(to_string(wrong.error()).find("humble"), std::string::npos);
+  BusOptions options;
+  EXPECT_TRUE(show_in_node_list(options, ""));
+  EXPECT_FALSE(options.self) << "a wrong release crashes others: only where it is named";
 }
 
 TEST(RosEnvironment, IsReadAsRosReadsIt) {

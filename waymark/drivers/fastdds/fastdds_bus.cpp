@@ -26,16 +26,19 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
+Guid bytes_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
+  Guid bytes{};
+  std::copy_n(guid.guidPrefix.value, 12, bytes.begin());
+  std::copy_n(guid.entityId.value, 4, bytes.begin() + 12);
+  return bytes;
+}
+
 /// As rmw_fastrtps does: the reader of the client where the request names it, else its writer.
 RequestIdentity identity_of(const dds::SampleInfo& info) {
   const auto& related = info.related_sample_identity.writer_guid();
   const bool named = related != eprosima::fastrtps::rtps::GUID_t::unknown();
   const auto& guid = named ? related : info.sample_identity.writer_guid();
-  RequestIdentity identity{.sequence =
-                               static_cast<std::int64_t>(info.sample_identity.sequence_number().to64long())};
-  std::copy_n(guid.guidPrefix.value, 12, identity.guid.begin());
-  std::copy_n(guid.entityId.value, 4, identity.guid.begin() + 12);
-  return identity;
+  return {bytes_of(guid), static_cast<std::int64_t>(info.sample_identity.sequence_number().to64long())};
 }
 
 /// Puts what comes into the queue, on the thread it comes by.
@@ -81,6 +84,8 @@ class FastddsBus final : public Bus {
 
  private:
   Result<dds::Topic*> topic(const BusTopic& name);
+  Result<dds::DataWriter*> make_writer(const BusTopic& name, const TopicQos& qos);
+  void describe_self();
 
   Discovered discovered_{};
   ArrivalQueue<BusMessage> queue_{};
@@ -90,6 +95,8 @@ class FastddsBus final : public Bus {
   dds::Subscriber* subscriber_ = nullptr;
   std::vector<dds::DataWriter*> writers_{};
   std::vector<dds::DataReader*> readers_{};
+  std::optional<SelfDescription> self_{};
+  dds::DataWriter* self_writer_ = nullptr;
 };
 
 Status FastddsBus::join(const BusOptions& options) {
@@ -99,7 +106,11 @@ Status FastddsBus::join(const BusOptions& options) {
       static_cast<dds::DomainId_t>(options.domain), participant_qos(options), &discovered_, discovery_only);
   if (participant_ != nullptr) publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   if (participant_ != nullptr) subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);
-  if (publisher_ != nullptr && subscriber_ != nullptr) return {};
+  if (publisher_ != nullptr && subscriber_ != nullptr) {
+    self_ = options.self;
+    describe_self();
+    return {};
+  }
   return fail(
       ErrorCode::Unsupported, fmt::format("domain {} cannot be joined", options.domain), {.source = "DDS"},
       options.keystore.empty() ? "Is the network interface there and up?"
@@ -128,12 +139,33 @@ Result<dds::Topic*> FastddsBus::topic(const BusTopic& name) {
   return made;
 }
 
-Result<std::size_t> FastddsBus::advertise(const BusTopic& name, const TopicQos& qos) {
+/// Where it cannot be told nobody is told, and everything else goes on.
+void FastddsBus::describe_self() {
+  if (!self_) return;
+  if (self_writer_ == nullptr)
+    self_writer_ = make_writer(self_->name, {.transient_local = true, .depth = 1}).value_or(nullptr);
+  if (self_writer_ == nullptr) return;
+  OwnEndpoints own{.participant = bytes_of(participant_->guid())};
+  for (const dds::DataWriter* writer : writers_) own.publishers.push_back(bytes_of(writer->guid()));
+  for (const dds::DataReader* reader : readers_)
+    if (reader != nullptr) own.subscriptions.push_back(bytes_of(reader->guid()));
+  RawCdr raw{self_->bytes(own)};
+  (void)self_writer_->write(&raw);
+}
+
+Result<dds::DataWriter*> FastddsBus::make_writer(const BusTopic& name, const TopicQos& qos) {
   const auto topic = this->topic(name);
   if (!topic) return tl::unexpected(topic.error());
   dds::DataWriter* writer = publisher_->create_datawriter(*topic, writer_qos(qos));
   if (writer == nullptr) return fail(ErrorCode::Unsupported, "DDS makes no publisher", {.key = name.topic});
-  writers_.push_back(writer);
+  return writer;
+}
+
+Result<std::size_t> FastddsBus::advertise(const BusTopic& name, const TopicQos& qos) {
+  const auto writer = make_writer(name, qos);
+  if (!writer) return tl::unexpected(writer.error());
+  writers_.push_back(*writer);
+  describe_self();
   return writers_.size() - 1;
 }
 
@@ -146,6 +178,7 @@ Result<std::size_t> FastddsBus::subscribe(const BusTopic& name, const TopicQos& 
   if (reader == nullptr)
     return fail(ErrorCode::Unsupported, "DDS makes no subscription", {.key = name.topic});
   readers_.push_back(reader);
+  describe_self();
   return number;
 }
 
@@ -154,6 +187,7 @@ void FastddsBus::unsubscribe(std::size_t subscription) {
   if (reader == nullptr) return;
   (void)reader->set_listener(nullptr);
   (void)subscriber_->delete_datareader(reader);
+  describe_self();
 }
 
 Status FastddsBus::publish(std::size_t publisher, std::span<const std::uint8_t> bytes) {

@@ -29,6 +29,7 @@ struct Ros2Profile {
   std::string base_frame = "base_link";
   bool reliable_sensors = false;
   std::string interface {};
+  std::string ros_distro{};
   bool simulated = false;
   std::string text{};  ///< that it was read from; no field of its own
 
@@ -65,6 +66,10 @@ struct Ros2Profile {
     visit(self.interface,
           Field{"interface",
                 "IPv4 address of the network interface where ROS's environment names none; empty: all."});
+    visit(
+        self.ros_distro,
+        Field{"ros_distro",
+              "Release of ROS 2 whose node list shows this program: humble, jazzy, ...; empty: none does."});
     visit(self.simulated,
           Field{"simulated", "No wheels turn: it needs no first drive (`waymark commission`)."});
   }
