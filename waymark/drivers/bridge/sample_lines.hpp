@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ class SampleLines {
   [[nodiscard]] std::uint64_t dropped() const { return dropped_; }
   /// Whether the topic that leads spoke.
   [[nodiscard]] bool speaks() const { return gate_.offset().has_value(); }
+  /// StampGate::offset().
+  [[nodiscard]] std::optional<Duration> offset() const { return gate_.offset(); }
 
  private:
   [[nodiscard]] Result<std::string> picture_line(SensorTime stamp,

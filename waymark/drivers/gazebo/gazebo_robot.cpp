@@ -1,4 +1,5 @@
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
+#include "waymark/drivers/bridge/simulation_watch.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -8,7 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "waymark/drivers/gazebo/gazebo_bridge.hpp"
-#include "waymark/drivers/gazebo/simulation_watch.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
 #include "waymark/drivers/process/sender_watch.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "waymark/config/share.hpp"
+#include "waymark/drivers/bridge/simulation_watch.hpp"
 #include "waymark/drivers/gazebo/gazebo_bridge.hpp"
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
-#include "waymark/drivers/gazebo/simulation_watch.hpp"
 
 namespace waymark {
 namespace {

@@ -65,6 +65,8 @@ std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {
   add(profile.gamepad_topic, ros2::Joy::kType, samples);
   add(profile.truth_topic, ros2::PoseStamped::kType, samples);
   add("/tf_static", ros2::TFMessage::kType, {.transient_local = true, .depth = kSamplesKept});
+  add("/tf", ros2::TFMessage::kType, {.reliable = false, .depth = kSamplesKept});
+  if (profile.use_sim_time) add("/clock", ClockMessage::kType, {.reliable = false, .depth = kSamplesKept});
   return all;
 }
 

@@ -7,6 +7,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
+#include "waymark/recording/ros2_messages.hpp"
 
 namespace waymark {
 
@@ -30,6 +31,7 @@ struct Ros2Profile {
   bool reliable_sensors = false;
   std::string interface {};
   std::string ros_distro{};
+  bool use_sim_time = false;
   bool simulated = false;
   std::string text{};  ///< that it was read from; no field of its own
 
@@ -70,6 +72,10 @@ struct Ros2Profile {
         self.ros_distro,
         Field{"ros_distro",
               "Release of ROS 2 whose node list shows this program: humble, jazzy, ...; empty: none does."});
+    visit(self.use_sim_time,
+          Field{"use_sim_time",
+                "Time is that of /clock (rosgraph_msgs/msg/Clock), as ROS's parameter of this name has it: a "
+                "simulation that runs slower or faster than real time, or stands."});
     visit(self.simulated,
           Field{"simulated", "No wheels turn: it needs no first drive (`waymark commission`)."});
   }
@@ -80,6 +86,13 @@ struct Ros2Profile {
 [[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
 /// Of a plain name the file in share/ros2, else of a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
+
+/// The time of a simulation.
+struct ClockMessage {
+  static constexpr std::string_view kType = "rosgraph_msgs/msg/Clock";
+  ros2::Time clock{};
+  WAYMARK_ROS2_FIELDS(self.clock)
+};
 
 /// What kind of message a subscription of the profile gives.
 struct Ros2Subscription {

@@ -35,7 +35,12 @@ RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture
 
 std::vector<std::string> RobotBridge::receive(const Ros2Subscription& from,
                                               std::span<const std::uint8_t> bytes, Duration arrived) {
-  const bool needs_clock = from.type != ros2::TFMessage::kType && from.type != ros2::CameraInfo::kType;
+  const bool needs_clock = from.type != ros2::TFMessage::kType && from.type != ros2::CameraInfo::kType &&
+                           from.type != ClockMessage::kType;
+  if (profile_.use_sim_time) {
+    if (needs_clock && !simulated_time_) return {};  // nobody knows how late it is
+    if (simulated_time_) arrived = simulated_time_->time_since_epoch();
+  }
   if (needs_clock && !speaks() && from.topic != profile_.odometry_topic) return {};  // whose clock counts
   auto lines = lines_of(from, bytes, arrived);
   if (lines) return std::move(*lines);
@@ -47,8 +52,11 @@ Result<std::vector<std::string>> RobotBridge::lines_of(const Ros2Subscription& f
                                                        std::span<const std::uint8_t> bytes,
                                                        Duration arrived) {
   std::vector<std::string> lines;
-  if (from.type == ros2::TFMessage::kType || from.type == ros2::CameraInfo::kType) {
-    Status status = from.type == ros2::TFMessage::kType ? keep_transforms(bytes) : compare_camera(bytes);
+  if (from.type == ros2::TFMessage::kType || from.type == ros2::CameraInfo::kType ||
+      from.type == ClockMessage::kType) {
+    Status status = from.type == ClockMessage::kType      ? keep_clock(bytes)
+                    : from.type == ros2::TFMessage::kType ? keep_transforms(bytes)
+                                                          : compare_camera(bytes);
     if (!status) return tl::unexpected(status.error());
     return lines;
   }
@@ -105,6 +113,21 @@ void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) 
   imu.linear_acceleration_m_s2 = known->second * imu.linear_acceleration_m_s2;
 }
 
+/// A clock that goes back is a simulation that was begun anew: what came before it says nothing of it.
+Status RobotBridge::keep_clock(std::span<const std::uint8_t> bytes) {
+  const auto message = cdr::decode<ClockMessage>(bytes);
+  if (!message) return tl::unexpected(message.error());
+  const SensorTime now = ros2::from_ros(message->clock);
+  if (simulated_time_ && now < *simulated_time_)
+    return fail(
+        ErrorCode::Unreadable,
+        fmt::format(
+            "the clock went back by {:.3f} s: was the simulation begun anew? Then begin anew here, too",
+            to_seconds(*simulated_time_ - now)));
+  simulated_time_ = now;
+  return {};
+}
+
 Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kMostFrames = 1000;
   const auto message = cdr::decode<ros2::TFMessage>(bytes);
@@ -119,6 +142,7 @@ Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
     frames_.add(link.header.frame_id, link.child_frame_id,
                 sound ? std::optional<SE3>(ros2::from_ros(link)) : std::nullopt);
   }
+  base_R_imu_.clear();
   compare_mounting();
   return {};
 }

@@ -32,6 +32,10 @@ class RobotBridge {
   [[nodiscard]] std::uint64_t dropped() const { return lines_.dropped(); }
   /// Whether odometry came.
   [[nodiscard]] bool speaks() const { return lines_.speaks(); }
+  /// The clock of a simulation, where the profile says that time is its; nothing before it came.
+  [[nodiscard]] std::optional<SensorTime> simulated_time() const { return simulated_time_; }
+  /// SampleLines::offset().
+  [[nodiscard]] std::optional<Duration> offset() const { return lines_.offset(); }
 
   /// The message of a command; `now`: the stamp of a TwistStamped.
   [[nodiscard]] std::vector<std::uint8_t> command(const VelocityCommand& command, SensorTime now) const;
@@ -42,6 +46,7 @@ class RobotBridge {
   Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
                                          Duration arrived);
   void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
+  Status keep_clock(std::span<const std::uint8_t> bytes);
   Status keep_transforms(std::span<const std::uint8_t> bytes);
   Status compare_camera(std::span<const std::uint8_t> bytes);
   void compare_mounting();
@@ -50,6 +55,7 @@ class RobotBridge {
   RobotDescription robot_;
   SampleLines lines_;
   FrameTree frames_{};
+  std::optional<SensorTime> simulated_time_{};
   std::string camera_frame_{};
   std::map<std::string, SO3> base_R_imu_{};  ///< by frame
 };

@@ -51,6 +51,56 @@ class Bridge : public testing::Test {
   bool greeted_ = false;
 };
 
+// A simulation at a quarter of real time.
+TEST(BridgeOfASimulation, GoesByItsClock) {
+  Ros2Profile profile = find_ros2_profile("limo").value();
+  profile.use_sim_time = true;
+  RobotBridge bridge(profile, limo());
+  const auto give = [&](const std::string& topic, const auto& message, int arrived_ms) {
+    using Message = std::decay_t<decltype(message)>;
+    return bridge.receive({topic, std::string(Message::kType), {}}, cdr::encode(message),
+                          milliseconds(arrived_ms));
+  };
+  const auto odometry = [&](int ms, int arrived_ms) {
+    return give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(ms)}), arrived_ms);
+  };
+  EXPECT_TRUE(odometry(0, 0).empty()) << "before the clock";
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(100 * i))}, 400 * i).empty());
+    EXPECT_EQ(odometry(100 * i, 400 * i).size(), 1U) << i << ": 12 s late by a clock on the wall";
+  }
+  EXPECT_EQ(bridge.simulated_time(), at_ms(3900));
+  EXPECT_EQ(bridge.dropped(), 0U);
+  EXPECT_TRUE(odometry(6000, 15700).empty()) << "of the future";
+  EXPECT_TRUE(give("/clock", ClockMessage{ros2::to_ros(at_ms(0))}, 16000).empty());
+  EXPECT_EQ(bridge.simulated_time(), at_ms(3900)) << "begun anew: no time that goes back";
+  std::string words;
+  for (const std::string& line : bridge.take_words()) words += line;
+  EXPECT_NE(words.find("2.1 s in the future by the clock of the odometry"), std::string::npos) << words;
+  EXPECT_NE(words.find("the clock went back by 3.900 s"), std::string::npos) << words;
+}
+
+/// As a robot_state_publisher has it that publishes every joint on /tf.
+ros2::TFMessage mast(double height_m) {
+  return {{ros2::to_ros_transform(at_ms(0), "base_link", "mast", SE3({}, {0, 0, height_m})),
+           ros2::to_ros_transform(at_ms(0), "mast", "camera_color_optical_frame", SE3())}};
+}
+
+TEST_F(Bridge, AMountingThatIsPublishedAgainAndAgainIsComparedAndOneThatMovesIsSaid) {
+  (void)odometry(0);
+  ros2::Image picture = ros2::to_ros(CameraFrame{.stamp = at_ms(10), .image = Image(64, 48)});
+  picture.header.frame_id = "camera_color_optical_frame";
+  (void)give("/camera/color/image_raw", picture, milliseconds(10));
+  for (int i = 0; i < 3; ++i) (void)give("/tf", mast(0.5), milliseconds(20 + i));
+  const std::string fixed = words();
+  EXPECT_NE(fixed.find("tf mounts the camera"), std::string::npos) << fixed;
+  EXPECT_EQ(fixed.find("moves"), std::string::npos) << fixed;
+  (void)give("/tf", mast(0.6), milliseconds(30));
+  const std::string moving = words();
+  EXPECT_NE(moving.find("tf does not say where the camera is mounted"), std::string::npos) << moving;
+  EXPECT_NE(moving.find("moves"), std::string::npos) << moving;
+}
+
 TEST_F(Bridge, OdometryAndPicturesComeOutAsTheyWentIn) {
   const auto lines = odometry(0, 1.5);
   ASSERT_EQ(lines.size(), 1U);

@@ -1,6 +1,10 @@
 #include "waymark/drivers/ros2/ros2_robot.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cmath>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -8,6 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/drivers/bridge/simulation_watch.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
@@ -43,7 +48,7 @@ class Ros2Robot {
   Status run() {
     if (Status status = join(); !status) return status;
     const auto send = [this](const VelocityCommand& command) {
-      (void)bus_->publish(publisher_, bridge_.command(command, wall_clock()));
+      (void)bus_->publish(publisher_, bridge_.command(command, now()));
     };
     EarlyInput early(wire_.input);
     std::optional<CommandSender> sender;
@@ -56,12 +61,19 @@ class Ros2Robot {
         greet();
         sender.emplace(send, wire_);
       }
+      if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
+      if (const std::string words = watch_.take_words(steady_now()); !words.empty()) talk_.say(words);
       if (Status status = look(); !status) return status;
     }
     return {};
   }
 
  private:
+  /// The clock that commands are stamped by. From any thread.
+  [[nodiscard]] SensorTime now() const {
+    return profile_.use_sim_time ? SensorTime(Duration(simulated_ns_.load())) : wall_clock();
+  }
+
   Status join() {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());
@@ -75,7 +87,7 @@ class Ros2Robot {
     for (Ros2Subscription& one : subscriptions_of(profile_)) {
       const auto number = bus_->subscribe(dds_topic(one.topic, one.type), one.qos);
       if (!number) return tl::unexpected(number.error());
-      subscriptions_.push_back(std::move(one));
+      subscriptions_.emplace(*number, std::move(one));
     }
     const auto others = bus_->subscribe(commands.name, {.reliable = false, .depth = 1});
     if (!others) return tl::unexpected(others.error());
@@ -85,11 +97,44 @@ class Ros2Robot {
 
   void receive(const BusMessage& message) {
     if (message.subscription == commands_) return senders_.hear_command();
-    const auto lines = bridge_.receive(subscriptions_[message.subscription], message.bytes, message.arrived);
+    const auto from = subscriptions_.find(message.subscription);
+    if (from == subscriptions_.end()) return;
+    const auto lines = bridge_.receive(from->second, message.bytes, message.arrived);
+    if (const auto time = bridge_.simulated_time())
+      watch_simulation(from->second, message.arrived, *time, !lines.empty());
     if (bridge_.speaks()) senders_.hear_robot(message.arrived);
     if (!talk_.greeted()) return;
     talk_.write(lines);
     talk_.write(bridge_.take_words());
+  }
+
+  void watch_simulation(const Ros2Subscription& from, Duration arrived, SensorTime time, bool passed) {
+    simulated_ns_ = time.time_since_epoch().count();
+    if (from.type == ClockMessage::kType) watch_.clock(arrived);
+    if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
+  }
+
+  /// Where nobody publishes the topic of pictures but somebody its compressed ones (image_transport), those
+  /// are taken.
+  Status take_compressed(const std::vector<BusEndpoint>& others) {
+    if (profile_.image_topic.empty() || compressed_) return {};
+    const std::string topic = profile_.image_topic + "/compressed";
+    const BusTopic plain = dds_topic(profile_.image_topic, ros2::Image::kType);
+    const BusTopic compressed = dds_topic(topic, ros2::CompressedImage::kType);
+    const auto published = [&](const BusTopic& name) {
+      return std::ranges::any_of(others, [&](const BusEndpoint& one) {
+        return one.publishes && one.name.topic == name.topic && one.name.type == name.type;
+      });
+    };
+    if (published(plain) || !published(compressed)) return {};
+    compressed_ = true;
+    TopicQos qos{.reliable = profile_.reliable_sensors, .depth = 2};
+    const auto number = bus_->subscribe(compressed, qos);
+    if (!number) return tl::unexpected(number.error());
+    subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(ros2::CompressedImage::kType), qos});
+    talk_.say_once(
+        fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
+    return {};
   }
 
   Status look_for_others() {
@@ -102,7 +147,8 @@ class Ros2Robot {
   }
 
   void greet() {
-    talk_.greet(name_, false, profile_.simulated);
+    talk_.greet(name_, profile_.use_sim_time, profile_.simulated);
+    say_clock();
     if (!profile_.stops_by_itself && !wire_.listen_only)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
@@ -110,12 +156,27 @@ class Ros2Robot {
           "relay` on it");
   }
 
+  /// How far the clocks are apart, the way of the messages included.
+  void say_clock() {
+    constexpr double kYear_s = 3e7;
+    if (profile_.use_sim_time || !bridge_.offset()) return;
+    const Duration robot = steady_now() - *bridge_.offset();
+    const double behind_s = to_seconds(wall_clock().time_since_epoch() - robot);
+    const bool other = std::abs(behind_s) > kYear_s;
+    talk_.say_once(fmt::format(
+        "the robot's clock is {:.3f} s {} this computer's, by the stamps of {}{}", std::abs(behind_s),
+        behind_s >= 0 ? "behind" : "ahead of", profile_.odometry_topic,
+        other ? ": if it is the time of a simulation, the profile needs use_sim_time: true" : ""));
+  }
+
   /// Who is there, once a second.
   Status look() {
     const Duration now = steady_now();
     if (now < next_look_) return {};
     next_look_ = now + kLookAgain;
-    for (const std::string& words : mismatches(uses_, bus_->endpoints())) talk_.say_once(words);
+    const std::vector<BusEndpoint> others = bus_->endpoints();
+    for (const std::string& words : mismatches(uses_, others)) talk_.say_once(words);
+    if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
       if (talk_.greeted() && !wire_.listen_only && bus_->matched_subscriptions(publisher_) == 0 &&
@@ -124,7 +185,7 @@ class Ros2Robot {
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
-    const std::string where = searched(bus_options_, *bus_);
+    const std::string where = missing_clock() + searched(bus_options_, *bus_);
     if (waited >= options_.give_up_after)
       return fail(ErrorCode::NotFound,
                   fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
@@ -133,6 +194,11 @@ class Ros2Robot {
     if (waited >= options_.report_after)
       talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
     return {};
+  }
+
+  [[nodiscard]] std::string missing_clock() const {
+    return profile_.use_sim_time && !bridge_.simulated_time() ? "no time came on /clock (use_sim_time); "
+                                                              : "";
   }
 
   Ros2Profile profile_;
@@ -145,9 +211,12 @@ class Ros2Robot {
   std::vector<TopicUse> uses_;
   std::unique_ptr<Bus> bus_{};
   SenderWatch senders_;
+  SimulationWatch watch_{};
+  std::atomic<std::int64_t> simulated_ns_ = 0;
   std::size_t publisher_ = 0;
-  std::size_t commands_ = 0;  ///< subscription of what others command
-  std::vector<Ros2Subscription> subscriptions_{};
+  std::size_t commands_ = 0;                                 ///< subscription of what others command
+  std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
+  bool compressed_ = false;
   Duration began_{};
   Duration next_look_{};
 };

@@ -39,7 +39,7 @@ TEST(Ros2Profile, SaysWhatIsWrong) {
 TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
   Ros2Profile profile;
   profile.image_topic = "/image";
-  for (const Ros2Subscription& one : subscriptions_of(profile)) {
+  for (const Ros2Subscription& one : subscriptions_of(profile)) {  // /tf changes: nobody waits for it
     const bool fixed = one.topic == "/tf_static";
     EXPECT_EQ(one.qos.reliable, fixed) << one.topic;
     EXPECT_EQ(one.qos.transient_local, fixed) << one.topic;

@@ -1,4 +1,4 @@
-#include "waymark/drivers/gazebo/simulation_watch.hpp"
+#include "waymark/drivers/bridge/simulation_watch.hpp"
 
 #include <algorithm>
 
