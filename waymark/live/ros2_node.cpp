@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/initial_pose.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/plot/annotate.hpp"
 
 namespace waymark {
 namespace {
@@ -44,9 +46,10 @@ const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
 
 ServiceButton button_of_service(const std::string& service, const std::string& phase) {
   for (const Rule& rule : kRules)
-    if (rule.service == service && rule.phase == phase) return {rule.press, service + " in phase " + phase};
+    if (rule.service == service && rule.phase == phase)
+      return {rule.press, fmt::format("{} in phase {}", service, phase)};
   if (service == "stop") return {Kind::Stop, "stop"};  // whatever happens, it is never refused
-  return {{}, service + " has no effect in phase '" + phase + "'"};
+  return {{}, fmt::format("{} has no effect in phase '{}'", service, phase)};
 }
 
 Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed) {
@@ -102,25 +105,53 @@ void Ros2Node::run() {
   }
 }
 
+std::optional<std::size_t> Ros2Node::publisher_of(const std::string& topic, std::string_view type,
+                                                  const TopicQos& qos) {
+  const auto known = publishers_.find(topic);
+  if (known != publishers_.end()) return known->second;
+  const auto made = bus_->advertise(dds_topic(topic, type), qos);
+  if (!made) return std::nullopt;
+  publishers_.emplace(topic, *made);
+  return *made;
+}
+
 template <class Message>
 void Ros2Node::publish(const std::string& topic, const Message& message, bool kept) {
-  auto known = publishers_.find(topic);
-  if (known == publishers_.end()) {
-    const TopicQos qos{.transient_local = kept, .depth = kept ? 1 : 10};
-    const auto made = bus_->advertise(dds_topic(topic, Message::kType), qos);
-    if (!made) return;  // nobody gets it, and the drive goes on
-    known = publishers_.emplace(topic, *made).first;
-  }
-  (void)bus_->publish(known->second, cdr::encode(message));
+  const TopicQos qos{.transient_local = kept, .depth = kept ? 1 : 10};
+  if (const auto publisher = publisher_of(topic, Message::kType, qos))
+    (void)bus_->publish(*publisher, cdr::encode(message));
+}
+
+/// With the newest picture, the one that they were found in: ten a second, where somebody subscribes to them.
+void Ros2Node::show(const TagFrame& tags) {
+  constexpr Duration kPeriod = std::chrono::milliseconds(100);
+  constexpr int kQuality = 80;
+  constexpr TopicQos kPictures{.reliable = true, .depth = 2, .large = true};
+  if (!picture_ || picture_->stamp != tags.stamp || picture_->camera != tags.camera) return;
+  const auto publisher = publisher_of("/waymark/image/compressed", ros2::CompressedImage::kType, kPictures);
+  if (!publisher || steady_now() - shown_ < kPeriod || bus_->matched_subscriptions(*publisher) == 0) return;
+  shown_ = steady_now();
+  const auto drawn = plot::annotate(picture_->image.view(), tags.detections);
+  auto jpeg = drawn ? encode_jpeg(*drawn, kQuality) : tl::unexpected(drawn.error());
+  if (!jpeg) return;
+  const ros2::CompressedImage message{
+      .header = {ros2::to_ros(tags.stamp), tags.camera}, .format = "jpeg", .data = std::move(*jpeg)};
+  (void)bus_->publish(*publisher, cdr::encode(message));
+}
+
+void Ros2Node::take_back(LiveSample& sample) {
+  auto* received = std::get_if<Sample>(&sample.value);
+  auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
+  if (picture == nullptr) return;
+  if (picture_) feed_.give_back(std::move(*picture_));
+  picture_ = std::move(*picture);
 }
 
 void Ros2Node::publish_updates() {
   LiveFeed::Updates updates = feed_.take();
   for (LiveSample& sample : updates.samples) {
     std::visit([this](const auto& value) { say(value); }, sample.value);
-    auto* received = std::get_if<Sample>(&sample.value);
-    auto* picture = received != nullptr ? std::get_if<CameraFrame>(received) : nullptr;
-    if (picture != nullptr) feed_.give_back(std::move(*picture));
+    take_back(sample);
   }
   if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
     publish("/waymark/markers", *shapes_, true);
@@ -137,7 +168,10 @@ void Ros2Node::say(const Sample& sample) {
     odometry_.push_back(*odometry);
     if (odometry_.size() > kOdometryKept) odometry_.pop_front();
   }
-  if (const auto* tags = std::get_if<TagFrame>(&sample)) publish("/waymark/tags", ros2::to_ros(*tags));
+  const auto* tags = std::get_if<TagFrame>(&sample);
+  if (tags == nullptr) return;
+  publish("/waymark/tags", ros2::to_ros(*tags));
+  show(*tags);
 }
 
 void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {

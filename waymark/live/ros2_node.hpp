@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "waymark/drivers/dds/bus.hpp"
@@ -18,7 +19,8 @@
 namespace waymark {
 
 /// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
-/// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /diagnostics; and the services
+/// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed where somebody
+/// wants it, /diagnostics; and the services
 /// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
 /// Who publishes /initialpose says where the robot is.
 /// On a thread of its own, which takes the feed.
@@ -38,9 +40,14 @@ class Ros2Node {
   void run();
   void publish_updates();
   void say(const Sample& sample);
+  void show(const TagFrame& tags);
+  void take_back(LiveSample& sample);
   void say(const ros2::PoseWithCovarianceStamped& estimate);
   void say(const ros2::DiagnosticArray& compared);
   void say_status(const LiveStatus& status);
+  /// The number of the publisher of a topic; nothing where the network makes none, and the drive goes on.
+  std::optional<std::size_t> publisher_of(const std::string& topic, std::string_view type,
+                                          const TopicQos& qos);
   template <class Message>
   void publish(const std::string& topic, const Message& message, bool kept = false);
 
@@ -48,6 +55,8 @@ class Ros2Node {
   TriggerServices services_;
   LiveFeed& feed_;
   LiveStatus status_{};
+  std::optional<CameraFrame> picture_{};  ///< the newest
+  Duration shown_{};                      ///< when a picture was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};
   std::deque<Odometry> odometry_{};
   ros2::Path path_{};

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -175,6 +176,27 @@ TEST_F(Node, APoseThatSomebodyGivesIsAnOrderAndARefusedOneIsCounted) {
   ASSERT_EQ(orders.size(), 1U);
   EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::GivePose);
   EXPECT_NEAR(orders[0].pose.map_T_base.yaw(), 0.5, 1e-12);
+}
+
+TEST_F(Node, APictureWithItsTagsIsShownToWhoeverSubscribes) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  feed_.publish(Sample(CameraFrame{.stamp = stamp, .camera = "front", .image = Image(64, 48)}), 0);
+  feed_.publish(Sample(TagFrame{.stamp = stamp + std::chrono::seconds(1), .camera = "front"}),
+                0);  // of another
+  TagDetection tag;
+  tag.corners_px = {{{10, 10}, {30, 10}, {30, 30}, {10, 30}}};
+  feed_.publish(Sample(TagFrame{.stamp = stamp, .camera = "front", .detections = {tag}}), 0);
+  const auto shown = sent("rt/waymark/image/compressed", 1);
+  ASSERT_EQ(shown.size(), 1U);
+  const auto message = cdr::decode<ros2::CompressedImage>(shown[0]);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->header.frame_id, "front");
+  EXPECT_EQ(ros2::from_ros(message->header.stamp), stamp);
+  EXPECT_EQ(message->format, "jpeg");
+  const auto picture = decode_image(message->data, "picture");
+  ASSERT_TRUE(picture) << to_string(picture.error());
+  EXPECT_EQ(picture->width(), 64);
+  EXPECT_GT(picture->at(20, 10), 20) << "the edge of the tag, on black";
 }
 
 TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
