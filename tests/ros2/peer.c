@@ -8,6 +8,9 @@
 //   peer call SECONDS NAME        calls the service /waymark/NAME (std_srvs/Trigger) as rmw_cyclonedds does
 //   peer nodes SECONDS 16|24      the node that ros_discovery_info shows, by that size of Gid, and how many of its endpoints exist
 //   peer pose SECONDS FRAME X Y YAW   says once on /initialpose where the robot is, as RViz does
+//   peer simulated SECONDS        odometry by a /clock of half speed, from 100 s on; paused in the second half; prints TwistStamped commands
+//   peer compressed SECONDS JPEG  odometry and that picture on /camera/color/image_raw/compressed: whole, cut short, damaged
+//   peer view SECONDS             counts the pictures of /waymark/image/compressed
 //   peer latency SECONDS          pictures of 640 x 480 at 30 Hz; time from each to the next command: median, p99 [ms]
 #include <dds/dds.h>
 #include <math.h>
@@ -353,6 +356,87 @@ static void show_nodes(double seconds, int gid_bytes) {
   fputs(line, stdout);
 }
 
+static nav_msgs_msg_dds__Odometry_ standing_still(void) {
+  nav_msgs_msg_dds__Odometry_ o;
+  memset(&o, 0, sizeof o);
+  o.header_.frame_id_ = "odom";
+  o.child_frame_id_ = "base_link";
+  o.pose_.pose_.orientation_.w_ = 1;
+  return o;
+}
+
+static void simulated(double seconds) {
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  dds_entity_t clock = endpoint(1, "rt/clock", &rosgraph_msgs_msg_dds__Clock__desc, qos(0, 0, 1));
+  dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__TwistStamped__desc, qos(1, 0, 10));
+  nav_msgs_msg_dds__Odometry_ o = standing_still();
+  const int64_t begin = dds_time(), length = (int64_t)(seconds * 1e9);
+  for (int n = 0; dds_time() - begin < length; ++n) {
+    const int64_t passed = dds_time() - begin, runs = passed < length / 2 ? passed : length / 2;
+    const int64_t now = DDS_SECS(100) + runs / 2;
+    const rosgraph_msgs_msg_dds__Clock_ c = {{(int32_t)(now / 1000000000), (uint32_t)(now % 1000000000)}};
+    o.header_.stamp_ = c.time_;
+    dds_write(clock, &c);
+    if (n % 2 == 0 && passed < length / 2) dds_write(odom, &o);
+    void *raw = NULL;
+    dds_sample_info_t info;
+    while (dds_take(commands, &raw, &info, 1, 1) == 1) {
+      const geometry_msgs_msg_dds__TwistStamped_ *m = raw;
+      if (info.valid_data) printf("stamped %d %.3f %s\n", m->header_.stamp_.sec_, m->twist_.linear_.x_, passed < length / 2 ? "runs" : "paused");
+      dds_return_loan(commands, &raw, 1);
+      raw = NULL;
+    }
+    dds_sleepfor(DDS_MSECS(10));
+  }
+}
+
+static void compressed(double seconds, const char *path) {
+  static uint8_t jpeg[1 << 20], damaged[1 << 20];
+  FILE *file = fopen(path, "rb");
+  const size_t size = file ? fread(jpeg, 1, sizeof jpeg, file) : 0;
+  if (size < 1000) { printf("%s: no picture\n", path); exit(1); }
+  memcpy(damaged, jpeg, size);
+  for (size_t i = 300; i < size; i += 97) damaged[i] ^= 0x5a;
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  dds_entity_t image = endpoint(1, "rt/camera/color/image_raw/compressed", &sensor_msgs_msg_dds__CompressedImage__desc, qos(0, 0, 5));
+  nav_msgs_msg_dds__Odometry_ o = standing_still();
+  sensor_msgs_msg_dds__CompressedImage_ m;
+  memset(&m, 0, sizeof m);
+  m.header_.frame_id_ = "camera_color_optical_frame";
+  m.format_ = "rgb8; jpeg compressed bgr8";
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  for (int n = 0; dds_time() < end; ++n) {
+    o.header_.stamp_ = m.header_.stamp_ = stamp();
+    dds_write(odom, &o);
+    m.data_._length = m.data_._maximum = (uint32_t)(n % 3 == 1 ? size / 2 : size);
+    m.data_._buffer = n % 3 == 2 ? damaged : jpeg;
+    if (n % 5 == 0) dds_write(image, &m);
+    dds_sleepfor(DDS_MSECS(20));
+  }
+}
+
+static void view(double seconds) {
+  dds_entity_t image = endpoint(0, "rt/waymark/image/compressed", &sensor_msgs_msg_dds__CompressedImage__desc, qos(0, 0, 5));
+  int pictures = 0, jpegs = 0;
+  const int64_t end = dds_time() + (int64_t)(seconds * 1e9);
+  while (dds_time() < end) {
+    void *raw = NULL;
+    dds_sample_info_t info;
+    while (dds_take(image, &raw, &info, 1, 1) == 1) {
+      const sensor_msgs_msg_dds__CompressedImage_ *m = raw;
+      if (info.valid_data) {
+        const uint32_t n = m->data_._length;
+        ++pictures;
+        jpegs += n > 1000 && m->data_._buffer[0] == 0xff && m->data_._buffer[1] == 0xd8 && m->data_._buffer[n - 1] == 0xd9 && !strcmp(m->format_, "jpeg");
+      }
+      dds_return_loan(image, &raw, 1);
+      raw = NULL;
+    }
+    dds_sleepfor(DDS_MSECS(5));
+  }
+  printf("pictures %d jpegs %d\n", pictures, jpegs);
+}
+
 static int by_size(const void *a, const void *b) { return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b); }
 
 static void latency(double seconds) {
@@ -360,11 +444,7 @@ static void latency(double seconds) {
   dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
   dds_entity_t image = endpoint(1, "rt/camera/color/image_raw", &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
   dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 10));
-  nav_msgs_msg_dds__Odometry_ o;
-  memset(&o, 0, sizeof o);
-  o.header_.frame_id_ = "odom";
-  o.child_frame_id_ = "base_link";
-  o.pose_.pose_.orientation_.w_ = 1;
+  nav_msgs_msg_dds__Odometry_ o = standing_still();
   sensor_msgs_msg_dds__Image_ m;
   memset(&m, 0, sizeof m);
   m.header_.frame_id_ = "camera_color_optical_frame";
@@ -415,6 +495,9 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "crowd") == 0 && argc > 3) crowd(seconds, atoi(argv[3]));
   else if (strcmp(argv[1], "watch") == 0) watch(seconds);
   else if (strcmp(argv[1], "call") == 0 && argc > 3) call(seconds, argv[3]);
+  else if (strcmp(argv[1], "simulated") == 0) simulated(seconds);
+  else if (strcmp(argv[1], "compressed") == 0 && argc > 3) compressed(seconds, argv[3]);
+  else if (strcmp(argv[1], "view") == 0) view(seconds);
   else if (strcmp(argv[1], "nodes") == 0 && argc > 3) show_nodes(seconds, atoi(argv[3]));
   else if (strcmp(argv[1], "pose") == 0 && argc > 6) say_pose(seconds, argv + 3);
   else if (strcmp(argv[1], "latency") == 0) latency(seconds);

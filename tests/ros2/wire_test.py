@@ -5,7 +5,6 @@ Every test has a domain of its own, on this machine alone. WAYMARK_FULL=1 runs a
 
 usage: wire_test.py PROGRAM PEER [TestClass.test]
 """
-import itertools
 import json
 import os
 import pathlib
@@ -13,52 +12,16 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from wire_peer import environment
+from wire_case import LONG, PEER, PROGRAM, Wire, lines_of
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import wire_driver
 
-PROGRAM, PEER = sys.argv[1:3]
-DOMAINS = itertools.count(1 + os.getpid() % 199)
 COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
-LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
-
-
-class Wire(unittest.TestCase):
-    def setUp(self):
-        self.environment = environment(next(DOMAINS))
-        self.running = []
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = pathlib.Path(folder.name)
-
-    def tearDown(self):
-        for process in self.running:
-            if process.poll() is None:
-                process.kill()
-            process.wait()
-            for pipe in (process.stdin, process.stdout, process.stderr):
-                if pipe:
-                    pipe.close()
-
-    def start(self, *words, **pipes):
-        pipes = {"stdout": subprocess.PIPE, "text": True, **pipes}
-        self.running.append(subprocess.Popen([str(word) for word in words], env=self.environment, **pipes))
-        return self.running[-1]
-
-    def run_program(self, *words, timeout=60):
-        never_ends, keep = os.pipe()
-        try:
-            return subprocess.run([PROGRAM, *[str(word) for word in words]], env=self.environment, capture_output=True, text=True,
-                                  timeout=timeout, stdin=never_ends)
-        finally:
-            os.close(never_ends)
-            os.close(keep)
 
 
 class FirstAid(Wire):
@@ -87,14 +50,13 @@ class FirstAid(Wire):
         self.assertLess(time.monotonic() - began, 20)
 
     def test_node_lists_show_it_by_the_release_that_is_named(self):
-        for distro, gid_bytes in (("humble", 24), ("jazzy", 16)):
-            self.environment = environment(next(DOMAINS))
-            self.start(PROGRAM, "ros2", "relay", "--ros-distro", distro)
-            seen = self.start(PEER, "nodes", 20, gid_bytes).communicate(timeout=40)[0]
-            self.assertEqual(seen, "/waymark_relay readers 1 writers 1 known 2\n", distro)
-        self.environment = environment(next(DOMAINS))
-        self.start(PROGRAM, "ros2", "relay")
-        self.assertEqual(self.start(PEER, "nodes", 2, 16).communicate(timeout=40)[0], "none\n")
+        seen = {}
+        for distro, gid_bytes in (("humble", 24), ("jazzy", 16), (None, 16)):
+            self.next_domain()
+            self.start(PROGRAM, "ros2", "relay", *(("--ros-distro", distro) if distro else ()))
+            seen[distro] = self.start(PEER, "nodes", 20 if distro else 2, gid_bytes)
+        for distro, peer in seen.items():
+            self.assertEqual(peer.communicate(timeout=40)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
         wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
         self.assertEqual(wrong.returncode, 2, wrong.stderr)
         self.assertIn("humble", wrong.stderr)
@@ -108,20 +70,10 @@ class FirstAid(Wire):
 
 
 class Robot(Wire):
-    def lines_of(self, robot, enough):
-        lines = []
-        deadline = time.monotonic() + 30
-        while time.monotonic() < deadline and not enough(lines):
-            line = robot.stdout.readline()
-            if not line:
-                break
-            lines.append(json.loads(line))
-        return lines
-
     def test_a_robot_of_another_vendor_is_heard_and_moved(self):
         peer = self.start(PEER, "robot", 60)
         robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
-        lines = self.lines_of(robot, lambda all: any(line["type"] == "image" for line in all) and len(all) > 60)
+        lines = lines_of(robot, lambda all: any(line["type"] == "image" for line in all) and len(all) > 60)
         self.assertEqual(lines[0], {"type": "hello", "protocol_version": 1, "name": "limo", "sends": [], "lockstep": False})
         odometry = [line for line in lines if line["type"] == "odometry"]
         self.assertGreater(len(odometry), 10)
@@ -149,7 +101,7 @@ class Robot(Wire):
     def test_who_only_listens_publishes_no_command(self):
         peer = self.start(PEER, "robot", 60)
         robot = self.start(PROGRAM, "ros2", "robot", "limo", "--listen-only", stdin=subprocess.PIPE)
-        lines = self.lines_of(robot, lambda all: sum(line["type"] == "odometry" for line in all) > 20)
+        lines = lines_of(robot, lambda all: sum(line["type"] == "odometry" for line in all) > 20)
         self.assertEqual(lines[0]["type"], "hello")
         wire_driver.drain(robot)
         wire_driver.move(robot, 0.3, -0.1)

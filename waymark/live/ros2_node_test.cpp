@@ -196,7 +196,7 @@ TEST_F(Node, APictureWithItsTagsIsShownToWhoeverSubscribes) {
   const auto picture = decode_image(message->data, "picture");
   ASSERT_TRUE(picture) << to_string(picture.error());
   EXPECT_EQ(picture->width(), 64);
-  EXPECT_GT(picture->at(20, 10), 20) << "the edge of the tag, on black";
+  EXPECT_GT(picture->view().at(20, 10), 20) << "the edge of the tag, on black";
 }
 
 TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {

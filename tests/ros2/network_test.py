@@ -1,0 +1,167 @@
+#!/usr/bin/python3
+"""Waymark on the network of ROS 2 where that is not as one wishes: datagrams lost, late and out of order (lossy.c), peers that die and come back,
+damaged pictures, a simulation's clock. The other side runs on Eclipse Cyclone DDS (peer.c). WAYMARK_FULL=1 runs also the longer ones.
+
+usage: network_test.py PROGRAM PEER LOSSY [TestClass.test]
+"""
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from wire_case import LONG, PEER, PROGRAM, Wire, lines_of
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/support"))
+import wire_driver
+
+LOSSY = sys.argv[3]
+COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
+
+
+def of_type(lines, kind):
+    return [line for line in lines if line["type"] == kind]
+
+
+def words_of(lines):
+    return " ".join(line["text"] for line in of_type(lines, "log"))
+
+
+class Pictures(Wire):
+    JPEG = ROOT / "docs/images/camera/jpeg.jpg"
+
+    def test_compressed_ones_are_taken_where_they_are_offered_alone(self):
+        self.start(PEER, "compressed", 30, self.JPEG)
+        robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE, stderr=subprocess.PIPE)
+        lines = lines_of(robot, lambda all: len(of_type(all, "image")) >= 4)
+        self.assertIn(self.JPEG.read_bytes(), [pathlib.Path(line["path"]).read_bytes() for line in of_type(lines, "image")])
+        robot.kill()
+        self.assertIn("nobody publishes /camera/color/image_raw: pictures are taken from /camera/color/image_raw/compressed",
+                      words_of(lines) + robot.stderr.read())
+
+    @LONG
+    def test_damaged_ones_are_left_out(self):
+        self.start(PEER, "compressed", 30, self.JPEG)
+        done = self.run_program("localize", "--robot", "ros2:limo", "--map", ROOT / "tests/golden/0.1.0/map", "--duration-s", 4)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, "pictures could not be read and were left out")
+        self.assertIn("not known", done.stdout)
+
+    @LONG
+    def test_with_their_tags_they_are_shown_to_whoever_subscribes(self):
+        self.start(PROGRAM, "robot-sim", "--world", "circuit24", "--images", "--ros2", stdout=subprocess.DEVNULL)
+        self.start(PROGRAM, "run", "--robot", "ros2:limo-sim", "--world", "circuit24", "--driver", "lines", "--publish-ros2", "-o",
+                   self.folder / "session", stdin=subprocess.PIPE, stdout=subprocess.DEVNULL)
+        seen = self.start(PEER, "view", 10).communicate(timeout=40)[0].split()
+        self.assertGreater(int(seen[1]), 5, seen)
+        self.assertEqual(seen[1], seen[3], "each is a whole JPEG")
+
+
+class Time(Wire):
+    @LONG
+    def test_is_that_of_the_simulation_where_the_profile_says_so(self):
+        profile = self.folder / "simulated.yaml"
+        profile.write_text("robot: limo\ncommand_stamped: true\nuse_sim_time: true\n")
+        peer = self.start(PEER, "simulated", 12)
+        robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
+        lines = lines_of(robot, lambda all: len(of_type(all, "odometry")) > 100)
+        self.assertTrue(lines[0]["simulated_time"], lines[0])
+        stamps = [line["stamp_ns"] / 1e9 for line in of_type(lines, "odometry")]
+        self.assertTrue(all(100 < stamp < 104 for stamp in stamps), stamps)
+        wire_driver.move(robot, 0.3, 0.1, 140)
+        paused = lines_of(robot, lambda all: "is it paused" in words_of(all))
+        self.assertIn("no odometry for", words_of(paused))
+        robot.stdin.close()
+        commands = [line.split() for line in peer.communicate(timeout=40)[0].splitlines()]
+        self.assertTrue(all(100 <= int(stamp) <= 103 for _, stamp, _, _ in commands), "stamped by the clock of the simulation")
+        self.assertIn("0.300", [speed for _, _, speed, state in commands if state == "runs"])
+        self.assertEqual({speed for _, _, speed, state in commands[-20:] if state == "paused"}, {"0.000"}, "zero while it is paused")
+
+    @LONG
+    def test_without_a_clock_it_says_what_is_missing(self):
+        profile = self.folder / "simulated.yaml"
+        profile.write_text("robot: limo\nuse_sim_time: true\n")
+        self.start(PEER, "robot", 30)
+        robot = self.run_program("ros2", "robot", profile)
+        self.assertEqual(robot.returncode, 1)
+        self.assertIn("no time came on /clock (use_sim_time)", robot.stderr)
+
+
+class Network(Wire):
+    """One datagram of ten is lost, each is up to 30 ms late, so that they overtake one another; both sides' ones."""
+
+    def setUp(self):
+        super().setUp()
+        self.environment["LD_PRELOAD"] = LOSSY
+
+    @LONG
+    def test_that_loses_and_reorders_misleads_nobody(self):
+        peer = self.start(PEER, "robot", 60)
+        robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
+        lines = lines_of(robot, lambda all: len(of_type(all, "odometry")) > 150)
+        stamps = [line["stamp_ns"] for line in of_type(lines, "odometry")]
+        self.assertGreater(len(stamps), 150)
+        self.assertEqual(stamps, sorted(set(stamps)), "in order, each once")
+        share = len(stamps) * 2e7 / (stamps[-1] - stamps[0])
+        print(f"best effort: {100 * share:.0f} % of the odometry came through")
+        self.assertTrue(0.5 < share < 0.97, "some are lost, not most")
+        self.assertIn("tf mounts the camera", words_of(lines), "sent once, reliably")
+        wire_driver.drain(robot)
+        wire_driver.move(robot, 0.3, -0.1, 60)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        time.sleep(0.5)
+        peer.kill()
+        commands = COMMAND.findall(peer.stdout.read())
+        self.assertGreater(len([v for _, v, _ in commands if float(v) == 0.3]), 40, "reliable")
+        self.assertEqual(float(commands[-1][1]), 0, "it stands at the end")
+
+    @LONG
+    def test_whose_driver_is_killed_stops_the_robot(self):
+        self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
+        listener = self.start(PEER, "listen", 14)
+        self.assertEqual(listener.stdout.readline(), "listening\n")
+        watchdog = pathlib.Path(PROGRAM).with_name("waymark-watchdog")
+        driver = self.start(sys.executable, wire_driver.__file__, watchdog, PROGRAM, "ros2", "robot", "limo")
+        self.assertEqual(driver.stdout.readline(), "drives\n")
+        time.sleep(2)
+        killed = time.monotonic_ns()
+        driver.send_signal(signal.SIGKILL)
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=60)[0])]
+        self.assertGreater(len([v for at, v in commands if v and at < killed]), 20, "it drove")
+        last = max((at for at, v in commands if v and at > killed), default=killed) - killed
+        print(f"last moving command {last / 1e6:.0f} ms after the kill")
+        self.assertLess(last, 0.3e9)
+        self.assertEqual(commands[-1][1], 0)
+
+
+class Peers(Wire):
+    @LONG
+    def test_that_die_and_come_back_are_heard_again(self):
+        first = self.start(PEER, "robot", 60)
+        robot = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
+        self.assertTrue(of_type(lines_of(robot, lambda all: len(all) > 30), "odometry"))
+        first.kill()
+        first.wait()
+        time.sleep(3)
+        second = self.start(PEER, "robot", 60)
+        back = time.monotonic()
+        # The second begins to count y anew.
+        lines = lines_of(robot, lambda all: any(line["y_m"] < 0.02 for line in of_type(all, "odometry")))
+        heard = time.monotonic() - back
+        print(f"heard again {heard:.1f} s after it came back")
+        self.assertLess(heard, 5)
+        self.assertLess(of_type(lines, "odometry")[-1]["y_m"], 0.02)
+        wire_driver.drain(robot)
+        wire_driver.move(robot, 0.3, 0)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        second.kill()
+        self.assertIn("0.300000", [v for _, v, _ in COMMAND.findall(second.stdout.read())], "and obeys")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]])

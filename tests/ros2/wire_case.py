@@ -1,0 +1,66 @@
+"""What the tests over the wire have in common: a domain for each, processes that end with it.
+
+usage: …_test.py PROGRAM PEER …
+"""
+import itertools
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+from wire_peer import environment
+
+PROGRAM, PEER = sys.argv[1:3]
+DOMAINS = itertools.count(1 + os.getpid() % 199)
+LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
+
+
+class Wire(unittest.TestCase):
+    def setUp(self):
+        self.next_domain()
+        self.running = []
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def next_domain(self):
+        self.environment = environment(next(DOMAINS))
+
+    def tearDown(self):
+        for process in self.running:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout, process.stderr):
+                if pipe:
+                    pipe.close()
+
+    def start(self, *words, **pipes):
+        pipes = {"stdout": subprocess.PIPE, "text": True, **pipes}
+        self.running.append(subprocess.Popen([str(word) for word in words], env=self.environment, **pipes))
+        return self.running[-1]
+
+    def run_program(self, *words, timeout=60):
+        never_ends, keep = os.pipe()
+        try:
+            return subprocess.run([PROGRAM, *[str(word) for word in words]], env=self.environment, capture_output=True, text=True,
+                                  timeout=timeout, stdin=never_ends)
+        finally:
+            os.close(never_ends)
+            os.close(keep)
+
+
+def lines_of(robot, enough):
+    """What the process of a robot says, until that is enough, or for 30 s."""
+    lines = []
+    deadline = time.monotonic() + 30
+    while time.monotonic() < deadline and not enough(lines):
+        line = robot.stdout.readline()
+        if not line:
+            break
+        lines.append(json.loads(line))
+    return lines
