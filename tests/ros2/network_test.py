@@ -139,6 +139,31 @@ class Network(Wire):
 
 
 class Peers(Wire):
+    def test_two_robots_on_the_same_topics_are_not_driven(self):
+        for _ in range(2):
+            self.start(PEER, "robot", 30, stdout=subprocess.DEVNULL)
+        time.sleep(1)
+        code, out, words = wire_driver.end_of([PROGRAM, "ros2", "robot", "limo"], self.environment)
+        self.assertEqual((code, out), (1, ""), words)
+        self.assertIn("2 programs publish odometry on /odom: are there two robots in this domain?", words)
+
+    @LONG
+    def test_two_robots_with_names_of_their_own_are_driven_one_by_one(self):
+        peers = [self.start(PEER, "robot", 30, name) for name in ("left/", "right/")]
+        profile = self.folder / "right.yaml"
+        profile.write_text("robot: limo\nodometry_topic: /right/odom\ncommand_topic: /right/cmd_vel\n")
+        robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
+        self.assertTrue(of_type(lines_of(robot, lambda all: len(all) > 10), "odometry"))
+        wire_driver.drain(robot)
+        wire_driver.move(robot, 0.3, 0)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        for peer in peers:
+            peer.kill()
+        left, right = (COMMAND.findall(peer.stdout.read()) for peer in peers)
+        self.assertEqual(left, [])
+        self.assertIn("0.300000", [v for _, v, _ in right])
+
     @LONG
     def test_that_die_and_come_back_are_heard_again(self):
         first = self.start(PEER, "robot", 60)

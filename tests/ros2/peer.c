@@ -1,5 +1,5 @@
 // Peers of Waymark on Eclipse Cyclone DDS, with types that idlc generated: nothing here is shared with Waymark.
-//   peer robot SECONDS            odometry 50 Hz (y counts up), tf_static, camera_info, a 2 MB picture 5 Hz, IMU; prints commands
+//   peer robot SECONDS [NAME]     (topics /NAME/odom, …) odometry 50 Hz (y counts up), tf_static, camera_info, a 2 MB picture 5 Hz, IMU; prints commands
 //   peer listen SECONDS           prints each command of /cmd_vel with the time of CLOCK_MONOTONIC [ns]
 //   peer record SECONDS           counts and sums what a robot publishes: odometry, pictures, tf_static; drives it with /cmd_vel
 //   peer best-effort SECONDS      publishes /odom best effort and /imu with the type of /odom
@@ -9,6 +9,7 @@
 //   peer nodes SECONDS 16|24      the node that ros_discovery_info shows, by that size of Gid, and how many of its endpoints exist
 //   peer pose SECONDS FRAME X Y YAW   says once on /initialpose where the robot is, as RViz does
 //   peer simulated SECONDS        odometry by a /clock of half speed, from 100 s on; paused in the second half; prints TwistStamped commands
+//   peer flood SECONDS            odometry and tf at 500 Hz, IMU at 1000 Hz
 //   peer compressed SECONDS JPEG  odometry and that picture on /camera/color/image_raw/compressed: whole, cut short, damaged
 //   peer view SECONDS             counts the pictures of /waymark/image/compressed
 //   peer latency SECONDS          pictures of 640 x 480 at 30 Hz; time from each to the next command: median, p99 [ms]
@@ -71,13 +72,16 @@ static int take_commands(dds_entity_t reader) {
   return count;
 }
 
-static void robot(double seconds) {
-  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+static void robot(double seconds, const char *name) {
+  char topic[5][128];
+  const char *topics[5] = {"odom", "camera/color/image_raw", "camera/color/camera_info", "imu", "cmd_vel"};
+  for (int i = 0; i < 5; ++i) snprintf(topic[i], sizeof topic[i], "rt/%s%s", name, topics[i]);
+  dds_entity_t odom = endpoint(1, topic[0], &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
   dds_entity_t tf = endpoint(1, "rt/tf_static", &tf2_msgs_msg_dds__TFMessage__desc, qos(1, 1, 1));
-  dds_entity_t image = endpoint(1, "rt/camera/color/image_raw", &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
-  dds_entity_t info = endpoint(1, "rt/camera/color/camera_info", &sensor_msgs_msg_dds__CameraInfo__desc, qos(1, 0, 5));
-  dds_entity_t imu = endpoint(1, "rt/imu", &sensor_msgs_msg_dds__Imu__desc, qos(0, 0, 10));
-  dds_entity_t commands = endpoint(0, "rt/cmd_vel", &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 10));
+  dds_entity_t image = endpoint(1, topic[1], &sensor_msgs_msg_dds__Image__desc, qos(1, 0, 5));
+  dds_entity_t info = endpoint(1, topic[2], &sensor_msgs_msg_dds__CameraInfo__desc, qos(1, 0, 5));
+  dds_entity_t imu = endpoint(1, topic[3], &sensor_msgs_msg_dds__Imu__desc, qos(0, 0, 10));
+  dds_entity_t commands = endpoint(0, topic[4], &geometry_msgs_msg_dds__Twist__desc, qos(1, 0, 10));
 
   geometry_msgs_msg_dds__TransformStamped_ link;
   memset(&link, 0, sizeof link);
@@ -390,6 +394,35 @@ static void simulated(double seconds) {
   }
 }
 
+static void flood(double seconds) {
+  dds_entity_t odom = endpoint(1, "rt/odom", &nav_msgs_msg_dds__Odometry__desc, qos(1, 0, 10));
+  dds_entity_t imu = endpoint(1, "rt/imu", &sensor_msgs_msg_dds__Imu__desc, qos(0, 0, 10));
+  dds_entity_t tf = endpoint(1, "rt/tf", &tf2_msgs_msg_dds__TFMessage__desc, qos(1, 0, 100));
+  nav_msgs_msg_dds__Odometry_ o = standing_still();
+  sensor_msgs_msg_dds__Imu_ i;
+  memset(&i, 0, sizeof i);
+  i.header_.frame_id_ = "base_link";
+  i.orientation_.w_ = 1;
+  geometry_msgs_msg_dds__TransformStamped_ link;
+  memset(&link, 0, sizeof link);
+  link.header_.frame_id_ = "odom";
+  link.child_frame_id_ = "base_link";
+  link.transform_.rotation_.w_ = 1;
+  tf2_msgs_msg_dds__TFMessage_ links;
+  memset(&links, 0, sizeof links);
+  links.transforms_._length = links.transforms_._maximum = 1;
+  links.transforms_._buffer = &link;
+  const int64_t begin = dds_time(), end = begin + (int64_t)(seconds * 1e9);
+  for (int64_t n = 0; dds_time() < end; ++n) {
+    o.header_.stamp_ = i.header_.stamp_ = link.header_.stamp_ = stamp();
+    link.transform_.translation_.x_ = o.pose_.pose_.position_.x_ = 0.5 * sin(1e-4 * (double)n);
+    dds_write(imu, &i);
+    if (n % 2 == 0) { dds_write(odom, &o); dds_write(tf, &links); }
+    const int64_t wait = begin + (n + 1) * DDS_MSECS(1) - dds_time();
+    if (wait > 0) dds_sleepfor(wait);
+  }
+}
+
 static void compressed(double seconds, const char *path) {
   static uint8_t jpeg[1 << 20], damaged[1 << 20];
   FILE *file = fopen(path, "rb");
@@ -488,7 +521,7 @@ int main(int argc, char **argv) {
   participant = dds_create_participant(domain ? (dds_domainid_t)atoi(domain) : 0, NULL, NULL);
   if (participant < 0) { printf("participant: %s\n", dds_strretcode(-participant)); return 1; }
   const double seconds = atof(argv[2]);
-  if (strcmp(argv[1], "robot") == 0) robot(seconds);
+  if (strcmp(argv[1], "robot") == 0) robot(seconds, argc > 3 ? argv[3] : "");
   else if (strcmp(argv[1], "listen") == 0) listen_to_commands(seconds);
   else if (strcmp(argv[1], "record") == 0) record(seconds);
   else if (strcmp(argv[1], "best-effort") == 0) best_effort(seconds);
@@ -496,6 +529,7 @@ int main(int argc, char **argv) {
   else if (strcmp(argv[1], "watch") == 0) watch(seconds);
   else if (strcmp(argv[1], "call") == 0 && argc > 3) call(seconds, argv[3]);
   else if (strcmp(argv[1], "simulated") == 0) simulated(seconds);
+  else if (strcmp(argv[1], "flood") == 0) flood(seconds);
   else if (strcmp(argv[1], "compressed") == 0 && argc > 3) compressed(seconds, argv[3]);
   else if (strcmp(argv[1], "view") == 0) view(seconds);
   else if (strcmp(argv[1], "nodes") == 0 && argc > 3) show_nodes(seconds, atoi(argv[3]));

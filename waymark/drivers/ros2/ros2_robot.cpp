@@ -99,6 +99,7 @@ class Ros2Robot {
     if (message.subscription == commands_) return senders_.hear_command();
     const auto from = subscriptions_.find(message.subscription);
     if (from == subscriptions_.end()) return;
+    if (from->second.topic == profile_.odometry_topic) count_robot(message);
     const auto lines = bridge_.receive(from->second, message.bytes, message.arrived);
     if (const auto time = bridge_.simulated_time())
       watch_simulation(from->second, message.arrived, *time, !lines.empty());
@@ -112,6 +113,18 @@ class Ros2Robot {
     simulated_ns_ = time.time_since_epoch().count();
     if (from.type == ClockMessage::kType) watch_.clock(arrived);
     if (from.topic == profile_.odometry_topic && passed) watch_.odometry(arrived);
+  }
+
+  /// By who published odometry within the last moments: one that was begun anew counts once.
+  void count_robot(const BusMessage& message) {
+    constexpr Duration kMoment = std::chrono::milliseconds(500);
+    heard_from_[message.identity.guid] = message.arrived;
+    std::erase_if(heard_from_, [&](const auto& one) { return message.arrived - one.second > kMoment; });
+    if (heard_from_.size() > 1 && talk_.greeted()) talk_.say_once(two_robots());
+  }
+  [[nodiscard]] std::string two_robots() const {
+    return fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
+                       heard_from_.size(), profile_.odometry_topic);
   }
 
   /// Where nobody publishes the topic of pictures but somebody its compressed ones (image_transport), those
@@ -142,6 +155,10 @@ class Ros2Robot {
     const std::string who = nodes.empty() ? "" : fmt::format("one of the nodes {}", fmt::join(nodes, ", "));
     if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
       return alone;
+    if (heard_from_.size() > 1 && !options_.share_commands)
+      return fail(ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
+                  "One command would move both. Give each a ROS_DOMAIN_ID, or a namespace and the topics of "
+                  "its profile.");
     bus_->unsubscribe(commands_);  // what comes there from now on is ours, too
     return {};
   }
@@ -213,6 +230,7 @@ class Ros2Robot {
   SenderWatch senders_;
   SimulationWatch watch_{};
   std::atomic<std::int64_t> simulated_ns_ = 0;
+  std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
   std::size_t publisher_ = 0;
   std::size_t commands_ = 0;                                 ///< subscription of what others command
   std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
