@@ -2,6 +2,8 @@
 """How long after its exposure a picture becomes a command: pictures of 640 x 480 at 30 Hz of a peer on Cyclone DDS, through the wire, the robot's
 process, the watchdog and the detector, until the decision that follows; all by the robot's clock, out of the recording.
 
+Beside other work it measures that work: `chrt -r 1 latency.py …` goes before it.
+
 usage: latency.py PROGRAM PEER [SECONDS]
 """
 import os
