@@ -287,6 +287,30 @@ class Simulated(Wire):
         self.assertEqual(seen["phase"], "localizing", words)
         self.assertTrue(0 < float(seen["variance"]) < 1, words)
 
+    @LONG
+    def test_a_pose_that_is_given_stops_a_replay_until_it_is_resumed(self):
+        """RViz's pose estimate, half a metre off, in the middle of a route."""
+        self.simulated(7)
+        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        listener = self.start(PEER, "listen", 45)
+        self.assertEqual(listener.stdout.readline(), "listening\n")
+        replay = self.start(PROGRAM, "replay", chart, "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--publish-ros2", "--json",
+                            stdin=subprocess.PIPE)
+        time.sleep(6)
+        self.assertEqual(self.start(PEER, "pose", 20, "map", 0.5, 0.5, 1).communicate(timeout=40)[0], "1 listen\n")
+        time.sleep(1)
+        stands = time.monotonic_ns()
+        time.sleep(7)  # longer than it takes to be given up
+        resumed = time.monotonic_ns()
+        self.assertEqual(self.call("replay"), "yes: replay in phase paused\n")
+        report = json.loads(replay.communicate(timeout=60)[0])
+        self.assertEqual(replay.returncode, 0, report)
+        self.assertTrue(report["finished"], report)
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=60)[0])]
+        self.assertGreater(max(v for at, v in commands if at < stands), 0.1, "it drove")
+        self.assertEqual({v for at, v in commands if stands < at < resumed}, {0})
+        self.assertGreater(max(v for at, v in commands if at > resumed), 0.1, "and goes on")
+
     def test_services_are_the_buttons_of_a_session(self):
         self.simulated(1)
         self.start(PROGRAM, "run", "--robot", "ros2:limo-sim-tags", "--robot-file", "mbot", "--world", "mbot-square", "--driver", "lines",

@@ -48,8 +48,10 @@ TEST(RosGraph, IdentitiesHave24BytesUpToHumbleAnd16Since) {
     return node->bytes(own).size();
   };
   const std::size_t fixed = 4 + 4 + (4 + 2 + 2) + (4 + 8) + 4 + 4;  // counts and names, as they are aligned
-  for (const char* old : {"foxy", "galactic", "humble"}) EXPECT_EQ(size(old), fixed + std::size_t{4} * 24) << old;
-  for (const char* since : {"iron", "jazzy", "rolling"}) EXPECT_EQ(size(since), fixed + std::size_t{4} * 16) << since;
+  for (const char* old : {"foxy", "galactic", "humble"})
+    EXPECT_EQ(size(old), fixed + std::size_t{4} * 24) << old;
+  for (const char* since : {"iron", "jazzy", "rolling"})
+    EXPECT_EQ(size(since), fixed + std::size_t{4} * 16) << since;
   const auto wrong = ros_node_description("humbel", "waymark");
   ASSERT_FALSE(wrong);
   EXPECT_NE(to_string(wrong.error()).find("humble"), std::string::npos);
