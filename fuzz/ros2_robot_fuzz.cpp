@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "waymark/config/share.hpp"
+#include "waymark/drivers/ros2/initial_pose.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 
@@ -37,6 +38,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     profile.camera_info_topic = "/camera_info";
     profile.gamepad_topic = "/joy";
     profile.truth_topic = "/truth/pose";
+    profile.compressed_image_topic = "/image/compressed";
     return profile;
   }();
   static const std::vector<Ros2Subscription> kAll = subscriptions_of(kProfile);
@@ -53,6 +55,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       if (!other_side.read({.number = 2, .text = line})) std::abort();
     (void)bridge.take_words();
     (void)message_text(from.type, message);
+    if (const auto pose = read_initial_pose(message); pose && !pose->map_T_base.matrix().allFinite())
+      std::abort();
     data += 3 + length;
     size -= 3 + length;
   }

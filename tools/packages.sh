@@ -16,7 +16,7 @@ WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-
   pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
-  gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
+  gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
   libignition-transport-dev libignition-msgs-dev ignition-transport-cli)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.

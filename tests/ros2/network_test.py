@@ -13,6 +13,7 @@ import time
 import unittest
 
 from wire_case import LONG, PEER, PROGRAM, Wire, lines_of
+from wire_peer import MULTICAST
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/support"))
@@ -139,6 +140,12 @@ class Network(Wire):
 
 
 class Peers(Wire):
+    def test_that_announce_themselves_by_multicast_alone_are_found(self):
+        self.environment["CYCLONEDDS_URI"] = MULTICAST
+        self.start(PEER, "crowd", 20, 1, stdout=subprocess.DEVNULL)
+        listing = self.run_program("ros2", "topic", "list")
+        self.assertIn("/crowd/topic_0 [sensor_msgs/msg/Joy] 1 publisher", listing.stdout, listing.stderr)
+
     def test_two_robots_on_the_same_topics_are_not_driven(self):
         for _ in range(2):
             self.start(PEER, "robot", 30, stdout=subprocess.DEVNULL)

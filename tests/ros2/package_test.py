@@ -57,11 +57,13 @@ class Package(unittest.TestCase):
             import yaml
         except ImportError:
             self.skipTest("python3-yaml is not installed")
-        shown = yaml.safe_load((PACKAGE / "rviz/waymark.rviz").read_text())["Visualization Manager"]["Displays"]
-        topics = {display["Topic"]["Value"] for display in shown if "Topic" in display}
+        manager = yaml.safe_load((PACKAGE / "rviz/waymark.rviz").read_text())["Visualization Manager"]
+        topics = {display["Topic"]["Value"] for display in manager["Displays"] if "Topic" in display}
         sources = "".join((PACKAGE.parent / "waymark/live" / name).read_text() for name in ("ros2_node.cpp", "ros2_robot_sim.cpp"))
         for topic in topics:
             self.assertIn(f'"{topic}"', sources)
+        heard = {tool["Topic"]["Value"] for tool in manager["Tools"] if "Topic" in tool}
+        self.assertEqual(heard, set(re.findall(r'kInitialPoseTopic = "(.*)"', (PACKAGE.parent / "waymark/drivers/ros2/initial_pose.hpp").read_text())))
 
 
 if __name__ == "__main__":

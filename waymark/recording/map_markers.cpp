@@ -3,6 +3,9 @@
 #include <string>
 #include <utility>
 
+#include <Eigen/Eigenvalues>
+
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
 namespace waymark {
@@ -61,6 +64,24 @@ ros2::Marker label(const TagId& id, const MappedTag& tag, std::int32_t number) {
   return shape;
 }
 
+/// Where the centre of the tag may be: three standard deviations along each axis of the ellipsoid.
+ros2::Marker ellipsoid(const MappedTag& tag, std::int32_t number) {
+  constexpr double kDeviations = 3;
+  constexpr double kThinnest_m = 1e-4;  // what is flat is not drawn at all
+  const Eigen::Matrix3d P =
+      coordinate_covariance(Uncertain<SE3>{tag.map_T_tag, *tag.covariance}).topLeftCorner<3, 3>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(P);
+  Eigen::Matrix3d map_R_axes = axes.eigenvectors();
+  if (map_R_axes.determinant() < 0) map_R_axes.col(0) *= -1;
+  const Eigen::Vector3d size_m =
+      (2 * kDeviations * axes.eigenvalues().cwiseMax(0).cwiseSqrt()).cwiseMax(kThinnest_m);
+  ros2::Marker shape = marker("uncertainty", number, ros2::Marker::kSphere);
+  shape.pose = ros2::to_ros(SE3(SO3::from_matrix(map_R_axes), tag.map_T_tag.translation()));
+  shape.scale = {.x = size_m.x(), .y = size_m.y(), .z = size_m.z()};
+  shape.color = {.r = 0.8F, .g = 0, .b = 0, .a = 0.4F};
+  return shape;
+}
+
 ros2::Marker line(const Route& route) {
   constexpr double kWidth_m = 0.02;
   ros2::Marker shape = marker("route", 0, ros2::Marker::kLineStrip);
@@ -85,6 +106,7 @@ ros2::MarkerArray map_markers(const TagMap& map, const Route& route) {
   for (const auto& [id, tag] : map.tags) {
     all.markers.push_back(map.tags.size() > kMostPrinted ? blank(tag, number) : printed(id, tag, number));
     all.markers.push_back(label(id, tag, number));
+    if (tag.covariance && map.tags.size() <= kMostPrinted) all.markers.push_back(ellipsoid(tag, number));
     ++number;
   }
   if (!route.points.empty()) all.markers.push_back(line(route));

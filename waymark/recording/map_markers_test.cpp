@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "waymark/geometry/uncertainty.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
 namespace waymark {
@@ -49,6 +50,27 @@ TEST(MapMarkers, ACellThatIsNoPartOfTheTagIsNotDrawn) {
   const auto printed = std::ranges::count_if(cells, [](std::uint8_t c) { return c == 0 || c == 255; });
   ASSERT_LT(printed, static_cast<std::ptrdiff_t>(cells.size()));
   EXPECT_EQ(map_markers(map, {}).markers[1].points.size(), static_cast<std::size_t>(printed));
+}
+
+TEST(MapMarkers, WhatIsNotKnownOfATagIsAnEllipsoidOfThreeDeviations) {
+  TagMap map = one_tag();
+  MappedTag& tag = map.tags.begin()->second;
+  const SO3 map_R_axes = SO3::exp({0.2, 0.4, -0.7});
+  const Eigen::Vector3d deviations_m(0.001, 0.02, 0.005);
+  Eigen::Matrix<double, 6, 6> P = Eigen::Matrix<double, 6, 6>::Identity() * 1e-4;
+  P.topLeftCorner<3, 3>() =
+      map_R_axes.matrix() * deviations_m.cwiseAbs2().asDiagonal() * map_R_axes.matrix().transpose();
+  tag.covariance = from_coordinate_covariance(tag.map_T_tag, P).covariance;
+  const ros2::MarkerArray all = map_markers(map, {});
+  ASSERT_EQ(all.markers.size(), 4u);
+  const ros2::Marker& shape = all.markers.back();
+  EXPECT_EQ(shape.type, ros2::Marker::kSphere);
+  const SE3 pose = ros2::from_ros(shape.pose);
+  EXPECT_NEAR((pose.translation() - tag.map_T_tag.translation()).norm(), 0, 1e-12);
+  const Eigen::Vector3d half_m(shape.scale.x / 6, shape.scale.y / 6, shape.scale.z / 6);
+  const Eigen::Matrix3d drawn =
+      pose.rotation().matrix() * half_m.cwiseAbs2().asDiagonal() * pose.rotation().matrix().transpose();
+  EXPECT_LT((drawn - P.topLeftCorner<3, 3>()).norm(), 1e-12);
 }
 
 TEST(MapMarkers, ARouteIsALineThatClosesWhereItDoes) {

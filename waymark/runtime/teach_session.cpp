@@ -31,6 +31,9 @@ Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {
   if (!decision) return decision;
   for (const std::string& words : decision->words) lap_.listener().on_words(words);
   const SessionRequest request = requests_(uptime);
+  for (const std::string& words : request.words) lap_.listener().on_words(words);
+  if (request.pose)
+    lap_.listener().on_words("a pose was given, but a lap that is taught needs none: it has no effect");
   finished_ = decision->done = decision->done || request.end;
   if (finished_ || request.stand) decision->command = {};
   return decision;

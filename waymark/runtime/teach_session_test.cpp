@@ -238,5 +238,20 @@ TEST(PacedDriver, WaitsUntilTheClockIsAsFarAsTheRobot) {
   EXPECT_EQ(ahead.received, 1);
 }
 
+TEST(TeachSession, APoseThatSomebodyGivesHasNoEffectAndThatIsSaid) {
+  Drive run;
+  run.request = [](Duration uptime) {
+    SessionRequest request;
+    if (uptime == milliseconds(1001)) request.pose = GivenPose{};
+    if (uptime == milliseconds(1001)) request.words = {"refused"};
+    return request;
+  };
+  ASSERT_TRUE(run.drive());
+  EXPECT_EQ(std::ranges::count(run.words, "refused"), 1);
+  EXPECT_TRUE(std::ranges::any_of(run.words, [](const std::string& sentence) {
+    return sentence.find("a pose was given") != std::string::npos;
+  }));
+}
+
 }  // namespace
 }  // namespace waymark

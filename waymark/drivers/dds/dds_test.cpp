@@ -74,6 +74,12 @@ TEST(RosEnvironment, IsReadAsRosReadsIt) {
   BusOptions jazzy;
   ASSERT_TRUE(apply_ros_environment(jazzy, of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}})));
   EXPECT_TRUE(jazzy.localhost_only);
+  EXPECT_EQ(jazzy.enclave, "/");
+  ASSERT_TRUE(apply_ros_environment(jazzy, of({{"ROS_SECURITY_ENABLE", "true"},
+                                               {"ROS_SECURITY_KEYSTORE", "/keys"},
+                                               {"ROS_SECURITY_ENCLAVE_OVERRIDE", "/lab/waymark"}})));
+  EXPECT_EQ(jazzy.enclave, "/lab/waymark");
+  EXPECT_EQ(jazzy.keystore, "/keys/enclaves/lab/waymark");
 }
 
 TEST(RosEnvironment, RefusesWhatMakesNoSense) {
@@ -81,6 +87,7 @@ TEST(RosEnvironment, RefusesWhatMakesNoSense) {
        std::map<std::string, std::string>{{"ROS_DOMAIN_ID", "233"},
                                           {"ROS_LOCALHOST_ONLY", "yes"},
                                           {"ROS_AUTOMATIC_DISCOVERY_RANGE", "HOME"},
+                                          {"ROS_SECURITY_ENCLAVE_OVERRIDE", "waymark"},
                                           {"ROS_STATIC_PEERS", "robot.local"}}) {
     BusOptions options;
     const Status status = apply_ros_environment(options, of({{name, value}}));

@@ -69,6 +69,11 @@ Status apply_ros_environment(BusOptions& options, const Environment& environment
   if (const std::string range = on("ROS_AUTOMATIC_DISCOVERY_RANGE"); status && !range.empty())
     status = read_range(options, range);
   if (status) status = read_peers(options, on("ROS_STATIC_PEERS"));
+  if (const std::string enclave = on("ROS_SECURITY_ENCLAVE_OVERRIDE"); !enclave.empty()) {
+    if (!enclave.starts_with('/') && status)
+      status = wrong("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave, "a name that begins with a slash.");
+    options.enclave = enclave;
+  }
   if (on("ROS_SECURITY_ENABLE") == "true")
     options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
   return status;

@@ -63,7 +63,7 @@ void set_common(Qos& q, const TopicQos& qos) {
 dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   dds::DomainParticipantQos qos;
   qos.name(options.node.c_str());
-  const std::string_view enclave = "enclave=/;";  // what rmw looks for in a participant
+  const std::string enclave = "enclave=" + options.enclave + ";";  // what rmw looks for in a participant
   qos.user_data().setValue(std::vector<std::uint8_t>(enclave.begin(), enclave.end()));
   const auto udp = std::make_shared<UDPv4TransportDescriptor>();
   udp->maxInitialPeersRange = kParticipantsPerHost;
