@@ -44,7 +44,9 @@ Result<RobotSetup> setup_of(const LocalizeLiveFlags& flags, const LocalizeJob& j
 }
 
 std::string line_of(double since_s, const std::optional<LocalizationEstimate>& estimate) {
-  if (!estimate) return fmt::format("{:8.1f} s: not known: no tags of the map were seen, or the robot is silent\n", since_s);
+  if (!estimate)
+    return fmt::format("{:8.1f} s: not known: no tags of the map were seen, or the robot is silent\n",
+                       since_s);
   const SE2& pose = estimate->map_T_base;
   return fmt::format(
       "{:8.1f} s: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m and {:.2f} deg{}\n", since_s,
