@@ -15,13 +15,18 @@
 namespace waymark {
 namespace {
 
+/// Of a tag in its own plane, clockwise as its reader sees it.
+SE3 tag_turn(double turn_rad) { return {SO3::from_rpy(0, 0, turn_rad), Eigen::Vector3d::Zero()}; }
+
 Status read_tag(const YamlCursor& entry, FamilyId family_id, double size_m, World& world) {
-  Status status = entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "size_m"});
+  Status status =
+      entry.check_keys({"id", "x_m", "y_m", "z_m", "facing_deg", "tilt_deg", "turn_deg", "size_m"});
   if (!status) return status;
   internal::Numbers value(entry);
   const Eigen::Vector3d map_t_tag(value("x_m"), value("y_m"), value("z_m"));
-  const SE3 map_T_tag =
+  const SE3 leaning =
       leaning_tag(map_t_tag, to_radians(value("facing_deg")), to_radians(value.optional("tilt_deg", 0)));
+  const SE3 map_T_tag = leaning * tag_turn(to_radians(value.optional("turn_deg", 0)));
   const double size = value.optional_positive("size_m", size_m);
   if (!value.status()) return value.status();
   const auto tag = internal::place_tag(entry, family_id, map_T_tag, size, world);
@@ -98,8 +103,11 @@ std::string to_yaml(const World& world) {
   const MappedTag* anchor = world.tags.find(world.anchor);
   const double size_m = anchor == nullptr ? 0.16 : anchor->size_m;
   std::string text =
-      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}anchor_id: {}\ntags:\n", yaml_text(world.name),
-                  family(world.anchor.family).name, size_m,
+      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}{}anchor_id: {}\ntags:\n",
+                  yaml_text(world.name), family(world.anchor.family).name, size_m,
+                  world.tag_margin_cells != World{}.tag_margin_cells
+                      ? fmt::format("tag_margin_cells: {}\n", world.tag_margin_cells)
+                      : "",
                   world.tag_board_m > 0 ? fmt::format("two_sided_board_m: {}\n", world.tag_board_m) : "",
                   world.anchor.number);
   for (const auto& [id, tag] : world.tags.tags) {
@@ -110,9 +118,19 @@ std::string to_yaml(const World& world) {
                     place.x(), place.y(), place.z(), to_degrees(std::atan2(to_reader.y(), to_reader.x())));
     const double tilt_deg = to_degrees(std::asin(std::clamp(to_reader.z(), -1.0, 1.0)));
     if (std::abs(tilt_deg) >= 0.05) text += fmt::format(", tilt_deg: {:.1f}", tilt_deg);
+    const SE3 leaning = leaning_tag(place, std::atan2(to_reader.y(), to_reader.x()), to_radians(tilt_deg));
+    const double turn_deg = to_degrees((leaning.inverse() * tag.map_T_tag).rotation().rpy().z());
+    if (std::abs(turn_deg) >= 0.05) text += fmt::format(", turn_deg: {:.1f}", turn_deg);
     if (tag.size_m != size_m) text += fmt::format(", size_m: {}", tag.size_m);
     text += "}\n";
   }
+  if (!world.occluders.empty()) text += "occluders:\n";
+  for (const Occluder& box : world.occluders)
+    text += fmt::format(
+        "  - {{x_m: {:.3f}, y_m: {:.3f}, z_m: {:.3f}, yaw_deg: {:.1f}, length_m: {:.3f}, width_m: {:.3f}, "
+        "height_m: {:.3f}, reflectance: {:.2f}}}\n",
+        box.centre_m.x(), box.centre_m.y(), box.centre_m.z(), to_degrees(box.yaw_rad), box.size_m.x(),
+        box.size_m.y(), box.size_m.z(), box.reflectance);
   text += fmt::format("path_closed: {}\npath_m:\n", world.path_closed);
   for (const Eigen::Vector2d& point : world.path_m)
     text += fmt::format("  - [{:.4f}, {:.4f}]\n", point.x(), point.y());

@@ -16,9 +16,8 @@ namespace waymark {
 [[nodiscard]] Result<World> read_world(const std::filesystem::path& path);
 [[nodiscard]] Result<World> parse_world(std::string_view text, const std::string& source);
 
-/// A world of tags of one family, upright or leaning, and a line as YAML, which reads back as the same world,
-/// within a millimetre and a tenth of a degree; a turn of a tag in its own plane is lost. What else stands in
-/// it is not written.
+/// A world of tags of one family, furniture (occluders) and a line as YAML, which reads back as the same
+/// world, within a millimetre and a tenth of a degree. Panels, walls, keep-outs and floor are not written.
 [[nodiscard]] std::string to_yaml(const World& world);
 
 }  // namespace waymark

@@ -102,8 +102,12 @@ floor: {texture: tiles, cell_m: 0.25}
 }
 
 TEST(WorldFile, WhatIsWrittenReadsBack) {
-  const auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
+  auto world = read_world(WAYMARK_SHARE "/worlds/circuit24.yaml");
   ASSERT_TRUE(world);
+  SE3& turned = world->tags.tags.begin()->second.map_T_tag;
+  turned = turned * SE3(SO3::from_rpy(0, 0, 2), Eigen::Vector3d::Zero());
+  world->occluders = {{.centre_m = {1, 2, 0.3}, .yaw_rad = 0.5, .size_m = {0.6, 0.4, 0.5}}};
+  world->tag_margin_cells = 0.5;
   const auto back = parse_world(to_yaml(*world), "written");
   ASSERT_TRUE(back) << to_string(back.error());
   EXPECT_EQ(back->name, "circuit24");
@@ -113,6 +117,10 @@ TEST(WorldFile, WhatIsWrittenReadsBack) {
     const SE3 difference = tag.map_T_tag.inverse() * back->tags.find(id)->map_T_tag;
     EXPECT_LT(difference.log().norm(), 2e-3);
   }
+  ASSERT_EQ(back->occluders.size(), 1U);
+  EXPECT_LT((back->occluders[0].size_m - world->occluders[0].size_m).norm(), 1e-3);
+  EXPECT_NEAR(back->occluders[0].yaw_rad, 0.5, 1e-3);
+  EXPECT_EQ(back->tag_margin_cells, 0.5);
   ASSERT_EQ(back->path_m.size(), world->path_m.size());
   EXPECT_LT((back->path_m.back() - world->path_m.back()).norm(), 1e-4);
 }
