@@ -8,7 +8,7 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
   zlib1g-dev libsqlite3-dev libboost-dev libavformat-dev libavcodec-dev libavutil-dev
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libfastrtps-dev liblcm-dev)
 # Without libgstreamer*-dev no gstreamer: cameras, without libav*-dev no videos, without libfastrtps-dev no ROS 2, without liblcm-dev no MBot. Only where gamepads are wanted: libsdl2-dev.
-# Only for Gazebo Fortress: libignition-transport-dev libignition-msgs-dev.
+# Only for Gazebo Fortress: libignition-transport-dev libignition-msgs-dev; to read its worlds: libsdformat-dev libassimp-dev.
 # Only for the Python package: pybind11-dev python3-dev python3-numpy.
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
@@ -17,7 +17,7 @@ WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
-  libignition-transport-dev libignition-msgs-dev ignition-transport-cli)
+  libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {
