@@ -111,7 +111,9 @@ World line_of(const std::string& name, const std::vector<Eigen::Vector2d>& point
   return world;
 }
 
-Result<World> drawn_line(const std::string& path, const JobControl& control) {
+}  // namespace
+
+Result<World> read_line(const std::string& path, const JobControl& control) {
   const std::string name = std::filesystem::path(path).stem().string();
   const bool table = path.ends_with(".csv") || path.ends_with(".txt");
   const auto points = table ? points_of_table(path) : points_of_recording(path, control);
@@ -130,11 +132,9 @@ Result<World> drawn_line(const std::string& path, const JobControl& control) {
   return world;
 }
 
-}  // namespace
-
 Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control) {
   if (Status status = check_output_file(job.output); !status) return tl::unexpected(status.error());
-  Result<World> line = drawn_line(job.path, control);
+  Result<World> line = read_line(job.path, control);
   if (!line) return tl::unexpected(line.error());
   const RobotModel& model = job.robot.model;
   Result<World> world = lay_tags(std::move(*line), model, job.robot.camera, job.layout);

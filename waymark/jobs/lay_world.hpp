@@ -24,6 +24,9 @@ struct LayWorldReport {
   WorldCheck check{};
 };
 
+/// The line of such a file alone: its points some way apart, and whether it is a loop.
+[[nodiscard]] Result<World> read_line(const std::string& path, const JobControl& control);
+
 /// A line that comes back to its beginning is a lap, of which what overlaps is left out.
 [[nodiscard]] Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& control);
 [[nodiscard]] std::string to_text(const LayWorldReport& report, const std::string& file);

@@ -76,6 +76,14 @@ Status check_output_folder(const fs::path& folder) {
   return staged ? Status() : tl::unexpected(staged.error());
 }
 
+Status check_new_folder(const fs::path& folder) {
+  std::error_code error;
+  if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
+    return fail(ErrorCode::Unwritable, "there is something already", {.source = folder.string()},
+                "Name a folder that is not there yet.");
+  return check_output_folder(folder);
+}
+
 Status check_output_file(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);

@@ -10,6 +10,8 @@ namespace waymark {
 
 /// Fails where no file can be written into the folder, or it cannot be made. Leaves nothing behind.
 [[nodiscard]] Status check_output_folder(const std::filesystem::path& folder);
+/// The same of a folder that is not there yet, or empty.
+[[nodiscard]] Status check_new_folder(const std::filesystem::path& folder);
 /// The same of one file: its folder is there and may be written, and the name is none of a folder. Devices
 /// are files as well.
 [[nodiscard]] Status check_output_file(const std::filesystem::path& file);

@@ -89,15 +89,6 @@ Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   return {};
 }
 
-/// What stands in the folder is not mixed with a world.
-Status check_folder(const fs::path& folder) {
-  std::error_code error;
-  if (fs::exists(folder, error) && (!fs::is_directory(folder, error) || !fs::is_empty(folder, error)))
-    return fail(ErrorCode::Unwritable, "there is something already", {.source = folder.string()},
-                "Name a folder that is not there yet.");
-  return check_output_folder(folder);
-}
-
 Result<MappedDrive> read_drive(const WorldFromRecordingJob& job, const JobControl& control) {
   Result<MapFolder> place = read_map_folder(job.map);
   if (!place) return tl::unexpected(place.error());
@@ -245,7 +236,7 @@ Status write_files(const WorldFromRecordingJob& job, const std::optional<BlurFit
 
 Result<WorldFromRecordingReport> world_from_recording(const WorldFromRecordingJob& job,
                                                       const JobControl& control) {
-  if (Status status = check_folder(job.folder); !status) return tl::unexpected(status.error());
+  if (Status status = check_new_folder(job.folder); !status) return tl::unexpected(status.error());
   const Result<MappedDrive> drive = read_drive(job, control);
   if (!drive) return tl::unexpected(drive.error());
   Result<World> world = world_of(*drive, fs::path(job.recording).stem().string());
