@@ -67,6 +67,8 @@ struct Verb {
 [[nodiscard]] Verb stop_verb();
 [[nodiscard]] Verb world_check_verb();
 [[nodiscard]] Verb world_from_recording_verb();
+[[nodiscard]] Verb world_export_verb();
+[[nodiscard]] Verb world_import_verb();
 [[nodiscard]] Verb world_new_verb();
 [[nodiscard]] Verb world_orbit_verb();
 [[nodiscard]] Verb tags_verb();

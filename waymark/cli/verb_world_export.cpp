@@ -1,0 +1,74 @@
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <CLI/App.hpp>
+#include <nlohmann/json.hpp>
+
+#include "waymark/cli/failure.hpp"
+#include "waymark/cli/setup_flags.hpp"
+#include "waymark/cli/verb.hpp"
+#include "waymark/cli/warnings.hpp"
+#include "waymark/jobs/export_world.hpp"
+#include "waymark/jobs/json_line.hpp"
+
+namespace waymark::cli {
+namespace {
+
+struct ExportArgs {
+  std::string world{};
+  std::string robot_file{};
+  std::string folder{};
+  bool json = false;
+};
+
+ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
+  const Result<RobotSetup> setup = load_setup(args.world, args.robot_file, 1);
+  if (!setup) return fail_usage(setup.error(), console);
+  const auto report = export_world({.world = setup->simulated.world,
+                                    .robot = setup->robot(),
+                                    .robot_yaml = setup->robot_yaml,
+                                    .folder = args.folder});
+  if (!report) return fail_with(report.error(), console);
+  say_warnings(report->notes, console);
+  console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
+  return ExitCode::Ok;
+}
+
+Run prepare_export(CLI::App& app) {
+  const auto args = std::make_shared<ExportArgs>();
+  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
+  app.add_option("--sdf", args->folder, "Folder to write world.sdf into, not there yet or empty")
+      ->required()
+      ->type_name("FOLDER");
+  args->robot_file = "limo-gazebo";
+  app.add_option("--robot-file", args->robot_file,
+                 fmt::format("Body and camera of the robot: {}", kRobotNames))
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_flag("--json", args->json, "One JSON object instead of words");
+  return [args](Console& console) { return export_as_sdf(*args, console); };
+}
+
+}  // namespace
+
+Verb world_export_verb() {
+  return {
+      .name = "export",
+      .sentence = "Write a world and a robot as SDF, for Gazebo Fortress",
+      .help =
+          R"(Writes world.sdf (SDF 1.9: tags as textured planes, boards, walls, furniture, light, and the robot with its
+diff-drive plugin, camera, IMU and lidar), the bitmaps of the tags, robot.yaml, and gazebo.yaml, the profile by which
+Waymark drives the robot in it. docs/howto/gazebo.md goes through it.
+
+Exit code: 0 written, 1 the folder cannot be written, 2 wrong usage or a world that cannot be read.
+
+Examples:
+  waymark world export circuit24 --sdf circuit
+  waymark world export my_world.yaml --robot-file my_robot.yaml --sdf mine
+)",
+      .prepare = prepare_export,
+      .verbs = {}};
+}
+
+}  // namespace waymark::cli
