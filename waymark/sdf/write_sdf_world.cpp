@@ -33,8 +33,8 @@ Image texture_of(const TagId& tag, double margin_cells) {
   Image image(side_px, side_px, 255);
   for (int y = 0; y < cells * kPixelsPerCell; ++y)
     for (int x = 0; x < cells * kPixelsPerCell; ++x) {
-      const std::uint8_t level =
-          bits[static_cast<std::size_t>((y / kPixelsPerCell) * cells + x / kPixelsPerCell)];
+      const int cell = (y / kPixelsPerCell) * cells + x / kPixelsPerCell;
+      const std::uint8_t level = bits[static_cast<std::size_t>(cell)];
       constexpr std::uint8_t kNotOfTheTag = 128;
       image.row(y + margin_px)[x + margin_px] = level == kNotOfTheTag ? std::uint8_t{255} : level;
     }
