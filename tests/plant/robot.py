@@ -53,6 +53,7 @@ def arguments() -> argparse.Namespace:
                         + "; ".join(f"{kind}: {what}" for kind, what in fault_script.KINDS.items()))
     parser.add_argument("--wrong", choices=sorted(wrong_wiring.NAMED), help="a sign, an axis or a unit is swapped")
     parser.add_argument("--teach", type=float, metavar="M_S", help="drive the lap at this speed, whatever is commanded")
+    parser.add_argument("--teach-after", type=pathlib.Path, metavar="FILE", help="stand until this file is there")
     parser.add_argument("--send-truth", action="store_true", help="also send truth lines, which a scripted driver of Waymark's needs")
     parser.add_argument("--truth", type=pathlib.Path, help="CSV of the true poses and the commands; FILE.done appears when a taught lap is over")
     parser.add_argument("--limit-s", type=float, default=300.0, help="end after this time of the plant")
@@ -141,7 +142,9 @@ class Robot:
 
     def decide(self, ordered: tuple[float, float]) -> None:
         self.command = wrong_wiring.obeyed(self.args.wrong, ordered)
-        if self.teacher:
+        if self.teacher and self.args.teach_after and not self.args.teach_after.exists():
+            self.command = 0.0, 0.0
+        elif self.teacher:
             motion = self.history[-1][1]
             self.command = self.teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, TICKS_ODOMETRY * TICK_S)
             if self.teacher.done and self.args.truth:

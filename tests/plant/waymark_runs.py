@@ -35,24 +35,30 @@ class Place:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "robot.yaml").write_text(body.robot_yaml(assumed or body.Camera()))
 
-    def waymark(self, *words: str, timeout_s: float = 900) -> Run:
+    def waymark(self, *words: str, timeout_s: float = 900, environment: dict | None = None) -> Run:
         done = subprocess.run([self.program, *words], cwd=self.folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,
-                              timeout=timeout_s, check=False)
+                              timeout=timeout_s, check=False, env=environment)
         return Run(done.returncode, first_object(done.stdout), done.stdout, done.stderr)
 
     def teach(self, options: list[str], speed_m_s: float = 0.3, name: str = "lap", timeout_s: float = 900) -> Run:
         """As a person teaches: the plant drives itself, in real time; a keyboard on which only q is pressed, at the end, stands for the person."""
-        truth = self.folder / f"{name}.csv"
-        robot = process([*options, "--teach", str(speed_m_s)], truth)
-        words = [self.program, "teach", "--robot", robot, "--robot-file", "robot.yaml", "--anchor", str(course.ANCHOR),
-                 "--tag-size-m", str(course.TAG_SIZE_M), "--driver", "keyboard", "-o", f"{name}.mcap", "--json"]
+        return self.teach_robot(process([*options, "--teach", str(speed_m_s)], self.folder / f"{name}.csv"), name, timeout_s)
+
+    def teach_robot(self, robot: str, name: str = "lap", timeout_s: float = 900, environment: dict | None = None,
+                    anchor: str = str(course.ANCHOR)) -> Run:
+        """Any robot that drives itself, and whose truth goes to `name`.csv. FILE.go appears when its samples are recorded."""
+        truth, recording = self.folder / f"{name}.csv", self.folder / f"{name}.mcap"
+        words = [self.program, "teach", "--robot", robot, "--robot-file", "robot.yaml", "--anchor", anchor,
+                 "--tag-size-m", str(course.TAG_SIZE_M), "--driver", "keyboard", "-o", str(recording), "--json"]
         keys, terminal = pty.openpty()
-        with subprocess.Popen(words, cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
+        with subprocess.Popen(words, cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment) as child:
             os.close(terminal)
             os.set_blocking(keys, False)
             deadline = time.monotonic() + timeout_s
             while child.poll() is None and time.monotonic() < deadline and not truth.with_suffix(".done").exists():
                 time.sleep(0.05)
+                if recording.exists() and recording.stat().st_size > 20_000:
+                    truth.with_suffix(".go").touch()
             if child.poll() is None:
                 os.write(keys, b"q")
             try:

@@ -1,7 +1,5 @@
 #include "waymark/cli/gazebo_sim_flags.hpp"
 
-#include <utility>
-
 #include <CLI/App.hpp>
 
 #include "waymark/cli/interrupt.hpp"
@@ -17,19 +15,21 @@ GazeboSimFlags::GazeboSimFlags(CLI::App& app) {
       ->type_name("PROFILE");
 }
 
-Status GazeboSimFlags::check(const SimulatedSetup& setup) const {
-  if (!chosen() || setup.pictures) return {};
+Status GazeboSimFlags::apply(SimulatedSetup& setup) const {
+  if (!chosen()) return {};
+  constexpr double kNever_s = 1e6;
+  setup.robot.watchdog_s = kNever_s;
+  if (setup.pictures) return {};
   return fail(ErrorCode::InvalidArgument, "Gazebo's topics carry pictures, not the corners of tags",
               {.key = "--gazebo"}, "Add --images.");
 }
 
-Status GazeboSimFlags::run(const SimulatedSetup& setup, const SE2& start,
-                           std::unique_ptr<DetectingCamera> scene_camera) const {
+Status GazeboSimFlags::run(Plant& plant, const CameraModel& camera) const {
   const auto found = find_gazebo_profile(profile);
   if (!found) return tl::unexpected(found.error());
   const auto link = open_gazebo();
   if (!link) return tl::unexpected(link.error());
-  return run_gazebo_robot_sim(**link, *found, setup, start, std::move(scene_camera), interrupted);
+  return run_gazebo_robot_sim(**link, *found, plant, camera, interrupted);
 }
 
 }  // namespace waymark::cli

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/live/plant.hpp"
 
 namespace CLI {
 class App;
@@ -19,11 +19,10 @@ struct GazeboSimFlags {
   GazeboSimFlags& operator=(const GazeboSimFlags&) = delete;
 
   [[nodiscard]] bool chosen() const { return !profile.empty(); }
-  /// Fails without pictures.
-  [[nodiscard]] Status check(const SimulatedSetup& setup) const;
+  /// Fails without pictures. Gazebo's diff drive goes on with the last command for ever.
+  [[nodiscard]] Status apply(SimulatedSetup& setup) const;
   /// Is the robot, until Ctrl-C.
-  [[nodiscard]] Status run(const SimulatedSetup& setup, const SE2& start,
-                           std::unique_ptr<DetectingCamera> scene_camera) const;
+  [[nodiscard]] Status run(Plant& plant, const CameraModel& camera) const;
 
   std::string profile{};
 };

@@ -25,7 +25,7 @@ MbotSimFlags::MbotSimFlags(CLI::App& app) {
       ->group(kMoreGroup);
 }
 
-Status MbotSimFlags::run(const SimulatedSetup& setup, const SE2& start) const {
+Status MbotSimFlags::run(Plant& plant, const SimulatedSetup& setup) const {
   if (setup.pictures)
     return fail(ErrorCode::InvalidArgument, "an MBot sends no pictures over LCM, but the poses of tags",
                 {.key = "--images"}, "Leave it out.");
@@ -33,7 +33,7 @@ Status MbotSimFlags::run(const SimulatedSetup& setup, const SE2& start) const {
   const auto link = open_lcm(address);
   if (!link) return tl::unexpected(link.error());
   const MbotGeneration publisher = generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
-  return run_mbot_robot_sim(**link, setup, start, publisher, interrupted);
+  return run_mbot_robot_sim(**link, plant, setup, publisher, interrupted);
 }
 
 }  // namespace waymark::cli

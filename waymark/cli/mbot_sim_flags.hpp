@@ -18,7 +18,7 @@ struct MbotSimFlags {
 
   [[nodiscard]] bool chosen() const { return !address.empty(); }
   /// The whole drive, until Ctrl-C. Fails where there is no such network.
-  [[nodiscard]] Status run(const SimulatedSetup& setup, const SE2& start) const;
+  [[nodiscard]] Status run(Plant& plant, const SimulatedSetup& setup) const;
 
   std::string address{};
   std::string generation = "jetson";

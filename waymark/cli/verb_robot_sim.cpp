@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
-#include <utility>
+#include <vector>
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
@@ -11,13 +11,13 @@
 #include "waymark/cli/limo_sim_flags.hpp"
 #include "waymark/cli/mbot_sim_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
+#include "waymark/cli/plant_flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/live/ros2_robot_sim.hpp"
 #include "waymark/live/simulated_process.hpp"
-#include "waymark/simulation/path.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -31,7 +31,8 @@ struct RobotSimArgs {
         network(verb),
         limo(verb),
         mbot(verb),
-        gazebo(verb) {}
+        gazebo(verb),
+        plant(verb) {}
 
   const CLI::App& app;
   Settings settings;
@@ -41,62 +42,59 @@ struct RobotSimArgs {
   LimoSimFlags limo;
   MbotSimFlags mbot;
   GazeboSimFlags gazebo;
+  PlantFlags plant;
   SimulatedProcessOptions options{};
   bool ros2 = false;
 };
 
-Status speak_ros2(const RobotSimArgs& args, const SimulatedSetup& setup, const SE2& start,
-                  std::unique_ptr<DetectingCamera> scene_camera) {
+Status speak_ros2(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup) {
   const auto options = args.network.options("waymark_robot_sim");
   if (!options) return tl::unexpected(options.error());
   const auto bus = open_bus(*options);
   if (!bus) return tl::unexpected(bus.error());
-  return run_ros2_robot_sim(**bus, setup, start, std::move(scene_camera), interrupted);
+  return run_ros2_robot_sim(**bus, plant, setup, interrupted);
 }
 
-Status speak_limo(const RobotSimArgs& args, const SimulatedSetup& setup, const SE2& start,
-                  std::unique_ptr<DetectingCamera> scene_camera, Console& console) {
+Status speak_limo(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup, Console& console) {
   const auto on_port = [&console](const std::string& path) {
     console.print(path + "\n");
     (void)std::fflush(stdout);
   };
   LimoSimOptions options = args.limo.options;
   options.seed = setup.robot.seed;
-  return run_limo_robot_sim(setup, start, std::move(scene_camera), options, on_port, interrupted);
+  return run_limo_robot_sim(plant, setup, options, on_port, interrupted);
+}
+
+/// The types of lines that the wire cannot do without.
+std::vector<std::string> needed(const RobotSimArgs& args) {
+  if (args.gazebo.chosen()) return {"image"};
+  return args.mbot.chosen() ? std::vector<std::string>{"detections"} : std::vector<std::string>();
+}
+
+Status speak(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup, Console& console) {
+  if (args.limo.chosen) return speak_limo(args, plant, setup, console);
+  if (args.mbot.chosen()) return args.mbot.run(plant, setup);
+  if (args.gazebo.chosen()) return args.gazebo.run(plant, setup.camera);
+  if (args.ros2) return speak_ros2(args, plant, setup);
+  return run_simulated_process(plant, setup, args.options, interrupted);
 }
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
+  if (setup) setup->process = args.plant.process();
   Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
   if (status && !args.options.lockstep)
     status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
                          "Add --lockstep, or leave it out.");
-  if (status) status = args.gazebo.check(setup->simulated);
+  if (status && !args.limo.chosen && !args.mbot.chosen() && !args.gazebo.chosen() && !args.ros2)
+    status = refuse_flag(args.app, "--plant", "a robot process may be driven as it is",
+                         "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");
+  if (status && !args.plant.chosen()) status = args.gazebo.apply(setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  const SimulatedSetup& simulated = setup->simulated;
-  constexpr double kStep_m = 0.02;
-  const auto path = sample_path(simulated.world.path_m, simulated.world.path_closed, kStep_m);
-  if (path.empty()) {
-    console.say("the world has no line (path_m), at whose begin the robot starts");
-    return ExitCode::Usage;
-  }
-  std::unique_ptr<DetectingCamera> scene_camera;
-  if (simulated.pictures) {
-    auto made = DetectingCamera::make(std::make_shared<const World>(simulated.world), simulated.cameras(),
-                                      *simulated.pictures);
-    if (!made) return console.failed(made.error(), ExitCode::SomeFailed);
-    scene_camera = std::move(*made);
-  }
-  const SE2 start = path.front().map_T_path;
-  status = args.limo.chosen       ? speak_limo(args, simulated, start, std::move(scene_camera), console)
-           : args.mbot.chosen()   ? args.mbot.run(simulated, start)
-           : args.gazebo.chosen() ? args.gazebo.run(simulated, start, std::move(scene_camera))
-           : args.ros2
-               ? speak_ros2(args, simulated, start, std::move(scene_camera))
-               : run_simulated_process(simulated, start, std::move(scene_camera), args.options, interrupted);
-  if (status) return ExitCode::Ok;
-  console.say(status.error());
-  return ExitCode::SomeFailed;
+  const auto plant = args.plant.make(*setup, needed(args), console);
+  if (!plant) return console.failed(plant.error(), ExitCode::SomeFailed);
+  status = speak(args, **plant, setup->simulated, console);
+  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
 }
 
 Run prepare_robot_sim(CLI::App& app) {

@@ -14,23 +14,10 @@
 namespace waymark {
 namespace {
 
-/// Gazebo's diff drive goes on with the last command for ever.
-SimulatedRobotOptions without_watchdog(SimulatedRobotOptions options) {
-  constexpr double kNever_s = 1e6;
-  options.watchdog_s = kNever_s;
-  return options;
-}
-
 class GazeboRobotSim {
  public:
-  GazeboRobotSim(GazeboLink& link, const GazeboProfile& profile, const SimulatedSetup& setup,
-                 const SE2& start, std::unique_ptr<DetectingCamera> scene_camera)
-      : link_(link),
-        profile_(profile),
-        camera_(setup.camera),
-        robot_(setup.world, setup.model, setup.cameras(), start, without_watchdog(setup.robot),
-               CameraOutput::Shots),
-        scene_camera_(std::move(scene_camera)) {}
+  GazeboRobotSim(GazeboLink& link, const GazeboProfile& profile, Plant& plant, const CameraModel& camera)
+      : link_(link), profile_(profile), plant_(plant), camera_(camera) {}
 
   Status run(const std::function<bool()>& should_stop) {
     if (Status alone = nobody_simulates(); !alone) return alone;
@@ -40,13 +27,14 @@ class GazeboRobotSim {
     Status status;
     for (const GazeboSubscription& one : subscriptions_of(profile_))
       if (status) status = advertise(one);
-    began_ = steady_now() - robot_.uptime();
+    began_ = steady_now() - plant_.uptime();
     while (status && !should_stop()) {
-      status = say_sample(robot_.next());
-      if (status) status = say(GazeboKind::Clock, GazeboClock{robot_.now()});
+      const auto sample = plant_.next();
+      status = sample ? say_sample(*sample) : tl::unexpected(sample.error());
+      if (status) status = say(GazeboKind::Clock, GazeboClock{plant_.now()});
       wait(should_stop);
     }
-    return status;
+    return should_stop() ? Status() : status;
   }
 
  private:
@@ -111,22 +99,19 @@ class GazeboRobotSim {
   }
 
   Status take_picture(const CameraFrame& frame) {
-    auto taken = scene_camera_->take(robot_.shot());
-    if (!taken) return tl::unexpected(taken.error());
     Status status = say(GazeboKind::CameraInfo, GazeboCamera{frame.stamp, camera_});
-    return status ? say(GazeboKind::Image, CameraFrame{frame.stamp, "camera", std::move(taken->image)})
-                  : status;
+    return status ? say(GazeboKind::Image, frame) : status;
   }
 
   /// Until real time is where the simulation is; a busy machine makes the simulation slower, and what was
   /// late is not made up for.
   void wait(const std::function<bool()>& should_stop) {
     constexpr Duration kLate = std::chrono::milliseconds(20);
-    began_ = std::max(began_, steady_now() - robot_.uptime() - kLate);
+    began_ = std::max(began_, steady_now() - plant_.uptime() - kLate);
     do {
-      const auto message = link_.next(std::max(Duration(0), began_ + robot_.uptime() - steady_now()));
+      const auto message = link_.next(std::max(Duration(0), began_ + plant_.uptime() - steady_now()));
       if (message) obey(*message);
-    } while (began_ + robot_.uptime() > steady_now() && !should_stop());
+    } while (began_ + plant_.uptime() > steady_now() && !should_stop());
   }
 
   void obey(const GazeboMessage& message) {
@@ -135,24 +120,22 @@ class GazeboRobotSim {
     if (order == nullptr || !std::isfinite(order->command.speed_m_s) ||
         !std::isfinite(order->command.yaw_rate_rad_s))
       return;
-    (void)robot_.command(order->command);
+    (void)plant_.command(order->command);
   }
 
   GazeboLink& link_;
   GazeboProfile profile_;
+  Plant& plant_;
   CameraModel camera_;
-  SimulatedRobot robot_;
-  std::unique_ptr<DetectingCamera> scene_camera_;
   Duration began_{};  ///< steady clock when simulated time was zero
   std::map<GazeboKind, std::size_t> publishers_{};
 };
 
 }  // namespace
 
-Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, const SimulatedSetup& setup,
-                            const SE2& start, std::unique_ptr<DetectingCamera> scene_camera,
-                            const std::function<bool()>& should_stop) {
-  return GazeboRobotSim(link, profile, setup, start, std::move(scene_camera)).run(should_stop);
+Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
+                            const CameraModel& camera, const std::function<bool()>& should_stop) {
+  return GazeboRobotSim(link, profile, plant, camera).run(should_stop);
 }
 
 }  // namespace waymark

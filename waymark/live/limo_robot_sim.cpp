@@ -69,12 +69,10 @@ Result<Descriptor> open_pipe(const std::string& path) {
 
 class LimoRobotSim {
  public:
-  LimoRobotSim(const SimulatedSetup& setup, const SE2& start, std::unique_ptr<DetectingCamera> scene_camera,
-               const LimoSimOptions& options, Terminal terminal, Descriptor pipe)
+  LimoRobotSim(Plant& plant, const SimulatedSetup& setup, const LimoSimOptions& options, Terminal terminal,
+               Descriptor pipe)
       : wheel_radius_m_(setup.model.wheel_radius_m),
-        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
-               scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),
-        scene_camera_(std::move(scene_camera)),
+        plant_(plant),
         terminal_(std::move(terminal)),
         pipe_(std::move(pipe)),
         out_(options.faults, 2 * options.seed),
@@ -83,16 +81,17 @@ class LimoRobotSim {
   }
 
   Status run(const std::function<bool()>& should_stop) {
-    switched_on_ = steady_now() - robot_.uptime();
+    switched_on_ = steady_now() - plant_.uptime();
     Status status;
     while (status && !should_stop()) {
-      status = speak(robot_.next());
+      auto sample = plant_.next();
+      status = sample ? speak(std::move(*sample)) : tl::unexpected(sample.error());
       write_lines();
       do {  // until its clock is due, and at least what waits
-        obey(std::max(Duration(0), switched_on_ + robot_.uptime() - steady_now()));
-      } while (switched_on_ + robot_.uptime() > steady_now() && !should_stop());
+        obey(std::max(Duration(0), switched_on_ + plant_.uptime() - steady_now()));
+      } while (switched_on_ + plant_.uptime() > steady_now() && !should_stop());
     }
-    return status;
+    return should_stop() ? Status() : status;
   }
 
  private:
@@ -111,7 +110,7 @@ class LimoRobotSim {
         if (frame->data[2] == 1) state_.drive = LimoDrive::Mecanum;
       }
       if (static_cast<LimoId>(frame->id) == LimoId::Motion && state_.commanded)
-        (void)robot_.command(decode_command(*frame, state_.drive));
+        (void)plant_.command(decode_command(*frame, state_.drive));
     }
   }
 
@@ -152,9 +151,7 @@ class LimoRobotSim {
   }
   Status say(const CameraFrame& frame) {
     if (!pipe_.open()) return {};
-    const auto taken = scene_camera_->take(robot_.shot());
-    if (!taken) return tl::unexpected(taken.error());
-    const auto jpeg = encode_jpeg(taken->image, kPictureQuality);
+    const auto jpeg = encode_jpeg(frame.image, kPictureQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
     lines_.push(to_line(frame, *jpeg));
     return {};
@@ -174,8 +171,7 @@ class LimoRobotSim {
   }
 
   double wheel_radius_m_;
-  SimulatedRobot robot_;
-  std::unique_ptr<DetectingCamera> scene_camera_;
+  Plant& plant_;
   Terminal terminal_;
   Descriptor pipe_;
   WireFaults out_;
@@ -191,8 +187,7 @@ class LimoRobotSim {
 
 }  // namespace
 
-Status run_limo_robot_sim(const SimulatedSetup& setup, const SE2& start,
-                          std::unique_ptr<DetectingCamera> scene_camera, const LimoSimOptions& options,
+Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup, const LimoSimOptions& options,
                           const std::function<void(const std::string&)>& on_port,
                           const std::function<bool()>& should_stop) {
   auto terminal = make_terminal();
@@ -200,8 +195,7 @@ Status run_limo_robot_sim(const SimulatedSetup& setup, const SE2& start,
   auto pipe = open_pipe(options.beside);
   if (!pipe) return tl::unexpected(pipe.error());
   on_port(terminal->path);
-  return LimoRobotSim(setup, start, std::move(scene_camera), options, std::move(*terminal), std::move(*pipe))
-      .run(should_stop);
+  return LimoRobotSim(plant, setup, options, std::move(*terminal), std::move(*pipe)).run(should_stop);
 }
 
 }  // namespace waymark

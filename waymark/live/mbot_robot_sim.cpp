@@ -54,27 +54,25 @@ mbot::Lidar lidar_of(const LaserScan& scan, std::int64_t utime) {
 
 class MbotRobotSim {
  public:
-  MbotRobotSim(LcmLink& link, const SimulatedSetup& setup, const SE2& start, MbotGeneration generation)
-      : link_(link),
-        camera_(setup.camera),
-        tags_(setup.world.tags),
-        generation_(generation),
-        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot) {}
+  MbotRobotSim(LcmLink& link, Plant& plant, const SimulatedSetup& setup, MbotGeneration generation)
+      : link_(link), plant_(plant), camera_(setup.camera), tags_(setup.world.tags), generation_(generation) {}
 
   Status run(const std::function<bool()>& should_stop) {
     Status status = link_.subscribe("MBOT_VEL_CMD");
     const auto now = std::chrono::system_clock::now().time_since_epoch();
-    switched_on_ = std::chrono::duration_cast<Duration>(now) - robot_.uptime();
-    const Duration began = steady_now() - robot_.uptime();
+    switched_on_ = std::chrono::duration_cast<Duration>(now) - plant_.uptime();
+    const Duration began = steady_now() - plant_.uptime();
     while (status && !should_stop()) {
-      std::visit([this, &status](const auto& sample) { status = say(sample); }, robot_.next());
+      const auto next = plant_.next();
+      if (!next) return should_stop() ? Status() : tl::unexpected(next.error());
+      std::visit([this, &status](const auto& sample) { status = say(sample); }, *next);
       if (status) status = send_what_is_due();
       bool waits = true;  // for its clock, and at least for what is there
       while (status && waits && !should_stop()) {
-        auto message = link_.next(std::max(Duration(0), began + robot_.uptime() - steady_now()));
+        auto message = link_.next(std::max(Duration(0), began + plant_.uptime() - steady_now()));
         if (!message) return tl::unexpected(message.error());
         if (*message) obey(**message);
-        waits = began + robot_.uptime() > steady_now();
+        waits = began + plant_.uptime() > steady_now();
       }
     }
     return status;
@@ -90,7 +88,7 @@ class MbotRobotSim {
   void obey(const LcmMessage& message) {
     const auto twist = mbot::decode<mbot::Twist2D>(message.payload);
     if (!twist || !std::isfinite(twist->vx) || !std::isfinite(twist->wz)) return;
-    (void)robot_.command({double{twist->vx}, double{twist->wz}});
+    (void)plant_.command({double{twist->vx}, double{twist->wz}});
   }
 
   template <class Message>
@@ -103,13 +101,13 @@ class MbotRobotSim {
 
   Status send_what_is_due() {
     presence_.publish(link_, kSimulatorChannel);
-    while (!waiting_.empty() && waiting_.front().due <= robot_.uptime()) {
+    while (!waiting_.empty() && waiting_.front().due <= plant_.uptime()) {
       if (Status status = publish("MBOT_APRILTAG_ARRAY", waiting_.front().tags); !status) return status;
       waiting_.pop_front();
     }
-    if (robot_.uptime() < next_timesync_) return {};
-    next_timesync_ = robot_.uptime() + kTimesyncPeriod;
-    return publish("MBOT_TIMESYNC", mbot::Timestamp{microseconds(switched_on_ + robot_.uptime())});
+    if (plant_.uptime() < next_timesync_) return {};
+    next_timesync_ = plant_.uptime() + kTimesyncPeriod;
+    return publish("MBOT_TIMESYNC", mbot::Timestamp{microseconds(switched_on_ + plant_.uptime())});
   }
 
   Status say(const Odometry& odometry) {
@@ -146,7 +144,7 @@ class MbotRobotSim {
   }
   /// As its detector does: the likelier pose of each tag by itself.
   Status say(const TagFrame& frame) {
-    Waiting waiting{.due = std::max(frame.stamp.time_since_epoch() + kTagLatency, robot_.uptime())};
+    Waiting waiting{.due = std::max(frame.stamp.time_since_epoch() + kTagLatency, plant_.uptime())};
     if (generation_ == MbotGeneration::Jetson) waiting.tags.utime = utime(frame.stamp + kTagLatency);
     for (const TagDetection& seen : frame.detections) {
       const MappedTag* tag = tags_.find(seen.tag);
@@ -163,10 +161,10 @@ class MbotRobotSim {
   }
 
   LcmLink& link_;
+  Plant& plant_;
   CameraModel camera_;
   TagMap tags_;
   MbotGeneration generation_;
-  SimulatedRobot robot_;
   Duration switched_on_{};  ///< by this machine's clock
   Duration next_timesync_{};
   mbot::Encoders encoders_{};
@@ -176,9 +174,9 @@ class MbotRobotSim {
 
 }  // namespace
 
-Status run_mbot_robot_sim(LcmLink& link, const SimulatedSetup& setup, const SE2& start,
-                          MbotGeneration generation, const std::function<bool()>& should_stop) {
-  return MbotRobotSim(link, setup, start, generation).run(should_stop);
+Status run_mbot_robot_sim(LcmLink& link, Plant& plant, const SimulatedSetup& setup, MbotGeneration generation,
+                          const std::function<bool()>& should_stop) {
+  return MbotRobotSim(link, plant, setup, generation).run(should_stop);
 }
 
 }  // namespace waymark

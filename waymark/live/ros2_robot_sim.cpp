@@ -25,14 +25,8 @@ constexpr TopicQos kFixed{.reliable = true, .transient_local = true, .depth = 1}
 
 class Ros2RobotSim {
  public:
-  Ros2RobotSim(Bus& bus, const SimulatedSetup& setup, const SE2& start,
-               std::unique_ptr<DetectingCamera> scene_camera)
-      : bus_(bus),
-        model_(setup.model),
-        camera_(setup.camera),
-        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
-               scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),
-        scene_camera_(std::move(scene_camera)) {}
+  Ros2RobotSim(Bus& bus, Plant& plant, const SimulatedSetup& setup)
+      : bus_(bus), plant_(plant), model_(setup.model), camera_(setup.camera) {}
 
   Status run(const std::function<bool()>& should_stop) {
     if (Status alone = nobody_simulates(should_stop); !alone) return alone;
@@ -40,21 +34,22 @@ class Ros2RobotSim {
     if (!commands) return tl::unexpected(commands.error());
     const auto now =
         std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
-    switched_on_ = now - robot_.uptime();
+    switched_on_ = now - plant_.uptime();
     const Duration began = steady_now();
     Status status = publish("/tf_static",
                             ros2::TFMessage{{ros2::to_ros_transform(SensorTime(now), ros2::kBaseFrame,
                                                                     kOpticalFrame, model_.base_T_cam)}},
                             kFixed);
     while (status && !should_stop()) {
-      status = speak(robot_.next());
+      auto sample = plant_.next();
+      status = sample ? speak(std::move(*sample)) : tl::unexpected(sample.error());
       do {  // until its clock is due, and at least what waits
-        const Duration ahead = std::max(Duration(0), began + robot_.uptime() - steady_now());
+        const Duration ahead = std::max(Duration(0), began + plant_.uptime() - steady_now());
         const auto message = bus_.next(ahead);
         if (message) obey(message->bytes);
-      } while (began + robot_.uptime() > steady_now() && !should_stop());
+      } while (began + plant_.uptime() > steady_now() && !should_stop());
     }
-    return status;
+    return should_stop() ? Status() : status;
   }
 
  private:
@@ -82,7 +77,7 @@ class Ros2RobotSim {
   void obey(std::span<const std::uint8_t> bytes) {
     const auto twist = cdr::decode<ros2::Twist>(bytes);
     if (!twist || !std::isfinite(twist->linear.x) || !std::isfinite(twist->angular.z)) return;
-    (void)robot_.command({twist->linear.x, twist->angular.z});
+    (void)plant_.command({twist->linear.x, twist->angular.z});
   }
 
   template <class Message>
@@ -116,9 +111,7 @@ class Ros2RobotSim {
     return status ? publish("/tag_detections", ros2::to_ros(frame)) : status;
   }
   Status say(const CameraFrame& frame) {
-    auto taken = scene_camera_->take(robot_.shot());
-    if (!taken) return tl::unexpected(taken.error());
-    ros2::Image message = ros2::to_ros(CameraFrame{frame.stamp, "cam", std::move(taken->image)});
+    ros2::Image message = ros2::to_ros(frame);
     message.header.frame_id = kOpticalFrame;
     Status status = say_camera_info(frame.stamp);
     return status ? publish("/camera/color/image_raw", message, kPictures) : status;
@@ -134,20 +127,18 @@ class Ros2RobotSim {
   }
 
   Bus& bus_;
+  Plant& plant_;
   RobotModel model_;
   CameraModel camera_;
-  SimulatedRobot robot_;
-  std::unique_ptr<DetectingCamera> scene_camera_;
   Duration switched_on_{};  ///< by this machine's clock
   std::map<std::string, std::size_t> publishers_{};
 };
 
 }  // namespace
 
-Status run_ros2_robot_sim(Bus& bus, const SimulatedSetup& setup, const SE2& start,
-                          std::unique_ptr<DetectingCamera> scene_camera,
+Status run_ros2_robot_sim(Bus& bus, Plant& plant, const SimulatedSetup& setup,
                           const std::function<bool()>& should_stop) {
-  return Ros2RobotSim(bus, setup, start, std::move(scene_camera)).run(should_stop);
+  return Ros2RobotSim(bus, plant, setup).run(should_stop);
 }
 
 }  // namespace waymark

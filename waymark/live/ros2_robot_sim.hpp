@@ -1,20 +1,18 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 
 #include "waymark/drivers/dds/bus.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/live/plant.hpp"
 
 namespace waymark {
 
-/// Runs a simulated robot in real time as a robot of ROS 2, until should_stop() says so: the topics,
-/// qualities of service and frames of LIMO's driver and camera (share/ros2/limo.yaml), stamped by this
-/// machine's clock; /truth/pose beside them. It obeys /cmd_vel (Twist) and stops when commands cease, as the
-/// robot of the setup does. Without `scene_camera` it publishes corners of tags (/tag_detections) instead of
-/// pictures.
-[[nodiscard]] Status run_ros2_robot_sim(Bus& bus, const SimulatedSetup& setup, const SE2& start,
-                                        std::unique_ptr<DetectingCamera> scene_camera,
+/// Runs a plant in real time as a robot of ROS 2 with the setup's camera, until should_stop() says so: the
+/// topics, qualities of service and frames of LIMO's driver and camera (share/ros2/limo.yaml), stamped by
+/// this machine's clock; /truth/pose beside them. It obeys /cmd_vel (Twist). A plant without pictures has its
+/// corners of tags published (/tag_detections).
+[[nodiscard]] Status run_ros2_robot_sim(Bus& bus, Plant& plant, const SimulatedSetup& setup,
                                         const std::function<bool()>& should_stop);
 
 }  // namespace waymark

@@ -55,26 +55,25 @@ class OrderInput {
 /// A simulated robot that speaks on standard output and listens on standard input.
 class SimulatedProcess {
  public:
-  SimulatedProcess(const SimulatedSetup& setup, const SE2& start,
-                   std::unique_ptr<DetectingCamera> scene_camera, const SimulatedProcessOptions& options,
+  SimulatedProcess(Plant& plant, std::string name, bool pictures, const SimulatedProcessOptions& options,
                    std::function<bool()> cancelled)
-      : name_(setup.model.name),
-        robot_(setup.world, setup.model, setup.cameras(), start, setup.robot,
-               scene_camera != nullptr ? CameraOutput::Shots : CameraOutput::Corners),
-        scene_camera_(std::move(scene_camera)),
+      : plant_(plant),
+        name_(std::move(name)),
+        pictures_(pictures),
         lockstep_(options.lockstep),
         pace_(options.pace),
         cancelled_(std::move(cancelled)) {}
 
   Status run() {
     RobotHello hello{.name = name_, .lockstep = lockstep_, .simulated = true};
-    hello.sends = {"odometry", "wheels", "imu", "truth", scene_camera_ != nullptr ? "image" : "detections"};
+    hello.sends = {"odometry", "wheels", "imu", "truth", pictures_ ? "image" : "detections"};
     Status status = write(to_line(hello));
     start_ = steady_now();
     Duration next_order{};
     while (status && !over()) {
-      status = send(robot_.next());
-      if (!status || robot_.uptime() < next_order) continue;
+      const auto sample = plant_.next();
+      status = sample ? send(*sample) : tl::unexpected(sample.error());
+      if (!status || plant_.uptime() < next_order) continue;
       next_order += kOrderPeriod;
       status = lockstep_ ? step_in_lockstep() : step_in_time();
     }
@@ -91,30 +90,29 @@ class SimulatedProcess {
   }
 
   Status send(const Sample& sample) {
-    if (!std::holds_alternative<CameraFrame>(sample)) return write(to_line(sample));
-    const auto taken = scene_camera_->take(robot_.shot());
-    if (!taken) return tl::unexpected(taken.error());
-    const auto jpeg = encode_jpeg(taken->image, kPictureQuality);
+    const auto* frame = std::get_if<CameraFrame>(&sample);
+    if (frame == nullptr) return write(to_line(sample));
+    const auto jpeg = encode_jpeg(frame->image, kPictureQuality);
     if (!jpeg) return tl::unexpected(jpeg.error());
     return write(to_line(sample, *jpeg));
   }
 
   Status step_in_lockstep() {
     const std::int64_t step = ++step_;
-    Status status = write(to_line(RobotStep{step, robot_.now()}));
+    Status status = write(to_line(RobotStep{step, plant_.now()}));
     (void)std::fflush(stdout);
     if (pace_ > 0) keep_pace();
     orders_.wait_for(step);
     while (status && !over()) {
       const auto order = orders_.newest(std::chrono::milliseconds(100));
-      if (order && order->step == step) return robot_.command(order->command);
+      if (order && order->step == step) return plant_.command(order->command);
     }
     return status;
   }
 
   /// What a busy host was late by is not made up for: a robot must not drive faster than commanded.
   void keep_pace() {
-    const Duration due(static_cast<std::int64_t>(static_cast<double>(robot_.uptime().count()) / pace_));
+    const Duration due(static_cast<std::int64_t>(static_cast<double>(plant_.uptime().count()) / pace_));
     const Duration ahead = start_ + due - steady_now();
     if (ahead > Duration(0)) std::this_thread::sleep_for(ahead);
     if (ahead < -kOrderPeriod) start_ -= ahead + kOrderPeriod;
@@ -122,15 +120,15 @@ class SimulatedProcess {
 
   Status step_in_time() {
     (void)std::fflush(stdout);
-    const Duration ahead = start_ + robot_.uptime() - steady_now();
+    const Duration ahead = start_ + plant_.uptime() - steady_now();
     if (ahead > Duration(0)) std::this_thread::sleep_for(ahead);
     const auto order = orders_.newest(Duration(0));
-    return order ? robot_.command(order->command) : Status();
+    return order ? plant_.command(order->command) : Status();
   }
 
+  Plant& plant_;
   std::string name_;
-  SimulatedRobot robot_;
-  std::unique_ptr<DetectingCamera> scene_camera_;
+  bool pictures_;
   bool lockstep_;
   double pace_;
   std::function<bool()> cancelled_;
@@ -142,11 +140,10 @@ class SimulatedProcess {
 
 }  // namespace
 
-Status run_simulated_process(const SimulatedSetup& setup, const SE2& start,
-                             std::unique_ptr<DetectingCamera> scene_camera,
+Status run_simulated_process(Plant& plant, const SimulatedSetup& setup,
                              const SimulatedProcessOptions& options, const std::function<bool()>& cancelled) {
   never_wait(STDIN_FILENO);
-  return SimulatedProcess(setup, start, std::move(scene_camera), options, cancelled).run();
+  return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, cancelled).run();
 }
 
 }  // namespace waymark

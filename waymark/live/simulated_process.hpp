@@ -1,10 +1,9 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 
 #include "waymark/drivers/simulated/simulated_lap.hpp"
-#include "waymark/drivers/simulated/simulated_robot.hpp"
+#include "waymark/live/plant.hpp"
 
 namespace waymark {
 
@@ -14,11 +13,9 @@ struct SimulatedProcessOptions {
   double pace = 0;        ///< with lockstep: at most so many seconds of the world a second; 0: any
 };
 
-/// Runs a simulated robot that speaks the protocol of robot processes on standard output and listens on
+/// Runs the plant of a setup that speaks the protocol of robot processes on standard output and listens on
 /// standard input, until that ends or it is cancelled.
-/// Without `scene_camera` it sends corners of tags instead of pictures.
-[[nodiscard]] Status run_simulated_process(const SimulatedSetup& setup, const SE2& start,
-                                           std::unique_ptr<DetectingCamera> scene_camera,
+[[nodiscard]] Status run_simulated_process(Plant& plant, const SimulatedSetup& setup,
                                            const SimulatedProcessOptions& options,
                                            const std::function<bool()>& cancelled);
 
