@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Live cameras, played by tests/fake_v4l2: listed, searched for tags, shown, recorded, beside a robot; and what goes wrong."""
 import json
+import math
 import pathlib
 import shutil
 import signal
@@ -125,6 +126,20 @@ class LiveCamera(InFolder):
         denied = self.see("doctor", "--rate-hz", "5", faults="denied")
         self.assertEqual(denied.code, 1)
         self.assertIn("usermod -aG", denied.out)
+
+    def test_doctor_measures_how_large_a_tag_is_printed(self):
+        family, number, x, y, cell = pictures.SCENE_TAGS[0]
+        still = pictures.scene(320, 240, [(family, number, x, y, cell)])
+        self.camera.lines = ["card Fake camera"]
+        self.camera.play([[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)], 50, "YUYV")
+        side_px = 8 * cell  # of tag36h11, in a camera of 300 px focal length and its centre at 159.5, 119.5
+        middle = [first + side_px / 2 - 0.5 - centre for first, centre in ((x, 159.5), (y, 119.5))]
+        away_m = 0.16 * 300 / side_px * math.hypot(1, middle[0] / 300, middle[1] / 300)
+        seen = self.see("doctor", "--json", "--rate-hz", "5", "--camera", "camera.yaml", "--camera-source", VIDEO, "--tag-size-m", "0.16",
+                        "--tag-at-m", str(round(0.94 * away_m, 4)))
+        line = next(line for line in seen.records[0]["checks"] if line["check"] == "tag size")
+        self.assertEqual(line["level"], "warn", line)
+        self.assertAlmostEqual(float(line["words"].split(" is ")[1].split(" mm")[0]), 0.94 * 160, delta=1.5)
 
     def test_a_pipeline_is_a_camera(self):
         if not pathlib.Path("/usr/lib/x86_64-linux-gnu/libgstapp-1.0.so.0").exists():

@@ -10,6 +10,7 @@
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/cli/tag_size_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/doctor.hpp"
@@ -20,23 +21,27 @@ namespace waymark::cli {
 namespace {
 
 struct DoctorArgs {
-  std::string robot;
-  std::string calibration;
-  std::vector<std::string> sources;
+  std::string robot{};
+  std::string calibration{};
+  std::vector<std::string> sources{};
   std::string folder = ".";
   LoopTrial trial{};
+  std::unique_ptr<TagSizeFlags> tag{};
   bool json = false;
 };
 
-void add_calibration(const DoctorArgs& args, std::vector<DoctorLine>& lines) {
-  namespace fs = std::filesystem;
+/// What was named, else what is in the current folder.
+std::string calibration_file(const DoctorArgs& args) {
   std::error_code ignored;
-  const std::string found = fs::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
-  const std::string file = args.calibration.empty() ? found : args.calibration;
+  const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
+  return args.calibration.empty() ? found : args.calibration;
+}
+
+void add_calibration(const std::string& file, std::vector<DoctorLine>& lines) {
   lines.push_back(file.empty() ? DoctorLine{"calibration", DoctorLevel::Warn,
                                             "no calibration was named, and there is no calibration.yaml here",
                                             "waymark doctor --camera FILE"}
-                               : check_calibration(file, fs::file_time_type::clock::now()));
+                               : check_calibration(file, std::filesystem::file_time_type::clock::now()));
 }
 
 Result<std::vector<DoctorLine>> check_all(const DoctorArgs& args) {
@@ -48,7 +53,9 @@ Result<std::vector<DoctorLine>> check_all(const DoctorArgs& args) {
   }
   for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
   for (const std::string& source : args.sources) lines.push_back(check_live_camera(source));
-  add_calibration(args, lines);
+  const std::string calibration = calibration_file(args);
+  add_calibration(calibration, lines);
+  for (DoctorLine& line : args.tag->check(args.sources, calibration)) lines.push_back(std::move(line));
   lines.push_back(check_disk(args.folder));
   const auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
@@ -93,6 +100,7 @@ Run prepare_doctor(CLI::App& app) {
   app.add_option("--camera-source", args->sources,
                  "Camera to open and to take pictures from for a second, for example v4l2:/dev/video0")
       ->type_name("ADDRESS");
+  args->tag = std::make_unique<TagSizeFlags>(app);
   app.add_option("--folder", args->folder, "Folder in which recordings will be written")
       ->capture_default_str()
       ->type_name("PATH");
@@ -131,6 +139,7 @@ Examples:
   waymark doctor
   waymark doctor --robot ros2:limo
   waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --rate-hz 60
+  waymark doctor --camera calibration.yaml --camera-source v4l2:/dev/video0 --tag-at-m 1 --tag-size-m 0.16
 )",
       .prepare = prepare_doctor,
       .verbs = {}};
