@@ -8,8 +8,8 @@ usage() {
 usage: ./test.sh [--quick | --only PARTS | --full[=PARTS] [--again]] [--require-data] [--tidy-base REV]
 
 Installs what it needs (Debian packages, said by name), builds, and runs
-  1. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
-  2. the house rules: allowed edges, includes, formatting
+  1. the house rules: allowed edges, includes, formatting
+  2. the build (preset check: warnings are errors; files of a room compiled together) and all unit, system and consumer tests
   3. the tests of what reads foreign bytes under address and undefined behaviour sanitizers
   4. the fuzzers, ten seconds each
   5. clang-tidy, and GCC, on the files changed since the main branch (or in the last commit)
@@ -205,6 +205,8 @@ if [ -n "$full" ]; then
   exit
 fi
 
+if wanted house; then house_rules; fi  # first: they take seconds
+
 if wanted tests; then
   step "build"
   build check
@@ -214,7 +216,6 @@ if wanted tests; then
   [ -z "$helper" ] || wait "$helper" || true  # what failed fails again below, with words
   helper=""
 fi
-if wanted house; then house_rules; fi
 
 if wanted sanitizers; then
   step "sanitizers: address, undefined behaviour"

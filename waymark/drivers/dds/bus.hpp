@@ -56,7 +56,7 @@ struct BusOptions {
   std::vector<std::string> interfaces{};  ///< IPv4 addresses of the network interfaces; empty: all
   std::vector<std::string> peers{};       ///< IPv4 addresses that are asked beside multicast
   std::string node = "waymark";
-  std::string keystore{};  ///< folder of the enclave's certificates (SROS 2); empty: no security
+  std::string keystore{};     ///< folder of the enclave's certificates (SROS 2); empty: no security
   std::string enclave = "/";  ///< its name, which participants of ROS 2 tell
   std::optional<SelfDescription> self{};
 };
