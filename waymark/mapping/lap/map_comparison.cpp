@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <Eigen/Cholesky>
 
 #include "waymark/base/angles.hpp"
 #include "waymark/geometry/lie.hpp"
@@ -30,29 +31,44 @@ int agreeing(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
   return count;
 }
 
-/// The mean of what the tags say that agree with the proposal.
+/// A step of Gauss and Newton towards where the tags of the prior map that agree are nearest to those of the
+/// map, in units of what counts as the same: over a room, their places tell how it is turned better than each
+/// tag's own rotation does.
+SE3 stepped(const TagMap& map, const TagMap& prior, const SE3& map_T_prior,
+            const MapComparisonOptions& options) {
+  SE3::Jacobian information = SE3::Jacobian::Zero();
+  SE3::Tangent sum = SE3::Tangent::Zero();
+  for (const auto& [id, tag] : prior.tags) {
+    const MappedTag* now = map.find(id);
+    const SE3 expected = map_T_prior * tag.map_T_tag;
+    if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
+    SE3::Jacobian J = SE3::Jacobian::Identity();  // of place and rotation by the left tangent of map_T_prior
+    J.topRightCorner<3, 3>() = -SO3::hat(expected.translation());
+    SE3::Tangent off;
+    off << now->map_T_tag.translation() - expected.translation(),
+        (now->map_T_tag.rotation() * expected.rotation().inverse()).log();
+    SE3::Tangent weight;
+    weight << Eigen::Vector3d::Constant(1 / (options.same_m * options.same_m)),
+        Eigen::Vector3d::Constant(1 / (options.same_rad * options.same_rad));
+    information += J.transpose() * weight.asDiagonal() * J;
+    sum += J.transpose() * weight.cwiseProduct(off);
+  }
+  const Eigen::LLT<SE3::Jacobian> llt(information);
+  return llt.info() == Eigen::Success ? plus(SE3::Tangent(llt.solve(sum)), map_T_prior) : map_T_prior;
+}
+
+/// Which tags agree and what they agree on, until neither changes any more: at first with a wider view, as
+/// one tag says little of how far ones lie.
 SE3 refined(const TagMap& map, const TagMap& prior, SE3 map_T_prior, const MapComparisonOptions& options) {
-  for (int i = 0; i < 10; ++i) {
-    SE3::Tangent sum = SE3::Tangent::Zero();
-    int count = 0;
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    for (const auto& [id, tag] : prior.tags) {
-      const MappedTag* now = map.find(id);
-      if (now == nullptr || separation(map_T_prior * tag.map_T_tag, now->map_T_tag, options) >= 1) continue;
-      centre += now->map_T_tag.translation();
-      ++count;
+  constexpr int kSteps = 20;
+  constexpr double kSmall = 1e-9;
+  for (const double wider : {4, 2, 1}) {
+    const MapComparisonOptions view{wider * options.same_m, wider * options.same_rad};
+    for (int i = 0; i < kSteps; ++i) {
+      const SE3 before = map_T_prior;
+      map_T_prior = stepped(map, prior, before, view);
+      if (minus(map_T_prior, before).norm() < kSmall) break;
     }
-    if (count == 0) return map_T_prior;
-    centre /= count;
-    const SE3 about(SO3(), centre);  // near the tags, turning and shifting are least correlated
-    for (const auto& [id, tag] : prior.tags) {
-      const MappedTag* now = map.find(id);
-      const SE3 expected = map_T_prior * tag.map_T_tag;
-      if (now == nullptr || separation(expected, now->map_T_tag, options) >= 1) continue;
-      sum += minus(about.inverse() * now->map_T_tag, about.inverse() * expected);
-    }
-    map_T_prior = about * plus(SE3::Tangent(sum / count), about.inverse() * map_T_prior);
-    if (sum.norm() / count < 1e-9) break;
   }
   return map_T_prior;
 }

@@ -40,8 +40,9 @@ struct MapComparison {
   std::vector<ComparedTag> tags{};  ///< of either map, in order
 };
 
-/// Aligns the prior map with what most common tags agree on (one tag proposes, all judge), then says of each
-/// tag what became of it. Fails when fewer than two tags agree on any alignment. O(tags^2).
+/// Aligns the prior map with what most common tags agree on (one tag proposes, those near its proposal mend
+/// it by least squares of places and rotations, all judge), then says of each tag what became of it. Fails
+/// when fewer than two tags agree on any alignment. O(tags^2).
 [[nodiscard]] Result<MapComparison> compare_maps(const TagMap& map, const TagMap& prior,
                                                  const MapComparisonOptions& options = {});
 

@@ -34,6 +34,25 @@ TEST(MapComparison, AMapAgreesWithItselfWhereverItStands) {
   EXPECT_TRUE(in_words(*comparison).empty());
 }
 
+/// As where the corners of tags are printed aside, by which they seem tilted by a degree or two.
+TEST(MapComparison, ALongRowOfTagsIsAlignedByTheirPlaces) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    TagMap map = some_map();
+    for (auto& [tag, place] : map.tags)
+      place.map_T_tag = SE3(place.map_T_tag.rotation(), 3 * place.map_T_tag.translation());
+    const TagMap prior = moved(map, kElsewhere);
+    for (auto& [tag, place] : map.tags) {
+      const Eigen::Vector3d tilt(random.normal(0, 0.03), random.normal(0, 0.03), 0);
+      place.map_T_tag = SE3(SO3::exp(tilt) * place.map_T_tag.rotation(), place.map_T_tag.translation());
+    }
+    const auto comparison = compare_maps(map, prior);
+    ASSERT_TRUE(comparison) << "seed " << seed;
+    EXPECT_GE(comparison->agreeing, 7) << "seed " << seed;
+    EXPECT_LT(comparison->rms_m, 0.01) << "seed " << seed;
+  }
+}
+
 TEST(MapComparison, NamesWhatChanged) {
   const TagMap map = some_map();
   TagMap prior = moved(map, kElsewhere);
