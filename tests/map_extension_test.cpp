@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 
 #include "tests/support/circuit_lap.hpp"
+#include "waymark/base/angles.hpp"
+#include "waymark/base/random.hpp"
+#include "waymark/pose/homography.hpp"
+#include "waymark/samples/visibility.hpp"
 
 namespace waymark {
 namespace {
@@ -70,6 +74,72 @@ TEST(MapExtension, NamesATagThatWasMovedSinceAndTakesItsNewPlace) {
                                               HasSubstr("tag36h11:14 and tag36h11:15 are swapped")));
   EXPECT_EQ(extended.prior_agreeing, 21);
   EXPECT_LT(worst_of_others(extended, {}), 0.04);
+}
+
+/// As a lap sees them whose tags are printed, and glued, with corners aside by so much, the same in all
+/// pictures: the picture of the plane of a tag shifts them.
+void print(double sigma_m, std::uint64_t seed, LapInput& lap) {
+  Random random(seed);
+  std::map<TagId, std::array<Eigen::Vector2d, 4>> printed;
+  std::array<Eigen::Vector2d, 4> right;
+  for (std::size_t c = 0; c < 4; ++c) right.at(c) = tag_corners(*lap.sizes.default_size_m).at(c).head<2>();
+  for (const auto& [id, mapped] : circuit().tags.tags) {
+    printed[id] = right;
+    for (Eigen::Vector2d& corner : printed[id]) {
+      corner.x() += random.normal(0, sigma_m);
+      corner.y() += random.normal(0, sigma_m);
+    }
+  }
+  for (TagFrame& frame : lap.frames) {
+    for (TagDetection& seen : frame.detections) {
+      const auto picture = homography_dlt(right, seen.corners_px);
+      ASSERT_TRUE(picture);
+      for (std::size_t c = 0; c < 4; ++c)
+        seen.corners_px.at(c) = apply_homography(*picture, printed.at(seen.tag).at(c));
+    }
+  }
+}
+
+/// The tags as somebody measured them: 2 mm and 2 mrad from where they are.
+TagMap measured(std::uint64_t seed) {
+  constexpr double kOff = 0.002;
+  Random random(seed);
+  TagMap map = circuit().tags;
+  for (auto& [id, tag] : map.tags) {
+    Vector6 off;
+    for (double& number : off) number = random.normal(0, kOff);
+    const SE3 true_place = tag.map_T_tag;
+    tag.map_T_tag =
+        SE3(SO3::exp(off.tail<3>()) * true_place.rotation(), true_place.translation() + off.head<3>());
+    tag.covariance =
+        from_coordinate_covariance(tag.map_T_tag, Matrix6(kOff * kOff * Matrix6::Identity())).covariance;
+  }
+  return map;
+}
+
+/// Tag 4 is so far from the anchor that how the anchor is printed could explain three centimetres; the other
+/// tags cannot. The print of a tag's neighbours, which nobody accounts for, bends a lap too: one tag in fifty
+/// may be taken for moved.
+TEST(MapExtension, FindsTagsThatWereMovedAmongTagsThatArePrintedAside) {
+  constexpr double kPrinted_m = 0.0004;
+  const int laps = std::getenv("WAYMARK_FULL") != nullptr ? 20 : 2;
+  int wrong = 0;
+  for (std::uint64_t seed = 151; seed < 151 + static_cast<std::uint64_t>(laps); ++seed) {
+    TagMap map = measured(seed);
+    SE3& moved = map.tags.at(tag(4)).map_T_tag;
+    moved = SE3(SO3(), Eigen::Vector3d(0.02, -0.0224, 0)) * moved;
+    SE3& turned = map.tags.at(tag(22)).map_T_tag;
+    turned = turned * SE3(SO3::exp({0, 0, to_radians(5)}), Eigen::Vector3d::Zero());
+    Lap lap = drive(seed);
+    print(kPrinted_m, seed, lap.input);
+    const BundleMap extended = map_of(extending(lap.input, map));
+    EXPECT_THAT(extended.prior_words, Contains(HasSubstr("tag36h11:4 stands"))) << "seed " << seed;
+    EXPECT_THAT(extended.prior_words, Contains(HasSubstr("tag36h11:22 stands"))) << "seed " << seed;
+    EXPECT_EQ(extended.prior_agreeing + static_cast<int>(extended.prior_words.size()), 24);
+    wrong += static_cast<int>(extended.prior_words.size()) - 2;
+  }
+  std::printf("%d of %d tags taken for moved that were not\n", wrong, 22 * laps);
+  EXPECT_LE(wrong, 22 * laps / 50);
 }
 
 TEST(MapExtension, KeepsWhatTheLapDidNotSeeAndHoldsWhatIsFrozen) {

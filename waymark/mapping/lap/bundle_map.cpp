@@ -13,6 +13,7 @@
 #include "waymark/mapping/lap/mounting_halves.hpp"
 #include "waymark/mapping/lap/mounting_spread.hpp"
 #include "waymark/mapping/lap/odometry_noise.hpp"
+#include "waymark/mapping/lap/prior_agreement.hpp"
 #include "waymark/mapping/lap/prior_terms.hpp"
 #include "waymark/mapping/lap/rough_odometry.hpp"
 #include "waymark/mapping/lap/tag_ties.hpp"
@@ -84,7 +85,10 @@ Result<internal::TiedPrior> extend(const LapInput& input, LapBundle& lap, const 
       internal::tie_to_prior(*input.prior, input.anchor, covariance(lap.bundle), lap);
   if (!tied) return tied;
   const BundleProgress told = stage(progress, "extending the map");
-  result.summary = solve(lap.bundle, {.max_iterations = options.search.max_iterations}, told);
+  const BundleOptions search{.max_iterations = options.search.max_iterations};
+  result.summary = solve(lap.bundle, search, told);
+  while (result.summary.usable() && internal::revise_agreement(*input.prior, lap, *tied))
+    result.summary = solve(lap.bundle, search, told);
   settle(lap, options, told, result);
   result.prior_words = tied->words;
   result.prior_agreeing = static_cast<int>(tied->agreeing.size());

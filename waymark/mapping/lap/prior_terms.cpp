@@ -1,14 +1,11 @@
 #include "waymark/mapping/lap/prior_terms.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include <fmt/format.h>
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
-#include "waymark/base/angles.hpp"
-#include "waymark/pose/agreement.hpp"
+#include "waymark/mapping/lap/prior_agreement.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -23,10 +20,6 @@ Matrix6 smaller_of(const Matrix6& a, const Matrix6& b) {
   const Matrix6 S = both.eigenvectors().transpose().inverse();
   const Vector6 least = both.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
   return S * least.asDiagonal() * S.transpose();
-}
-
-bool is_held(const LapPrior& prior, const TagId& tag, const MappedTag& mapped) {
-  return prior.frozen.contains(tag) || !mapped.covariance;
 }
 
 TagMap tags_of(const LapBundle& lap, const TagMap& prior) {
@@ -49,50 +42,6 @@ void move_all(const SE3& new_T_old, LapBundle& lap) {
   move(lap.floor);
   for (PriorTerm& term : lap.bundle.priors) {
     if (term.pose == lap.floor) term.factor.prior = new_T_old * term.factor.prior;
-  }
-}
-
-bool stands_where_it_was(const MapComparison& comparison, const TagId& tag) {
-  const auto at = std::ranges::find(comparison.tags, tag, &ComparedTag::tag);
-  return at != comparison.tags.end() && (at->change == TagChange::Same || at->change == TagChange::Resized);
-}
-
-std::string contradiction(const TagId& tag, const SE3& now, const SE3& before) {
-  return fmt::format(
-      "{} stands {:.0f} mm and {:.1f} deg from where the map has it, more than both can be wrong by: it was "
-      "moved, "
-      "and the map has its new place",
-      to_string(tag), 1000 * (now.translation() - before.translation()).norm(),
-      to_degrees((now.rotation().inverse() * before.rotation()).angle()));
-}
-
-/// The tags whose places in the lap and in the prior map are one place, as far as the two know.
-void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& lap, const TagId& anchor,
-                   const BundleCovariance& known, TiedPrior& tied) {
-  constexpr double kFarthest_m = 0.5;
-  // The lap stands on the anchor as the prior map has it: what is wrong with that moves all the others, the
-  // more the farther they are.
-  const MappedTag* stands_on = prior.map.find(anchor);
-  const Matrix6 of_anchor =
-      stands_on != nullptr ? stands_on->covariance.value_or(Matrix6::Zero()) : Matrix6::Zero();
-  const Matrix6 slack = 1e-6 * Matrix6::Identity();  // a millimetre, a milliradian
-  for (const ComparedTag& compared : tied.comparison.tags) {
-    const MappedTag* before = prior.map.find(compared.tag);
-    const MappedTag* here = now.find(compared.tag);
-    if (before == nullptr || here == nullptr) continue;
-    const SE3& map_T_tag = lap.bundle.poses[lap.tags.at(compared.tag)].value;
-    const Vector6 off = minus(map_T_tag, before->map_T_tag);
-    const Matrix6 S = known.poses[lap.tags.at(compared.tag)] + before->covariance.value_or(Matrix6::Zero()) +
-                      of_anchor + slack;
-    const bool swapped = compared.change == TagChange::Swapped;
-    if (!swapped && compared.distance_m < kFarthest_m && off.dot(S.llt().solve(off)) < internal::kPoseGate) {
-      tied.agreeing.push_back(compared.tag);
-    } else if (swapped && compared.tag < *compared.with) {
-      tied.words.push_back(fmt::format("{} and {} are swapped against the map that is extended",
-                                       to_string(compared.tag), to_string(*compared.with)));
-    } else if (!swapped) {
-      tied.words.push_back(contradiction(compared.tag, map_T_tag, before->map_T_tag));
-    }
   }
 }
 
@@ -150,11 +99,7 @@ void add_terms(const LapPrior& prior, LapBundle& lap, const TiedPrior& tied) {
 }  // namespace
 
 Matrix6 common_covariance(const TagMap& map) {
-  // A map that was made from a lap has an anchor that is known exactly, and ties; else each tag was measured
-  // by itself.
-  const bool measured =
-      std::ranges::all_of(map.tags, [](const auto& tag) { return tag.second.covariance && !tag.second.tie; });
-  if (measured) return Matrix6::Zero();
+  if (is_measured(map)) return Matrix6::Zero();
   std::optional<Matrix6> common;
   for (const auto& [id, tag] : map.tags) {
     if (!tag.covariance || tag.tie) continue;
@@ -173,9 +118,10 @@ Result<TiedPrior> tie_to_prior(const LapPrior& prior, const TagId& anchor, const
                 {},
                 "Is it a lap of this place? `waymark map LAP --prior MAP` maps it by itself and holds it "
                 "against the map.");
-  // Where the anchor still stands both maps are in one frame, and their covariances say how far apart they
-  // may be; aligning them by all tags would hide that.
-  if (!stands_where_it_was(*comparison, anchor)) move_all(comparison->map_T_prior.inverse(), lap);
+  // Where the anchor of laps still stands both maps are in one frame, and their covariances say how far apart
+  // they may be; aligning them by all tags would hide that.
+  if (is_measured(prior.map) || !stands_where_it_was(*comparison, anchor))
+    move_all(comparison->map_T_prior.inverse(), lap);
   TiedPrior tied{.comparison = *comparison};
   find_agreeing(prior, now, lap, anchor, known, tied);
   add_places(prior, lap, tied);

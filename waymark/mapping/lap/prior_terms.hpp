@@ -20,6 +20,8 @@ struct TiedPrior {
   std::map<TagId, PoseIndex> before{};  ///< where the tags of the prior map were, as known now
   MapComparison comparison{};
   std::vector<TagId> agreeing{};
+  std::vector<TagId> moved{};
+  std::set<TagId> untied{};          ///< of these: contradicted by all others
   std::vector<std::string> words{};  ///< of tags that are not where the prior map has them
 };
 
