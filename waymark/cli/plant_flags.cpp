@@ -29,7 +29,7 @@ Result<std::unique_ptr<Plant>> at_begin_of_line(const SimulatedSetup& setup) {
 PlantFlags::PlantFlags(CLI::App& app) {
   CLI::Option* option = app.add_option(
       "--plant", given_,
-      "Another simulation behind the wire, instead of Waymark's: process:CMD, a program that speaks the "
+      "Simulation behind the wire instead of Waymark's: process:CMD, a program that speaks the "
       "protocol of robot processes. World and robot file say which camera, wheels and tags it has");
   option->type_name("ROBOT")->group(kMoreGroup);
   option->check([](const std::string& given) {

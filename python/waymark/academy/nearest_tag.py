@@ -17,6 +17,7 @@ TAG_SIZE_M = 0.24
 FIELD_OF_VIEW_RAD = 1.02974  # of the robot's camera; the width of the picture as focal length is 13 % too much
 FAR_M = 3.0  # beyond this a tag must agree with odometry …
 JUMP_M = 0.4  # … within this
+CUT_PX = 5  # a tag whose corner is so near to the edge of the picture may be cut by it, and its corners then lie elsewhere
 FREE_M = 0.6
 ROBOT_T_CAM = np.array([[0, 0, 1, 0.069], [-1, 0, 0, -0.047], [0, -1, 0, 0.117], [0, 0, 0, 1]], dtype=float)
 
@@ -55,7 +56,8 @@ def fix(image):
     K = np.array([[f, 0, width / 2], [0, f, height / 2], [0, 0, 1]])
     nearest = None
     for tag in detector.detect(gray):
-        T = cam_T_tag(tag.corners, K) if f"tag_{tag.tag_id}" in tags else None
+        cut = np.min(tag.corners) < CUT_PX or np.any(np.max(tag.corners, axis=0) > (width - CUT_PX, height - CUT_PX))
+        T = cam_T_tag(tag.corners, K) if f"tag_{tag.tag_id}" in tags and not cut else None
         if T is not None and (nearest is None or np.linalg.norm(T[:3, 3]) < nearest[0]):
             world_T_robot = world_T_tag(tag.tag_id) @ np.linalg.inv(T) @ np.linalg.inv(ROBOT_T_CAM)
             yaw = math.atan2(world_T_robot[1, 0], world_T_robot[0, 0])
