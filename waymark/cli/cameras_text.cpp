@@ -22,7 +22,10 @@ std::string mode_text(const CameraMode& mode) {
   std::vector<std::string> rates;
   rates.reserve(mode.rates_hz.size());
   for (const double rate : mode.rates_hz) rates.push_back(fmt::format("{:.4g}", rate));
-  return fmt::format("  {:<5} {:>5} x {:<5} {}{}\n", mode.format, mode.width, mode.height,
+  return fmt::format("  {:<5} {:>5} x {:<5} {}{}{}\n", mode.format, mode.width, mode.height,
+                     mode.largest
+                         ? fmt::format("and any size down to {} x {} ", mode.least_width, mode.least_height)
+                         : std::string(),
                      rates.empty() ? "" : fmt::format("{} Hz", fmt::join(rates, ", ")),
                      mode.readable ? "" : "  (not read by waymark)");
 }
@@ -50,11 +53,16 @@ std::string device_text(const CameraDevice& device, bool all_controls) {
 }
 
 ordered_json mode_json(const CameraMode& mode) {
-  return {{"format", mode.format},
-          {"readable", mode.readable},
-          {"width_px", mode.width},
-          {"height_px", mode.height},
-          {"rates_hz", mode.rates_hz}};
+  ordered_json one{{"format", mode.format},
+                   {"readable", mode.readable},
+                   {"width_px", mode.width},
+                   {"height_px", mode.height},
+                   {"rates_hz", mode.rates_hz}};
+  if (mode.largest) {
+    one["least_width_px"] = mode.least_width;
+    one["least_height_px"] = mode.least_height;
+  }
+  return one;
 }
 
 }  // namespace

@@ -12,9 +12,12 @@ namespace waymark {
 struct CameraMode {
   std::string format{};            ///< four characters: "YUYV"
   bool readable = true;            ///< of those that this program reads
-  int width = 0;                   ///< [px]; where the device takes any size: the largest
+  int width = 0;                   ///< [px]
   int height = 0;                  ///< [px]
   std::vector<double> rates_hz{};  ///< highest first; empty where the driver does not say
+  bool largest = false;            ///< of any size between the least and this one, as bridges and vivid have
+  int least_width = 0;             ///< [px]; of `largest`
+  int least_height = 0;            ///< [px]
 };
 
 /// A device that delivers pictures, or one that cannot be asked.

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -67,18 +68,31 @@ void read_sizes(int device, std::uint32_t fourcc, std::vector<CameraMode>& modes
     CameraMode mode{.format = fourcc_name(fourcc),
                     .readable = pixel_format_named(fourcc_name(fourcc)).has_value(),
                     .width = static_cast<int>(one ? entry.discrete.width : entry.stepwise.max_width),
-                    .height = static_cast<int>(one ? entry.discrete.height : entry.stepwise.max_height)};
-    mode.rates_hz = read_rates(device, fourcc, mode.width, mode.height);
+                    .height = static_cast<int>(one ? entry.discrete.height : entry.stepwise.max_height),
+                    .largest = !one};
+    if (one) {
+      mode.rates_hz = read_rates(device, fourcc, mode.width, mode.height);
+    } else {
+      mode.least_width = static_cast<int>(entry.stepwise.min_width);
+      mode.least_height = static_cast<int>(entry.stepwise.min_height);
+    }
     modes.push_back(std::move(mode));
     if (!one) break;
   }
 }
 
 std::string words_of(const std::vector<CameraMode>& modes) {
+  constexpr std::size_t kMost = 16;
   std::vector<std::string> words;
   for (const CameraMode& mode : modes)
-    words.push_back(fmt::format("{} {}x{}", mode.format, mode.width, mode.height));
-  return fmt::format("It delivers {}.", fmt::join(words, ", "));
+    if (mode.readable)
+      words.push_back(
+          fmt::format("{} {}{}x{}", mode.format, mode.largest ? "up to " : "", mode.width, mode.height));
+  if (words.empty()) return fmt::format("None of its {} formats and sizes is read.", modes.size());
+  const bool more = words.size() > kMost;
+  words.resize(std::min(words.size(), kMost));
+  return fmt::format("It delivers {}{}.", fmt::join(words, ", "),
+                     more ? " and more (`waymark cameras` lists them)" : "");
 }
 
 /// The wanted rate where it is reached; else the highest that is useful.
@@ -91,11 +105,17 @@ double best_rate(const CameraMode& mode, double wanted_hz) {
   return best;
 }
 
+/// The size that was given, else that of now.
+std::pair<int, int> wanted_size(const V4l2Options& options, const WantedMode& now) {
+  return options.width > 0 ? std::pair(options.width, options.height) : std::pair(now.width, now.height);
+}
+
 bool fits(const CameraMode& mode, const V4l2Options& options, const WantedMode& now) {
   if (!mode.readable || (options.format && mode.format != to_string(*options.format))) return false;
-  const bool given = options.width > 0;
-  return mode.width == (given ? options.width : now.width) &&
-         mode.height == (given ? options.height : now.height);
+  const auto [width, height] = wanted_size(options, now);
+  if (!mode.largest) return mode.width == width && mode.height == height;
+  return width >= mode.least_width && width <= mode.width && height >= mode.least_height &&
+         height <= mode.height;
 }
 
 }  // namespace
@@ -168,7 +188,8 @@ Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2O
   };
   for (const CameraMode& mode : modes) {
     if (!fits(mode, options, now)) continue;
-    const WantedMode wanted{*pixel_format_named(mode.format), mode.width, mode.height,
+    const auto [width, height] = wanted_size(options, now);
+    const WantedMode wanted{*pixel_format_named(mode.format), width, height,
                             best_rate(mode, options.rate_hz)};
     if (!best || rank(wanted) < rank(*best)) best = wanted;
   }

@@ -13,6 +13,7 @@
 #include "tests/support/fake_camera.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/v4l2/device_list.hpp"
+#include "waymark/drivers/v4l2/modes.hpp"
 
 namespace waymark {
 namespace {
@@ -315,6 +316,45 @@ TEST(V4l2Address, ReadsWhatFollowsTheDevice) {
   for (const char* wrong : {"v4l2:", "v4l2:0,size=1280", "v4l2:0,format=RGB", "v4l2:0,rate=0", "v4l2:0,fast",
                             "v4l2:0,gain=much", "v4l2:0,rate=nan", "v4l2:0,size=-1x2"})
     EXPECT_FALSE(parse_v4l2_address(wrong)) << wrong;
+}
+
+TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
+  const std::vector<CameraMode> modes = {
+      {.format = "BGR3", .readable = false, .width = 4096, .height = 2160, .largest = true},
+      {.format = "YUYV",
+       .width = 4096,
+       .height = 2160,
+       .largest = true,
+       .least_width = 16,
+       .least_height = 16},
+      {.format = "GREY",
+       .width = 4096,
+       .height = 2160,
+       .largest = true,
+       .least_width = 16,
+       .least_height = 16}};
+  const internal::WantedMode now{.width = 1280, .height = 720};
+  const auto as_now = internal::choose_mode(modes, {}, now);
+  ASSERT_TRUE(as_now) << to_string(as_now.error());
+  EXPECT_EQ(*as_now, (internal::WantedMode{PixelFormat::Grey, 1280, 720, 0}));
+  const auto asked = internal::choose_mode(
+      modes, {.width = 640, .height = 480, .rate_hz = 30, .format = PixelFormat::Yuyv}, now);
+  ASSERT_TRUE(asked) << to_string(asked.error());
+  EXPECT_EQ(*asked, (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
+  const auto too_large = internal::choose_mode(modes, {.width = 8192, .height = 4320}, now);
+  ASSERT_FALSE(too_large);
+  EXPECT_THAT(to_string(too_large.error()),
+              HasSubstr("It delivers YUYV up to 4096x2160, GREY up to 4096x2160."));
+}
+
+TEST(V4l2Modes, ALongListIsCutAndWhatIsNotReadIsLeftOut) {
+  std::vector<CameraMode> modes(300, {.format = "YUYV", .width = 640, .height = 480});
+  modes.push_back({.format = "HSV4", .readable = false, .width = 1, .height = 1});
+  const auto none = internal::choose_mode(modes, {.width = 320, .height = 240}, {});
+  ASSERT_FALSE(none);
+  EXPECT_LT(none.error().hint.size(), 400U);
+  EXPECT_THAT(none.error().hint, HasSubstr("and more (`waymark cameras` lists them)"));
+  EXPECT_THAT(none.error().hint, ::testing::Not(HasSubstr("HSV4")));
 }
 
 }  // namespace
