@@ -30,6 +30,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       headers        every header compiled alone
                       coverage       line coverage
                       benchmarks     speed as ratios to peers in the same run
+                      devices        cameras by Linux' own driver vivid, and gamepads by its uinput, on a Debian kernel under QEMU
                       packages       Debian packages and tarball: built twice with the same bytes, lintian, installed, upgraded and removed in
                                      a clean Debian (needs root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
@@ -43,7 +44,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,packages"
+full_parts="tests,pose,map,localize,replay,python,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -156,8 +157,14 @@ full_part() {  # full_part NAME: one part of --full
       build coverage && run_tests coverage &&
         gcovr --root . --filter 'waymark/' --exclude '.*_test\.cpp' build/coverage --print-summary | tail -25 ;;
     benchmarks) build release && tools/benchmark_ratios.py build/release/benchmarks ;;
+    devices) full_devices ;;
     packages) full_packages ;;
   esac
+}
+
+full_devices() {
+  waymark_install "${WAYMARK_DEVICE_PACKAGES[@]}" && build check waymark &&
+    /usr/bin/python3 tests/devices/devices_test.py build/check/waymark/cli/waymark build/devices
 }
 
 full_packages() {  # a second build in another folder must give the same bytes

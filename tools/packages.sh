@@ -11,13 +11,16 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
 # Only for Gazebo Fortress: libignition-transport-dev libignition-msgs-dev; to read its worlds: libsdformat-dev libassimp-dev.
 # Only for the Python package: pybind11-dev python3-dev python3-numpy.
 # To test them as well: frameworks, oracles, sanitizers, linters.
-WAYMARK_TEST_PACKAGES=(libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
+WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
   libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
   pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
   libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev)
+# A machine that has cameras and gamepads (test.sh --full=devices).
+# shellcheck disable=SC2034  # whoever sources this
+WAYMARK_DEVICE_PACKAGES=(qemu-system-x86 busybox-static cpio kmod v4l-utils)
 
 # waymark_install PACKAGE...: says what is missing, asks before sudo (not as root, not in CI), installs it.
 waymark_install() {
