@@ -1,5 +1,6 @@
 // What a lap tells of its robot without a map: circuit24, a camera that sits elsewhere than the robot's file
 // says.
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -86,6 +87,27 @@ TEST(LapCalibration, TwoSpeedsTellWhereTheCameraSits) {
     tally.check(found->calibration, "odometry_yaw_bias_rad_s", 0.002, 0.001);
   }
   tally.expect_95_percent();
+}
+
+/// All that late pictures change is how late they are said to be.
+TEST(LapCalibration, LatePicturesTellTheSame) {
+  constexpr double kLate_s = 0.06;
+  DriverOptions once = bends_at_two_speeds();
+  once.overlap_m = 1;
+  const LapInput on_time = with_a_wrong_file(drive(214, once));
+  LapInput late = on_time;
+  for (TagFrame& frame : late.frames) frame.stamp += std::chrono::milliseconds(60);
+  const auto a = calibrate_by_lap(on_time);
+  const auto b = calibrate_by_lap(late);
+  ASSERT_TRUE(a && b);
+  for (const auto& [name, value] : a->calibration.values) {
+    const CalibratedValue& other = b->calibration.values.at(name);
+    const double later = name == "camera_latency_s" ? kLate_s : 0;
+    EXPECT_NEAR(other.value - later, value.value, 0.5 * value.sigma) << name;
+    EXPECT_NEAR(other.sigma / value.sigma, 1, 0.1) << name;
+  }
+  ASSERT_EQ(b->map.trajectory.size(), a->map.trajectory.size());
+  EXPECT_EQ(b->map.trajectory.front().stamp, a->map.trajectory.front().stamp + std::chrono::milliseconds(60));
 }
 
 /// A lap that tells less says so: nothing is farther off than its interval allows.

@@ -73,15 +73,36 @@ Calibration calibration_of(const LapInput& lap, const MountingEstimate& found) {
   return calibration;
 }
 
+/// How late the pictures are counts to first order only, and a robot's turns change within a tenth of a
+/// second: what is left of it makes the noise of the wheels too large and their turns too small (errors in
+/// variables: Fuller, "Measurement Error Models", 1987, section 1.1). So a second look begins with the stamps
+/// as found.
+constexpr double kLate_s = 0.005;
+
+/// Stamps of frames as the lap has them, again.
+void stamp_later(Duration late, BundleMap& map) {
+  for (StampedPose& pose : map.trajectory) pose.stamp += late;
+  for (StampedPose& pose : map.start_trajectory) pose.stamp += late;
+  for (RejectedObservation& rejected : map.rejected) rejected.stamp += late;
+  map.mounting->scales.latency_s += to_seconds(late);
+  map.odometry_scales.latency_s += to_seconds(late);
+}
+
 /// Seen by a camera that sits elsewhere, or has another focal length, tags seem to stand elsewhere than the
 /// map has them, and are taken for moved: so the camera that was found looks again.
 void look_again(const LapInput& lap, const BundleMapOptions& options, const MapProgress& progress,
                 BundleMap& map) {
   LapInput again = lap;
-  again.base_T_cam = map.mounting->base_T_cam;
-  again.camera = map.mounting->camera;
+  if (!map.prior_words.empty()) {
+    again.base_T_cam = map.mounting->base_T_cam;
+    again.camera = map.mounting->camera;
+  }
+  const Duration late(std::llround(1e9 * map.mounting->scales.latency_s));
+  for (TagFrame& frame : again.frames) frame.stamp -= late;
   Result<BundleMap> better = map_by_bundle(again, {}, options, progress);
-  if (better && better->mounting && better->prior_agreeing > map.prior_agreeing) map = std::move(*better);
+  if (!better || !better->mounting || better->prior_agreeing < map.prior_agreeing) return;
+  stamp_later(late, *better);
+  map = std::move(*better);
 }
 
 }  // namespace
@@ -102,7 +123,8 @@ Result<LapCalibration> calibrate_by_lap(const LapInput& lap, const BundleMapOpti
     return fail(ErrorCode::InvalidArgument,
                 "tags and odometry have no moment in common: nothing ties the two", {},
                 "Are their stamps of one clock? `waymark info` shows both.");
-  if (!map->prior_words.empty()) look_again(lap, freed, progress, *map);
+  if (!map->prior_words.empty() || std::abs(map->mounting->scales.latency_s) > kLate_s)
+    look_again(lap, freed, progress, *map);
   return LapCalibration{calibration_of(lap, *map->mounting), std::move(*map)};
 }
 
