@@ -4,7 +4,8 @@ deviations each number is off, over drives. A consistent number is off by 1 (RMS
 
     tests/plant/calibration_test.py build/check/waymark/cli/waymark
 
-WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES says how many), and calibrates by innovations, too.
+WAYMARK_FULL=1 takes 50 drives instead of one (WAYMARK_DRIVES says how many, WAYMARK_FIRST_SEED which), each past tags that are printed anew, as what is
+wrong with one set of tags is wrong in all drives past it; and calibrates by innovations, too.
 """
 import collections
 import json
@@ -21,17 +22,22 @@ import numpy as np
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import body
 import kinematic_plant
+import sensors
 
 GENERATE = pathlib.Path(__file__).resolve().parent / "generate_log.py"
 PROGRAM = ""
 FULL = os.environ.get("WAYMARK_FULL") is not None
 DRIVES = int(os.environ.get("WAYMARK_DRIVES", 50)) if FULL else 1
+FIRST_SEED = int(os.environ.get("WAYMARK_FIRST_SEED", 1))
 # Of the place about which the robot turns: the calibrated base.
 PIVOT_M = kinematic_plant.KinematicOptions().pivot_m
 CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Camera().y_m, "mounting_z_m": body.Camera().z_m}
-LARGEST_RMS = 1.15
+# What is aimed at; over n drives the RMS of a number that is right scatters by 1 / sqrt(2 n), of which two are allowed.
+SMALLEST_RMS, LARGEST_RMS = 0.9, 1.15
+ENOUGH_DRIVES = 10
 LARGEST_OF_ONE = 4.0
-MOST_CALLED_MOVED = 8  # of 24 tags, none of which was; mean of the drives
+LEAST_TOLD = 0.8  # of the drives; to write nothing is right where what was found does not fit the held-out third better
+MOST_CALLED_MOVED = 0.5  # of 24 tags, none of which was; mean of the drives
 
 
 def calibrated(seed: int, by: str, folder: pathlib.Path) -> tuple[dict[str, tuple[float, float]], str]:
@@ -41,7 +47,7 @@ def calibrated(seed: int, by: str, folder: pathlib.Path) -> tuple[dict[str, tupl
     turned_deg = np.clip(rng.standard_normal(3), -2, 2) * 1.0
     latency_s, focal = float(rng.uniform(0, 0.06)), float(1 + 0.01 * rng.standard_normal())
     subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), "--speeds", "0.25", "0.55", "--latency-s", f"{latency_s:.6f}",
-                    "--focal-scale", f"{focal:.6f}", "--mounting", *(f"{offset:.6f}" for offset in (*moved, *turned_deg))], check=True)
+                    "--focal-scale", f"{focal:.6f}", "--printing", str(seed), "--mounting", *(f"{offset:.6f}" for offset in (*moved, *turned_deg))], check=True)
     logs = [str(folder / f"{name}.csv") for name in ("detections", "odometry", "imu")]
     done = subprocess.run([PROGRAM, "calibrate", "robot", *logs, "--map", str(folder / "map.yaml"), "--robot", str(folder / "robot.yaml"), "--by", by,
                            "-o", str(folder / "calibration.yaml"), "--json"], capture_output=True, text=True, check=False)
@@ -51,7 +57,8 @@ def calibrated(seed: int, by: str, folder: pathlib.Path) -> tuple[dict[str, tupl
         raise RuntimeError(done.stderr)
     truth = {name: CAMERA_M[name] + off for name, off in zip(CAMERA_M, moved)}
     truth |= {f"mounting_{axis}_rad": math.radians(angle) for axis, angle in zip(("roll", "pitch", "yaw"), turned_deg)}
-    truth |= {"camera_latency_s": latency_s, "focal_scale": focal, "odometry_scale": length(folder / "truth.csv") / length(folder / "odometry.csv")}
+    truth |= {"camera_latency_s": latency_s, "focal_scale": focal, "odometry_scale": length(folder / "truth.csv") / length(folder / "odometry.csv"),
+              "yaw_gain": 1 / sensors.SensorOptions().gyro_scale}
     found = json.loads(done.stdout)["values"]
     return {name: (number["value"] - truth[name], number["sigma"]) for name, number in found.items()
             if name in truth and number.get("verdict", "known") == "known"}, done.stderr
@@ -63,10 +70,10 @@ def length(table: pathlib.Path) -> float:
 
 
 class Numbers(unittest.TestCase):
-    def check(self, by: str) -> dict[str, list[float]]:
+    def check(self, by: str, always_told: set[str]) -> None:
         scores = collections.defaultdict(list)
         called_moved = told = 0
-        for seed in range(1, DRIVES + 1):
+        for seed in range(FIRST_SEED, FIRST_SEED + DRIVES):
             with tempfile.TemporaryDirectory() as folder:
                 found, words = calibrated(seed, by, pathlib.Path(folder))
             told += 1 if found else 0
@@ -74,23 +81,30 @@ class Numbers(unittest.TestCase):
             for name, (error, sigma) in found.items():
                 scores[name].append(error / sigma)
                 print(f"{by}, seed {seed}: {name} {error:+.5f} +- {sigma:.5f}", flush=True)
-        print(f"{by}: {told} of {DRIVES} drives told something", flush=True)
-        self.assertGreaterEqual(told, 0.9 * DRIVES)
+        print(f"{by}: {told} of {DRIVES} drives told something, {called_moved / DRIVES:.2f} tags a drive called moved", flush=True)
+        for name, values in scores.items():
+            print(f"{by}: {name}: RMS {rms(values):.2f}, mean {np.mean(values):+.2f} deviations, {len(values)} drives", flush=True)
+        self.assertGreaterEqual(told, LEAST_TOLD * DRIVES)
         self.assertLess(called_moved, MOST_CALLED_MOVED * DRIVES)
         for name, values in scores.items():
-            rms = math.sqrt(np.mean(np.square(values)))
-            print(f"{by}: {name}: RMS {rms:.2f}, mean {np.mean(values):+.2f} deviations, {len(values)} drives", flush=True)
-            self.assertLess(rms, LARGEST_RMS if len(values) >= 30 else LARGEST_OF_ONE, name)
-        return scores
+            chance = 2 / math.sqrt(2 * len(values))
+            enough = len(values) >= ENOUGH_DRIVES
+            with self.subTest(name):
+                self.assertLess(rms(values), LARGEST_RMS + chance if enough else LARGEST_OF_ONE)
+                if enough and name in always_told:
+                    self.assertGreater(rms(values), SMALLEST_RMS - chance)
+        self.assertLessEqual(always_told, set(scores))
 
     def test_by_lap_are_as_good_as_they_say(self) -> None:
-        scores = self.check("lap")
-        self.assertLessEqual({"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale"}, set(scores))
+        self.check("lap", {"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale", "yaw_gain"})
 
     @unittest.skipUnless(FULL, "takes minutes")
     def test_by_innovations_are_as_good_as_they_say(self) -> None:
-        scores = self.check("innovations")
-        self.assertLessEqual({"mounting_pitch_rad", "mounting_roll_rad", "camera_latency_s", "focal_scale"}, set(scores))
+        self.check("innovations", {"mounting_pitch_rad", "mounting_roll_rad", "camera_latency_s", "focal_scale"})
+
+
+def rms(values: list[float]) -> float:
+    return math.sqrt(np.mean(np.square(values)))
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import course
 class CornerOptions:
     sigma_px: float = 0.12  # scale of Student's t with three degrees of freedom
     lasting_m: float = 0.0003  # of each printed corner in the plane of its tag, the same in all frames
+    printing: int = 0  # which set of printed tags hangs there
     miss: float = 0.02
     max_distance_m: float = 3.5
     stated_sigma_px: float = 0.3
@@ -27,7 +28,8 @@ class CornerCamera:
     def __init__(self, camera: body.Camera, tags: tuple[course.Tag, ...], options: CornerOptions, seed: int):
         self._camera, self._tags, self._options = camera, tags, options
         self._rng = np.random.default_rng([seed, 3])
-        printing = np.random.default_rng([len(tags), 99])  # the same tags hang there every day
+        # The same tags hang there every day.
+        printing = np.random.default_rng([len(tags), 99] + ([options.printing] if options.printing else []))
         self._corners = np.array([tag_corners(tag) + options.lasting_m * printing.standard_normal((4, 2)) @ tag.world_T_tag()[:3, :2].T
                                   for tag in tags])
 

@@ -45,6 +45,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--moved-alike", action="store_true", help="with --moved: all of them in the same direction")
     parser.add_argument("--map-sigma-m", type=float, default=0.001, help="errors of the map's tags, which map.yaml states unless --no-covariance")
     parser.add_argument("--map-sigma-rad", type=float, default=0.002)
+    parser.add_argument("--printing", type=int, default=0, help="which set of printed tags hangs there; each is printed aside in its own way")
     parser.add_argument("--no-covariance", action="store_true", help="map.yaml does not say how good it is")
     parser.add_argument("--coarse", action="store_true", help="ranges and bearings with noise that is not told, instead of corners")
     parser.add_argument("--encoder-stuck", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
@@ -99,7 +100,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
     camera = dataclasses.replace(assumed, fx_px=assumed.fx_px * args.focal_scale, fy_px=assumed.fy_px * args.focal_scale,
                                  x_m=assumed.x_m + args.mounting[0], y_m=assumed.y_m + args.mounting[1],
                                  z_m=assumed.z_m + args.mounting[2], roll_rad=roll, pitch_rad=pitch, yaw_rad=turn)
-    corners = corner_camera.CornerOptions() if rough else corner_camera.CornerOptions(sigma_px=0.3 / math.sqrt(3), lasting_m=0.0)
+    corners = corner_camera.CornerOptions(printing=args.printing) if rough else corner_camera.CornerOptions(sigma_px=0.3 / math.sqrt(3), lasting_m=0.0)
     looking = corner_camera.CornerCamera(camera, tags, corners, args.seed)
     carries = {f"tag36h11:{number}": f"tag36h11:{other}" for number, other in args.second}
     coarse = np.random.default_rng([args.seed, 8])
