@@ -1,7 +1,7 @@
 # %% [markdown]
 # # Lab 5: noise, covariance and the bound of Cramér and Rao
 # How well can a pose be known from corners with noise? No unbiased estimator does better than the inverse of Fisher's information. You compute it, and test
-# whether an estimator says honestly how well it knows (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4). 60 minutes.
+# whether the covariance of an estimator is consistent with its errors (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4). 60 minutes.
 
 # %%
 import numpy as np
@@ -46,8 +46,8 @@ def bound(J, sigma):
     raise NotImplementedError
 
 # %% [markdown]
-# ## 4. Is an estimator honest?
-# The normalised estimation error squared of one error e with covariance P is e^T P^-1 e; its mean is the number of coordinates when P is honest.
+# ## 4. Is an estimator consistent?
+# The normalised estimation error squared of one error e with covariance P is e^T P^-1 e; its mean is the number of coordinates when P is consistent with the errors.
 
 # %%
 def mean_nees(errors, P):
@@ -120,14 +120,14 @@ def _nees():
     right = np.einsum("ni,ij,nj->n", _E, np.linalg.inv(_P), _E).mean()
     found = labs.number(mean_nees(_E, _P))
     if not np.isclose(found, right, rtol=1e-6):
-        return f"it says {found:.3g}; an honest covariance of 6 numbers gives about 6"
+        return f"it says {found:.3g}; a consistent covariance of 6 numbers gives about 6"
 
 
 def _inside():
     nees = np.einsum("ni,ij,nj->n", _E, np.linalg.inv(_P), _E)
     found = labs.number(share_inside(_E, _P))
     if not np.isclose(found, (nees <= 12.592).mean(), atol=1e-6):
-        return f"it says {found:.3f}; an honest covariance gives about 0.95"
+        return f"it says {found:.3f}; a consistent covariance gives about 0.95"
 
 
 lab.check("derivative of a pixel", 2, _pixel)

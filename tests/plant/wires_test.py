@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The plant behind each wire: `waymark robot-sim --plant` gives physics and sensors that are not Waymark's to a LIMO on a serial port, a robot
-on ROS 2, an MBot on LCM and a robot in Gazebo. A lap is taught, mapped and replayed over each, judged by the plant's truth.
+on ROS 2, an MBot on LCM and a robot in Gazebo. A lap is taught, mapped and replayed over each, judged by the plant's truth; blocked wheels
+and a camera that is unplugged must stop it as in process.
 
     WAYMARK_FULL=1 tests/plant/wires_test.py build/check/waymark/cli/waymark [Wires.test_limo]
 
@@ -17,6 +18,8 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import course
+import fault_script
+import faults
 import judge
 import waymark_runs
 from lap_test import Lap, last_words
@@ -25,6 +28,7 @@ PROGRAM = str(pathlib.Path(sys.argv[1]).resolve())
 PLANT = os.environ.get("WAYMARK_PLANT", "mujoco")
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
 SPEED_M_S = 0.25
+FAULT_AT_S = 20  # since the plant was switched on
 GAZEBO = pathlib.Path(PROGRAM).with_name("libwaymark-gazebo.so")
 # The distance from the taught way that a replay of the plant in process keeps to, times 1.2.
 MOST_RMSE_CM, MOST_CM = 1.2 * 1.0, 1.2 * 2.5
@@ -66,14 +70,28 @@ class Wires(unittest.TestCase):
         mapped = self.place.map()
         self.assertEqual(mapped.code, 0, mapped.err)
         lap.map_errors = judge.tag_errors(judge.read_map(self.place.folder / "map" / "map.yaml"), course.tags(), anchored=False)
-        with self.simulated(wire, options + ["--seed", "2"], "replay.csv") as port:
-            words = ["replay", "map", "--robot", robot(port), "--speed-m-s", str(SPEED_M_S), "--json"]
-            run = self.place.waymark(*words, environment=self.environment)
-        driven = judge.read_truth(self.place.folder / "replay.csv")
+        run, driven = self.replay(wire, robot, options + ["--seed", "2"], "replay.csv")
         lap.replay_errors = judge.tracking(judge.read_truth(self.place.folder / "lap.csv"), driven)
         lap.finished, lap.words = run.code == 0 and bool(run.report.get("finished")), last_words(run)
         self.assertTrue(lap.finished, f"{lap.words}\n{run.err}")
+        for kind in ("blocked", "camera_unplugged"):
+            self.stops(wire, robot, options, kind)
         return lap
+
+    def replay(self, wire: list[str], robot, options: list[str], truth: str):
+        with self.simulated(wire, options, truth) as port:
+            words = ["replay", "map", "--robot", robot(port), "--speed-m-s", str(SPEED_M_S), "--json"]
+            run = self.place.waymark(*words, environment=self.environment)
+        return run, judge.read_truth(self.place.folder / truth)
+
+    def stops(self, wire: list[str], robot, options: list[str], kind: str):
+        """The rule of faults.py, over the wire."""
+        fault = f"{kind}@{FAULT_AT_S}"
+        run, driven = self.replay(wire, robot, [*options, "--seed", "3", "--fault", fault], f"{kind}.csv")
+        found = faults.judge_run(judge.read_truth(self.place.folder / "lap.csv"), driven, fault_script.parse(fault), last_words(run), fault)
+        print(f"  {fault}: zero after {found.zero_after_s} s, {found.travel_m} m, {found.words}", flush=True)
+        self.assertTrue(found.right, found)
+        self.assertEqual(run.code, 1, run.err)
 
     def judge(self, wire: str, lap: Lap):
         rmse_cm, most_cm = 100 * lap.replay_errors.rmse_m, 100 * lap.replay_errors.max_m
