@@ -19,7 +19,7 @@
 namespace waymark::codecs {
 namespace {
 
-constexpr int kMaxScans = 200;  // honest progressive files have about ten; each costs a pass over the picture
+constexpr int kMaxScans = 200;  // usual progressive files have about ten; each costs a pass over the picture
 
 /// Warnings after which libjpeg invents pixels. The others (stray bytes between segments, unknown versions)
 /// are harmless and common in the streams of web cameras.

@@ -42,13 +42,13 @@ struct TrajectoryScoreOptions {
   }
 };
 
-/// How honest the estimate was about its doubt, in x, y and yaw. Normalised estimation error squared: e' P^-1
+/// How consistent the covariance of the estimate was with its errors, in x, y and yaw. Normalised estimation error squared: e' P^-1
 /// e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation",
 /// section 5.4.2).
 struct Consistency {
   std::size_t count = 0;    ///< estimates that said a covariance that is one
-  double nees_mean = 0;     ///< 3 when honest: more is too sure of itself, less too timid
-  double nees_median = 0;   ///< 2.37 when honest
+  double nees_mean = 0;     ///< 3 when consistent; more: too small a covariance, less: too large
+  double nees_median = 0;   ///< 2.37 when consistent
   double inside_95 = 0;     ///< share within the ellipsoid that 95 % should be in
   std::size_t refused = 0;  ///< whose covariance is not positive definite
 };
