@@ -6,6 +6,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/settings.hpp"
 #include "waymark/live/process_plant.hpp"
 #include "waymark/live/simulated_plant.hpp"
 #include "waymark/simulation/path.hpp"

@@ -22,8 +22,8 @@ struct CornerScores {
   double bias_outward_px = 0;  ///< mean error away from the centre of the true tag
 };
 
-/// Whether the reported covariances are consistent: mean of the normalised error squared e' C^-1 e, which is the
-/// number of its degrees of freedom when they are, more when they promise too much (Bar-Shalom, Li and
+/// Whether the reported covariances are consistent: mean of the normalised error squared e' C^-1 e, which is
+/// the number of its degrees of freedom when they are, more when they promise too much (Bar-Shalom, Li and
 /// Kirubarajan, "Estimation with Applications to Tracking and Navigation", section 5.4).
 struct CornerConsistency {
   std::size_t tags = 0;        ///< correct detections with a positive definite covariance

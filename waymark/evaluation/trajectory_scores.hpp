@@ -42,9 +42,9 @@ struct TrajectoryScoreOptions {
   }
 };
 
-/// How consistent the covariance of the estimate was with its errors, in x, y and yaw. Normalised estimation error squared: e' P^-1
-/// e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and Navigation",
-/// section 5.4.2).
+/// How consistent the covariance of the estimate was with its errors, in x, y and yaw. Normalised estimation
+/// error squared: e' P^-1 e (Bar-Shalom, Li and Kirubarajan, "Estimation with Applications to Tracking and
+/// Navigation", section 5.4.2).
 struct Consistency {
   std::size_t count = 0;    ///< estimates that said a covariance that is one
   double nees_mean = 0;     ///< 3 when consistent; more: too small a covariance, less: too large
