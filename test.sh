@@ -33,6 +33,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       devices        cameras by Linux' own driver vivid, and gamepads by its uinput, on a Debian kernel under QEMU
                       packages       Debian packages and tarball: built twice with the same bytes, lintian, installed, upgraded and removed in
                                      a clean Debian (needs root)
+                      arm            core rooms built for 64-bit ARM, their unit tests under qemu-user (needs root)
                     A part that passed for the same sources is not run again: the result is kept in build/full/<tree>/
   --again           with --full: run also the parts that passed before
   --require-data    a test that cannot find its real recordings fails instead of skipping. They are looked for in the
@@ -44,7 +45,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages"
+full_parts="tests,pose,map,localize,replay,python,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -159,6 +160,7 @@ full_part() {  # full_part NAME: one part of --full
     benchmarks) build release && tools/benchmark_ratios.py build/release/benchmarks ;;
     devices) full_devices ;;
     packages) full_packages ;;
+    arm) tests/arm/test.sh ;;
   esac
 }
 
