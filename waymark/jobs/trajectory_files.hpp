@@ -21,7 +21,7 @@ namespace waymark {
 
 /// How well what was seen agreed with the estimate, as `waymark localize` notes it on /waymark/nis.
 struct NisSummary {
-  double mean = 0;               ///< of accepted observations, over their degrees of freedom; 1 when consistent
+  double mean = 0;  ///< of accepted observations, over their degrees of freedom; 1 when consistent
   std::size_t observations = 0;  ///< accepted
   std::size_t rejected = 0;
 };

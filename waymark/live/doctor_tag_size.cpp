@@ -82,7 +82,9 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
   const auto source = open_live_camera(address);
   if (!source) return warning(to_string(source.error()), "waymark cameras");
   std::vector<TagDetection> detections;
-  CameraWatch watch{.duration_s = kLook_s, .camera = &camera->camera};
+  CameraWatch watch;
+  watch.duration_s = kLook_s;
+  watch.camera = &camera->camera;
   watch.on_picture = [&](CameraPicture& picture) {
     detections.insert(detections.end(), picture.found.detections.begin(), picture.found.detections.end());
     return Status();

@@ -62,7 +62,8 @@ void put_back(const std::vector<TargetView>& fitted, std::vector<TargetView>& vi
     if (usable(view)) view = fitted[next++];
 }
 
-/// chi2 of 8 numbers as it is usually, robustly: the median over the tags used against that of noise as stated.
+/// chi2 of 8 numbers as it is usually, robustly: the median over the tags used against that of noise as
+/// stated.
 double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel& camera) {
   constexpr double kMedianOfChiSquare8 = 7.344;
   std::vector<double> all;
