@@ -1,16 +1,5 @@
 #include "waymark/families/family.hpp"
 
-#include <apriltag/apriltag.h>
-#include <apriltag/tag16h5.h>
-#include <apriltag/tag25h9.h>
-#include <apriltag/tag36h10.h>
-#include <apriltag/tag36h11.h>
-#include <apriltag/tagCircle21h7.h>
-#include <apriltag/tagCircle49h12.h>
-#include <apriltag/tagCustom48h12.h>
-#include <apriltag/tagStandard41h12.h>
-#include <apriltag/tagStandard52h13.h>
-
 #include <algorithm>
 #include <cassert>
 #include <cctype>
@@ -21,67 +10,26 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/families/family_table.hpp"
 
 namespace waymark {
 namespace {
 
-struct Source {
-  std::string_view name;
-  apriltag_family_t* (*create)();
-  void (*destroy)(apriltag_family_t*);
-};
-
 /// In the order of FamilyId.
-constexpr std::array<Source, kAllFamilies.size()> kSources = {{
-    {"tag16h5", tag16h5_create, tag16h5_destroy},
-    {"tag25h9", tag25h9_create, tag25h9_destroy},
-    {"tag36h10", tag36h10_create, tag36h10_destroy},
-    {"tag36h11", tag36h11_create, tag36h11_destroy},
-    {"tagCircle21h7", tagCircle21h7_create, tagCircle21h7_destroy},
-    {"tagCircle49h12", tagCircle49h12_create, tagCircle49h12_destroy},
-    {"tagCustom48h12", tagCustom48h12_create, tagCustom48h12_destroy},
-    {"tagStandard41h12", tagStandard41h12_create, tagStandard41h12_destroy},
-    {"tagStandard52h13", tagStandard52h13_create, tagStandard52h13_destroy},
-}};
+constexpr std::array<std::string_view, kAllFamilies.size()> kNames = {
+    "tag16h5",        "tag25h9",        "tag36h10",         "tag36h11",        "tagCircle21h7",
+    "tagCircle49h12", "tagCustom48h12", "tagStandard41h12", "tagStandard52h13"};
 
 std::size_t index_of(FamilyId id) {
   const auto index = static_cast<std::size_t>(id);
-  assert(index < kSources.size());
+  assert(index < kNames.size());
   return index;
-}
-
-Family load(FamilyId id) {
-  const Source& source = kSources.at(index_of(id));
-  apriltag_family_t* raw = source.create();
-  Family family;
-  family.id = id;
-  family.name = source.name;
-  family.width_at_border = raw->width_at_border;
-  family.total_width = raw->total_width;
-  family.reversed_border = raw->reversed_border;
-  family.min_hamming = static_cast<int>(raw->h);
-  family.bits.reserve(raw->nbits);
-  for (std::size_t i = 0; i < raw->nbits; ++i) {
-    // The library stores signed cells in unsigned words: -2 lies two cells outside the border.
-    family.bits.push_back(
-        {static_cast<std::int32_t>(raw->bit_x[i]), static_cast<std::int32_t>(raw->bit_y[i])});
-  }
-  family.codes.assign(raw->codes, raw->codes + raw->ncodes);
-  source.destroy(raw);
-  return family;
 }
 
 std::string lower(std::string_view text) {
   std::string out(text);
   for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return out;
-}
-
-std::vector<std::string> family_names() {
-  std::vector<std::string> names;
-  names.reserve(kSources.size());
-  for (const Source& source : kSources) names.emplace_back(source.name);
-  return names;
 }
 
 /// Hostile text is quoted in a message only so far.
@@ -119,11 +67,11 @@ const Family& family(FamilyId id) {
   };
   static std::array<Slot, kAllFamilies.size()> slots;
   Slot& slot = slots.at(index_of(id));
-  std::call_once(slot.once, [&] { slot.family = load(id); });
+  std::call_once(slot.once, [&] { slot.family = load_family(id); });
   return slot.family;
 }
 
-std::string_view to_string(FamilyId id) { return kSources.at(index_of(id)).name; }
+std::string_view to_string(FamilyId id) { return kNames.at(index_of(id)); }
 
 Result<FamilyId> parse_family(std::string_view text) {
   const std::string wanted = lower(text);
@@ -131,8 +79,9 @@ Result<FamilyId> parse_family(std::string_view text) {
     const std::string name = lower(to_string(id));
     if (wanted == name || "tag" + wanted == name) return id;
   }
-  return fail(ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
-              suggestion(wanted.starts_with("tag") ? wanted : "tag" + wanted, family_names()));
+  return fail(
+      ErrorCode::InvalidArgument, fmt::format("unknown tag family {}", quoted(text)), {},
+      suggestion(wanted.starts_with("tag") ? wanted : "tag" + wanted, {kNames.begin(), kNames.end()}));
 }
 
 Result<TagId> parse_tag_id(std::string_view text) {

@@ -113,11 +113,4 @@ Result<std::unique_ptr<Detector>> make_waymark_detector(const DetectorOptions& o
   return std::make_unique<WaymarkDetector>(search, std::move(families));
 }
 
-Result<std::unique_ptr<Detector>> make_detector(const DetectorOptions& options) {
-  if (options.detector == "apriltag3") return make_apriltag_detector(options);
-  if (options.detector == "waymark") return make_waymark_detector(options);
-  return fail(ErrorCode::InvalidArgument, fmt::format("unknown detector '{}'", options.detector),
-              {.key = "detector"}, "There are apriltag3 and waymark.");
-}
-
 }  // namespace waymark
