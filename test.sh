@@ -23,6 +23,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       localize       Monte Carlo runs of localisation
                       replay         Monte Carlo runs of replay, an hour of exploring, robots that are processes
                       python         the wheel in a virtual environment, mypy, the labs as notebooks, the exercise of the Academy at length
+                      site           the site with its pages that work in the browser (WebAssembly by emscripten), used in Chromium
                       sanitizers     all tests under the address and undefined behaviour sanitizers
                       threads        the thread sanitizer
                       fuzz           all fuzzers, two minutes each
@@ -45,7 +46,7 @@ TXT
 }
 
 short_parts="tests,house,sanitizers,fuzzers,tidy"
-full_parts="tests,pose,map,localize,replay,python,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm"
+full_parts="tests,pose,map,localize,replay,python,site,sanitizers,threads,fuzz,tidy,headers,coverage,benchmarks,devices,packages,arm"
 full=""; parts="$short_parts"; known="$short_parts"; again=""; tidy_base=""
 while [ $# -gt 0 ]; do
   case "$1" in
@@ -145,6 +146,7 @@ full_part() {  # full_part NAME: one part of --full
     localize) long_tests '^(waymark_localization.*_tests|full_localize)$' ;;
     replay) long_tests '^(waymark_(replay.*|pipeline|runtime)_tests|full_replay)$' ;;
     python) long_tests '^full_python$' ;;
+    site) waymark_install "${WAYMARK_WEB_PACKAGES[@]}" && tools/build_web.sh && long_tests '^full_site$' ;;
     sanitizers) build asan-ubsan && run_tests asan-ubsan -LE slow_under_sanitizers ;;
     threads)
       mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)

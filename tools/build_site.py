@@ -1,8 +1,9 @@
 #!/usr/bin/python3
 """Builds the site of README.md and docs/ with MkDocs and its Material theme (Debian: mkdocs mkdocs-material), links checked.
 
-usage: tools/build_site.py OUTPUT_FOLDER
+usage: tools/build_site.py OUTPUT_FOLDER [--without-interactive]
 
+The pages of web/ are built (tools/build_web.sh) and put in where emscripten is installed; without it, or with --without-interactive, the page says so.
 What the documents link to outside docs/ (examples, READMEs of the rooms) comes with them in the folder source/; a link to a folder becomes plain text.
 Search works without a network.
 """
@@ -16,9 +17,11 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+MISSING = 77  # the exit code of what could not be done for want of a program
 LINK = re.compile(r"(?<!!)\[([^\]\[]*(?:\[[^\]]*\][^\]\[]*)?)\]\(([^)\s#]*)(#[^)\s]*)?\)")
 IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^```.*?^```[ ]*$|^ {4}[^\n]*$)", re.M | re.S)
+INTERACTIVE = "<!-- interactive pages -->"
 SECTIONS = (("Tutorials", "tutorials"), ("How to", "howto"), ("Concepts", "concepts"), ("Formats", "formats"), ("Reference", "reference"), ("Results", "results"))
 CONFIG = """site_name: Waymark
 site_description: Teach a robot a route once and repeat it, from AprilTags
@@ -29,6 +32,7 @@ plugins: [search]
 markdown_extensions: [tables, fenced_code, {{toc: {{permalink: true}}}}]
 nav:
   - Start: index.md
+  - In the browser: interactive.md
   - Architecture: architecture.md
   - Conventions: conventions.md
 {sections}  - Questions: faq.md
@@ -102,20 +106,35 @@ def sections():
     return text
 
 
+def put_interactive_pages(docs, wanted):
+    """The pages of web/ beside the documents, and in docs/interactive.md the links to them, or why they are not there."""
+    outcome = subprocess.run([ROOT / "tools/build_web.sh"], check=False, stdout=subprocess.DEVNULL).returncode if wanted else MISSING
+    if outcome not in (0, MISSING):
+        raise SystemExit("tools/build_web.sh failed")
+    page = docs / "interactive.md"
+    words = "They are not in this copy of the site, which was built without emscripten.\n"
+    if outcome == 0:
+        shutil.copytree(ROOT / "build/web/pages", docs / "pages")
+        words = "Open them: [Tags in a picture](pages/detect.html) · [The two poses of a tag](pages/two_poses.html)\n"
+    page.write_text(page.read_text().replace(INTERACTIVE, words))
+
+
 def main():
-    if len(sys.argv) != 2:
+    arguments = [word for word in sys.argv[1:] if word != "--without-interactive"]
+    if len(arguments) != 1:
         print(__doc__, file=sys.stderr)
         return 2
     installed = importlib.util.find_spec("mkdocs") is not None
     if not installed or "material" not in importlib.import_module("mkdocs.utils").get_theme_names():
         print("MkDocs or its Material theme is not installed (Debian: mkdocs mkdocs-material)", file=sys.stderr)
-        return 77
-    output = pathlib.Path(sys.argv[1]).resolve()
+        return MISSING
+    output = pathlib.Path(arguments[0]).resolve()
     with tempfile.TemporaryDirectory() as folder:
         stage = Stage(pathlib.Path(folder) / "docs")
         for page in [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]:
             stage.add(page)
         stage.run()
+        put_interactive_pages(stage.folder, arguments == sys.argv[1:])
         (pathlib.Path(folder) / "mkdocs.yml").write_text(CONFIG.format(site=output, sections=sections()))
         return subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"], cwd=folder, check=False).returncode
 

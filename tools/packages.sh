@@ -18,6 +18,9 @@ WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev l
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium
   gstreamer1.0-plugins-base ffmpeg cyclonedds-dev cyclonedds-tools openssl libxml2-utils g++-aarch64-linux-gnu qemu-user googletest
   libignition-transport-dev libignition-msgs-dev ignition-transport-cli libsdformat-dev libassimp-dev)
+# The pages that work in the browser (test.sh --full=site, tools/build_web.sh).
+# shellcheck disable=SC2034  # whoever sources this
+WAYMARK_WEB_PACKAGES=(emscripten)
 # A machine that has cameras and gamepads (test.sh --full=devices).
 # shellcheck disable=SC2034  # whoever sources this
 WAYMARK_DEVICE_PACKAGES=(qemu-system-x86 busybox-static cpio kmod v4l-utils)

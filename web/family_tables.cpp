@@ -1,0 +1,28 @@
+// The source of the families where there is no libapriltag: the header that write_family_tables wrote.
+#include <algorithm>
+#include <iterator>
+
+#include "family_table_row.hpp"
+#include "waymark/families/family_table.hpp"
+
+#include "family_tables.hpp"
+
+namespace waymark {
+
+/// A family that is not in the tables has a name and no codes: nothing is found of it.
+Family load_family(FamilyId id) {
+  Family family;
+  family.id = id;
+  family.name = to_string(id);
+  const auto* row = std::ranges::find(web::kFamilyTables, id, &web::FamilyTableRow::id);
+  if (row == std::end(web::kFamilyTables)) return family;
+  family.width_at_border = row->width_at_border;
+  family.total_width = row->total_width;
+  family.reversed_border = row->reversed_border;
+  family.min_hamming = row->min_hamming;
+  family.bits.assign(row->bits.begin(), row->bits.end());
+  family.codes.assign(row->codes.begin(), row->codes.end());
+  return family;
+}
+
+}  // namespace waymark
