@@ -30,8 +30,9 @@ def chain(steps):
 
 # %% [markdown]
 # ## 2. Closing the loop
-# The robot came back to where it began, but the chain does not. Spread the error `log` of what is missing evenly: pose i of n gets the share i/n.
-# <details><summary>Hint</summary>missing @ last = start. Multiply pose i on the left by exp(i/n log(missing)).</details>
+# The robot came back to where it began, but the chain does not. Spread the error `log` of what is missing evenly over the n steps: the first pose, number 0, stays;
+# pose number i gets the share i/n, the last all of it.
+# <details><summary>Hint</summary>missing @ last = start. Multiply pose number i on the left by exp(i/n log(missing)); there are n + 1 poses.</details>
 
 # %%
 def closed(poses):
@@ -44,7 +45,7 @@ def closed(poses):
 
 # %%
 def map_error(estimated, truth):
-    """two waymark.samples.TagMap -> number; `for name in estimated`, `estimated[name].map_T_tag.translation`"""
+    """two waymark.samples.TagMap -> number; `for name in estimated`, `estimated[name].map_T_tag.translation`, `name in truth`"""
     raise NotImplementedError
 
 # %% [markdown]
