@@ -20,3 +20,8 @@ jobs=$(nproc)
 rm -rf build/web/pages
 mkdir build/web/pages
 cp web/page/* build/web/wasm/waymark.js build/web/pages/
+# What waymark.js holds parts of: libraries of headers, the families' codes, and emscripten's own runtime with its C and C++ libraries.
+for package in libeigen3-dev libfmt-dev libexpected-dev libapriltag-dev emscripten; do
+  printf '==== %s\n\n' "$package"
+  cat "/usr/share/doc/$package/copyright"
+done >build/web/pages/notices.txt

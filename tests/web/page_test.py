@@ -94,6 +94,9 @@ def main():
     for page in ("detect", "two_poses"):
         subprocess.run([node, built / "source/node_modules/typescript/bin/tsc", "--noEmit", "--allowJs", "--strict", "--target", "ES2022", "--lib", "ES2022,DOM,DOM.Iterable",
                         "--types", "", HERE.parents[1] / "web/globals.d.ts", HERE.parents[1] / f"web/page/{page}.js"], check=True)
+    notices = (pages / "notices.txt").read_text()
+    for library in ("Eigen", "fmt", "expected", "AprilTag", "Emscripten", "musl"):
+        assert library.lower() in notices.lower(), f"notices.txt names no {library}"
     with tempfile.TemporaryDirectory(prefix="waymark-web-") as name:
         chosen = pictures(program, pathlib.Path(name))
         looked = subprocess.run([node, HERE / "page_test.mjs", pages.as_uri(), *map(str, chosen)], env=environment, timeout=600, stdout=subprocess.PIPE, text=True)

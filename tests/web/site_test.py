@@ -31,7 +31,7 @@ def main():
         page = (output / folder / "interactive/index.html").read_text()
         assert ("../pages/detect.html" in page) == there, f"{folder}: links to the pages"
         assert ("not in this copy of the site" in page) != there, f"{folder}: words on missing pages"
-        for name in ("detect.html", "two_poses.html", "waymark.js", "page.css"):
+        for name in ("detect.html", "two_poses.html", "waymark.js", "page.css", "notices.txt"):
             assert (output / folder / "pages" / name).exists() == there, f"{folder}: {name}"
     return 0
 
