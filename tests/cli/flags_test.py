@@ -97,6 +97,7 @@ WITHOUT_EFFECT = {
         ("--camera-topic", "/camera"), ("--odometry-topic", "/odom"), ("--imu-topic", "/imu"), ("--family", "tag16h5"), ("--no-refine", ""))},
     **{("convert", flag): f"walk.mp4 walk.mcap {flag} {value}" for flag, value in (
         ("--format", "csv"), ("--topics", "/odom"), ("--from", "1"), ("--to", "2"), ("--kind", "imu"), ("--robot", "limo"), ("--tag-latency-s", "0.1"))},
+    **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (("--ros-distro", "humble"), ("--storage", "mcap"))},
     **{("convert", flag): f"{NEEDS['convert']} {flag} {value}" for flag, value in (
         ("--pictures", "jpeg"), ("--camera", "camera.yaml"), ("--camera-name", "left"), ("--tag-size-m", "0.1"), ("--family", "tag16h5"),
         ("--no-refine", ""))},

@@ -69,14 +69,20 @@ Run prepare_convert(CLI::App& app) {
          "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a video; or a live camera")
       ->required()
       ->type_name("");
-  app.add_option(
-         "OUT", args->rest,
-         "New file: .mcap, .tum or .csv. Before it further recordings of the same drive, which are merged in "
-         "the order of their stamps")
+  app.add_option("OUT", args->rest,
+                 "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further "
+                 "recordings of the "
+                 "same drive, which are merged in the order of their stamps")
       ->required()
       ->type_name("");
   app.add_option("--format", args->job.format,
-                 "Format of the output: mcap, tum or csv. Unless given: by the ending of OUT")
+                 "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT")
+      ->type_name("NAME");
+  app.add_option("--ros-distro", args->job.ros_distro,
+                 "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)")
+      ->type_name("NAME");
+  app.add_option("--storage", args->job.storage,
+                 "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)")
       ->type_name("NAME");
   app.add_option("--topics,--topic", args->job.topics, "Only these topics, with commas between them")
       ->delimiter(',')
@@ -114,7 +120,7 @@ Run prepare_convert(CLI::App& app) {
 Verb convert_verb() {
   return {
       .name = "convert",
-      .sentence = "Write a recording of any format as MCAP, TUM or CSV",
+      .sentence = "Write a recording of any format as MCAP, rosbag2, TUM or CSV",
       .help =
           R"(Reads MCAP, rosbag2 (.db3 or a bag folder, split or not), ROS 1 bags, LCM event logs of an MBot and CSV tables, each
 also packed with bzip2, gzip or zstd. What a file is, its content tells. Damage and traps (units, orders, stamps) are
@@ -123,6 +129,7 @@ handled and said (docs/formats/importing.md). OUT appears only when it is whole.
   .mcap   ROS 2 messages pass as they are; those of ROS 1 are rewritten; LCM and CSV become our messages
   .tum    poses of one topic: timestamp [s] tx ty tz [m] qx qy qz qw
   .csv    detections, odometry, imu or range-bearing, units in the names of the columns
+  folder  of a bag for `ros2 bag play`, with --format rosbag2
 
 Of a video (mp4, mkv, webm, avi) or a live camera (v4l2:/dev/video0) the tags of every picture are found and written to .mcap, with
 times since its first picture or since 1970; with --camera and --tag-size-m also the calibration and the size, with --pictures the pictures.
@@ -132,6 +139,7 @@ Exit code: 0 written, 1 not readable or not writable, 2 wrong usage, 130 stopped
 Examples:
   waymark convert lap.mcap path.tum --topics /odom
   waymark convert lap.mcap seen.csv --kind detections --from 2 --to 10
+  waymark convert lap.mcap lap_bag --format rosbag2 --ros-distro humble
   waymark convert walk.mp4 walk.mcap --camera calibration.yaml --tag-size-m 0.165 --pictures jpeg
   waymark convert v4l2:/dev/video0 desk.mcap --duration-s 10 --pictures jpeg
   waymark convert detections.csv odometry.csv imu.csv lap.mcap --robot limo

@@ -70,18 +70,23 @@ Result<ExportOptions> export_options(const ConvertJob& job, MessageLog& log) {
   return options;
 }
 
-/// The file is written beside its place and put there when it is whole.
+/// The file, or the folder of a bag, is written beside its place and put there when it is whole.
 struct Output {
   fs::path path;
   fs::path beside;
 };
 
-Result<Output> output_of(const ConvertJob& job) {
-  Output out{.path = job.output, .beside = fmt::format("{}.{}.part", job.output, ::getpid())};
+Result<Output> output_of(const ConvertJob& job, const std::string& format) {
+  std::string name = job.output;
+  while (format == "rosbag2" && name.size() > 1 && name.ends_with('/')) name.pop_back();
+  Output out{.path = name, .beside = fmt::format("{}.{}.part", name, ::getpid())};
   std::error_code ignored;
   if (fs::is_directory(out.path, ignored))
-    return fail(ErrorCode::Unwritable, "this is a folder", {.source = job.output},
-                "Give the name of a file.");
+    return format == "rosbag2"
+               ? fail(ErrorCode::Unwritable, "this folder exists already", {.source = job.output},
+                      "A bag is a new folder: choose another name or remove it.")
+               : fail(ErrorCode::Unwritable, "this is a folder", {.source = job.output},
+                      "Give the name of a file.");
   if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
     return fail(ErrorCode::Unwritable, "this is a device or a pipe, and the output needs a file of its own",
                 {.source = job.output}, "Give the name of a file.");
@@ -93,14 +98,34 @@ Result<Output> output_of(const ConvertJob& job) {
 
 Result<std::string> format_of(const ConvertJob& job) {
   const std::string name = job.format.empty() ? fs::path(job.output).extension().string() : "." + job.format;
-  if (name == ".mcap" || name == ".tum" || name == ".csv") return name.substr(1);
+  if (name == ".mcap" || name == ".rosbag2" || name == ".tum" || name == ".csv") return name.substr(1);
   return fail(ErrorCode::InvalidArgument,
               fmt::format("no format is called '{}'", name.substr(name.empty() ? 0 : 1)),
-              {.source = job.output}, "End the name in .mcap, .tum or .csv, or give --format.");
+              {.source = job.output},
+              "End the name in .mcap, .tum or .csv, or give --format; --format rosbag2 makes a folder.");
+}
+
+/// The layout of a bag; an option of bags without one is an error.
+Result<BagFormat> bag_format_of(const ConvertJob& job, const std::string& format) {
+  BagFormat bag;
+  const std::string& unused = job.ros_distro.empty() ? job.storage : job.ros_distro;
+  if (format != "rosbag2" && !unused.empty())
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on a .{}", unused, format),
+                {.key = job.ros_distro.empty() ? "--storage" : "--ros-distro"}, "It needs --format rosbag2.");
+  if (!job.ros_distro.empty() && job.ros_distro != "humble" && job.ros_distro != "jazzy")
+    return fail(ErrorCode::InvalidArgument, fmt::format("no layout of '{}' is known", job.ros_distro),
+                {.key = "--ros-distro"}, "humble serves up to Iron, jazzy from there on.");
+  if (!job.storage.empty() && job.storage != "sqlite3" && job.storage != "mcap")
+    return fail(ErrorCode::InvalidArgument, fmt::format("no storage is called '{}'", job.storage),
+                {.key = "--storage"}, "Known: sqlite3, mcap.");
+  if (job.ros_distro == "humble") bag = {BagRelease::Humble, BagStorage::Sqlite};
+  if (!job.storage.empty()) bag.storage = job.storage == "mcap" ? BagStorage::Mcap : BagStorage::Sqlite;
+  return bag;
 }
 
 std::map<std::string, std::string> provenance(const ConvertJob& job, const MessageLog& log) {
   std::vector<std::string> names;
+  names.reserve(job.inputs.size());
   for (const std::string& input : job.inputs) names.push_back(fs::path(input).filename().string());
   return {{"verb", "convert"},
           {"version", WAYMARK_VERSION},
@@ -108,23 +133,26 @@ std::map<std::string, std::string> provenance(const ConvertJob& job, const Messa
           {"source_format", log.description()}};
 }
 
-Result<ExportReport> write_out(const std::string& format, MessageLog& log, const Output& out,
-                               ExportOptions& options) {
+Result<ExportReport> write_beside(const std::string& format, const BagFormat& bag, MessageLog& log,
+                                  const Output& out, const ExportOptions& options) {
+  if (format == "rosbag2") return export_rosbag2(log, out.beside, out.path.filename().string(), bag, options);
   Result<std::unique_ptr<ByteSink>> sink = create_file(out.beside);
-  if (!sink) {
-    sink.error().place.source = out.path.string();
-    return tl::unexpected(sink.error());
-  }
-  Result<ExportReport> report = format == "mcap"  ? export_mcap(log, std::move(*sink), options)
-                                : format == "tum" ? export_tum(log, std::move(*sink), options)
-                                                  : export_csv(log, std::move(*sink), options);
+  if (!sink) return tl::unexpected(sink.error());
+  return format == "mcap"  ? export_mcap(log, std::move(*sink), options)
+         : format == "tum" ? export_tum(log, std::move(*sink), options)
+                           : export_csv(log, std::move(*sink), options);
+}
+
+Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, MessageLog& log,
+                               const Output& out, const ExportOptions& options) {
+  Result<ExportReport> report = write_beside(format, bag, log, out, options);
   std::error_code error;
   if (report) fs::rename(out.beside, out.path, error);
   if (report && !error) return report;
   std::error_code ignored;
-  fs::remove(out.beside, ignored);
+  fs::remove_all(out.beside, ignored);
   // Nobody asked for the file beside it.
-  if (!report && report.error().place.source == out.beside.string()) {
+  if (!report && report.error().place.source.starts_with(out.beside.string())) {
     report.error().place.source = out.path.string();
     if (!report.error().hint.empty()) report.error().hint = "Free some space; nothing was written.";
   }
@@ -136,7 +164,7 @@ Result<ExportReport> write_out(const std::string& format, MessageLog& log, const
 Status add_robot(const ConvertJob& job, const std::string& format, const MessageLog& log,
                  ExportOptions& options) {
   if (job.robot.empty()) return {};
-  if (format != "mcap" || !gives_samples(log.format()))
+  if ((format != "mcap" && format != "rosbag2") || !gives_samples(log.format()))
     return fail(
         ErrorCode::InvalidArgument,
         "a robot's camera is added where tables or LCM logs become MCAP; what ROS recorded passes as it is",
@@ -144,7 +172,7 @@ Status add_robot(const ConvertJob& job, const std::string& format, const Message
   RecordingSetup setup;
   std::vector<std::string> ignored;
   if (Status status = take_robot(job.robot, setup, ignored); !status) return status;
-  options.camera = std::move(setup.camera);
+  options.camera = setup.camera;
   options.base_T_cam = setup.base_T_cam;
   return {};
 }
@@ -159,7 +187,8 @@ Error about_files(Error error) {
 
 Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control) {
   const Result<std::string> format = format_of(job);
-  const Result<Output> out = format ? output_of(job) : tl::unexpected(format.error());
+  const Result<BagFormat> bag = format ? bag_format_of(job, *format) : tl::unexpected(format.error());
+  const Result<Output> out = bag ? output_of(job, *format) : tl::unexpected(bag.error());
   if (!out) return tl::unexpected(out.error());
   const auto latency = Duration(std::llround(job.tag_latency_s * 1e9));
   const Result<std::unique_ptr<MessageLog>> log =
@@ -175,7 +204,7 @@ Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& contr
     return control.cancelled() ? Status(fail(ErrorCode::Unwritable, "stopped: nothing was written"))
                                : Status{};
   };
-  Result<ExportReport> report = write_out(*format, **log, *out, *options);
+  Result<ExportReport> report = write_out(*format, *bag, **log, *out, *options);
   if (!report) return tl::unexpected(about_files(report.error()));
   return ConvertReport{.format = *format,
                        .input_format = (*log)->format(),
@@ -202,9 +231,9 @@ nlohmann::ordered_json to_json(const ConvertJob& job, const ConvertReport& repor
 }
 
 std::string to_text(const ConvertJob& job, const ConvertReport& report) {
-  std::string text =
-      fmt::format("{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
-                  report.exported.messages, report.format == "mcap" ? "messages" : "lines");
+  std::string text = fmt::format(
+      "{} ({}) to {}: {} {}\n", fmt::join(job.inputs, ", "), report.input_description, job.output,
+      report.exported.messages, report.format == "mcap" || report.format == "rosbag2" ? "messages" : "lines");
   for (const auto& [topic, count] : report.exported.by_topic)
     text += fmt::format("  {:<32} {:>9}\n", topic, count);
   return text;

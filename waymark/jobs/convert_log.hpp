@@ -8,13 +8,15 @@
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/recording/export_log.hpp"
 
-/// `waymark convert`: a recording of any format as MCAP, TUM or CSV.
+/// `waymark convert`: a recording of any format as MCAP, a bag of rosbag2, TUM or CSV.
 namespace waymark {
 
 struct ConvertJob {
   std::vector<std::string> inputs{};  ///< of one drive: merged in the order of their stamps
-  std::string output{};               ///< new file
-  std::string format{};               ///< mcap, tum or csv; empty: as the output's name ends
+  std::string output{};               ///< new file; of rosbag2 a new folder
+  std::string format{};               ///< mcap, rosbag2, tum or csv; empty: as the output's name ends
+  std::string ros_distro{};           ///< of rosbag2: humble or jazzy; empty: jazzy
+  std::string storage{};              ///< of rosbag2: sqlite3 or mcap; empty: as the release by itself
   std::vector<std::string> topics{};  ///< only these; empty: all
   std::string from{};  ///< seconds after the start, or @ seconds of the recording's clock; empty: all
   std::string to{};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "waymark/base/error.hpp"
+#include "waymark/recording/bag_metadata.hpp"
 #include "waymark/recording/byte_file.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -23,6 +25,8 @@ struct ExportOptions {
   /// What becomes part of an MCAP of samples: the camera and where it sits.
   std::optional<CameraModel> camera{};
   std::optional<SE3> base_T_cam{};
+  /// How the qualities of service of an MCAP's topics are rewritten; unless given they pass as they are.
+  std::optional<QosNotation> qos{};
   /// Called now and then with the part that is done, 0 to 1; an error it gives stops the export.
   std::function<Status(double done)> progress = {};
 };
@@ -37,6 +41,13 @@ struct ExportReport {
 /// LCM and CSV become samples and those our messages. Metadata and attachments come along.
 [[nodiscard]] Result<ExportReport> export_mcap(MessageLog& log, std::unique_ptr<ByteSink> sink,
                                                const ExportOptions& options);
+
+/// As a bag of rosbag2: a new folder with metadata.yaml and one file, `name`_0.mcap or .db3, in the layout of
+/// the release; messages as export_mcap() writes them. After an error the folder is incomplete, and the
+/// caller removes it.
+[[nodiscard]] Result<ExportReport> export_rosbag2(MessageLog& log, const std::filesystem::path& folder,
+                                                  const std::string& name, const BagFormat& format,
+                                                  const ExportOptions& options);
 
 /// The poses of one topic as TUM lines (timestamp [s] tx ty tz [m] qx qy qz qw). Without a topic in the
 /// selection the only one that has poses; fails, naming them, when there are several or none.

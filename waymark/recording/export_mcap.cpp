@@ -20,6 +20,7 @@ class McapExport {
  public:
   McapExport(mcap::Writer writer, MessageLog& log, const ExportOptions& options)
       : writer_(std::move(writer)),
+        qos_(options.qos),
         progress_(log, options),
         cdr_([this](LogProblem::Kind kind, const std::string& key, const Error& error) {
           noted_.add(kind, key, [&] { return error; });
@@ -66,12 +67,18 @@ class McapExport {
       if (!added) return added;
       schema = *added;
     }
-    const auto id = writer_.add_channel(as.topic, schema, as.encoding, as.metadata);
+    std::map<std::string, std::string> metadata = as.metadata;
+    if (qos_) {
+      std::string& qos = metadata["offered_qos_profiles"];
+      if (const auto offered = parse_offered_qos(qos); !offered.empty()) qos = to_yaml(offered, *qos_);
+    }
+    const auto id = writer_.add_channel(as.topic, schema, as.encoding, metadata);
     if (id) ids_[&source] = *id;
     return id;
   }
 
   mcap::Writer writer_;
+  std::optional<QosNotation> qos_;
   ExportProgress progress_;
   CdrChannels cdr_;
   std::map<const LogChannel*, std::uint16_t> ids_;
@@ -192,6 +199,7 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
                                     const ExportOptions& options) {
   Result<SampleRecorder> recorder = SampleRecorder::open(std::move(sink));
   if (!recorder) return tl::unexpected(recorder.error());
+  if (options.qos) recorder->set_qos_notation(*options.qos);
   ExportProgress progress(log, options);
   ExportReport report;
   const auto setup = log.setup();

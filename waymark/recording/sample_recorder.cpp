@@ -8,9 +8,9 @@
 namespace waymark {
 namespace {
 
-// Quality of service as rosbag2 writes it (YAML), so that `ros2 bag play` offers the topic as a robot would.
-constexpr const char* kReliable = "- history: 1\n  depth: 10\n  reliability: 1\n  durability: 2\n";
-constexpr const char* kLatched = "- history: 1\n  depth: 1\n  reliability: 1\n  durability: 1\n";
+// Qualities of service, so that `ros2 bag play` offers a topic as a robot would.
+constexpr OfferedQos kReliable{};
+constexpr OfferedQos kLatched{.depth = 1, .durability = 1};
 
 std::uint64_t nanoseconds(SensorTime stamp) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.time_since_epoch().count()));
@@ -45,7 +45,8 @@ Status SampleRecorder::write(const std::string& topic, std::string_view type, Se
   if (!channels_.contains(topic)) {
     const auto schema = writer_.add_schema(std::string(type), "ros2msg", as_bytes(ros2::schema_text(type)));
     if (!schema) return tl::unexpected(schema.error());
-    const char* qos = topic == topics::kTfStatic ? kLatched : kReliable;
+    const OfferedQos& offered = topic == topics::kTfStatic ? kLatched : kReliable;
+    const std::string qos = to_yaml({offered}, qos_notation_);
     const auto channel = writer_.add_channel(topic, *schema, "cdr", {{"offered_qos_profiles", qos}});
     if (!channel) return tl::unexpected(channel.error());
     channels_[topic] = *channel;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "waymark/recording/mcap_writer.hpp"
+#include "waymark/recording/offered_qos.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/samples/mounted_camera.hpp"
 #include "waymark/samples/robot_samples.hpp"
@@ -61,6 +62,9 @@ class SampleRecorder {
   /// Pictures, tags and poses of tags arrive at least so long after their stamp.
   void set_camera_latency(Duration latency) { camera_latency_ = latency; }
 
+  /// How the topics' qualities of service are written; by numbers unless it is called, as Humble reads them.
+  void set_qos_notation(QosNotation notation) { qos_notation_ = notation; }
+
   Status flush() { return writer_.flush(); }
   /// Ends the file with its summary. A recorder that is destroyed without it leaves a file that can be
   /// recovered.
@@ -75,6 +79,7 @@ class SampleRecorder {
 
   mcap::Writer writer_;
   std::map<std::string, std::uint16_t> channels_;
+  QosNotation qos_notation_ = QosNotation::Numbers;
   Duration camera_latency_{};
   Duration delay_{};                      ///< of what is being added
   std::optional<SensorTime> newest_{};    ///< of the other sensors
