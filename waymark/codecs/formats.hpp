@@ -50,6 +50,19 @@ struct Pixels {
 [[nodiscard]] Result<Image> decode_png(const Input& input, const DecodeOptions& options);
 [[nodiscard]] Result<Image> decode_pnm(const Input& input, const DecodeOptions& options);
 
+/// A picture by a reader of one format: its header, the limits, its pixels.
+template <class Reader>
+[[nodiscard]] Result<Image> decode_by(Reader& reader, const Input& input, const DecodeOptions& options) {
+  const Result<ImageInfo> info = reader.read_header();
+  if (!info) return tl::unexpected(info.error());
+  if (const Status within = check_limit(*info, input, options); !within)
+    return tl::unexpected(within.error());
+  if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
+  Image image(info->width, info->height);
+  if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
+  return image;
+}
+
 using Bytes = Result<std::vector<std::uint8_t>>;
 [[nodiscard]] Bytes encode_png(const Pixels& pixels);
 [[nodiscard]] Bytes encode_jpeg(const Pixels& pixels, int quality);

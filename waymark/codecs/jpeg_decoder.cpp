@@ -223,14 +223,7 @@ Result<ImageInfo> probe_jpeg(const Input& input) {
 
 Result<Image> decode_jpeg(const Input& input, const DecodeOptions& options) {
   JpegReader reader(input);
-  const Result<ImageInfo> info = reader.read_header();
-  if (!info) return tl::unexpected(info.error());
-  if (const Status within = check_limit(*info, input, options); !within)
-    return tl::unexpected(within.error());
-  if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
-  Image image(info->width, info->height);
-  if (const Status read = reader.read_pixels(image, options); !read) return tl::unexpected(read.error());
-  return image;
+  return decode_by(reader, input, options);
 }
 
 }  // namespace waymark::codecs

@@ -60,7 +60,7 @@ class PngReader {
                      .bits_per_channel = png_get_bit_depth(png_, info_)};
   }
 
-  Status read_pixels(Image& image) {
+  Status read_pixels(Image& image, const DecodeOptions& /*options*/) {
     std::size_t row_bytes = 0;
     if (!guarded([&] {
           png_set_expand(png_);  // palette to RGB, 1..4 bits to 8, transparent colour to alpha
@@ -186,14 +186,7 @@ Result<ImageInfo> probe_png(const Input& input) {
 
 Result<Image> decode_png(const Input& input, const DecodeOptions& options) {
   PngReader reader(input);
-  const Result<ImageInfo> info = reader.read_header();
-  if (!info) return tl::unexpected(info.error());
-  if (const Status within = check_limit(*info, input, options); !within)
-    return tl::unexpected(within.error());
-  if (const Status holds = reader.check_plausible(); !holds) return tl::unexpected(holds.error());
-  Image image(info->width, info->height);
-  if (const Status read = reader.read_pixels(image); !read) return tl::unexpected(read.error());
-  return image;
+  return decode_by(reader, input, options);
 }
 
 }  // namespace waymark::codecs

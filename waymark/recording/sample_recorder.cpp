@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "waymark/recording/cdr.hpp"
+#include "waymark/recording/sample_topics.hpp"
 
 namespace waymark {
 namespace {
@@ -15,17 +16,6 @@ constexpr OfferedQos kLatched{.depth = 1, .durability = 1};
 std::uint64_t nanoseconds(SensorTime stamp) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(0, stamp.time_since_epoch().count()));
 }
-
-const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
-const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
-const char* topic_of_kind(const ImuSample& /**/) { return topics::kImu; }
-const char* topic_of_kind(const StampedCommand& /**/) { return topics::kCommand; }
-const char* topic_of_kind(const TruthPose& /**/) { return topics::kTruth; }
-const char* topic_of_kind(const CameraFrame& /**/) { return topics::kImage; }
-const char* topic_of_kind(const TagPoseFrame& /**/) { return topics::kTagPoses; }
-const char* topic_of_kind(const RangeBearing& /**/) { return topics::kRangeBearing; }
-const char* topic_of_kind(const LaserScan& /**/) { return topics::kScan; }
-const char* topic_of_kind(const GamepadState& /**/) { return topics::kGamepad; }
 
 }  // namespace
 
@@ -115,10 +105,10 @@ Status SampleRecorder::add(const Sample& sample) {
         if constexpr (std::is_same_v<Kind, TagFrame>) {
           return add_tags(value);
         } else if constexpr (requires { value.camera; }) {
-          return add_message(topic_of_camera(value.camera, topic_of_kind(value)), value.stamp,
+          return add_message(topic_of_camera(value.camera, topics::of(value)), value.stamp,
                              ros2::to_ros(value));
         } else {
-          return add_message(topic_of_kind(value), value.stamp, ros2::to_ros(value));
+          return add_message(topics::of(value), value.stamp, ros2::to_ros(value));
         }
       },
       sample);

@@ -17,85 +17,62 @@ tl::unexpected<Error> damaged(Packing packing, std::string_view why) {
   return fail(ErrorCode::Unreadable, fmt::format("the {} packing is damaged ({})", to_string(packing), why));
 }
 
-class Bzip2Unpacker final : public Unpacker {
- public:
-  ~Bzip2Unpacker() override {
-    if (open_) BZ2_bzDecompressEnd(&stream_);
+struct Bzlib {
+  using Stream = bz_stream;
+  using Byte = char;
+  static constexpr Packing kPacking = Packing::Bzip2;
+  static constexpr const char* kName = "bzlib";
+  static bool begin(Stream& stream) { return BZ2_bzDecompressInit(&stream, 0, 0) == BZ_OK; }
+  static int step(Stream& stream) { return BZ2_bzDecompress(&stream); }
+  static bool sound(int code) { return code == BZ_OK || code == BZ_STREAM_END; }
+  static bool at_end(int code) { return code == BZ_STREAM_END; }
+  static void end(Stream& stream) { BZ2_bzDecompressEnd(&stream); }
+};
+
+struct Zlib {
+  using Stream = z_stream;
+  using Byte = Bytef;
+  static constexpr Packing kPacking = Packing::Gzip;
+  static constexpr const char* kName = "zlib";
+  static bool begin(Stream& stream) {
+    constexpr int kGzipOnly = 16 + MAX_WBITS;
+    return inflateInit2(&stream, kGzipOnly) == Z_OK;
   }
-  Bzip2Unpacker() = default;
+  static int step(Stream& stream) { return inflate(&stream, Z_NO_FLUSH); }
+  static bool sound(int code) { return code == Z_OK || code == Z_STREAM_END || code == Z_BUF_ERROR; }
+  static bool at_end(int code) { return code == Z_STREAM_END; }
+  static void end(Stream& stream) { inflateEnd(&stream); }
+};
+
+/// By a library with zlib's interface. Where a stream ends another may follow.
+template <class Library>
+class StreamUnpacker final : public Unpacker {
+ public:
+  StreamUnpacker() = default;
+  ~StreamUnpacker() override {
+    if (open_) Library::end(stream_);
+  }
 
   Status give(ByteSpan packed, const Sink& sink) override {
-    // bzlib promises not to write to its input.
-    stream_.next_in =
-        const_cast<char*>(as_text(packed).data());  // NOLINT(cppcoreguidelines-pro-type-const-cast)
+    // The libraries promise not to write to their input.
+    stream_.next_in = reinterpret_cast<typename Library::Byte*>(  // NOLINT(*-reinterpret-cast)
+        const_cast<std::uint8_t*>(packed.data()));                // NOLINT(*-const-cast)
     stream_.avail_in = static_cast<unsigned>(packed.size());
     bool more_output = false;
     while (stream_.avail_in > 0 || more_output) {
-      if (!open_) {
-        char* in = stream_.next_in;
-        const unsigned left = stream_.avail_in;
-        stream_ = {};
-        if (BZ2_bzDecompressInit(&stream_, 0, 0) != BZ_OK) return damaged(Packing::Bzip2, "out of memory");
-        stream_.next_in = in;
-        stream_.avail_in = left;
-        open_ = true;
-      }
+      if (!open_ && !open()) return damaged(Library::kPacking, "out of memory");
       stream_.next_out = out_.data();
       stream_.avail_out = kPiece;
-      const int code = BZ2_bzDecompress(&stream_);
-      if (code != BZ_OK && code != BZ_STREAM_END)
-        return damaged(Packing::Bzip2, fmt::format("bzlib code {}", code));
-      more_output = stream_.avail_out == 0;
-      const std::string_view got(out_.data(), kPiece - stream_.avail_out);
-      if (Status status = sink(as_bytes(got)); !status) return status;
-      if (code == BZ_STREAM_END) {
-        open_ = more_output = false;
-        BZ2_bzDecompressEnd(&stream_);
-      }
-    }
-    return {};
-  }
-  bool complete() const override { return !open_; }
-
- private:
-  bz_stream stream_{};
-  bool open_ = false;
-  std::array<char, kPiece> out_{};
-};
-
-class GzipUnpacker final : public Unpacker {
- public:
-  GzipUnpacker() = default;
-  ~GzipUnpacker() override {
-    if (open_) inflateEnd(&stream_);
-  }
-
-  Status give(ByteSpan packed, const Sink& sink) override {
-    stream_.next_in = const_cast<Bytef*>(packed.data());  // NOLINT(cppcoreguidelines-pro-type-const-cast)
-    stream_.avail_in = static_cast<uInt>(packed.size());
-    bool more_output = false;
-    while (stream_.avail_in > 0 || more_output) {
-      if (!open_) {
-        Bytef* in = stream_.next_in;
-        const uInt left = stream_.avail_in;
-        stream_ = {};
-        constexpr int kGzipOnly = 16 + MAX_WBITS;
-        if (inflateInit2(&stream_, kGzipOnly) != Z_OK) return damaged(Packing::Gzip, "out of memory");
-        stream_.next_in = in;
-        stream_.avail_in = left;
-        open_ = true;
-      }
-      stream_.next_out = out_.data();
-      stream_.avail_out = kPiece;
-      const int code = inflate(&stream_, Z_NO_FLUSH);
-      if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR)
-        return damaged(Packing::Gzip, fmt::format("zlib code {}", code));
+      const int code = Library::step(stream_);
+      if (!Library::sound(code))
+        return damaged(Library::kPacking, fmt::format("{} code {}", Library::kName, code));
       more_output = stream_.avail_out == 0;
       const std::size_t got = kPiece - stream_.avail_out;
-      if (Status status = sink(ByteSpan(out_.data(), got)); !status) return status;
-      if (code == Z_STREAM_END) {
+      if (Status status = sink(ByteSpan(reinterpret_cast<const std::uint8_t*>(out_.data()), got)); !status)
+        return status;
+      if (Library::at_end(code)) {
         open_ = more_output = false;
-        inflateEnd(&stream_);
+        Library::end(stream_);
       }
     }
     return {};
@@ -103,9 +80,19 @@ class GzipUnpacker final : public Unpacker {
   bool complete() const override { return !open_; }
 
  private:
-  z_stream stream_{};
+  /// A new stream that reads on where the last one ended.
+  bool open() {
+    typename Library::Stream fresh{};
+    fresh.next_in = stream_.next_in;
+    fresh.avail_in = stream_.avail_in;
+    stream_ = fresh;
+    open_ = Library::begin(stream_);
+    return open_;
+  }
+
+  typename Library::Stream stream_{};
   bool open_ = false;
-  std::array<Bytef, kPiece> out_{};
+  std::array<typename Library::Byte, kPiece> out_{};
 };
 
 class ZstdUnpacker final : public Unpacker {
@@ -173,9 +160,9 @@ class Lz4Unpacker final : public Unpacker {
 Result<std::unique_ptr<Unpacker>> Unpacker::make(Packing packing) {
   switch (packing) {
     case Packing::Bzip2:
-      return std::make_unique<Bzip2Unpacker>();
+      return std::make_unique<StreamUnpacker<Bzlib>>();
     case Packing::Gzip:
-      return std::make_unique<GzipUnpacker>();
+      return std::make_unique<StreamUnpacker<Zlib>>();
     case Packing::Zstd:
       return std::make_unique<ZstdUnpacker>();
     case Packing::Lz4:

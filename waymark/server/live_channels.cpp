@@ -6,7 +6,7 @@
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/recording/cdr.hpp"
-#include "waymark/recording/sample_recorder.hpp"
+#include "waymark/recording/sample_topics.hpp"
 
 namespace waymark {
 namespace {
@@ -15,17 +15,6 @@ constexpr int kPictureQuality = 80;
 constexpr const char* kCompressed = "/image_raw/compressed";
 constexpr const char* kNis = "/waymark/nis";
 constexpr const char* kMap = "/waymark/map";
-
-const char* topic_of_kind(const TagFrame& /**/) { return topics::kTags; }
-const char* topic_of_kind(const Odometry& /**/) { return topics::kOdometry; }
-const char* topic_of_kind(const WheelTicks& /**/) { return topics::kWheels; }
-const char* topic_of_kind(const ImuSample& /**/) { return topics::kImu; }
-const char* topic_of_kind(const StampedCommand& /**/) { return topics::kCommand; }
-const char* topic_of_kind(const TruthPose& /**/) { return topics::kTruth; }
-const char* topic_of_kind(const TagPoseFrame& /**/) { return topics::kTagPoses; }
-const char* topic_of_kind(const RangeBearing& /**/) { return topics::kRangeBearing; }
-const char* topic_of_kind(const LaserScan& /**/) { return topics::kScan; }
-const char* topic_of_kind(const GamepadState& /**/) { return topics::kGamepad; }
 
 }  // namespace
 
@@ -101,10 +90,10 @@ std::vector<LiveMessage> LiveChannels::encode(const LiveSample& sample,
           if constexpr (std::is_same_v<Kind, CameraFrame>)
             put_picture(value, sample.host_ns, wanted, out);
           else if constexpr (requires { value.camera; })
-            put(topic_of_camera(value.camera, topic_of_kind(value)), ros2::to_ros(value), sample.host_ns,
-                wanted, out);
+            put(topic_of_camera(value.camera, topics::of(value)), ros2::to_ros(value), sample.host_ns, wanted,
+                out);
           else
-            put(topic_of_kind(value), ros2::to_ros(value), sample.host_ns, wanted, out);
+            put(topics::of(value), ros2::to_ros(value), sample.host_ns, wanted, out);
         },
         std::get<Sample>(sample.value));
   }
