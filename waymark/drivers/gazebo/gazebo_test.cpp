@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/bridge/simulation_watch.hpp"
 #include "waymark/drivers/gazebo/gazebo_bridge.hpp"
@@ -46,24 +47,13 @@ class GazeboBridgeTest : public Test {
   std::vector<std::string> odometry(int ms, double x_m = 0) {
     return give(GazeboKind::Odometry, Odometry{.stamp = at_ms(ms), .odom_T_base = SE2(x_m, 0, 0)});
   }
-  Sample read(const std::string& line) {
-    if (!greeted_) (void)reader_.read({.number = 1, .text = to_line(RobotHello{.name = "limo"})});
-    greeted_ = true;
-    const auto message = reader_.read({.number = 2, .text = line});
-    EXPECT_TRUE(message) << line.substr(0, 100);
-    return message && *message ? std::get<Sample>(**message) : Sample();
-  }
-  std::string words() {
-    std::string all;
-    for (const std::string& line : bridge_.take_words()) all += line;
-    return all;
-  }
+  Sample read(const std::string& line) { return lines_.read(line); }
+  std::string words() { return test::words_of(bridge_); }
 
   GazeboProfile profile_ = find_gazebo_profile("limo").value();
   RobotDescription robot_ = read_robot(find_shared("robots", "limo-gazebo").value()).value();
   GazeboBridge bridge_{profile_, robot_};
-  RobotMessageReader reader_{"test"};
-  bool greeted_ = false;
+  test::RobotLines lines_;
 };
 
 TEST_F(GazeboBridgeTest, SamplesComeOutAsTheyWentIn) {

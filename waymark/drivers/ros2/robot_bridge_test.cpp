@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/robot_lines.hpp"
 #include "waymark/base/random.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/config/share.hpp"
@@ -32,23 +33,11 @@ class Bridge : public testing::Test {
     return give("/odom", ros2::to_ros(Odometry{.stamp = at_ms(ms), .odom_T_base = SE2(x_m, 0, 0)}),
                 milliseconds(ms));
   }
-  /// What the other side makes of a line.
-  Sample read(const std::string& line) {
-    if (!greeted_) (void)reader_.read({.number = 1, .text = to_line(RobotHello{.name = "limo"})});
-    greeted_ = true;
-    const auto message = reader_.read({.number = 2, .text = line});
-    EXPECT_TRUE(message) << line.substr(0, 100);
-    return message && *message ? std::get<Sample>(**message) : Sample();
-  }
-  std::string words() {
-    std::string all;
-    for (const std::string& line : bridge_.take_words()) all += line;
-    return all;
-  }
+  Sample read(const std::string& line) { return lines_.read(line); }
+  std::string words() { return test::words_of(bridge_); }
 
   RobotBridge bridge_{find_ros2_profile("limo").value(), limo()};
-  RobotMessageReader reader_{"test"};
-  bool greeted_ = false;
+  test::RobotLines lines_;
 };
 
 // A simulation at a quarter of real time.

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include <gtest/gtest.h>
+
+#include "waymark/drivers/process/robot_messages.hpp"
+
+namespace waymark::test {
+
+/// What the other side of the wire makes of the lines of a robot process, after its hello.
+class RobotLines {
+ public:
+  Sample read(const std::string& line) {
+    if (!greeted_) (void)reader_.read({.number = 1, .text = to_line(RobotHello{.name = "limo"})});
+    greeted_ = true;
+    const auto message = reader_.read({.number = 2, .text = line});
+    EXPECT_TRUE(message) << line.substr(0, 100);
+    return message && *message ? std::get<Sample>(**message) : Sample();
+  }
+
+ private:
+  RobotMessageReader reader_{"test"};
+  bool greeted_ = false;
+};
+
+/// The words that a bridge has to say since it was asked last, in one text.
+template <class Bridge>
+std::string words_of(Bridge& bridge) {
+  std::string all;
+  for (const std::string& line : bridge.take_words()) all += line;
+  return all;
+}
+
+}  // namespace waymark::test
