@@ -53,8 +53,9 @@ std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
   return windows < kFewest ? std::nullopt : std::optional(product / square);
 }
 
-std::optional<double> sighting_distance_m(const std::vector<TagFrame>& frames, const TagMap& map,
-                                          const SE3& base_T_cam, const Trajectory& trajectory, double share) {
+std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames, const TagMap& map,
+                                             const SE3& base_T_cam, const Trajectory& trajectory,
+                                             double share) {
   constexpr std::size_t kFewest = 50;
   std::vector<double> distances_m;
   for (const TagFrame& frame : frames) {

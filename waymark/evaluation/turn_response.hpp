@@ -15,10 +15,10 @@ namespace waymark {
 [[nodiscard]] std::optional<double> turn_response(const std::vector<StampedCommand>& commands,
                                                   const Trajectory& trajectory, double delay_s);
 
-/// Distance below which `share` of the sightings of mapped tags lie [m]: of the camera's centre to that of
-/// the tag, by map and trajectory. Nothing with fewer than 50 sightings. O(n log n).
-[[nodiscard]] std::optional<double> sighting_distance_m(const std::vector<TagFrame>& frames,
-                                                        const TagMap& map, const SE3& base_T_cam,
-                                                        const Trajectory& trajectory, double share);
+/// Distance below which `share` of the observations of mapped tags lie [m]: of the camera's centre to that of
+/// the tag, by map and trajectory. Nothing with fewer than 50 observations. O(n log n).
+[[nodiscard]] std::optional<double> observation_distance_m(const std::vector<TagFrame>& frames,
+                                                           const TagMap& map, const SE3& base_T_cam,
+                                                           const Trajectory& trajectory, double share);
 
 }  // namespace waymark

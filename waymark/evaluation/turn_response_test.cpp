@@ -60,12 +60,12 @@ TEST(SightingDistance, IsThatOfTheSharedSightingsOfMappedTags) {
     frames.push_back({.stamp = at, .detections = {TagDetection{.tag = near}, TagDetection{.tag = unknown}}});
   }
   const SE3 base_T_cam(SO3(), {0, 0, 0.2});
-  const auto all = sighting_distance_m(frames, map, base_T_cam, trajectory, 1);
+  const auto all = observation_distance_m(frames, map, base_T_cam, trajectory, 1);
   ASSERT_TRUE(all);
   EXPECT_NEAR(*all, 4, 1e-9);
-  EXPECT_NEAR(*sighting_distance_m(frames, map, base_T_cam, trajectory, 0.5), 2.5, 0.05);
-  EXPECT_FALSE(sighting_distance_m(frames, {}, base_T_cam, trajectory, 1));
-  EXPECT_FALSE(sighting_distance_m({frames.begin(), frames.begin() + 10}, map, base_T_cam, trajectory, 1));
+  EXPECT_NEAR(*observation_distance_m(frames, map, base_T_cam, trajectory, 0.5), 2.5, 0.05);
+  EXPECT_FALSE(observation_distance_m(frames, {}, base_T_cam, trajectory, 1));
+  EXPECT_FALSE(observation_distance_m({frames.begin(), frames.begin() + 10}, map, base_T_cam, trajectory, 1));
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ Result<RobotDescription> robot_of(const MapFolder& place, const WorldFromRecordi
 }
 
 /// How far the middles of tags were seen from where the map and its trajectory have them [px].
-std::vector<double> sighting_errors_px(const MappedDrive& drive) {
+std::vector<double> observation_errors_px(const MappedDrive& drive) {
   constexpr Duration kMostGap = std::chrono::milliseconds(500);
   std::vector<double> errors_px;
   for (const TagFrame& frame : drive.lap.frames) {
@@ -82,7 +82,7 @@ Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   if (std::ranges::none_of(drive.lap.frames, of_the_map) &&
       std::ranges::none_of(drive.lap.tag_poses, of_the_map))
     return refused("its trajectory is of another time");
-  std::vector<double> errors_px = sighting_errors_px(drive);
+  std::vector<double> errors_px = observation_errors_px(drive);
   const double most_px = 0.05 * drive.robot.camera.width_px();
   if (!errors_px.empty() && !(median(std::move(errors_px)) < most_px))
     return refused("its tags are not where they were seen");
@@ -190,8 +190,8 @@ void take_behaviour(const MappedDrive& drive, const Remaining& rest, WorldFromRe
     report.quantities.push_back({row.key, row.words, row.recording});
   Behaviour behaviour(report);
   behaviour.take("tag_camera.max_range_m", "detection range [m]",
-                 sighting_distance_m(drive.lap.frames, drive.place.map.tags, drive.robot.model.base_T_cam,
-                                     drive.trajectory, kNearlyAll),
+                 observation_distance_m(drive.lap.frames, drive.place.map.tags, drive.robot.model.base_T_cam,
+                                        drive.trajectory, kNearlyAll),
                  robot.tag_camera.max_range_m, 0.1, 1000);
   behaviour.take("dynamics.yaw_gain", "true over commanded yaw rate",
                  turn_response(rest.commands, drive.trajectory, profile.command_delay_s.value_or(0)),
@@ -262,7 +262,7 @@ std::string to_text(const WorldFromRecordingReport& report, const fs::path& fold
                   report.world.path_closed ? "a closed line" : "an open line", report.world.path_m.size());
   for (const RecordedQuantity& quantity : report.quantities)
     text += fmt::format("{:<46}{:>12}\n", quantity.words,
-                        quantity.value ? fmt::format("{:.4g}", *quantity.value) : "not told");
+                        quantity.value ? fmt::format("{:.4g}", *quantity.value) : "not determined");
   const bool camera = std::ranges::find(report.files, "camera.yaml") != report.files.end();
   const std::string path = folder.string();
   return text +
