@@ -120,7 +120,8 @@ class Session(InFolder):
             said.append(process.stderr.readline())
         time.sleep(2)  # it drives
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=60)
+        process.wait(timeout=60)  # its input stays open until then: the end of lines would end the session, too
+        out, err = process.communicate()
         self.assertEqual(process.returncode, 130, err)
         (replay,) = json.loads(out)["replays"]
         self.assertFalse(replay["finished"])
