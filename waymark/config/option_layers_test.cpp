@@ -1,0 +1,122 @@
+#include "waymark/config/option_layers.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/nested_options.hpp"
+
+namespace waymark {
+namespace {
+
+using test::Inner;
+using test::OptionFile;
+using test::Outer;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+struct Parsed {
+  Outer outer{.count = 7};  // as a robot's file might say
+  Inner inner{};
+  std::string error{};
+  std::vector<std::string> inner_again{};
+};
+
+template <class Options>
+OptionLayers::Check reads() {
+  return [](const YamlCursor& cursor) {
+    Options read;
+    return update_fields(cursor, read);
+  };
+}
+
+Parsed parse(const std::vector<std::string>& sets, const std::string& file = {}) {
+  OptionLayers layers;
+  layers.add_section("outer", reads<Outer>());
+  layers.add_section("inner", reads<Inner>());
+  Parsed parsed;
+  Status status = layers.load(file, sets);
+  if (status) status = layers.read("outer", parsed.outer);
+  if (status) status = layers.read("inner", parsed.inner);
+  if (!status) parsed.error = to_string(status.error());
+  parsed.inner_again = layers.assignments("inner");
+  return parsed;
+}
+
+TEST(OptionLayers, SetReachesEveryTypeOfFieldAlsoOfNestedStructs) {
+  const Parsed parsed = parse({"outer.reach_m=0.25", "outer.word=no", "outer.names=[a, b]",
+                               "outer.motion.noise=0.75", "outer.motion.on=true", "inner.noise=0.5"});
+  EXPECT_EQ(parsed.error, "");
+  EXPECT_EQ(parsed.outer.reach_m, 0.25);
+  EXPECT_EQ(parsed.outer.count, 7);  // nobody said otherwise
+  EXPECT_EQ(parsed.outer.word, "no");
+  EXPECT_THAT(parsed.outer.names, ElementsAre("a", "b"));
+  EXPECT_EQ(parsed.outer.motion.noise, 0.75);
+  EXPECT_TRUE(parsed.outer.motion.on);
+  EXPECT_EQ(parsed.inner.noise, 0.5);
+  EXPECT_FALSE(parsed.inner.on);
+}
+
+TEST(OptionLayers, MistakesOfSetAreRefusedWithTheArgument) {
+  EXPECT_THAT(parse({"outer.reach=1"}).error,
+              HasSubstr("(--set outer.reach=1): unknown key 'reach'. Did you mean 'reach_m'?"));
+  EXPECT_THAT(parse({"outr.reach_m=1"}).error,
+              HasSubstr("(--set outr.reach_m=1): unknown section 'outr'. Did you mean 'outer'?"));
+  EXPECT_THAT(parse({"outer.motion.nois=1"}).error, HasSubstr("Did you mean 'noise'?"));
+  EXPECT_THAT(parse({"outer.reach_m=11"}).error, HasSubstr("(--set outer.reach_m=11): 11 is outside"));
+  EXPECT_THAT(parse({"outer.reach_m=far"}).error, HasSubstr("'far' is not a number"));
+  EXPECT_THAT(parse({"outer.reach_m=.nan"}).error, HasSubstr("not a finite number"));
+  EXPECT_THAT(parse({"outer.count=2.5"}).error, HasSubstr("'2.5' is not a whole number"));
+  for (const char* nonsense :
+       {"outer", "outer=1", "outer.reach_m", "outer.reach_m=", "outer.=1", ".reach_m=1", "outer.reach_m.x=1",
+        "outer.motion=1", "outer.names=a", "=", "outer.reach_m={"})
+    EXPECT_THAT(parse({nonsense}).error, HasSubstr(std::string("(--set ") + nonsense + ")")) << nonsense;
+}
+
+TEST_F(OptionFile, MistakesOfTheFileAreRefusedWithTheirLine) {
+  const auto error_of = [&](const std::string& text) { return parse({}, write(text)).error; };
+  EXPECT_THAT(error_of("inner:\n  noise: 0.5\nouter:\n  reach: 1\n"),
+              HasSubstr(".yaml:4 (outer.reach): unknown key 'reach'. Did you mean 'reach_m'?"));
+  EXPECT_THAT(error_of("innr: {}\n"), HasSubstr(".yaml:1 (innr): unknown key 'innr'. Did you mean 'inner'?"));
+  EXPECT_THAT(error_of("outer:\n  count: 10\n"), HasSubstr(".yaml:2 (outer.count): 10 is outside [1, 9]"));
+  EXPECT_THAT(error_of("outer: [\n"), HasSubstr(".yaml"));
+  EXPECT_THAT(parse({}, "no-such.yaml").error, HasSubstr("no-such.yaml: there is no such file"));
+  EXPECT_EQ(error_of(""), "");
+}
+
+TEST_F(OptionFile, ASectionBecomesAssignmentsForAnotherCommandLine) {
+  const std::string file = write("inner: {noise: 0.2, on: true}\n");
+  const Parsed parsed = parse({"inner.noise=0.5"}, file);
+  ASSERT_EQ(parsed.inner_again.size(), 3);  // noise and on of the file, noise of --set
+  const Parsed again = parse(parsed.inner_again);
+  EXPECT_EQ(again.error, "");
+  EXPECT_EQ(again.inner.noise, 0.5);
+  EXPECT_TRUE(again.inner.on);
+  EXPECT_THAT(parse({}).inner_again, IsEmpty());
+}
+
+TEST_F(OptionFile, TheLastWordCounts) {
+  const std::string file = write("outer: {reach_m: 1, count: 1}\n");
+  EXPECT_EQ(parse({}, file).outer.reach_m, 1);
+  EXPECT_EQ(parse({"outer.reach_m=2"}, file).outer.reach_m, 2);
+  EXPECT_EQ(parse({"outer.reach_m=2", "outer.reach_m=4"}, file).outer.reach_m, 4);
+  EXPECT_EQ(parse({"outer.reach_m=2"}, file).outer.count, 1);
+}
+
+TEST(OptionLayers, TellsWhichSectionsAndKeysWereGiven) {
+  OptionLayers layers;
+  layers.add_section("outer", reads<Outer>());
+  layers.add_section("inner", reads<Inner>());
+  ASSERT_TRUE(layers.load("", {"outer.motion.noise=0.5", "outer.count=2"}));
+  EXPECT_TRUE(layers.given("outer"));
+  EXPECT_TRUE(layers.given("outer.motion"));
+  EXPECT_TRUE(layers.given("outer.motion.noise"));
+  EXPECT_FALSE(layers.given("outer.reach_m"));
+  EXPECT_FALSE(layers.given("inner"));
+  EXPECT_EQ(layers.first_set("outer"), "--set outer.motion.noise=0.5");
+  EXPECT_EQ(layers.first_set("outer", "count"), "--set outer.count=2");
+  EXPECT_EQ(layers.first_set("inner"), "");
+}
+
+}  // namespace
+}  // namespace waymark
