@@ -194,7 +194,7 @@ class CalibrateRobot(unittest.TestCase):
         self.assertIn("too few observations", too_little.err)
         nothing = waymark(*words[:7], "--to", "1.3", "-o", "nothing.yaml", cwd=self.folder)
         self.assertEqual(nothing.code, 1, nothing.err)
-        self.assertIn("this drive tells none of the numbers: there is no calibration, and nothing was written", nothing.err)
+        self.assertIn("this drive determines none of the values: there is no calibration, and nothing was written", nothing.err)
         self.assertFalse((self.folder / "nothing.yaml").exists())
         self.a_map_that_was_measured_by_hand_is_not_called_moved()
 

@@ -153,7 +153,7 @@ class EvaluateTrajectory(unittest.TestCase):
         self.write("fine.txt", tum(noisy(truth, SEED)))
         self.assertEqual(self.run_here("fine.txt", "truth.txt").err, "")
         self.write("later.txt", tum([(t + 15, x, y, yaw) for t, x, y, yaw in truth]))
-        self.assertIn("only 100 of 400 poses of EST are at times that REF knows", self.run_here("later.txt", "truth.txt").err)
+        self.assertIn("only 100 of 400 poses of EST are at times that REF covers", self.run_here("later.txt", "truth.txt").err)
         self.write("elsewhere.txt", tum([(t, x + 3, y - 40, yaw) for t, x, y, yaw in truth]))
         outcome = self.run_here("elsewhere.txt", "truth.txt")
         self.assertEqual(outcome.code, 0)

@@ -158,10 +158,10 @@ Status write_robot_calibration(const CalibrateRobotJob& job, const CalibrateRobo
         "Record a longer drive at two speeds with turns to both sides. --tag-sigma-m and --point-sigma-m "
         "say how good the map and the observations are."));
   if (tells_nothing(report.calibration))
-    return tl::unexpected(
-        of_the_drive(ErrorCode::NotFound,
-                     "this drive tells none of the numbers: there is no calibration, and nothing was written",
-                     job, "What to drive stands beside each of them."));
+    return tl::unexpected(of_the_drive(
+        ErrorCode::NotFound,
+        "this drive determines none of the values: there is no calibration, and nothing was written", job,
+        "What to drive stands beside each of them."));
   if (job.drive.output.empty()) return {};
   return write_calibration(job.drive.output, report.calibration);
 }

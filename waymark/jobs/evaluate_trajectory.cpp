@@ -60,7 +60,7 @@ Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& repo
     report.rows.front().jumps =
         count_jumps(pair_by_time(estimate, wheels, duration_of(report.options.max_gap_s)), report.options);
   if (!wheels.empty() && !pose_at(wheels, start.stamp, Duration::max()))
-    return fail(ErrorCode::InvalidArgument, "the odometry knows nothing of the time when EST begins",
+    return fail(ErrorCode::InvalidArgument, "the odometry does not cover the time at which EST begins",
                 {.key = "--odometry"}, "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {

@@ -60,7 +60,7 @@ Status check_localize_output(const LocalizeJob& job) {
   return fail(
       ErrorCode::InvalidArgument, "the name of the output says nothing of what it should hold",
       {.source = job.output, .key = "--output"},
-      "End it with .mcap (a recording: poses with their doubt, observations, odometry) or with .txt or .tum "
+      "End it with .mcap (a recording: poses with covariances, observations, odometry) or with .txt or .tum "
       "(poses, one a line).");
 }
 

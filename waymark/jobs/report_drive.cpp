@@ -124,14 +124,15 @@ plot::PageSection drive_section(const DriveRun& drive) {
     section.figures.push_back(floor_figure(drive));
   if (!drive.lap.odometry.empty())
     section.figures.push_back(
-        {"speed", plot::speed_figure("Speed", drive.lap.odometry), "As the wheels told it."});
+        {"speed", plot::speed_figure("Speed", drive.lap.odometry), "By wheel odometry."});
   if (!drive.lap.frames.empty())
     section.figures.push_back({"tags_in_view", plot::tags_in_view_figure("Tags in view", drive.lap.frames),
                                "Below two the position is weakly known."});
   if (drive.estimate.empty()) return section;
-  section.figures.push_back({"error",
-                             plot::error_and_doubt_figure("Error and doubt", drive.estimate, drive.lap.truth),
-                             "A consistent estimate stays below its doubt about 19 times out of 20."});
+  section.figures.push_back(
+      {"error",
+       plot::error_and_doubt_figure("Error and its standard deviation", drive.estimate, drive.lap.truth),
+       "The error of a consistent estimate is below twice its standard deviation about 19 times out of 20."});
   if (!drive.lap.truth.empty())
     section.figures.push_back(
         {"heading", plot::heading_error_figure("Error of the heading", drive.estimate, drive.lap.truth), ""});

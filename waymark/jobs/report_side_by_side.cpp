@@ -83,10 +83,10 @@ std::vector<std::string> row_of(const DriveRun& drive) {
 plot::PageTable side_by_side(const Runs& runs) {
   plot::PageTable table{
       .caption =
-          "What each robot said and saw; simulated or not, it needs no truth. Tags: "
-          "mean number a picture, median side of their squares. Doubt: median",
+          "What each robot sent and detected; no truth is needed. Tags: "
+          "mean number a picture, median side of their squares. Sigma: median",
       .head = {"drive", "source", "lasts [s]", "driven [m]", "speed [m/s]", "odometry [Hz]", "camera [Hz]",
-               "tags", "two or more [%]", "longest without [s]", "side [px]", "doubt [mm]"}};
+               "tags", "two or more [%]", "longest without [s]", "side [px]", "sigma [mm]"}};
   for (const DriveRun& drive : runs.drives) table.rows.push_back(row_of(drive));
   return table;
 }

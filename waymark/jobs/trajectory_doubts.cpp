@@ -65,7 +65,7 @@ std::vector<std::string> doubts_about(const TrajectoryReport& report, const Refe
   const TrajectoryRow& estimate = report.rows.front();
   if (estimate.scores && 2 * estimate.pairs < estimate.poses.size())
     all.push_back(
-        fmt::format("only {} of {} poses of EST are at times that REF knows: are both of the same drive, on "
+        fmt::format("only {} of {} poses of EST are at times that REF covers: are both of the same drive, on "
                     "the same clock?",
                     estimate.pairs, estimate.poses.size()));
   if (other_drive(report.estimate, report.reference, control))

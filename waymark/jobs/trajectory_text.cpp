@@ -35,10 +35,11 @@ std::string doubt_text(const Consistency& c) {
 }
 
 std::string nis_text(const NisSummary& nis) {
-  const char* verdict = nis.mean > 1.5 ? "what it sees agrees worse than it expects: calibrate, or doubt more"
-                        : nis.mean < 0.5 ? "expects worse than it sees"
-                                         : "they agree as well as it expects (which says nothing of what all "
-                                           "observations share, such as a map that is off)";
+  const char* verdict =
+      nis.mean > 1.5   ? "observations are less consistent than assumed: calibrate, or assume more noise"
+      : nis.mean < 0.5 ? "observations are more consistent than assumed: assume less noise"
+                       : "consistent (which does not test errors that all observations share, "
+                         "such as a displaced map)";
   return fmt::format("observations: NIS {:.2f} per degree of freedom of {} (should be 1), {} rejected: {}\n",
                      nis.mean, nis.observations, nis.rejected, verdict);
 }

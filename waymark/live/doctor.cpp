@@ -128,7 +128,7 @@ DoctorLine check_calibration(const std::filesystem::path& path, std::filesystem:
   else if (!calibration->camera)
     line.words += ", and calibrates no camera";
   else if (!doubtful.empty())
-    line.words += ", and could not tell " + doubtful;
+    line.words += ", and could not determine " + doubtful;
   else if (days > kOldDays)
     line.words += ": a lens that was touched since needs a new one";
   else

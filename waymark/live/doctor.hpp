@@ -29,7 +29,7 @@ struct DoctorLine {
 /// the driver says of them.
 [[nodiscard]] DoctorLine check_live_camera(const std::string& address);
 
-/// Whether the file calibrates a camera, what it could not tell, and how old it is; `now`: the clock of
+/// Whether the file calibrates a camera, what it could not determine, and how old it is; `now`: the clock of
 /// files.
 [[nodiscard]] DoctorLine check_calibration(const std::filesystem::path& path,
                                            std::filesystem::file_time_type now);

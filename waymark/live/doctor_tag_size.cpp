@@ -63,7 +63,7 @@ DoctorLine check_tag_size(std::span<const TagDetection> detections, const Camera
       fmt::format("{} at {:.2f} m is {:.1f} mm (+- {:.1f}), ", *tags.begin(), trial.distance_m,
                   1000 * ratio * trial.size_m, 1000 * ratio * sigma * trial.size_m);
   if (sigma > kNoTrial)
-    return warning(fmt::format("{}which tells little: take a larger tag, or another distance", found));
+    return warning(fmt::format("{}which is not significant: take a larger tag, or another distance", found));
   if (std::abs(ratio - 1) <= std::max(2 * sigma, kNotWorthIt))
     return {"tag size", DoctorLevel::Ok, fmt::format("{}as it should be ({:g})", found, 1000 * trial.size_m),
             ""};

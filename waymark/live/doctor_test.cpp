@@ -59,7 +59,7 @@ TEST(Doctor, LooksAtAgeAndVerdictOfACalibration) {
   EXPECT_EQ(fresh.level, DoctorLevel::Ok) << fresh.words;
   EXPECT_EQ(check_calibration(file, now + std::chrono::hours(24 * 365)).level, DoctorLevel::Warn);
   write("  fx_px: {value: 500, sigma: 90, verdict: unobservable, advice: tilt it}\n");
-  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("could not tell fx_px"));
+  EXPECT_THAT(check_calibration(file, now).words, HasSubstr("could not determine fx_px"));
   std::ofstream(file) << kCameraInfo;
   EXPECT_THAT(check_calibration(file, now).words, HasSubstr("does not say how exact"));
   std::ofstream(file) << "nothing: 1\n";

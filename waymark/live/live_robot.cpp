@@ -39,7 +39,7 @@ Result<std::vector<std::unique_ptr<LiveCamera>>> open_cameras(const RobotSetup& 
 Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
   if (!setup.process.listen_only || !robot.hello().lockstep) return {};
   return fail(ErrorCode::InvalidArgument,
-              "this robot waits for its commands (lockstep), and who only listens gives none",
+              "this robot waits for its commands (lockstep), and a listener sends none",
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 

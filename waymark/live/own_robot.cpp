@@ -12,7 +12,7 @@ Result<RobotCommand> own_program(std::vector<std::string> words) {
   std::error_code error;
   const std::string self = std::filesystem::read_symlink("/proc/self/exe", error).string();
   if (error)
-    return fail(ErrorCode::Unsupported, "this program does not know its own name: " + error.message());
+    return fail(ErrorCode::Unsupported, "the path of this program cannot be found: " + error.message());
   words.insert(words.begin(), self);
   return RobotCommand(std::move(words));
 }

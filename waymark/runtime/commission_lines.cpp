@@ -218,8 +218,9 @@ std::vector<CommissionLine> judge_turn(const MotionTrace& trace, const RobotMode
   Lines later;
   if (ground == Ground::Lifted && all_still(without(readings, "wheels")) && !all_still(readings)) {
     readings = without(std::move(readings), "odometry");
-    later.push_back({"odometry.yaw_rad", V::Warn,
-                     "the odometry does not turn while the wheels do: from a gyro? The floor will tell", ""});
+    later.push_back(
+        {"odometry.yaw_rad", V::Warn,
+         "the odometry does not turn while the wheels do: from a gyro? The drive on the floor shows it", ""});
   }
   Lines lines = judge_axis(readings, axis, seen);
   const auto driven = relative_to(counted(forward_readings(steady, model), ground), axis.asked);
