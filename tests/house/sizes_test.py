@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Sizes of the house: no file above 300 lines but those listed here, tests in proportion to source, and the way of a picture to its
+"""Sizes of the house: no file above 300 lines but those listed here, the room of the program, and the way of a picture to its
 command as docs/architecture.md draws it."""
 import pathlib
 import re
@@ -19,9 +19,12 @@ LONG = {
     "waymark/localization/tracker.cpp", "waymark/mapping/lap/bundle_map.cpp", "waymark/mapping/scene/scene_map.cpp",
     "waymark/mapping/scene/scene_map_test.cpp", "waymark/media/video_test.cpp", "waymark/pipeline/replayer.cpp",
     "waymark/plot/figure.cpp", "waymark/recording/camera_choice.cpp", "waymark/recording/export_log_test.cpp",
-    "waymark/recording/message_log_test.cpp", "waymark/runtime/operator_session_test.cpp", "waymark/runtime/robot_loop_test.cpp",
+    "waymark/recording/message_log_test.cpp", "waymark/runtime/robot_loop_test.cpp",
     "waymark/server/live_hub_test.cpp"}
-LONGEST = 480  # of those
+LONGEST = 475  # of those
+
+# Flags, help, printing and exit codes; with tests. What grows beyond it belongs into jobs/ or live/. To be lowered: 6000 is wanted.
+MOST_LINES_OF_CLI = 8100
 
 MOST_FILES_TO_A_COMMAND = 25
 BEGIN, END = "<!-- path of a picture: tests/house/sizes_test.py -->\n", "<!-- end of the path -->"
@@ -65,6 +68,11 @@ class Sizes(unittest.TestCase):
     def test_a_name_leaves_the_list_with_its_length(self):
         short = [name for name in sorted(LONG) if not (ROOT / name).exists() or lines_of(ROOT / name) <= MOST_LINES]
         self.assertEqual(short, [], "no longer too long: take them off the list")
+
+    def test_the_program_itself_stays_small(self):
+        lines = sum(lines_of(path) for path in (ROOT / "waymark/cli").iterdir() if path.suffix in (".cpp", ".hpp"))
+        self.assertGreater(lines, 1000)
+        self.assertLessEqual(lines, MOST_LINES_OF_CLI)
 
     def test_a_planted_file_of_301_lines_is_found(self):
         with tempfile.TemporaryDirectory() as folder:

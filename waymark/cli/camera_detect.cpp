@@ -8,7 +8,6 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
-#include "waymark/cli/camera_page.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -16,6 +15,7 @@
 #include "waymark/jobs/detections_text.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/camera_address.hpp"
+#include "waymark/live/camera_page.hpp"
 
 namespace waymark::cli {
 namespace {

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <memory>
+#include <string>
+
 #include "waymark/cli/console.hpp"
+#include "waymark/drivers/watchdog/stop_socket.hpp"
 #include "waymark/jobs/job_control.hpp"
 
 namespace waymark::cli {
@@ -8,7 +12,8 @@ namespace waymark::cli {
 /// A job's progress and notes go to the console, and Ctrl-C cancels it.
 [[nodiscard]] JobControl control_from(Console& console);
 
-/// Nothing is shown; Ctrl-C cancels.
-[[nodiscard]] JobControl silent_control();
+/// While it lives `waymark stop` ends this drive as Ctrl-C does. nullptr, and words, where that is not
+/// possible: the drive goes on without.
+[[nodiscard]] std::unique_ptr<StopSocket> listen_for_stop(const std::string& drive, Console& console);
 
 }  // namespace waymark::cli

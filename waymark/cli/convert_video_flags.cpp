@@ -4,11 +4,11 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/failure.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/live/camera_address.hpp"
@@ -26,13 +26,11 @@ ExitCode say_failed(const Error& error, Console& console) {
 
 ConvertVideoFlags::ConvertVideoFlags(CLI::App& verb)
     : app_(verb), settings_(verb), poses_(verb), detector_(verb, settings_, kMoreGroup) {
-  verb.add_option("--pictures", pictures_,
-                  "Format in which the pictures of a video or a camera are kept: jpeg or raw")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("NAME");
-  verb.add_option("--duration-s", duration_s_, "Time for which a live camera is recorded; 0: until Ctrl-C")
-      ->check(CLI::Range(0.0, 1e7))
-      ->type_name("FLOAT");
+  add_option(verb, "--pictures NAME", pictures_,
+             "Format in which the pictures of a video or a camera are kept: jpeg or raw",
+             one_of({"jpeg", "raw"}));
+  add_option(verb, "--duration-s FLOAT", duration_s_,
+             "Time for which a live camera is recorded; 0: until Ctrl-C", between(0.0, 1e7));
 }
 
 Status ConvertVideoFlags::check_unused() const {

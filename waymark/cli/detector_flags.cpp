@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "waymark/cli/flags.hpp"
+
 namespace waymark::cli {
 namespace {
 
@@ -17,14 +19,12 @@ DetectorFlags::DetectorFlags(CLI::App& app, Settings& settings, const char* grou
       refinement_(app, settings, "refinement", "Corner refinement") {
   std::string known;
   for (const FamilyId id : kAllFamilies) known += (known.empty() ? "" : ", ") + std::string(to_string(id));
-  app.add_option("--family", families_,
-                 "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known)
-      ->type_name("NAME")
-      ->allow_extra_args(false)
-      ->group(group);
-  app.add_flag("--no-refine", no_refine_,
-               "Keep the corners as the detector found them; they have no covariance then")
-      ->group(group);
+  add_option(app, "--family NAME", families_,
+             "Tag family to look for, tag36h11 unless given; may be given several times. Known: " + known,
+             in_group(group))
+      ->allow_extra_args(false);
+  add_flag(app, "--no-refine", no_refine_,
+           "Keep the corners as the detector found them; they have no covariance then", in_group(group));
 }
 
 bool DetectorFlags::given() const {

@@ -25,4 +25,8 @@ ExitCode fail_usage(const Error& error, Console& console) {
   return console.failed(naming_flag(error), ExitCode::Usage);
 }
 
+ExitCode fail_run(const Error& error, Console& console) {
+  return console.failed(error, interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+}
+
 }  // namespace waymark::cli

@@ -19,4 +19,7 @@ namespace waymark::cli {
 /// Says the error with its flag: the command line makes no sense.
 [[nodiscard]] ExitCode fail_usage(const Error& error, Console& console);
 
+/// Says the error of a job as it is: 130 after Ctrl-C, else 1.
+[[nodiscard]] ExitCode fail_run(const Error& error, Console& console);
+
 }  // namespace waymark::cli

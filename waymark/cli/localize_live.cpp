@@ -1,72 +1,19 @@
 #include "waymark/cli/localize_live.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <optional>
-#include <utility>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/base/angles.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/localize_camera.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/stop_request.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/config/camera_file.hpp"
 #include "waymark/jobs/localize_text.hpp"
+#include "waymark/live/camera_address.hpp"
+#include "waymark/live/localize_lines.hpp"
 #include "waymark/live/localize_robot.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
 namespace {
-
-/// A robot's file beside the map goes before that of the kind.
-Result<RobotSetup> setup_of(const LocalizeLiveFlags& flags, const LocalizeJob& job) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  const fs::path map = job.map;
-  const fs::path beside = (fs::is_directory(map, ignored) ? map : map.parent_path()) / "robot.yaml";
-  std::string file = flags.robot_file;
-  if (file.empty() && fs::exists(beside, ignored)) file = beside.string();
-  auto setup = load_kind(job.robot, {}, file, 1);
-  if (!setup || !*setup) return setup ? std::move(*setup) : tl::unexpected(Error{});
-  if (Status added = add_live_cameras(flags.camera_sources, **setup); !added)
-    return tl::unexpected(added.error());
-  only_listen(**setup);
-  return std::move(*setup);
-}
-
-std::string line_of(double since_s, const std::optional<LocalizationEstimate>& estimate) {
-  if (!estimate)
-    return fmt::format("{:8.1f} s: not known: no tags of the map were seen, or the robot is silent\n",
-                       since_s);
-  const SE2& pose = estimate->map_T_base;
-  return fmt::format(
-      "{:8.1f} s: x {:.3f} m, y {:.3f} m, heading {:.1f} deg, within {:.3f} m and {:.2f} deg{}\n", since_s,
-      pose.x(), pose.y(), to_degrees(pose.yaw()), estimate->position_sigma_m(),
-      to_degrees(std::sqrt(estimate->covariance(2, 2))), estimate->certain ? "" : ", a guess");
-}
-
-std::string json_of(SensorTime now, const std::optional<LocalizationEstimate>& estimate) {
-  nlohmann::ordered_json json{{"now_s", to_seconds(now.time_since_epoch())}, {"pose", nullptr}};
-  if (!estimate) return json_line(json);
-  const SE2& pose = estimate->map_T_base;
-  json["pose"] = {{"stamp_s", to_seconds(estimate->stamp.time_since_epoch())},
-                  {"x_m", pose.x()},
-                  {"y_m", pose.y()},
-                  {"yaw_rad", pose.yaw()},
-                  {"position_sigma_m", estimate->position_sigma_m()},
-                  {"yaw_sigma_rad", std::sqrt(estimate->covariance(2, 2))},
-                  {"certain", estimate->certain}};
-  return json_line(json);
-}
 
 ExitCode show(const LocalizeRobotReport& report, const LocalizeJob& job, bool json, Console& console) {
   console.print(json ? json_line(to_json(job, report.localized)) : to_text(report.localized));
@@ -78,7 +25,8 @@ ExitCode show(const LocalizeRobotReport& report, const LocalizeJob& job, bool js
 
 ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
                           Console& console) {
-  const Result<RobotSetup> setup = setup_of(flags, job);
+  const Result<RobotSetup> setup =
+      load_listening_robot(job.robot, flags.robot_file, job.map, flags.camera_sources);
   if (!setup) return fail_usage(setup.error(), console);
   const auto view = start_page(flags.view, *setup, console);
   if (!view) return fail_with(view.error(), console);
@@ -89,48 +37,77 @@ ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job
   if (flags.duration_s > 0) live.session.most_s = flags.duration_s;
   live.on_report = [&](SensorTime now, const std::optional<LocalizationEstimate>& estimate) {
     if (!first) first = now;
-    console.print(json ? json_of(now, estimate) : line_of(to_seconds(now - *first), estimate));
+    console.print(json ? estimate_json(now, estimate) : estimate_line(to_seconds(now - *first), estimate));
   };
   JobControl control = control_from(console);
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
-  const auto stop = hear_stop("localize " + job.robot, console);
+  const auto stop = listen_for_stop("localize " + job.robot, console);
   const Result<LocalizeRobotReport> report = localize_robot(*setup, live, control);
   if (!report) return fail_with(report.error(), console);
   return show(*report, job, json, console);
 }
 
+ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
+                           Console& console) {
+  if (flags.camera.empty())
+    return console.failed({.code = ErrorCode::InvalidArgument,
+                           .message = "the calibration of the camera is not known",
+                           .place = {.key = "--camera"},
+                           .hint = "`waymark calibrate camera` makes one."},
+                          ExitCode::Usage);
+  const Result<NamedCamera> calibration = read_camera(flags.camera);
+  if (!calibration) return fail_with(calibration.error(), console);
+  const auto camera = open_live_camera(job.logs.front());
+  if (!camera) return fail_with(camera.error(), console);
+  console.say((*camera)->description());
+  JobControl control = control_from(console);
+  control.cancelled = [&console] { return interrupted() || console.output_ended(); };
+  const auto view = start_page(flags.view, (*camera)->description(), console);
+  if (!view) return fail_with(view.error(), console);
+  std::optional<SensorTime> first;
+  SensorTime next{};
+  LocalizeCameraJob live{.localize = job,
+                         .camera = calibration->camera,
+                         .images = flags.images,
+                         .duration_s = flags.duration_s,
+                         .feed = *view ? &(*view)->feed() : nullptr};
+  live.on_moment = [&](const CameraMoment& moment) {
+    if (!first) first = next = moment.stamp;
+    if (moment.stamp < next) return;
+    next = moment.stamp + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(flags.every_s));
+    console.print(json ? moment_json(moment) : moment_line(to_seconds(moment.stamp - *first), moment));
+  };
+  const auto report = localize_camera(**camera, live, control);
+  if (!report) return fail_with(report.error(), console);
+  console.say(fmt::format("{} pictures in {:.1f} s, the place known in {}", report->end.pictures,
+                          report->end.seconds, report->known));
+  if (report->end.stopped && interrupted()) return ExitCode::Interrupted;
+  return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+}
+
 }  // namespace
 
 void LocalizeLiveFlags::add_to(CLI::App& app) {
-  app.add_option("--robot-file", robot_file,
-                 std::string("With --robot KIND:ADDRESS: body and camera of the robot: ") + kRobotNames +
-                     ". Unless given: robot.yaml beside the map, or as the kind says")
-      ->type_name("NAME");
-  app.add_option("--camera", camera,
-                 "Calibration of a live camera without a robot (ROS camera_info, kalibr YAML or JSON of "
-                 "PhotonVision)")
-      ->type_name("FILE");
-  app.add_option("--duration-s", duration_s,
-                 "With a robot or a live camera: end after so many seconds. Unless given: at Ctrl-C")
-      ->check(CLI::Range(0.01, 1e6))
-      ->type_name("NUMBER");
-  app.add_option("--every-s", every_s,
-                 "With a robot or a live camera: time between the lines that are printed")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 1e6))
-      ->type_name("NUMBER")
-      ->group(kMoreGroup);
-  app.add_option("--record-images", images,
-                 "With -o and a robot or a live camera: also record the pictures: jpeg, or raw, ten times as "
-                 "large")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("HOW")
-      ->group(kMoreGroup);
-  app.add_option("--camera-source", camera_sources,
-                 "Camera of this computer that gives the pictures of a robot which sends none: "
-                 "v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several")
-      ->type_name("ADDRESS")
-      ->group(kMoreGroup);
+  add_option(app, "--robot-file NAME", robot_file,
+             std::string("With --robot KIND:ADDRESS: body and camera of the robot: ") + kRobotNames +
+                 ". Unless given: robot.yaml beside the map, or as the kind says");
+  add_option(
+      app, "--camera FILE", camera,
+      "Calibration of a live camera without a robot (ROS camera_info, kalibr YAML or JSON of PhotonVision)");
+  add_option(app, "--duration-s NUMBER", duration_s,
+             "With a robot or a live camera: end after so many seconds. Unless given: at Ctrl-C",
+             between(0.01, 1e6));
+  add_option(app, "--every-s NUMBER", every_s,
+             "With a robot or a live camera: time between the lines that are printed", kShown,
+             between(0.01, 1e6), kMore);
+  add_option(
+      app, "--record-images HOW", images,
+      "With -o and a robot or a live camera: also record the pictures: jpeg, or raw, ten times as large",
+      one_of({"jpeg", "raw"}), kMore);
+  add_option(app, "--camera-source ADDRESS", camera_sources,
+             "Camera of this computer that gives the pictures of a robot which sends none: v4l2:/dev/video0, "
+             "or NAME=ADDRESS where the robot's file names several",
+             kMore);
   add_flags(app, view);
 }
 

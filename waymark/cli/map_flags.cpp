@@ -1,33 +1,20 @@
 #include "waymark/cli/map_flags.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
-#include <CLI/Validators.hpp>
 
-#include "waymark/base/angles.hpp"
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/frame_flags.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/world_file.hpp"
+#include "waymark/jobs/anchor_words.hpp"
 #include "waymark/jobs/map_steps.hpp"
 
 namespace waymark::cli {
 namespace {
-
-/// X Y Z [m] ROLL PITCH YAW [deg].
-Result<SE3> anchor_pose_of(const std::vector<double>& p) {
-  if (!std::ranges::all_of(p, [](double x) { return std::isfinite(x); }))
-    return fail(ErrorCode::InvalidArgument, "a number that is not finite", {.key = "--anchor-pose"});
-  constexpr double kFarthestMetres = 1e4;
-  if (std::ranges::any_of(p.begin(), p.begin() + 3, [](double x) { return std::abs(x) > kFarthestMetres; }))
-    return fail(ErrorCode::InvalidArgument, "the anchor stands more than 10 km from where the map begins",
-                {.key = "--anchor-pose"}, "X Y Z in metres, then roll, pitch and yaw in degrees.");
-  return SE3(SO3::from_rpy(to_radians(p[3]), to_radians(p[4]), to_radians(p[5])),
-             Eigen::Vector3d(p[0], p[1], p[2]));
-}
 
 constexpr const char* kNotOfScenes = "this has no effect on scenes that TagSLAM's files describe";
 constexpr const char* kNoTagslam = "Leave it out, or leave out --tagslam.";
@@ -102,17 +89,10 @@ Result<MapJob> MapArgs::make_job() const {
   if (!extend.empty() && (!anchor.empty() || !anchor_pose.empty()))
     return fail(ErrorCode::InvalidArgument, "the map that is extended says where its tags stand",
                 {.key = anchor.empty() ? "--anchor-pose" : "--anchor"}, "Leave it out.");
-  if (!anchor.empty()) made.overrides.anchor = anchor;
-  if (!anchor_pose.empty()) {
-    const Result<SE3> pose = anchor_pose_of(anchor_pose);
-    if (!pose) return tl::unexpected(pose.error());
-    made.overrides.map_T_anchor = *pose;
-  }
-  if (tag_size_m && !(*tag_size_m > 0 && *tag_size_m < 100))
-    return fail(ErrorCode::InvalidArgument, fmt::format("{} is not a size in metres", *tag_size_m),
-                {.key = "--tag-size-m"},
-                "Measure the side of the black square, for example --tag-size-m 0.16.");
-  made.overrides.tag_size_m = tag_size_m;
+  const auto overrides =
+      overrides_of({.anchor = anchor, .anchor_pose = anchor_pose, .tag_size_m = tag_size_m});
+  if (!overrides) return tl::unexpected(overrides.error());
+  made.overrides = *overrides;
   if (world.empty()) return made;
   const auto path = find_shared("worlds", world);
   if (!path) return tl::unexpected(path.error());
@@ -151,92 +131,62 @@ Result<MapSceneJob> MapArgs::make_scene_job() const {
 }
 
 void MapArgs::add_to(CLI::App& verb) {
-  verb.add_option("LAP", lap, "Recording of a taught lap, with --tagslam of tags and odometry; or a video")
-      ->type_name("");
-  verb.add_option("MORE", more,
-                  "Further files of the same lap: tables of odometry or of an IMU, parts of a bag")
-      ->type_name("");
-  verb.add_option("--robot", robot,
-                  "Camera and its mounting: a robot's file, or a name. Unless given: the recording's")
-      ->type_name("FILE");
+  add_option(verb, "LAP", lap, "Recording of a taught lap, with --tagslam of tags and odometry; or a video");
+  add_option(verb, "MORE", more,
+             "Further files of the same lap: tables of odometry or of an IMU, parts of a bag");
+  add_option(verb, "--robot FILE", robot,
+             "Camera and its mounting: a robot's file, or a name. Unless given: the recording's");
   add_frame_flags(verb, frames);
-  verb.add_option("-o,--output", folder, "Folder for the map, the route and the figures")
-      ->type_name("FOLDER");
-  verb.add_option("--method", method,
-                  "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag "
-                  "to tag, without optimisation)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  verb.add_option("--anchor", anchor,
-                  "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that "
-                  "of the recording")
-      ->type_name("TAG");
-  verb.add_option("--anchor-pose", anchor_pose,
-                  "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame "
-                  "(x right, y "
-                  "down, z into the tag). Unless given: that of the recording; for another anchor the map's "
-                  "origin is its centre, map z is up, map x goes into the tag")
-      ->expected(6)
-      ->type_name("X Y Z ROLL PITCH YAW");
-  verb.add_option("--tag-size-m", tag_size_m,
-                  "Side of the black square of the tags, in metres. Unless given: that of the recording")
-      ->type_name("NUMBER");
-  verb.add_option("--world", world, "Ground truth of the tags, where the recording does not hold it")
-      ->type_name("NAME");
-  verb.add_option("--prior", prior,
-                  "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which "
-                  "the new one is compared: tags swapped, moved or resized since are listed")
-      ->type_name("FILE");
-  verb.add_option(
-          "--extend", extend,
-          "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and "
-          "both are "
-          "adjusted together; what the lap did not see stays. The older one is kept")
-      ->type_name("MAP");
-  verb.add_option(
-          "--route-name", route_name,
-          "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
-          "map, which stay")
-      ->type_name("NAME");
-  verb.add_option("--freeze", freeze,
-                  "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3")
-      ->delimiter(',')
-      ->type_name("TAGS")
-      ->group(kMoreGroup);
-  verb.add_option("--remove", remove,
-                  "Tags that were removed, with --extend: deleted from the map and from the lap")
-      ->delimiter(',')
-      ->type_name("TAGS")
-      ->group(kMoreGroup);
-  verb.add_option("--map-sigma", map_sigma_m,
-                  "Standard deviation of the tags' positions, with --extend, of a map without covariances, "
-                  "such as one measured by hand [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-6, 10.0))
-      ->type_name("NUMBER")
-      ->group(kMoreGroup);
-  verb.add_option("--tagslam", tagslam,
-                  "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a "
-                  "config.json): cameras and "
-                  "bodies are as they say, no floor is needed")
-      ->type_name("FOLDER");
-  verb.add_option("--model", model,
-                  "Cost model with --tagslam: waymark, or tagslam (TagSLAM's noise of every observation and "
-                  "of the cameras' poses)")
-      ->capture_default_str()
-      ->type_name("NAME")
-      ->group(kMoreGroup);
-  verb.add_flag(
-          "--free-intrinsics", free_intrinsics,
-          "With --tagslam, cameras are adjusted too: focal lengths and principal point within 1 % (standard "
-          "deviation) of what is given, distortion k within 0.05 and p within 0.005")
-      ->group(kMoreGroup);
-  verb.add_option("--against", against,
-                  "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
-                  "frames and "
-                  "tags, and its cost is printed")
-      ->type_name("FOLDER")
-      ->group(kMoreGroup);
+  add_option(verb, "-o,--output FOLDER", folder, "Folder for the map, the route and the figures");
+  add_option(verb, "--method NAME", method,
+             "Mapping method: bundle (bundle adjustment of all observations and odometry) or chain (tag to "
+             "tag, without optimisation)",
+             kShown);
+  add_option(verb, "--anchor TAG", anchor,
+             "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that of "
+             "the recording");
+  add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
+             "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
+             "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
+             "map's origin is its centre, map z is up, map x goes into the tag")
+      ->expected(6);
+  add_option(verb, "--tag-size-m NUMBER", tag_size_m,
+             "Side of the black square of the tags, in metres. Unless given: that of the recording");
+  add_option(verb, "--world NAME", world, "Ground truth of the tags, where the recording does not hold it");
+  add_option(verb, "--prior FILE", prior,
+             "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which the "
+             "new one is compared: tags swapped, moved or resized since are listed");
+  add_option(verb, "--extend MAP", extend,
+             "A map (map.yaml, or its folder) that this lap is to improve: the lap is moved onto it, and "
+             "both are adjusted together; what the lap did not see stays. The older one is kept");
+  add_option(verb, "--route-name NAME", route_name,
+             "With --extend: the lap becomes the route of this name (route-NAME.yaml) beside those of the "
+             "map, which stay");
+  add_option(verb, "--freeze TAGS", freeze,
+             "With --extend: tags that stay exactly where the map has them, such as 3,7 or tag36h11:3",
+             kByCommas, kMore);
+  add_option(verb, "--remove TAGS", remove,
+             "Tags that were removed, with --extend: deleted from the map and from the lap", kByCommas,
+             kMore);
+  add_option(verb, "--map-sigma NUMBER", map_sigma_m,
+             "Standard deviation of the tags' positions, with --extend, of a map without covariances, such "
+             "as one measured by hand [m]",
+             kShown, between(1e-6, 10.0), kMore);
+  add_option(verb, "--tagslam FOLDER", tagslam,
+             "A folder with TagSLAM's tagslam.yaml, cameras.yaml and camera_poses.yaml (or a config.json): "
+             "cameras and bodies are as they say, no floor is needed");
+  add_option(verb, "--model NAME", model,
+             "Cost model with --tagslam: waymark, or tagslam (TagSLAM's noise of every observation and of "
+             "the cameras' poses)",
+             kShown, kMore);
+  add_flag(verb, "--free-intrinsics", free_intrinsics,
+           "With --tagslam, cameras are adjusted too: focal lengths and principal point within 1 % (standard "
+           "deviation) of what is given, distortion k within 0.05 and p within 0.005",
+           kMore);
+  add_option(verb, "--against FOLDER", against,
+             "With --tagslam, another solution (ref_static.csv, ref_trajectory.csv): both are about its "
+             "frames and tags, and its cost is printed",
+             kMore);
   verb.add_flag("--json", json, "One JSON object instead of words");
 }
 

@@ -3,11 +3,9 @@
 #include <array>
 #include <cstddef>
 
-#include <CLI/App.hpp>
-
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
-#include "waymark/cli/settings.hpp"
 
 namespace waymark::cli {
 
@@ -16,16 +14,12 @@ void add_flags(CLI::App& app, PageOptions& page, CLI::Option* view) {
   all[0] = app.add_option("--port", page.port, "Port of the page; where it is taken, any other. 0: any")
                ->check(CLI::Range(0, 65535))
                ->capture_default_str();
-  all[1] =
-      app.add_option(
-             "--listen", page.listen,
-             "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token")
-          ->capture_default_str()
-          ->type_name("ADDRESS");
-  all[2] = app.add_option("--token", page.token,
-                          "Token that grants control and remote viewing: 16 characters or more. Unless "
-                          "given: a random one")
-               ->type_name("WORD");
+  all[1] = add_option(
+      app, "--listen ADDRESS", page.listen,
+      "Address of this machine at which others reach the page, 0.0.0.0 for all; they need the token", kShown);
+  all[2] = add_option(
+      app, "--token WORD", page.token,
+      "Token that grants control and remote viewing: 16 characters or more. Unless given: a random one");
   all[3] = app.add_flag("--open", page.open, "Open the page in the browser");
   if (view == nullptr) return;
   for (CLI::Option* option : all) option->needs(view);
@@ -36,16 +30,12 @@ void add_flags(CLI::App& app, LiveFlags& flags) {
   CLI::Option* view =
       app.add_flag("--view", flags.view, "Show the robot in the browser while it runs, with buttons");
   add_flags(app, flags.page, view);
-  CLI::Option* ros2 =
-      app.add_flag("--publish-ros2", flags.ros2,
-                   "Publish pose, /tf, tags and path on the network of ROS 2, with services as buttons: "
-                   "docs/howto/ros2.md")
-          ->excludes(view)
-          ->group(kMoreGroup);
-  app.add_option("--ros-distro", flags.ros_distro, kRosDistroHelp)
-      ->needs(ros2)
-      ->type_name("NAME")
-      ->group(kMoreGroup);
+  CLI::Option* ros2 = add_flag(app, "--publish-ros2", flags.ros2,
+                               "Publish pose, /tf, tags and path on the network of ROS 2, with services as "
+                               "buttons: docs/howto/ros2.md",
+                               kMore)
+                          ->excludes(view);
+  add_option(app, "--ros-distro NAME", flags.ros_distro, kRosDistroHelp, kMore)->needs(ros2);
 }
 
 Result<std::unique_ptr<LivePage>> start_page(const LiveFlags& flags, const RobotSetup& setup,

@@ -1,24 +1,21 @@
 #include "waymark/cli/paper_flags.hpp"
 
 #include "waymark/cli/failure.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 
 namespace waymark::cli {
 
 PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
   CLI::App& app = verb;
-  app.add_option("-o,--output", output,
-                 "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)")
-      ->required()
-      ->type_name("FILE");
-  app.add_option("--family", family_, "Tag family")->capture_default_str()->type_name("NAME");
-  app.add_option("--paper", paper_, "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--orientation", orientation_,
-                 "Orientation of the page: auto (where more fits), portrait or landscape")
-      ->capture_default_str()
-      ->type_name("NAME");
+  add_option(app, "-o,--output FILE", output,
+             "File to write; .pdf, .svg or .png says its kind (pages of .svg and .png get numbers)",
+             kRequired);
+  add_option(app, "--family NAME", family_, "Tag family", kShown);
+  add_option(app, "--paper NAME", paper_, "A6 to A0, Letter, Legal, Tabloid, or WIDTHxHEIGHT in millimetres",
+             kShown);
+  add_option(app, "--orientation NAME", orientation_,
+             "Orientation of the page: auto (where more fits), portrait or landscape", kShown);
   app.add_option("--dpi", dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")
       ->capture_default_str();
   app.add_flag("--json", json, "One JSON object about what was written instead of words");

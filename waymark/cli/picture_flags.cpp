@@ -4,9 +4,7 @@
 #include <thread>
 #include <utility>
 
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-
+#include "waymark/cli/flags.hpp"
 #include "waymark/config/faults_file.hpp"
 
 namespace waymark::cli {
@@ -43,18 +41,14 @@ PictureFlags::PictureFlags(CLI::App& app, Settings& settings, Reach reach, bool 
     : app_(app),
       threads_(static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1U, 16U))),
       scene_(app, settings, reach) {
-  app.add_flag("--images", images_, "The camera takes pictures, and the detector looks at them");
+  app.add_flag("--images", images_, "Render camera pictures and detect tags in them");
   if (detects)
-    app.add_option(
-           "--threads", threads_,
-           "Number of threads that render pictures and detect tags; the result does not depend on it. "
-           "Unless given: one per core")
-        ->check(CLI::Range(1, 64))
-        ->type_name("INTEGER")
-        ->group(kMoreGroup);
-  app.add_option("--faults", faults_,
-                 "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)")
-      ->type_name("FILE");
+    add_option(app, "--threads INTEGER", threads_,
+               "Number of threads that render pictures and detect tags; the result does not depend on it. "
+               "Unless given: one per core",
+               between(1, 64), kMore);
+  add_option(app, "--faults FILE", faults_,
+             "Fault script: a .yaml file of faults and their times (docs/formats/faults.md)");
 }
 
 Status PictureFlags::check(const RobotSetup& setup) const {

@@ -2,18 +2,17 @@
 
 #include <utility>
 
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/options_flags.hpp"
 #include "waymark/config/camera_file.hpp"
 
 namespace waymark::cli {
 PoseFlags::PoseFlags(CLI::App& verb) : app_(verb) {
   CLI::App& app = verb;
-  app.add_option("--camera", camera_path_,
-                 "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of PhotonVision): gives "
-                 "the pose of each tag")
-      ->type_name("FILE");
-  app.add_option("--camera-name", camera_name_, "Name of the camera, when the file holds several")
-      ->type_name("NAME");
+  add_option(app, "--camera FILE", camera_path_,
+             "Calibration of the camera (ROS camera_info, kalibr YAML or JSON of PhotonVision): gives the "
+             "pose of each tag");
+  add_option(app, "--camera-name NAME", camera_name_, "Name of the camera, when the file holds several");
   app.add_option("--tag-size-m", sizes_,
                  "Side of the square where black border meets white [m]; ID=SIZE for a tag of another size "
                  "(repeatable)")

@@ -5,10 +5,9 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 
 #include "waymark/cli/file_names.hpp"
+#include "waymark/cli/flags.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -58,45 +57,32 @@ Result<ReplayJob> ReplayArgs::job_of(ReplayJob calibrated) const {
 }
 
 void ReplayArgs::add_to(CLI::App& verb) {
-  verb.add_option("MAP", folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  verb.add_option("--method", method,
-                  "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
-                  "filter) or anchor (nearest tag and odometry)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  verb.add_option("--controller", controller,
-                  "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) "
-                  "or pose (goal to goal)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  verb.add_option(
-          "--route", job.route,
-          "Name of the route to drive, of another lap (`waymark map --route-name`) or optimised (`waymark "
-          "optimize`, which is judged by itself); `waymark routes` lists them. Unless given: the taught "
-          "route")
-      ->type_name("NAME");
-  verb.add_option("--calibration", calibration,
-                  "Calibration of this robot (calibration.yaml); its yaw gain is the initial value that the "
-                  "follower learns from")
-      ->type_name("FILE");
-  verb.add_option("--laps", job.replay.laps, "Number of laps of a closed route")
-      ->capture_default_str()
-      ->type_name("NUMBER");
-  verb.add_option("-o,--output", job.output, "Recording to write of the replay (.mcap)")
-      ->transform(recording_name())
-      ->type_name("FILE");
-  verb.add_option(
-          "--record-images", job.images,
-          "With -o: also record the pictures (with --images, or of a robot that sends them): jpeg, or "
-          "raw, ten times as large")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("HOW")
-      ->group(kMoreGroup);
-  verb.add_flag("--durable", job.durable, kDurableHelp)->group(kMoreGroup);
-  verb.add_option("--taught", job.taught,
-                  "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder")
-      ->type_name("FILE")
-      ->group(kMoreGroup);
+  add_option(verb, "MAP", folder, "Folder that `waymark map` wrote", kRequired);
+  add_option(verb, "--method NAME", method,
+             "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
+             "filter) or anchor (nearest tag and odometry)",
+             kShown);
+  add_option(verb, "--controller NAME", controller,
+             "Controller: follower (curvature feed-forward and error feedback), pursuit (pure pursuit) or "
+             "pose (goal to goal)",
+             kShown);
+  add_option(
+      verb, "--route NAME", job.route,
+      "Name of the route to drive, of another lap (`waymark map --route-name`) or optimised (`waymark "
+      "optimize`, which is judged by itself); `waymark routes` lists them. Unless given: the taught route");
+  add_option(verb, "--calibration FILE", calibration,
+             "Calibration of this robot (calibration.yaml); its yaw gain is the initial value that the "
+             "follower learns from");
+  add_option(verb, "--laps NUMBER", job.replay.laps, "Number of laps of a closed route", kShown);
+  add_option(verb, "-o,--output FILE", job.output, "Recording to write of the replay (.mcap)")
+      ->transform(recording_name());
+  add_option(verb, "--record-images HOW", job.images,
+             "With -o: also record the pictures (with --images, or of a robot that sends them): jpeg, or "
+             "raw, ten times as large",
+             one_of({"jpeg", "raw"}), kMore);
+  add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
+  add_option(verb, "--taught FILE", job.taught,
+             "Recording of the lap to judge by. Unless given: truth_trajectory.txt of the folder", kMore);
   verb.add_flag("--json", json, "One JSON object instead of words");
 }
 

@@ -19,6 +19,7 @@ struct ReplayArgs {
         pictures(verb, settings, Reach::SettingsOnly),
         options(verb, settings, Reach::Flags) {
     add_flags(verb, live);
+    add_to(verb);
   }
 
   const CLI::App& app;

@@ -1,22 +1,18 @@
 #include "waymark/cli/ros2_flags.hpp"
 
-#include <CLI/App.hpp>
-
-#include "waymark/cli/settings.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/dds/ros_graph.hpp"
 
 namespace waymark::cli {
 
 Ros2Flags::Ros2Flags(CLI::App& app) {
-  app.add_option("--domain", domain, "Domain of ROS 2; unless given: ROS_DOMAIN_ID, or 0")
-      ->check(CLI::Range(0, 232))
-      ->type_name("INTEGER");
+  add_option(app, "--domain INTEGER", domain, "Domain of ROS 2; unless given: ROS_DOMAIN_ID, or 0",
+             between(0, 232));
   app.add_flag("--localhost", localhost, "Only this machine, as ROS_LOCALHOST_ONLY=1");
-  app.add_option("--interface", interface, "IPv4 address of the only network interface to use")
-      ->check(CLI::ValidIPV4)
-      ->type_name("ADDRESS");
-  app.add_option("--ros-distro", distro, kRosDistroHelp)->type_name("NAME")->group(kMoreGroup);
+  add_option(app, "--interface ADDRESS", interface, "IPv4 address of the only network interface to use")
+      ->check(CLI::ValidIPV4);
+  add_option(app, "--ros-distro NAME", distro, kRosDistroHelp, kMore);
 }
 
 Result<BusOptions> Ros2Flags::options(const std::string& node) const {

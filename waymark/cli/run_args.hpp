@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "waymark/cli/lone_anchor_flags.hpp"
 #include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
@@ -20,6 +19,7 @@ struct RunArgs {
         scene(verb, settings, Reach::SettingsOnly),
         options(verb, settings, Reach::SettingsOnly) {
     add_flags(verb, live);
+    add_to(verb);
   }
 
   const CLI::App& app;
@@ -29,7 +29,7 @@ struct RunArgs {
   ReplayFlags options;
   LiveFlags live{};
   CLI::Option* driver = nullptr;
-  LoneAnchorFlags anchor;
+  LoneAnchor anchor;
   SessionJob job{};
   std::string folder;
   std::string calibration;

@@ -3,12 +3,10 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/settings.hpp"
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
@@ -34,33 +32,34 @@ std::string robot_help(bool processes) {
 
 }  // namespace
 
+void add_flags(CLI::App& app, LoneAnchor& flags) {
+  add_option(app, "--anchor TAG", flags.anchor,
+             "Anchor tag of the map with --robot process, for example tag36h11:0, or its id; it must be in "
+             "view where the lap begins and ends");
+  add_option(app, "--tag-size-m FLOAT", flags.tag_size_m,
+             "With --robot process: side of the tags' black squares", between(0.001, 10.0));
+}
+
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
-  app.add_option("--robot", robot_, robot_help(processes))->capture_default_str()->type_name("NAME");
-  CLI::Option* world_flag = app.add_option("--world", world_,
-                                           "World of the simulated robot: circuit24, limo-walls, "
-                                           "academy-house, mbot-square, or the path of a .yaml file")
-                                ->type_name("NAME");
+  add_option(app, "--robot NAME", robot_, robot_help(processes), kShown);
+  CLI::Option* world_flag = add_option(app, "--world NAME", world_,
+                                       "World of the simulated robot: circuit24, limo-walls, academy-house, "
+                                       "mbot-square, or the path of a .yaml file");
   if (world.empty() && !processes) world_flag->required();
   if (!world.empty()) world_flag->capture_default_str();
-  app.add_option(
-         "--robot-file", robot_file_,
-         fmt::format("Body, camera and behaviour of the robot: {}. Unless given: {}the robot that the "
-                     "world names, or limo",
-                     kRobotNames, robot_file_default))
-      ->type_name("NAME");
+  add_option(app, "--robot-file NAME", robot_file_,
+             fmt::format("Body, camera and behaviour of the robot: {}. Unless given: {}the robot that the "
+                         "world names, or limo",
+                         kRobotNames, robot_file_default));
   if (processes)
-    app.add_option(
-           "--camera-source", live_cameras_,
-           "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
-           "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several")
-        ->type_name("ADDRESS")
-        ->group(kMoreGroup);
-  app.add_option("--seed", seed_, "Seed of all noise: the same seed gives the same bytes")
-      ->capture_default_str()
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"))
-      ->type_name("INTEGER");
+    add_option(app, "--camera-source ADDRESS", live_cameras_,
+               "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
+               "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several",
+               kMore);
+  add_option(app, "--seed INTEGER", seed_, "Seed of all noise: the same seed gives the same bytes", kShown)
+      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
 
 Status SetupFlags::refuse_seed() const {
@@ -72,22 +71,6 @@ std::vector<std::string> SetupFlags::as_words() const {
   std::vector<std::string> words = {"--world", world_, "--seed", std::to_string(seed_)};
   if (!robot_file_.empty()) words.insert(words.end(), {"--robot-file", robot_file_});
   return words;
-}
-
-Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup) {
-  const std::vector<MountedCamera> cameras = setup.simulated.cameras();
-  for (const std::string& word : words) {
-    auto camera = parse_camera_address(word, cameras.front().name);
-    if (!camera) {
-      camera.error().place.key = "--camera-source";
-      return tl::unexpected(camera.error());
-    }
-    if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
-      return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
-                  {.key = "--camera-source"}, "Name one of the cameras of its file.");
-    setup.live_cameras.push_back(std::move(*camera));
-  }
-  return {};
 }
 
 Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {

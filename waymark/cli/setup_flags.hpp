@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "waymark/live/robot_setup.hpp"
+#include "waymark/live/start_recording.hpp"
 
 namespace CLI {
 class App;
@@ -23,8 +24,8 @@ inline constexpr const char* kWorldNames =
 /// What a robot's file may be called on the command line.
 inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, or the path of a .yaml file";
 
-/// Takes the cameras of --camera-source, as they were given, into the setup of a robot that is a process.
-[[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
+/// --anchor and --tag-size-m.
+void add_flags(CLI::App& app, LoneAnchor& anchor);
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.

@@ -3,9 +3,10 @@
 #include <cstdio>
 
 #include <unistd.h>
-#include <CLI/App.hpp>
 
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/config/share.hpp"
 
 namespace waymark::cli {
 
@@ -25,9 +26,20 @@ void add_listen_flag(CLI::App& app, bool& listen_only) {
   app.add_flag("--listen-only", listen_only, "Send the robot nothing: somebody else drives it");
 }
 
-void add_share_commands_flag(CLI::App& app, bool& shares) {
-  app.add_flag("--share-commands", shares,
+void NetworkRobotFlags::add_to(CLI::App& app, const std::string& robot_file_help) {
+  add_option(app, "--robot-file NAME", robot_file, robot_file_help);
+  add_sharing(app);
+}
+
+void NetworkRobotFlags::add_sharing(CLI::App& app) {
+  app.add_flag("--share-commands", share_commands,
                "Drive although another program commands the robot, which then obeys both in turn");
+  add_listen_flag(app, listen_only);
+}
+
+Result<RobotDescription> NetworkRobotFlags::robot(const std::string& usual) const {
+  const auto path = find_shared("robots", robot_file.empty() ? usual : robot_file);
+  return path ? read_robot(*path) : tl::unexpected(path.error());
 }
 
 }  // namespace waymark::cli

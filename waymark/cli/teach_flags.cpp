@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/cli/file_names.hpp"
+#include "waymark/cli/flags.hpp"
+#include "waymark/live/start_recording.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -30,11 +30,11 @@ Status check_speeds(const TeachArgs& args, const RobotSetup& setup) {
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} drives at most {:g} m/s", setup.simulated.model.name, most),
                 {.key = "--speed-m-s"},
-                "Ask for less, or change limits: speed_m_s in a robot's file of your own.");
+                "Give a lower speed, or change limits: speed_m_s in a robot's file of your own.");
   if (args.job.second_speed_m_s > most)
     return fail(ErrorCode::InvalidArgument,
                 fmt::format("{} drives at most {:g} m/s", setup.simulated.model.name, most),
-                {.key = "--second-speed-m-s"}, "Ask for less.");
+                {.key = "--second-speed-m-s"}, "Give a lower speed.");
   if (args.job.second_speed_m_s > 0 && (args.job.driver != "scripted" || !setup.process.empty()))
     return fail(ErrorCode::InvalidArgument,
                 "only the scripted driver of a simulated robot changes its speed by itself",
@@ -55,7 +55,7 @@ Result<RobotSetup> TeachArgs::make_setup() const {
   if (Status known = check_driver(job); !known) return tl::unexpected(known.error());
   Result<RobotSetup> made = setup.make();
   Status status = made ? pictures.apply(*made) : Status();
-  if (made && status) status = check_live_setup(*made, anchor);
+  if (made && status) status = place_lone_anchor(*made, anchor);
   if (!status) return tl::unexpected(status.error());
   return made;
 }
@@ -75,51 +75,33 @@ Status TeachArgs::check(const RobotSetup& on) const {
 }
 
 void TeachArgs::add_to(CLI::App& verb) {
-  verb.add_option("-o,--output", job.output, "Recording to write (.mcap); never written over another")
-      ->required()
-      ->transform(recording_name())
-      ->type_name("FILE");
-  verb.add_option("--driver", job.driver,
-                  "Driver: scripted (follows the line of the world), keyboard or gamepad")
-      ->capture_default_str()
-      ->type_name("NAME");
-  speed = verb.add_option("--speed-m-s", job.speed_m_s,
-                          "Cruising speed of the driver. Unless given: limited by the robot's maximum")
-              ->capture_default_str()
-              ->check(CLI::Range(0.01, 5.0))
-              ->type_name("FLOAT");
-  verb.add_option("--second-speed-m-s", job.second_speed_m_s,
-                  "Second cruising speed, used alternately with the first every three metres: for `waymark "
-                  "calibrate robot`")
-      ->check(CLI::Range(0.01, 5.0))
-      ->type_name("FLOAT")
-      ->group(kMoreGroup);
+  add_option(verb, "-o,--output FILE", job.output, "Recording to write (.mcap); never written over another",
+             kRequired)
+      ->transform(recording_name());
+  add_option(verb, "--driver NAME", job.driver,
+             "Driver: scripted (follows the line of the world), keyboard or gamepad", kShown);
+  speed = add_option(verb, "--speed-m-s FLOAT", job.speed_m_s,
+                     "Cruising speed of the driver. Unless given: limited by the robot's maximum", kShown,
+                     between(0.01, 5.0));
+  add_option(verb, "--second-speed-m-s FLOAT", job.second_speed_m_s,
+             "Second cruising speed, used alternately with the first every three metres: for `waymark "
+             "calibrate robot`",
+             between(0.01, 5.0), kMore);
   const char* scripted = "Driver scripted";
-  verb.add_option("--wander-m", job.wander_m, "Standard deviation of the lateral deviation from the line")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  verb.add_option("--wander-time-s", job.wander_time_s,
-                  "Correlation time of the lateral deviation; short makes the path wind")
-      ->capture_default_str()
-      ->check(CLI::Range(0.1, 60.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  verb.add_option("--overlap-m", job.overlap_m, "Distance driven past the start of a closed lap")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1000.0))
-      ->type_name("FLOAT")
-      ->group(scripted);
-  verb.add_option(
-          "--record-images", job.images,
-          "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
-          "times as large")
-      ->check(CLI::IsMember({"jpeg", "raw"}))
-      ->type_name("HOW")
-      ->group(kMoreGroup);
+  add_option(verb, "--wander-m FLOAT", job.wander_m,
+             "Standard deviation of the lateral deviation from the line", kShown, between(0.0, 1.0),
+             in_group(scripted));
+  add_option(verb, "--wander-time-s FLOAT", job.wander_time_s,
+             "Correlation time of the lateral deviation; short makes the path wind", kShown,
+             between(0.1, 60.0), in_group(scripted));
+  add_option(verb, "--overlap-m FLOAT", job.overlap_m, "Distance driven past the start of a closed lap",
+             kShown, between(0.0, 1000.0), in_group(scripted));
+  add_option(verb, "--record-images HOW", job.images,
+             "Also record the pictures (with --images, or of a robot that sends them): jpeg, or raw, ten "
+             "times as large",
+             one_of({"jpeg", "raw"}), kMore);
   add_flags(verb, anchor);
-  verb.add_flag("--durable", job.durable, kDurableHelp)->group(kMoreGroup);
+  add_flag(verb, "--durable", job.durable, kDurableHelp, kMore);
   verb.add_flag("--json", json, "One JSON object instead of words");
 }
 

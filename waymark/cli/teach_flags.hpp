@@ -1,6 +1,5 @@
 #pragma once
 
-#include "waymark/cli/lone_anchor_flags.hpp"
 #include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
@@ -14,6 +13,7 @@ struct TeachArgs {
   explicit TeachArgs(CLI::App& verb)
       : app(verb), settings(verb), setup(verb, {}, true), pictures(verb, settings, Reach::SettingsOnly) {
     add_flags(verb, live);
+    add_to(verb);
   }
 
   const CLI::App& app;
@@ -22,7 +22,7 @@ struct TeachArgs {
   PictureFlags pictures;
   TeachJob job{};
   const CLI::Option* speed = nullptr;
-  LoneAnchorFlags anchor{};
+  LoneAnchor anchor{};
   LiveFlags live{};
   bool json = false;
 

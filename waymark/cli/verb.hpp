@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,19 @@ struct Verb {
   std::function<Run(CLI::App&)> prepare = {};  ///< adds the flags; called once, before parsing
   std::vector<Verb> verbs = {};
 };
+
+/// The `prepare` of a verb whose flags are members of Args: its constructor adds them to the verb.
+template <class Args>
+[[nodiscard]] std::function<Run(CLI::App&)> prepared(ExitCode (*run)(const Args&, Console&)) {
+  return [run](CLI::App& app) -> Run {
+    const auto args = std::make_shared<Args>(app);
+    return [args, run](Console& console) { return run(*args, console); };
+  };
+}
+/// The same of a verb without flags.
+[[nodiscard]] inline std::function<Run(CLI::App&)> prepared(ExitCode (*run)(Console&)) {
+  return [run](CLI::App&) -> Run { return run; };
+}
 
 // One line a verb; main.cpp lists them.
 [[nodiscard]] Verb detect_verb();

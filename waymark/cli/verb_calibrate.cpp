@@ -9,7 +9,6 @@ Verb calibrate_verb() {
   waymark calibrate camera 'board/*.png' --cols 6 --rows 5 --tag-size-m 0.025 -o calibration.yaml
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
 )",
-          .prepare = {},
           .verbs = {calibrate_camera_verb(), calibrate_robot_verb()}};
 }
 

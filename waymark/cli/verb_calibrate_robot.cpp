@@ -1,27 +1,42 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
 #include "waymark/cli/file_names.hpp"
 #include "waymark/cli/frame_flags.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/calibrate_robot_text.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct CalibrateRobotArgs {
   explicit CalibrateRobotArgs(CLI::App& verb)
-      : app(verb), settings(verb), filter(verb, settings, "filter", "Filter") {}
+      : app(verb), settings(verb), filter(verb, settings, "filter", "Filter") {
+    add_option(verb, "LOG", job.drive.logs, "Recordings of one drive past tags", kRequired);
+    add_option(verb, "--map FILE", job.drive.map,
+               "Map of the tags, as for `waymark localize`. Unless given: the tags are mapped together with "
+               "the calibration");
+    add_option(verb, "--by HOW", by,
+               "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
+               "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: lap "
+               "where there are corners of tags and odometry, and no map or one of Waymark",
+               one_of({"lap", "innovations"}));
+    add_frame_flags(verb, job.drive.frames);
+    add_option(verb, "--robot FILE", job.drive.robot,
+               "Camera and its mounting, as far as known: a robot's file, or a name");
+    add_option(verb, "--calibration FILE", job.drive.calibration,
+               "Calibration known beforehand (calibration.yaml), such as the camera's");
+    add_option(verb, "--tag-size-m NUMBER", job.drive.tag_size_m, "Tag size where the map has none");
+    add_option(verb, "--map-sigma NUMBER", job.drive.map_sigma_m,
+               "Standard deviation of the tags' positions, by lap, of a map without covariances, such as one "
+               "measured by hand [m]",
+               kShown, between(1e-6, 10.0));
+    add_option(verb, "--sensor-pose NUMBER", job.drive.sensor_pose,
+               "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
+        ->expected(3);
+    add_option(verb, "--from S", job.from_s, "Begin of the used interval, in seconds from the start");
+    add_option(verb, "--to S", job.to_s, "End of the used interval, in seconds from the start");
+    add_option(verb, "-o,--output FILE", job.drive.output, "Calibration to write (calibration.yaml)")
+        ->check(yaml_name());
+    verb.add_flag("--json", json, "One JSON object instead of a table");
+  }
 
   const CLI::App& app;
   Settings settings;
@@ -65,49 +80,6 @@ ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare_calibrate_robot(CLI::App& app) {
-  const auto args = std::make_shared<CalibrateRobotArgs>(app);
-  LocalizeJob& job = args->job.drive;
-  app.add_option("LOG", job.logs, "Recordings of one drive past tags")->required()->type_name("");
-  app.add_option("--map", job.map,
-                 "Map of the tags, as for `waymark localize`. Unless given: the tags are mapped together "
-                 "with the calibration")
-      ->type_name("FILE");
-  app.add_option("--by", args->by,
-                 "Calibration method: lap (bundle adjustment of tags, trajectory and calibration, with the "
-                 "map's covariance) or innovations (likelihood of the filter's innovations). Unless given: "
-                 "lap where there are corners of tags and odometry, and no map or one of Waymark")
-      ->check(CLI::IsMember({"lap", "innovations"}))
-      ->type_name("HOW");
-  add_frame_flags(app, job.frames);
-  app.add_option("--robot", job.robot, "Camera and its mounting, as far as known: a robot's file, or a name")
-      ->type_name("FILE");
-  app.add_option("--calibration", job.calibration,
-                 "Calibration known beforehand (calibration.yaml), such as the camera's")
-      ->type_name("FILE");
-  app.add_option("--tag-size-m", job.tag_size_m, "Tag size where the map has none")->type_name("NUMBER");
-  app.add_option(
-         "--map-sigma", job.map_sigma_m,
-         "Standard deviation of the tags' positions, by lap, of a map without covariances, such as one "
-         "measured by hand [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(1e-6, 10.0))
-      ->type_name("NUMBER");
-  app.add_option("--sensor-pose", job.sensor_pose,
-                 "Mounting of the range sensor on the robot: x y [m], yaw [deg]")
-      ->expected(3)
-      ->type_name("NUMBER");
-  app.add_option("--from", args->job.from_s, "Begin of the used interval, in seconds from the start")
-      ->type_name("S");
-  app.add_option("--to", args->job.to_s, "End of the used interval, in seconds from the start")
-      ->type_name("S");
-  app.add_option("-o,--output", job.output, "Calibration to write (calibration.yaml)")
-      ->check(yaml_name())
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of a table");
-  return [args](Console& console) { return calibrate(*args, console); };
-}
-
 }  // namespace
 
 Verb calibrate_robot_verb() {
@@ -129,8 +101,7 @@ Examples:
   waymark calibrate robot lap.mcap --map map/map.yaml -o calibration.yaml
   waymark localize lap.mcap --map map/map.yaml --calibration calibration.yaml
 )",
-      .prepare = prepare_calibrate_robot,
-      .verbs = {}};
+      .prepare = prepared(calibrate)};
 }
 
 }  // namespace waymark::cli

@@ -1,18 +1,17 @@
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/cameras_text.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
+#include "waymark/live/cameras_text.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct CamerasArgs {
+  explicit CamerasArgs(CLI::App& app) {
+    add_option(app, "DEVICE", device, "Only this device, for example /dev/video0");
+    app.add_flag("--controls", controls,
+                 "List all controls, not only exposure, gain, focus and white balance");
+    app.add_flag("--json", json, "One JSON object instead of a list, with all controls");
+  }
+
   std::string device;
   bool controls = false;
   bool json = false;
@@ -27,21 +26,12 @@ ExitCode list(const CamerasArgs& args, Console& console) {
     if (!one) return console.failed(one.error(), ExitCode::SomeFailed);
     devices.push_back(std::move(*one));
   }
-  if (args.json) console.print(json_line(cli::to_json(devices)));
+  if (args.json) console.print(json_line(to_json(devices)));
   if (devices.empty())
     console.say("this computer has no camera: none of /dev/video* delivers pictures");
   else if (!args.json)
-    console.print(cli::to_text(devices, args.controls));
+    console.print(to_text(devices, args.controls));
   return ExitCode::Ok;
-}
-
-Run prepare_cameras(CLI::App& app) {
-  const auto args = std::make_shared<CamerasArgs>();
-  app.add_option("DEVICE", args->device, "Only this device, for example /dev/video0")->type_name("");
-  app.add_flag("--controls", args->controls,
-               "List all controls, not only exposure, gain, focus and white balance");
-  app.add_flag("--json", args->json, "One JSON object instead of a list, with all controls");
-  return [args](Console& console) { return list(*args, console); };
 }
 
 }  // namespace
@@ -63,8 +53,7 @@ Examples:
   waymark cameras
   waymark cameras /dev/video0 --controls
 )",
-      .prepare = prepare_cameras,
-      .verbs = {}};
+      .prepare = prepared(list)};
 }
 
 }  // namespace waymark::cli

@@ -1,22 +1,11 @@
 #include <cctype>
-#include <memory>
-#include <string>
 
 #include <poll.h>
 #include <unistd.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
 
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/stop_request.hpp"
-#include "waymark/cli/verb.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/commission.hpp"
 #include "waymark/live/own_robot.hpp"
 
@@ -24,7 +13,19 @@ namespace waymark::cli {
 namespace {
 
 struct CommissionArgs {
-  explicit CommissionArgs(CLI::App& verb) : app(verb), setup(verb, {}, true) {}
+  explicit CommissionArgs(CLI::App& verb) : app(verb), setup(verb, {}, true) {
+    add_option(verb, "-o,--output FILE", job.output,
+               "Robot's file to write the result into. Unless given: that of --robot-file; of a "
+               "robot that comes with this program, a file of its name in the current folder");
+    verb.add_flag(
+        "--yes", yes,
+        "Do not ask: the robot stands where it may drive, and checks that need a person are left out");
+    verb.add_flag("--skip-lifted", job.skip_lifted, "Leave out the drive with lifted wheels");
+    add_option(verb, "--tag-size-m FLOAT", job.tag_size_m,
+               "Side of the black squares of the tags that are in view, which measure the drive as well",
+               between(0.001, 10.0));
+    verb.add_flag("--json", json, "One JSON object instead of lines");
+  }
 
   const CLI::App& app;
   SetupFlags setup;
@@ -72,14 +73,14 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
   if (setup && setup->process.empty()) {
     setup->ground.robot = "sim";
-    Status started = refuse_flag(args.app, "--yes", "a simulated robot asks nobody", "Leave it out.");
+    Status started = refuse_flag(args.app, "--yes", "a simulated robot needs no answers", "Leave it out.");
     if (started) started = become_the_robot(*setup, args.setup.as_words(), {.lockstep = true});
     if (!started) setup = tl::unexpected(started.error());
   }
   if (setup && setup->ground.robot != "sim")
     if (Status seed = args.setup.refuse_seed(); !seed) setup = tl::unexpected(seed.error());
   if (!setup) return fail_usage(setup.error(), console);
-  const auto stop = hear_stop("first drive of " + setup->simulated.model.name, console);
+  const auto stop = listen_for_stop("first drive of " + setup->simulated.model.name, console);
   const bool simulated = setup->ground.robot == "sim";
   const auto report =
       commission(*setup, args.job, args.yes || simulated ? CommissionPerson{} : person_at(console),
@@ -88,24 +89,6 @@ ExitCode commission_robot(const CommissionArgs& args, Console& console) {
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   if (report->interrupted) return ExitCode::Interrupted;
   return report->passed ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
-Run prepare_commission(CLI::App& app) {
-  const auto args = std::make_shared<CommissionArgs>(app);
-  app.add_option(
-         "-o,--output", args->job.output,
-         "Robot's file to write the result into. Unless given: that of --robot-file; of a robot that comes "
-         "with this program, a file of its name in the current folder")
-      ->type_name("FILE");
-  app.add_flag("--yes", args->yes,
-               "Ask nobody: the robot is where it may drive, and what needs a person is left out");
-  app.add_flag("--skip-lifted", args->job.skip_lifted, "Leave out the drive with lifted wheels");
-  app.add_option("--tag-size-m", args->job.tag_size_m,
-                 "Side of the black squares of the tags that are in view, which measure the drive as well")
-      ->check(CLI::Range(0.001, 10.0))
-      ->type_name("FLOAT");
-  app.add_flag("--json", args->json, "One JSON object instead of lines");
-  return [args](Console& console) { return commission_robot(*args, console); };
 }
 
 }  // namespace
@@ -132,8 +115,7 @@ Examples:
   waymark commission --robot ros2:limo --skip-lifted
   waymark commission --world circuit24
 )",
-      .prepare = prepare_commission,
-      .verbs = {}};
+      .prepare = prepared(commission_robot)};
 }
 
 }  // namespace waymark::cli

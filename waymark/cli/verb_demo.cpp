@@ -1,24 +1,12 @@
 #include <algorithm>
-#include <memory>
 #include <optional>
-#include <string>
 #include <thread>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/page_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/replay_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/stop_request.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/own_robot.hpp"
 #include "waymark/live/run_demo.hpp"
 #include "waymark/live/run_session.hpp"
@@ -33,6 +21,13 @@ struct DemoArgs {
         scene(app, settings, Reach::SettingsOnly),
         options(app, settings, Reach::SettingsOnly) {
     add_flags(app, live);
+    add_option(app, "-o,--output FOLDER", job.folder, "Folder for recordings, map and figures", kShown);
+    add_option(app, "--laps NUMBER", job.replay.replay.laps, "Number of laps of the replay", kShown,
+               between(0.01, 1000.0));
+    app.add_flag("--images", job.images,
+                 "Render camera pictures, detect tags in them, and record them as JPEG");
+    add_flag(app, "--durable", job.replay.durable, kDurableHelp, kMore);
+    app.add_flag("--json", json, "One JSON object (teach, map, replay, figures) instead of a table");
   }
 
   Settings settings;
@@ -56,7 +51,7 @@ ExitCode watched_demo(const DemoArgs& args, const DemoJob& demo, RobotSetup& set
   if (!view) return fail_with(view.error(), console);
   const SessionJob job{
       .folder = demo.folder, .driver = "scripted", .replay = demo.replay, .feed = &(*view)->feed()};
-  const auto stop = hear_stop("demo into " + demo.folder, console);
+  const auto stop = listen_for_stop("demo into " + demo.folder, console);
   const Result<SessionReport> report = run_session(setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   if (args.json) console.print(json_line(to_json(*report)));
@@ -95,22 +90,6 @@ ExitCode demo(const DemoArgs& args, Console& console) {
   return succeeded(report->replay) ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare_demo(CLI::App& app) {
-  const auto args = std::make_shared<DemoArgs>(app);
-  app.add_option("-o,--output", args->job.folder, "Folder for recordings, map and figures")
-      ->capture_default_str()
-      ->type_name("FOLDER");
-  app.add_option("--laps", args->job.replay.replay.laps, "Number of laps of the replay")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 1000.0))
-      ->type_name("NUMBER");
-  app.add_flag("--images", args->job.images,
-               "Render camera pictures, detect tags in them, and record them as JPEG");
-  app.add_flag("--durable", args->job.replay.durable, kDurableHelp)->group(kMoreGroup);
-  app.add_flag("--json", args->json, "One JSON object (teach, map, replay, figures) instead of a table");
-  return [args](Console& console) { return demo(*args, console); };
-}
-
 }  // namespace
 
 Verb demo_verb() {
@@ -134,8 +113,7 @@ Examples:
   waymark demo --laps 3 --world limo-walls -o out
   waymark demo --view --images --open
 )",
-      .prepare = prepare_demo,
-      .verbs = {}};
+      .prepare = prepared(demo)};
 }
 
 }  // namespace waymark::cli

@@ -1,20 +1,11 @@
-#include <memory>
-#include <string>
 #include <utility>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
 #include "waymark/cli/camera_detect.hpp"
-#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
-#include "waymark/cli/verb.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
 #include "waymark/jobs/detections_text.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -24,6 +15,19 @@ struct DetectArgs {
       : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {
     add_flags(verb, page,
               verb.add_flag("--view", view, "Show a live camera in the browser, with its controls"));
+    add_option(verb, "SOURCE", job.sources,
+               "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
+               "patterns such as 'lap/*.png', or a live camera such as v4l2:/dev/video0",
+               kRequired);
+    verb.add_flag("--recursive", job.recursive, "Search folders for pictures recursively");
+    verb.add_flag("--json", json, "One JSON object a line for each picture instead of tables");
+    verb.add_flag("--covariance", covariance,
+                  "With --json: the 8 x 8 covariance of the corners of each tag as well");
+    add_option(verb, "--annotate PATH", job.annotate_folder,
+               "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name "
+               "that ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner");
+    add_option(verb, "--duration-s FLOAT", duration_s, "Time after which a live camera is closed; 0: never",
+               between(0.0, 1e7));
   }
 
   const CLI::App& app;
@@ -85,27 +89,6 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
-Run prepare_detect(CLI::App& app) {
-  const auto args = std::make_shared<DetectArgs>(app);
-  app.add_option("SOURCE", args->job.sources,
-                 "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
-                 "patterns such as 'lap/*.png', or a live camera such as v4l2:/dev/video0")
-      ->required()
-      ->type_name("");
-  app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
-  app.add_flag("--json", args->json, "One JSON object a line for each picture instead of tables");
-  app.add_flag("--covariance", args->covariance,
-               "With --json: the 8 x 8 covariance of the corners of each tag as well");
-  app.add_option("--annotate", args->job.annotate_folder,
-                 "Write each picture with its tags drawn in: to this folder, as PNG, or to a video (a name "
-                 "that ends in .mp4, .mkv, .webm or .avi); x axis red, y axis green, dot on the first corner")
-      ->type_name("PATH");
-  app.add_option("--duration-s", args->duration_s, "Time after which a live camera is closed; 0: never")
-      ->check(CLI::Range(0.0, 1e7))
-      ->type_name("FLOAT");
-  return [args](Console& console) { return detect(*args, console); };
-}
-
 }  // namespace
 
 Verb detect_verb() {
@@ -135,8 +118,7 @@ With --camera and --tag-size-m each tag gets its pose in the camera (x right, y 
 deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better
 first, and the ratio of their errors says how sure that is (near 1: not at all).
 )",
-      .prepare = prepare_detect,
-      .verbs = {}};
+      .prepare = prepared(detect)};
 }
 
 }  // namespace waymark::cli

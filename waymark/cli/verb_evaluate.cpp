@@ -1,15 +1,5 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
 #include "waymark/base/suggest.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/trajectory_doubts.hpp"
 #include "waymark/jobs/trajectory_text.hpp"
 
@@ -20,7 +10,32 @@ using namespace std::string_literals;
 
 struct TrajectoryArgs {
   explicit TrajectoryArgs(CLI::App& verb)
-      : app(verb), settings(verb), scoring(verb, settings, "scoring", "Scoring") {}
+      : app(verb), settings(verb), scoring(verb, settings, "scoring", "Scoring") {
+    add_option(verb, "EST", job.estimate, "What is judged: a recording with poses, or a TUM file");
+    add_option(verb, "REF", job.reference,
+               "What is right: a recording with /truth/pose, a TUM file, a route.yaml, or a CSV of corners "
+               "(x_m,y_m), of which only the path is known");
+    add_option(verb, "--est-topic TOPIC", job.estimate_topic, "Topic of EST's poses; usually /waymark/pose");
+    add_option(verb, "--ref-topic TOPIC", job.reference_topic, "Topic of REF's poses; usually /truth/pose");
+    add_option(
+        verb, "--alignment KIND", alignment,
+        "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)",
+        one_of({"none", "se2", "se3", "sim3"}), kShown);
+    verb.add_flag("--closed", job.closed,
+                  "Compare a closed loop: the corners of REF return to the first one");
+    add_option(verb, "--odometry LOG", job.odometry,
+               "Evaluate the wheel odometry, and wheels with gyro, of this recording beside EST, started at "
+               "the same pose");
+    add_option(verb, "--from S", job.from_s,
+               "Begin of the evaluated interval, in seconds from the start of EST");
+    add_option(verb, "--to S", job.to_s, "End of the evaluated interval, in seconds from the start of EST");
+    add_option(verb, "--time-offset-s NUMBER", job.time_offset_s,
+               "Clock offset that is added to the stamps of REF", kShown);
+    add_option(verb, "--figures FOLDER", figures,
+               "Folder for figures: paths from above, error along the way");
+    add_option(verb, "--map FILE", job.map, "Map whose tags the figure shows");
+    verb.add_flag("--json", json, "One JSON object instead of a table");
+  }
 
   const CLI::App& app;
   Settings settings;
@@ -81,46 +96,6 @@ ExitCode evaluate(const TrajectoryArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare_trajectory(CLI::App& app) {
-  const auto args = std::make_shared<TrajectoryArgs>(app);
-  app.add_option("EST", args->job.estimate, "What is judged: a recording with poses, or a TUM file")
-      ->type_name("");
-  app.add_option("REF", args->job.reference,
-                 "What is right: a recording with /truth/pose, a TUM file, a route.yaml, or a CSV of corners "
-                 "(x_m,y_m), of which only the path is known")
-      ->type_name("");
-  app.add_option("--est-topic", args->job.estimate_topic, "Topic of EST's poses; usually /waymark/pose")
-      ->type_name("TOPIC");
-  app.add_option("--ref-topic", args->job.reference_topic, "Topic of REF's poses; usually /truth/pose")
-      ->type_name("TOPIC");
-  app.add_option(
-         "--alignment", args->alignment,
-         "Alignment before errors are computed: none (the map's own frame), se2, se3 or sim3 (with scale)")
-      ->check(CLI::IsMember({"none", "se2", "se3", "sim3"}))
-      ->capture_default_str()
-      ->type_name("KIND");
-  app.add_flag("--closed", args->job.closed,
-               "Compare a closed loop: the corners of REF return to the first one");
-  app.add_option("--odometry", args->job.odometry,
-                 "Evaluate the wheel odometry, and wheels with gyro, of this recording beside EST, started "
-                 "at the same pose")
-      ->type_name("LOG");
-  app.add_option("--from", args->job.from_s,
-                 "Begin of the evaluated interval, in seconds from the start of EST")
-      ->type_name("S");
-  app.add_option("--to", args->job.to_s, "End of the evaluated interval, in seconds from the start of EST")
-      ->type_name("S");
-  app.add_option("--time-offset-s", args->job.time_offset_s,
-                 "Clock offset that is added to the stamps of REF")
-      ->capture_default_str()
-      ->type_name("NUMBER");
-  app.add_option("--figures", args->figures, "Folder for figures: paths from above, error along the way")
-      ->type_name("FOLDER");
-  app.add_option("--map", args->job.map, "Map whose tags the figure shows")->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of a table");
-  return [args](Console& console) { return evaluate(*args, console); };
-}
-
 }  // namespace
 
 Verb evaluate_verb() {
@@ -142,7 +117,7 @@ Examples:
   waymark evaluate map/trajectory.txt map/truth_trajectory.txt --figures figures
   waymark evaluate detections --truth truth.csv photograph.png
 )",
-      .prepare = prepare_trajectory,
+      .prepare = prepared(evaluate),
       .verbs = {evaluate_detections_verb()}};
 }
 

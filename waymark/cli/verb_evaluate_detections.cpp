@@ -1,15 +1,7 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detector_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/detections_text.hpp"
 #include "waymark/jobs/evaluate_detections.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -19,7 +11,24 @@ struct EvaluateArgs {
       : app(verb),
         settings(verb),
         matching(verb, settings, "matching", "Matching"),
-        detector(verb, settings, kMoreGroup) {}
+        detector(verb, settings, kMoreGroup) {
+    add_option(verb, "SOURCE", job.sources, "Pictures to detect in: files, folders, or quoted patterns");
+    add_option(verb, "--truth FILE", job.truth,
+               "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where known, size_px, "
+               "tilt_deg, family",
+               kRequired);
+    add_option(
+        verb, "--detections FILE", job.detections,
+        "Score this output of `waymark detect --json` instead of running the detector; - is standard input");
+    verb.add_flag("--recursive", job.recursive, "Search folders for pictures recursively");
+    verb.add_flag("--json", json, "One JSON object instead of tables");
+    add_option(verb, "--size-edges-px LIST", job.edges.size_px,
+               "Edges of the size classes, for example 0,16,32,64", kByCommas)
+        ->allow_extra_args(false);
+    add_option(verb, "--tilt-edges-deg LIST", job.edges.tilt_deg,
+               "Edges of the tilt classes, for example 0,30,60,90", kByCommas)
+        ->allow_extra_args(false);
+  }
 
   const CLI::App& app;
   Settings settings;
@@ -69,34 +78,6 @@ ExitCode evaluate(const EvaluateArgs& args, Console& console) {
   return some_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
-Run prepare_detections(CLI::App& app) {
-  const auto args = std::make_shared<EvaluateArgs>(app);
-  app.add_option("SOURCE", args->job.sources, "Pictures to detect in: files, folders, or quoted patterns")
-      ->type_name("");
-  app.add_option("--truth", args->job.truth,
-                 "CSV with the columns image, id, x0, y0, x1, y1, x2, y2, x3, y3 and, where known, size_px, "
-                 "tilt_deg, family")
-      ->required()
-      ->type_name("FILE");
-  app.add_option(
-         "--detections", args->job.detections,
-         "Score this output of `waymark detect --json` instead of running the detector; - is standard input")
-      ->type_name("FILE");
-  app.add_flag("--recursive", args->job.recursive, "Search folders for pictures recursively");
-  app.add_flag("--json", args->json, "One JSON object instead of tables");
-  app.add_option("--size-edges-px", args->job.edges.size_px,
-                 "Edges of the size classes, for example 0,16,32,64")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("LIST");
-  app.add_option("--tilt-edges-deg", args->job.edges.tilt_deg,
-                 "Edges of the tilt classes, for example 0,30,60,90")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->type_name("LIST");
-  return [args](Console& console) { return evaluate(*args, console); };
-}
-
 }  // namespace
 
 Verb evaluate_detections_verb() {
@@ -115,8 +96,7 @@ Examples:
   waymark detect --json --covariance photograph.png > tags.jsonl
   waymark evaluate detections --truth truth.csv --detections tags.jsonl
 )",
-      .prepare = prepare_detections,
-      .verbs = {}};
+      .prepare = prepared(evaluate)};
 }
 
 }  // namespace waymark::cli

@@ -1,18 +1,7 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/explore_world.hpp"
 
 namespace waymark::cli {
@@ -24,7 +13,15 @@ struct ExploreArgs {
         setup(app, "academy-house"),
         pictures(app, settings, Reach::SettingsOnly),
         explore(app, settings, "explore", "Wandering"),
-        filter(app, settings, "filter", "Localisation") {}
+        filter(app, settings, "filter", "Localisation") {
+    add_option(app, "--map PATH", job.map,
+               "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
+               "measured them");
+    add_option(app, "--minutes NUMBER", job.minutes, "Duration of the drive", kShown, between(0.01, 10000.0));
+    add_option(app, "-o,--output FILE", job.output, "Recording to write of the drive (.mcap)")
+        ->transform(recording_name());
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
 
   Settings settings;
   SetupFlags setup;
@@ -56,23 +53,6 @@ ExitCode explore(const ExploreArgs& args, Console& console) {
   return report->collisions == 0 && report->stands.empty() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare_explore(CLI::App& app) {
-  const auto args = std::make_shared<ExploreArgs>(app);
-  app.add_option("--map", args->job.map,
-                 "Map of the tags: map.yaml or its folder. Unless given: the tags of the world, as a person "
-                 "measured them")
-      ->type_name("PATH");
-  app.add_option("--minutes", args->job.minutes, "Duration of the drive")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 10000.0))
-      ->type_name("NUMBER");
-  app.add_option("-o,--output", args->job.output, "Recording to write of the drive (.mcap)")
-      ->transform(recording_name())
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return explore(*args, console); };
-}
-
 }  // namespace
 
 Verb explore_verb() {
@@ -91,8 +71,7 @@ Examples:
   waymark explore --world academy-house --minutes 3
   waymark explore --world academy-house --robot-file turtlebot3-waffle --seed 2 --minutes 60 --json
 )",
-      .prepare = prepare_explore,
-      .verbs = {}};
+      .prepare = prepared(explore)};
 }
 
 }  // namespace waymark::cli

@@ -1,47 +1,31 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/config/share.hpp"
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct GazeboRobotArgs {
+  explicit GazeboRobotArgs(CLI::App& app) {
+    add_option(app, "profile PROFILE", profile, "Profile: limo, or the path of a .yaml file", kRequired);
+    network.add_to(app, "Body and camera of the robot; unless given: as the profile says");
+  }
+
   std::string profile{};
-  std::string robot_file{};
-  bool share_commands = false;
-  bool listen_only = false;
+  NetworkRobotFlags network{};
 };
 
 ExitCode gazebo_robot(const GazeboRobotArgs& args, Console& console) {
   const auto profile = find_gazebo_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
-  const auto path = find_shared("robots", args.robot_file.empty() ? profile->robot : args.robot_file);
-  const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
+  const auto robot = args.network.robot(profile->robot);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto link = open_gazebo();
   if (!link) return console.failed(link.error(), ExitCode::SomeFailed);
-  const Status status = run_gazebo_robot(**link, *profile, *robot, standard_wire(console, args.listen_only),
-                                         {.share_commands = args.share_commands || args.listen_only});
+  const Status status =
+      run_gazebo_robot(**link, *profile, *robot, standard_wire(console, args.network.listen_only),
+                       {.share_commands = args.network.shares()});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_gazebo_robot(CLI::App& app) {
-  const auto args = std::make_shared<GazeboRobotArgs>();
-  app.add_option("profile", args->profile, "Profile: limo, or the path of a .yaml file")
-      ->required()
-      ->type_name("PROFILE");
-  app.add_option("--robot-file", args->robot_file,
-                 "Body and camera of the robot; unless given: as the profile says")
-      ->type_name("NAME");
-  add_share_commands_flag(app, args->share_commands);
-  add_listen_flag(app, args->listen_only);
-  return [args](Console& console) { return gazebo_robot(*args, console); };
 }
 
 Verb gazebo_robot_verb() {
@@ -61,8 +45,7 @@ module for Gazebo; 2 wrong usage.
 Example:
   waymark gazebo robot limo < /dev/null
 )",
-      .prepare = prepare_gazebo_robot,
-      .verbs = {}};
+      .prepare = prepared(gazebo_robot)};
 }
 
 ExitCode gazebo_topics(Console& console) {
@@ -75,10 +58,6 @@ ExitCode gazebo_topics(Console& console) {
   return ExitCode::SomeFailed;
 }
 
-Run prepare_gazebo_topics(CLI::App& /*no flags*/) {
-  return [](Console& console) { return gazebo_topics(console); };
-}
-
 Verb gazebo_topics_verb() {
   return {.name = "topics",
           .sentence = "List the topics that Gazebo publishes, with their types",
@@ -89,8 +68,7 @@ Exit code: 0 listed, 1 nobody publishes anything, or no module for Gazebo.
 Example:
   waymark gazebo topics
 )",
-          .prepare = prepare_gazebo_topics,
-          .verbs = {}};
+          .prepare = prepared(gazebo_topics)};
 }
 
 }  // namespace
@@ -99,7 +77,6 @@ Verb gazebo_verb() {
   return {.name = "gazebo",
           .sentence = "Join the network of Gazebo: its topics, a robot's process",
           .help = "Example:\n  waymark gazebo topics\n",
-          .prepare = {},
           .verbs = {gazebo_robot_verb(), gazebo_topics_verb()}};
 }
 

@@ -1,21 +1,17 @@
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/info_text.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct InfoArgs {
+  explicit InfoArgs(CLI::App& app) {
+    add_option(app, "FILE", file,
+               "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
+    app.add_flag("--quick", quick, "Read the index only: no gaps, no clocks");
+    app.add_flag("--json", json, "One JSON object instead of tables");
+  }
+
   std::string file;
   bool quick = false;
   bool json = false;
@@ -43,17 +39,6 @@ ExitCode info(const InfoArgs& args, Console& console) {
   return ExitCode::Interrupted;
 }
 
-Run prepare_info(CLI::App& app) {
-  const auto args = std::make_shared<InfoArgs>();
-  app.add_option("FILE", args->file,
-                 "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
-      ->required()
-      ->type_name("");
-  app.add_flag("--quick", args->quick, "Read the index only: no gaps, no clocks");
-  app.add_flag("--json", args->json, "One JSON object instead of tables");
-  return [args](Console& console) { return info(*args, console); };
-}
-
 }  // namespace
 
 Verb info_verb() {
@@ -73,8 +58,7 @@ Examples:
   waymark info lap.mcap
   waymark info --json lap.mcap
 )",
-      .prepare = prepare_info,
-      .verbs = {}};
+      .prepare = prepared(info)};
 }
 
 }  // namespace waymark::cli

@@ -1,11 +1,6 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/cli/verb.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/limo/limo_robot.hpp"
 
@@ -13,46 +8,38 @@ namespace waymark::cli {
 namespace {
 
 struct LimoRobotArgs {
+  explicit LimoRobotArgs(CLI::App& app) {
+    add_option(app, "port PORT", options.port, "Serial port of LIMO's mainboard, for example /dev/ttyTHS1",
+               kRequired);
+    add_option(app, "--robot-file NAME", robot_file,
+               std::string("Body and camera of the robot: ") + kRobotNames, kShown);
+    add_option(app, "--drive NAME", drive,
+               "Drive of LIMO: differential, ackermann, mecanum (set on LIMO) or tracked. Unless given: "
+               "as the robot's file says");
+    add_option(app, "--beside FIFO", options.beside,
+               "Named pipe with further lines of a robot process, stamped by this machine's steady clock: a "
+               "lidar, a camera with a detector of its own");
+    app.add_flag("--simulated", options.simulated,
+                 "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)");
+    add_listen_flag(app, listen_only);
+  }
+
   LimoRobotOptions options{};
   std::string robot_file = "limo";
   std::string drive{};
   bool listen_only = false;
 };
 
-ExitCode limo_robot(LimoRobotArgs args, Console& console) {
+ExitCode limo_robot(const LimoRobotArgs& args, Console& console) {
   const auto path = find_shared("robots", args.robot_file);
   const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   const auto drive = args.drive.empty() ? drive_of(*robot) : parse_limo_drive(args.drive);
   if (!drive) return console.failed(drive.error(), ExitCode::Usage);
-  args.options.drive = *drive;
-  const Status status = run_limo_robot(*robot, args.options, standard_wire(console, args.listen_only));
+  LimoRobotOptions options = args.options;
+  options.drive = *drive;
+  const Status status = run_limo_robot(*robot, options, standard_wire(console, args.listen_only));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_limo_robot(CLI::App& app) {
-  const auto args = std::make_shared<LimoRobotArgs>();
-  app.add_option("port", args->options.port, "Serial port of LIMO's mainboard, for example /dev/ttyTHS1")
-      ->required()
-      ->type_name("PORT");
-  app.add_option("--robot-file", args->robot_file,
-                 std::string("Body and camera of the robot: ") + kRobotNames)
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option(
-         "--drive", args->drive,
-         "Drive of LIMO: differential, ackermann, mecanum (LIMO is told so) or tracked. Unless given: "
-         "as the robot's file says")
-      ->type_name("NAME");
-  app.add_option(
-         "--beside", args->options.beside,
-         "Named pipe with further lines of a robot process, stamped by this machine's steady clock: a "
-         "lidar, a camera with a detector of its own")
-      ->type_name("FIFO");
-  app.add_flag("--simulated", args->options.simulated,
-               "A simulated LIMO is at the other end: it needs no first drive (`waymark commission`)");
-  add_listen_flag(app, args->listen_only);
-  return [args](Console& console) { return limo_robot(*args, console); };
 }
 
 Verb limo_robot_verb() {
@@ -69,8 +56,7 @@ Exit code: 0 its input ended; 1 no such port, LIMO does not answer or obey, or t
 Example:
   waymark limo robot /dev/ttyTHS1 < /dev/null
 )",
-      .prepare = prepare_limo_robot,
-      .verbs = {}};
+      .prepare = prepared(limo_robot)};
 }
 
 }  // namespace
@@ -79,7 +65,6 @@ Verb limo_verb() {
   return {.name = "limo",
           .sentence = "Drive AgileX LIMO by its serial port, without ROS: a robot's process",
           .help = "Example:\n  waymark limo robot /dev/ttyTHS1 < /dev/null\n",
-          .prepare = {},
           .verbs = {limo_robot_verb()}};
 }
 

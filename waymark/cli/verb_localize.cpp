@@ -1,17 +1,6 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/localize_flags.hpp"
 #include "waymark/cli/localize_live.hpp"
-#include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/localize_text.hpp"
 
 namespace waymark::cli {
@@ -22,7 +11,18 @@ struct LocalizeArgs {
       : app(verb),
         settings(verb),
         filter(verb, settings, "filter", "Filters"),
-        anchor(verb, settings, "anchor", "Method anchor") {}
+        anchor(verb, settings, "anchor", "Method anchor") {
+    add_localize_flags(verb, job);
+    add_option(verb, "--method NAME", method,
+               "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
+               "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)",
+               kShown);
+    verb.add_flag("--no-adapt", no_adapt,
+                  "Keep the assumed noise instead of estimating the noise of motion and observations from "
+                  "the recording");
+    live.add_to(verb);
+    verb.add_flag("--json", json, "One JSON object instead of words");
+  }
 
   const CLI::App& app;
   Settings settings;
@@ -81,23 +81,6 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   return report->certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare_localize(CLI::App& app) {
-  const auto args = std::make_shared<LocalizeArgs>(app);
-  LocalizeJob& job = args->job;
-  add_localize_flags(app, job);
-  app.add_option("--method", args->method,
-                 "Localisation method: riekf (right-invariant extended Kalman filter), ekf (extended Kalman "
-                 "filter), anchor (nearest tag and odometry) or smoother (riekf with a backward pass)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag(
-      "--no-adapt", args->no_adapt,
-      "Keep the assumed noise instead of estimating the noise of motion and observations from the recording");
-  args->live.add_to(app);
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return localize_log(*args, console); };
-}
-
 }  // namespace
 
 Verb localize_verb() {
@@ -124,8 +107,7 @@ Examples:
   waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view
   waymark localize ranges.csv odometry.csv --map landmarks.csv --sensor-pose 0.219 0 0
 )",
-      .prepare = prepare_localize,
-      .verbs = {}};
+      .prepare = prepared(localize_log)};
 }
 
 }  // namespace waymark::cli

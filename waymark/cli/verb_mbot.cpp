@@ -1,56 +1,37 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/config/robot_file.hpp"
-#include "waymark/config/share.hpp"
 #include "waymark/drivers/mbot/mbot_robot.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct MbotRobotArgs {
+  explicit MbotRobotArgs(CLI::App& app) {
+    network.robot_file = "mbot";
+    add_option(app, "address ADDRESS", address,
+               "Address of the robot's LCM network; ttl=1: beyond this machine", kShown);
+    add_option(app, "--robot-file NAME", network.robot_file, "Body and camera of the robot", kShown);
+    add_option(app, "--tag-latency-s FLOAT", tag_latency_s,
+               "Time from the exposure of a picture to the stamp of its tags [s]", between(0.0, 1.0), kShown);
+    network.add_sharing(app);
+  }
+
   std::string address = kLcmDefaultAddress;
-  std::string robot_file = "mbot";
   double tag_latency_s = to_seconds(MbotBridgeOptions{}.tag_latency);
-  bool share_commands = false;
-  bool listen_only = false;
+  NetworkRobotFlags network{};
 };
 
 ExitCode mbot_robot(const MbotRobotArgs& args, Console& console) {
   const auto address = lcm_address(args.address);
   if (!address) return console.failed(address.error(), ExitCode::Usage);
-  const auto path = find_shared("robots", args.robot_file);
-  const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
+  const auto robot = args.network.robot();
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
-  MbotRobotOptions options{
-      .address = *address, .bridge = {}, .share_commands = args.share_commands || args.listen_only};
+  MbotRobotOptions options{.address = *address, .bridge = {}, .share_commands = args.network.shares()};
   options.bridge.robot = robot->model.name;
   options.bridge.tag_latency =
       std::chrono::duration_cast<Duration>(std::chrono::duration<double>(args.tag_latency_s));
-  const Status status = run_mbot_robot(options, standard_wire(console, args.listen_only));
+  const Status status = run_mbot_robot(options, standard_wire(console, args.network.listen_only));
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_mbot_robot(CLI::App& app) {
-  const auto args = std::make_shared<MbotRobotArgs>();
-  app.add_option("address", args->address, "Address of the robot's LCM network; ttl=1: beyond this machine")
-      ->capture_default_str()
-      ->type_name("ADDRESS");
-  app.add_option("--robot-file", args->robot_file, "Body and camera of the robot")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--tag-latency-s", args->tag_latency_s,
-                 "Time from the exposure of a picture to the stamp of its tags [s]")
-      ->check(CLI::Range(0.0, 1.0))
-      ->capture_default_str()
-      ->type_name("FLOAT");
-  add_share_commands_flag(app, args->share_commands);
-  add_listen_flag(app, args->listen_only);
-  return [args](Console& console) { return mbot_robot(*args, console); };
 }
 
 Verb mbot_robot_verb() {
@@ -70,8 +51,7 @@ liblcm; 2 wrong usage.
 Example:
   waymark mbot robot < /dev/null
 )",
-      .prepare = prepare_mbot_robot,
-      .verbs = {}};
+      .prepare = prepared(mbot_robot)};
 }
 
 }  // namespace
@@ -80,7 +60,6 @@ Verb mbot_verb() {
   return {.name = "mbot",
           .sentence = "Join the LCM network of an MBot",
           .help = "Example:\n  waymark mbot robot udpm://239.255.76.67:7667?ttl=1\n",
-          .prepare = {},
           .verbs = {mbot_robot_verb()}};
 }
 

@@ -1,17 +1,16 @@
-#include <memory>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/migrate_files.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct MigrateArgs {
+  explicit MigrateArgs(CLI::App& app) {
+    add_option(app, "INPUT", job.input, "Folder that `waymark map` wrote, or one file", kRequired);
+    add_option(app, "-o,--output FOLDER", job.output, "Folder to write, not there yet or empty", kRequired);
+    app.add_flag("--json", json, "One JSON object a file instead of words");
+  }
+
   MigrateJob job{};
   bool json = false;
 };
@@ -21,18 +20,6 @@ ExitCode migrate(const MigrateArgs& args, Console& console) {
   if (!files) return fail_with(files.error(), console);
   for (const MigratedFile& file : *files) console.print(args.json ? json_line(to_json(file)) : to_text(file));
   return ExitCode::Ok;
-}
-
-Run prepare_migrate(CLI::App& app) {
-  const auto args = std::make_shared<MigrateArgs>();
-  app.add_option("INPUT", args->job.input, "Folder that `waymark map` wrote, or one file")
-      ->required()
-      ->type_name("");
-  app.add_option("-o,--output", args->job.output, "Folder to write, not there yet or empty")
-      ->required()
-      ->type_name("FOLDER");
-  app.add_flag("--json", args->json, "One JSON object a file instead of words");
-  return [args](Console& console) { return migrate(*args, console); };
 }
 
 }  // namespace
@@ -52,8 +39,7 @@ Exit code: 0 done, 1 a file was unusable and nothing was written, 2 wrong usage.
 Example:
   waymark migrate map -o map-migrated
 )",
-      .prepare = prepare_migrate,
-      .verbs = {}};
+      .prepare = prepared(migrate)};
 }
 
 }  // namespace waymark::cli

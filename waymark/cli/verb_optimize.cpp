@@ -1,16 +1,8 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
 
-#include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/optimize_route.hpp"
 #include "waymark/jobs/route_files.hpp"
 
@@ -25,6 +17,11 @@ struct OptimizeArgs {
         weights(app, settings, "weights", "Weights"),
         profile(app, settings, "profile", "Speed") {
     app.get_option("--speed-m-s")->group(kFirstGroup);
+    add_option(app, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
+    add_option(app, "--name NAME", job.name, "Name of the new route; the taught one stays as it is", kShown);
+    add_option(app, "--weights FILE", weights_file,
+               "Options of the optimisation: a .yaml file with the keys below");
+    app.add_flag("--json", json, "One JSON object instead of a table");
   }
 
   Settings settings;
@@ -66,19 +63,6 @@ ExitCode optimize(const OptimizeArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare_optimize(CLI::App& app) {
-  const auto args = std::make_shared<OptimizeArgs>(app);
-  app.add_option("MAP", args->job.folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  app.add_option("--name", args->job.name, "Name of the new route; the taught one stays as it is")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--weights", args->weights_file,
-                 "Options of the optimisation: a .yaml file with the keys below")
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of a table");
-  return [args](Console& console) { return optimize(*args, console); };
-}
-
 }  // namespace
 
 Verb optimize_verb() {
@@ -96,8 +80,7 @@ Exit code: 0 a route was written, 1 a file was unusable, 2 wrong usage.
 Example:
   waymark optimize map --name fast --speed-m-s 0.8
 )",
-      .prepare = prepare_optimize,
-      .verbs = {}};
+      .prepare = prepared(optimize)};
 }
 
 }  // namespace waymark::cli

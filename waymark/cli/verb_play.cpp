@@ -1,14 +1,4 @@
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/log_options.hpp"
-#include "waymark/cli/selection_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/ros2/log_publisher.hpp"
 #include "waymark/jobs/play_log.hpp"
@@ -17,14 +7,30 @@ namespace waymark::cli {
 namespace {
 
 struct PlayArgs {
-  explicit PlayArgs(CLI::App& app) : selection(app) {}
+  explicit PlayArgs(CLI::App& app) {
+    add_option(app, "--topics TOPIC,…", part.topics,
+               "Only these topics, with commas between them. Unless given: all", kByCommas);
+    add_option(app, "--from SECONDS", part.from_s, "Begin this many seconds after the first message", kShown);
+    add_option(app, "--to SECONDS", part.to_s,
+               "End this many seconds after the first message. Unless given: with the file");
+    add_option(app, "FILE", file,
+               "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed", kRequired);
+    add_option(app, "--speed NUMBER", speed,
+               "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting", kShown);
+    app.add_flag("--messages", messages,
+                 "All messages as they lie in the file (topic, type, size) instead of samples");
+    app.add_flag(
+        "--ros2", ros2,
+        "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
+    app.add_flag("--json", json, "One JSON object a line instead of words");
+  }
 
   std::string file;
   double speed = 1;
   bool messages = false;
   bool json = false;
   bool ros2 = false;
-  SelectionFlags selection;
+  LogPart part{};
 };
 
 Status play_to_ros2(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
@@ -49,9 +55,9 @@ ExitCode play(const PlayArgs& args, Console& console) {
                       "1 is as it was, 0 as fast as possible."});
     return ExitCode::Usage;
   }
-  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, until_interrupted());
+  const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
-  const Result<LogSelection> selection = args.selection.make(**log);
+  const Result<LogSelection> selection = select_part(**log, args.part);
   if (!selection) return console.failed(selection.error(), ExitCode::Usage);
   const PlayOptions options{.speed = args.speed, .messages = args.messages, .json = args.json};
   const auto print = [&](const std::string& line) {
@@ -66,24 +72,6 @@ ExitCode play(const PlayArgs& args, Console& console) {
   if (interrupted()) return ExitCode::Interrupted;
   return status || console.output_ended() ? ExitCode::Ok
                                           : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare(CLI::App& app) {
-  const auto args = std::make_shared<PlayArgs>(app);
-  app.add_option("FILE", args->file,
-                 "Recording of any kind: MCAP, rosbag2, ROS 1 bag, LCM event log, CSV; also packed")
-      ->required()
-      ->type_name("");
-  app.add_option("--speed", args->speed, "Playback rate: 1 as recorded, 2 twice as fast, 0 without waiting")
-      ->capture_default_str()
-      ->type_name("NUMBER");
-  app.add_flag("--messages", args->messages,
-               "All messages as they lie in the file (topic, type, size) instead of samples");
-  app.add_flag(
-      "--ros2", args->ros2,
-      "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
-  app.add_flag("--json", args->json, "One JSON object a line instead of words");
-  return [args](Console& console) { return play(*args, console); };
 }
 
 }  // namespace
@@ -105,8 +93,7 @@ Examples:
   waymark play lap.mcap --speed 0 --json
   waymark play lap.mcap --ros2
 )",
-      .prepare = prepare,
-      .verbs = {}};
+      .prepare = prepared(play)};
 }
 
 }  // namespace waymark::cli

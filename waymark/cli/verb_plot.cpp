@@ -1,98 +1,31 @@
-#include <algorithm>
-#include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-
-#include "waymark/base/suggest.hpp"
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/figure_files.hpp"
-#include "waymark/jobs/report_page.hpp"
-#include "waymark/jobs/staged_folder.hpp"
+#include "waymark/cli/parts.hpp"
+#include "waymark/jobs/plot_figure.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct PlotArgs {
-  std::vector<std::string> runs;
-  std::string figure;
-  std::string output;
-  bool force = false;
+  explicit PlotArgs(CLI::App& app) {
+    add_option(app, "RUN ...", job.runs, "Recordings, folders of maps, or the folder of a demo", kRequired);
+    add_option(app, "--figure NAME", job.figure, "Name of the figure. Unless given: the figures are listed");
+    add_option(app, "-o,--output FILE", job.output, "File to write: .svg, .png or .pdf (usual: NAME.svg)");
+    app.add_flag("--force", job.force, "Replace a file that is there");
+  }
+
+  PlotJob job{};
 };
 
-/// Where the figure goes; whatever stands there is somebody's.
-Status check_output(const PlotArgs& args, const std::filesystem::path& output) {
-  if (args.figure.empty() && !args.output.empty())
-    return fail(ErrorCode::InvalidArgument, "which figure is to be drawn is not said", {.key = "--output"},
-                "Name it with --figure; without -o the figures are listed.");
-  if (args.figure.empty() && args.force)
-    return fail(ErrorCode::InvalidArgument, "nothing is written", {.key = "--force"},
-                "Name a figure with --figure; without it the figures are listed.");
-  if (args.figure.empty()) return {};
-  std::error_code ignored;
-  if (!args.force && std::filesystem::is_regular_file(output, ignored))
-    return fail(ErrorCode::Unwritable, "there is a file already", {.source = output.string()},
-                "Give another name with -o, or --force to replace it.");
-  return check_output_file(output);
-}
-
-std::string list_of(const std::vector<plot::PageFigure>& figures) {
-  std::string text;
-  for (const plot::PageFigure& each : figures)
-    text += fmt::format("{:<16} {}, {}\n", each.name, each.figure.title, each.caption);
-  return text;
-}
-
-Result<std::vector<plot::PageFigure>> read_figures(const PlotArgs& args, const JobControl& control) {
-  const Result<Runs> runs = read_runs(args.runs, control);
-  if (!runs) return tl::unexpected(runs.error());
-  const Result<plot::Page> page = report_page(*runs, control);
-  if (!page) return tl::unexpected(page.error());
-  return figures_of(*page);
-}
-
 ExitCode plot_one(const PlotArgs& args, Console& console) {
-  const std::filesystem::path output = args.output.empty() ? args.figure + ".svg" : args.output;
-  if (const Status free = check_output(args, output); !free) return fail_with(free.error(), console);
-  const Result<std::vector<plot::PageFigure>> figures = read_figures(args, control_from(console));
-  if (!figures) return console.failed(figures.error(), ExitCode::SomeFailed);
-  if (args.figure.empty()) {
-    console.print(list_of(*figures));
-    return ExitCode::Ok;
+  const Result<PlotReport> report = plot_figure(args.job, control_from(console));
+  if (!report) {
+    const bool usage = report.error().code == ErrorCode::NotFound && report.error().place.key == "--figure";
+    return usage ? console.failed(report.error(), ExitCode::Usage) : fail_with(report.error(), console);
   }
-  const auto found = std::ranges::find(*figures, args.figure, &plot::PageFigure::name);
-  if (found == figures->end()) {
-    std::vector<std::string> names;
-    for (const plot::PageFigure& each : *figures) names.push_back(each.name);
-    console.say(Error{ErrorCode::NotFound,
-                      fmt::format("these runs have no figure '{}'", args.figure),
-                      {.key = "--figure"},
-                      suggestion(args.figure, names)});
-    return ExitCode::Usage;
-  }
-  std::vector<std::string> files;
-  const Status written = write_figure(output, found->figure, {output.extension().string()}, files);
-  if (!written) return console.failed(written.error(), ExitCode::SomeFailed);
-  console.say("wrote " + files.front());
+  if (report->written.empty())
+    console.print(to_text(*report));
+  else
+    console.say("wrote " + report->written);
   return ExitCode::Ok;
-}
-
-Run prepare_plot(CLI::App& app) {
-  const auto args = std::make_shared<PlotArgs>();
-  app.add_option("RUN", args->runs, "Recordings, folders of maps, or the folder of a demo")
-      ->required()
-      ->type_name("...");
-  app.add_option("--figure", args->figure, "Name of the figure. Unless given: the figures are listed")
-      ->type_name("NAME");
-  app.add_option("-o,--output", args->output, "File to write: .svg, .png or .pdf (usual: NAME.svg)")
-      ->type_name("FILE");
-  app.add_flag("--force", args->force, "Replace a file that is there");
-  return [args](Console& console) { return plot_one(*args, console); };
 }
 
 }  // namespace
@@ -110,8 +43,7 @@ Examples:
   waymark plot demo
   waymark plot demo --figure floor -o floor.pdf
 )",
-          .prepare = prepare_plot,
-          .verbs = {}};
+          .prepare = prepared(plot_one)};
 }
 
 }  // namespace waymark::cli

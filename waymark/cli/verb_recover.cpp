@@ -1,18 +1,17 @@
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/recover_log.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct RecoverArgs {
+  explicit RecoverArgs(CLI::App& app) {
+    add_option(app, "FILE", job.file, "Recording (.mcap) that was cut, damaged or never finished", kRequired);
+    add_option(app, "-o,--output FILE", job.output,
+               "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap");
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
   RecoverJob job{};
   bool json = false;
 };
@@ -25,18 +24,6 @@ ExitCode recover(const RecoverArgs& args, Console& console) {
   for (const Error& problem : report->recovery.problems) problems.push_back(to_string(problem));
   console.say_first(problems, "--json gives all");
   return ExitCode::Ok;
-}
-
-Run prepare(CLI::App& app) {
-  const auto args = std::make_shared<RecoverArgs>();
-  app.add_option("FILE", args->job.file, "Recording (.mcap) that was cut, damaged or never finished")
-      ->required()
-      ->type_name("");
-  app.add_option("-o,--output", args->job.output,
-                 "The file to write; must not exist. Unless given: lap.recovered.mcap beside lap.mcap")
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return recover(*args, console); };
 }
 
 }  // namespace
@@ -57,8 +44,7 @@ Examples:
   waymark recover lap.mcap
   waymark recover lap.mcap -o whole.mcap --json
 )",
-      .prepare = prepare,
-      .verbs = {}};
+      .prepare = prepared(recover)};
 }
 
 }  // namespace waymark::cli

@@ -1,19 +1,7 @@
-#include <filesystem>
-#include <memory>
-#include <string>
 #include <system_error>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/replay_args.hpp"
-#include "waymark/cli/stop_request.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/route_files.hpp"
 
 namespace waymark::cli {
@@ -34,7 +22,7 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   const auto view = start_page(args.live, *setup, console);
   if (!view) return fail_with(view.error(), console);
   if (*view) job->feed = &(*view)->feed();
-  const auto stop = setup->process.empty() ? nullptr : hear_stop("replay of " + args.folder, console);
+  const auto stop = setup->process.empty() ? nullptr : listen_for_stop("replay of " + args.folder, console);
   const Result<ReplayReport> report = replay_route(*setup, *job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
@@ -42,12 +30,6 @@ ExitCode replay(const ReplayArgs& args, Console& console) {
   if (!succeeded(*report)) console.say(ending(*report, interrupted_by()));
   if (report->end.interrupted) return ExitCode::Interrupted;
   return succeeded(*report) ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
-Run prepare_replay(CLI::App& app) {
-  const auto args = std::make_shared<ReplayArgs>(app);
-  args->add_to(app);
-  return [args](Console& console) { return replay(*args, console); };
 }
 
 }  // namespace
@@ -77,8 +59,7 @@ Examples:
   waymark replay map --world circuit24 --controller pursuit --speed-m-s 0.4
   waymark replay map --robot "process:python3 my_robot.py" --robot-file my_robot.yaml
 )",
-      .prepare = prepare_replay,
-      .verbs = {}};
+      .prepare = prepared(replay)};
 }
 
 }  // namespace waymark::cli

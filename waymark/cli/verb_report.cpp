@@ -1,20 +1,21 @@
 #include <filesystem>
-#include <memory>
-#include <string>
-#include <vector>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/report_page.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ReportArgs {
+  explicit ReportArgs(CLI::App& app) {
+    add_option(app, "RUN ...", runs,
+               "Recordings, folders of maps, or the folder of a demo; the first drive is what the others are "
+               "compared with",
+               kRequired);
+    add_option(app, "-o,--output FILE", output, "HTML file to write", kShown);
+    app.add_flag("--force", force, "Replace a page that no report wrote");
+  }
+
   std::vector<std::string> runs;
   std::string output = "report.html";
   bool force = false;
@@ -29,23 +30,10 @@ ExitCode report(const ReportArgs& args, Console& console) {
     return ExitCode::Usage;
   }
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
-  if (!summary)
-    return console.failed(summary.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  if (!summary) return fail_run(summary.error(), console);
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,
                             summary->sections, static_cast<double>(summary->bytes) / 1e6));
   return ExitCode::Ok;
-}
-
-Run prepare_report(CLI::App& app) {
-  const auto args = std::make_shared<ReportArgs>();
-  app.add_option("RUN", args->runs,
-                 "Recordings, folders of maps, or the folder of a demo; the first drive is what the others "
-                 "are compared with")
-      ->required()
-      ->type_name("...");
-  app.add_option("-o,--output", args->output, "HTML file to write")->capture_default_str()->type_name("FILE");
-  app.add_flag("--force", args->force, "Replace a page that no report wrote");
-  return [args](Console& console) { return report(*args, console); };
 }
 
 }  // namespace
@@ -70,8 +58,7 @@ Examples:
   waymark report demo -o report.html
   waymark report lap.mcap map replay.mcap
 )",
-      .prepare = prepare_report,
-      .verbs = {}};
+      .prepare = prepared(report)};
 }
 
 }  // namespace waymark::cli

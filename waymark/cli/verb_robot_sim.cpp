@@ -1,118 +1,123 @@
-#include <cstdio>
-#include <memory>
-#include <string>
-#include <vector>
+#include <string_view>
 
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-
-#include "waymark/cli/gazebo_sim_flags.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/limo_sim_flags.hpp"
-#include "waymark/cli/mbot_sim_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
-#include "waymark/cli/plant_flags.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/live/ros2_robot_sim.hpp"
-#include "waymark/live/simulated_process.hpp"
+#include "waymark/live/robot_sim.hpp"
 
 namespace waymark::cli {
 namespace {
 
+constexpr std::string_view kProcess = "process:";
+
 struct RobotSimArgs {
   explicit RobotSimArgs(CLI::App& verb)
-      : app(verb),
-        settings(verb),
-        setup(verb),
-        pictures(verb, settings, Reach::Flags, false),
-        network(verb),
-        limo(verb),
-        mbot(verb),
-        gazebo(verb),
-        plant(verb) {}
+      : app(verb), settings(verb), setup(verb), pictures(verb, settings, Reach::Flags, false), network(verb) {
+    add_wires(verb);
+    verb.add_flag(
+            "--lockstep", job.process.lockstep,
+            "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
+            "the same samples every time")
+        ->excludes("--limo", "--mbot", "--gazebo");
+    verb.add_flag("--ros2", ros2,
+                  "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
+        ->excludes("--lockstep", "--limo", "--mbot", "--gazebo");
+    add_option(
+        verb, "--pace FLOAT", job.process.pace,
+        "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible",
+        between(0.0, 100.0), kShown);
+  }
+  void add_wires(CLI::App& verb);
+  [[nodiscard]] SimWire wire() const;
 
   const CLI::App& app;
   Settings settings;
   SetupFlags setup;
   PictureFlags pictures;
   Ros2Flags network;
-  LimoSimFlags limo;
-  MbotSimFlags mbot;
-  GazeboSimFlags gazebo;
-  PlantFlags plant;
-  SimulatedProcessOptions options{};
+  RobotSimJob job{};
+  std::string plant;
+  std::string mbot_generation = "jetson";
+  bool limo = false;
   bool ros2 = false;
 };
 
-Status speak_ros2(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup) {
-  const auto options = args.network.options("waymark_robot_sim");
-  if (!options) return tl::unexpected(options.error());
-  const auto bus = open_bus(*options);
-  if (!bus) return tl::unexpected(bus.error());
-  return run_ros2_robot_sim(**bus, plant, setup, interrupted);
-}
-
-Status speak_limo(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup, Console& console) {
-  const auto on_port = [&console](const std::string& path) {
-    console.print(path + "\n");
-    (void)std::fflush(stdout);
+/// The flags of what is not ROS 2.
+void RobotSimArgs::add_wires(CLI::App& verb) {
+  CLI::Option* const of_limo = verb.add_flag("--limo", limo,
+                                             "Be a LIMO on a serial port, in real time, until Ctrl-C: a "
+                                             "pseudo-terminal, whose path is printed");
+  add_option(verb, "--beside FIFO", job.limo.beside,
+             "Named pipe for what is not on LIMO's wire: camera, lidar, truth, as lines for `waymark limo "
+             "robot --beside`")
+      ->needs(of_limo);
+  const auto add_fault = [&](const char* names, double& probability, const char* sentence) {
+    add_option(verb, names, probability, sentence, between(0.0, 1.0), kShown, kMore)->needs(of_limo);
   };
-  LimoSimOptions options = args.limo.options;
-  options.seed = setup.robot.seed;
-  return run_limo_robot_sim(plant, setup, options, on_port, interrupted);
+  add_fault("--wire-noise FLOAT", job.limo.faults.noise,
+            "Probability of each byte of LIMO's wire to become another one");
+  add_fault("--wire-dropped FLOAT", job.limo.faults.dropped,
+            "Probability of each byte of LIMO's wire to be lost");
+  add_fault("--wire-torn FLOAT", job.limo.faults.torn,
+            "Probability of each frame of LIMO's wire to lose its end");
+  add_option(verb, "--mbot ADDRESS", job.mbot_address,
+             "Be an MBot on LCM at this address, in real time, until Ctrl-C: udpm://239.255.76.67:7667?ttl=0")
+      ->excludes("--limo");
+  add_option(verb, "--mbot-generation NAME", mbot_generation,
+             "Publisher of tags of the MBot: jetson (quaternions x, y, z, w) or pi5 (w, x, y, z; no stamps)",
+             one_of({"jetson", "pi5"}), kShown, kMore)
+      ->needs("--mbot");
+  add_option(verb, "--gazebo PROFILE", job.gazebo_profile,
+             "Publish the topics of Gazebo that this profile names, as Gazebo's robot does, and obey its "
+             "command topic, until Ctrl-C: limo, or the path of a .yaml file")
+      ->excludes("--limo", "--mbot");
+  add_option(verb, "--plant ROBOT", plant,
+             "Simulation behind the wire instead of Waymark's: process:CMD, a program that speaks the "
+             "protocol of robot processes. World and robot file say which camera, wheels and tags it has",
+             kMore)
+      ->check([](const std::string& given) {
+        const bool right = given.starts_with(kProcess) && given.size() > kProcess.size();
+        return right ? std::string() : "'" + given + "' is no process:CMD (docs/formats/robot-process.md)";
+      });
 }
 
-/// The types of lines that the wire cannot do without.
-std::vector<std::string> needed(const RobotSimArgs& args) {
-  if (args.gazebo.chosen()) return {"image"};
-  return args.mbot.chosen() ? std::vector<std::string>{"detections"} : std::vector<std::string>();
+SimWire RobotSimArgs::wire() const {
+  if (limo) return SimWire::Limo;
+  if (!job.mbot_address.empty()) return SimWire::Mbot;
+  if (!job.gazebo_profile.empty()) return SimWire::Gazebo;
+  return ros2 ? SimWire::Ros2 : SimWire::Process;
 }
 
-Status speak(const RobotSimArgs& args, Plant& plant, const SimulatedSetup& setup, Console& console) {
-  if (args.limo.chosen) return speak_limo(args, plant, setup, console);
-  if (args.mbot.chosen()) return args.mbot.run(plant, setup);
-  if (args.gazebo.chosen()) return args.gazebo.run(plant, setup.camera);
-  if (args.ros2) return speak_ros2(args, plant, setup);
-  return run_simulated_process(plant, setup, args.options, interrupted);
+Status run_with(const RobotSimArgs& args, const RobotSetup& setup, const JobControl& control,
+                Console& console) {
+  RobotSimJob job = args.job;
+  job.wire = args.wire();
+  job.mbot_generation = args.mbot_generation == "pi5" ? MbotGeneration::Pi5 : MbotGeneration::Jetson;
+  const auto network = job.wire == SimWire::Ros2 ? args.network.options("waymark_robot_sim")
+                                                 : Result<BusOptions>(BusOptions());
+  if (!network) return tl::unexpected(network.error());
+  job.ros2 = *network;
+  const auto plant = make_plant(job.wire, setup, control);
+  if (!plant) return tl::unexpected(plant.error());
+  const auto print_port = [&](const std::string& path) { console.print(path + "\n"); };
+  return run_robot_sim(job, **plant, setup.simulated, print_port, control);
 }
 
 ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
-  if (setup) setup->process = args.plant.process();
+  if (setup && !args.plant.empty()) setup->process = RobotCommand(args.plant.substr(kProcess.size()));
   Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
-  if (status && !args.options.lockstep)
+  if (status && !args.job.process.lockstep)
     status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
                          "Add --lockstep, or leave it out.");
-  if (status && !args.limo.chosen && !args.mbot.chosen() && !args.gazebo.chosen() && !args.ros2)
+  if (status && args.wire() == SimWire::Process)
     status = refuse_flag(args.app, "--plant", "a robot process may be driven as it is",
                          "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");
-  if (status && !args.plant.chosen()) status = args.gazebo.apply(setup->simulated);
+  if (status && args.plant.empty()) status = fit_to_wire(args.wire(), setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  const auto plant = args.plant.make(*setup, needed(args), console);
-  if (!plant) return console.failed(plant.error(), ExitCode::SomeFailed);
-  status = speak(args, **plant, setup->simulated, console);
+  status = run_with(args, *setup, control_from(console), console);
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_robot_sim(CLI::App& app) {
-  const auto args = std::make_shared<RobotSimArgs>(app);
-  app.add_flag("--lockstep", args->options.lockstep,
-               "Lockstep: simulated time advances with each answer, as fast as the machine allows and with "
-               "the same samples every time")
-      ->excludes("--limo", "--mbot", "--gazebo");
-  app.add_flag("--ros2", args->ros2,
-               "Publish topics of ROS 2 as LIMO does, and obey /cmd_vel, in real time; until Ctrl-C")
-      ->excludes("--lockstep", "--limo", "--mbot", "--gazebo");
-  app.add_option(
-         "--pace", args->options.pace,
-         "Maximum real-time factor with --lockstep: simulated seconds per second; 0: as fast as possible")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str()
-      ->type_name("FLOAT");
-  return [args](Console& console) { return robot_sim(*args, console); };
 }
 
 }  // namespace
@@ -138,8 +143,7 @@ Examples:
   waymark robot-sim --world circuit24 --images --ros2 --localhost
   waymark robot-sim --world circuit24 --robot-file limo-gazebo --images --gazebo limo
 )",
-      .prepare = prepare_robot_sim,
-      .verbs = {}};
+      .prepare = prepared(robot_sim)};
 }
 
 }  // namespace waymark::cli

@@ -1,10 +1,4 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/config/robot_list.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
@@ -55,11 +49,17 @@ ExitCode explain(const std::string& name, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare_robots(CLI::App& app) {
-  const auto name = std::make_shared<std::string>();
-  app.add_option("robot", *name, "Name of a robot, or the path of a .yaml file; without it all are listed")
-      ->type_name("NAME");
-  return [name](Console& console) { return name->empty() ? list_all(console) : explain(*name, console); };
+struct RobotsArgs {
+  explicit RobotsArgs(CLI::App& app) {
+    add_option(app, "robot NAME", name,
+               "Name of a robot, or the path of a .yaml file; without it all are listed");
+  }
+
+  std::string name;
+};
+
+ExitCode robots(const RobotsArgs& args, Console& console) {
+  return args.name.empty() ? list_all(console) : explain(args.name, console);
 }
 
 }  // namespace
@@ -79,8 +79,7 @@ Examples:
   waymark robots
   waymark robots limo
 )",
-      .prepare = prepare_robots,
-      .verbs = {}};
+      .prepare = prepared(robots)};
 }
 
 }  // namespace waymark::cli

@@ -1,13 +1,6 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-
-#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/ros2/relay.hpp"
@@ -17,20 +10,21 @@ namespace waymark::cli {
 namespace {
 
 struct Ros2RobotArgs {
-  explicit Ros2RobotArgs(CLI::App& app) : network(app) {}
+  explicit Ros2RobotArgs(CLI::App& app) : network(app) {
+    add_option(app, "profile PROFILE", profile,
+               "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file", kRequired);
+    joined.add_to(app, "Body and camera of the robot; unless given: as the profile says");
+  }
 
   Ros2Flags network;
   std::string profile{};
-  std::string robot_file{};
-  bool share_commands = false;
-  bool listen_only = false;
+  NetworkRobotFlags joined{};
 };
 
 ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto profile = find_ros2_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
-  const auto path = find_shared("robots", args.robot_file.empty() ? profile->robot : args.robot_file);
-  const auto robot = path ? read_robot(*path) : tl::unexpected(path.error());
+  const auto robot = args.joined.robot(profile->robot);
   auto options = args.network.options("waymark_robot");
   if (options && args.network.distro.empty() && !profile->ros_distro.empty())
     if (Status shown = show_in_node_list(*options, profile->ros_distro); !shown)
@@ -38,22 +32,10 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
-  const Status status = run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.listen_only),
-                                       {.share_commands = args.share_commands || args.listen_only});
+  const Status status =
+      run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.joined.listen_only),
+                     {.share_commands = args.joined.shares()});
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_ros2_robot(CLI::App& app) {
-  const auto args = std::make_shared<Ros2RobotArgs>(app);
-  app.add_option("profile", args->profile, "Profile: limo, turtlebot3, limo-sim, or the path of a .yaml file")
-      ->required()
-      ->type_name("PROFILE");
-  app.add_option("--robot-file", args->robot_file,
-                 "Body and camera of the robot; unless given: as the profile says")
-      ->type_name("NAME");
-  add_share_commands_flag(app, args->share_commands);
-  add_listen_flag(app, args->listen_only);
-  return [args](Console& console) { return ros2_robot(*args, console); };
 }
 
 Verb ros2_robot_verb() {
@@ -73,12 +55,15 @@ module for ROS 2; 2 wrong usage.
 Example:
   waymark ros2 robot limo < /dev/null
 )",
-      .prepare = prepare_ros2_robot,
-      .verbs = {}};
+      .prepare = prepared(ros2_robot)};
 }
 
 struct RelayArgs {
-  explicit RelayArgs(CLI::App& app) : network(app) {}
+  explicit RelayArgs(CLI::App& app) : network(app) {
+    add_option(app, "--from TOPIC", relay.from, "Topic the commands come on", kShown);
+    add_option(app, "--to TOPIC", relay.to, "Topic the robot listens to", kShown);
+    app.add_flag("--stamped", relay.stamped, "Both topics are TwistStamped instead of Twist");
+  }
 
   Ros2Flags network;
   RelayOptions relay{};
@@ -91,18 +76,6 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
   const Status status = relay_commands(**bus, args.relay, interrupted);
   return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
-}
-
-Run prepare_relay(CLI::App& app) {
-  const auto args = std::make_shared<RelayArgs>(app);
-  app.add_option("--from", args->relay.from, "Topic the commands come on")
-      ->capture_default_str()
-      ->type_name("TOPIC");
-  app.add_option("--to", args->relay.to, "Topic the robot listens to")
-      ->capture_default_str()
-      ->type_name("TOPIC");
-  app.add_flag("--stamped", args->relay.stamped, "Both topics are TwistStamped instead of Twist");
-  return [args](Console& console) { return relay(*args, console); };
 }
 
 Verb ros2_relay_verb() {
@@ -120,8 +93,7 @@ Exit code: 0 ended by Ctrl-C, 1 the network failed, 2 wrong usage.
 Example:
   waymark ros2 relay --from /waymark/cmd_vel --to /cmd_vel --stamped
 )",
-      .prepare = prepare_relay,
-      .verbs = {}};
+      .prepare = prepared(relay)};
 }
 
 }  // namespace
@@ -130,7 +102,6 @@ Verb ros2_verb() {
   return {.name = "ros2",
           .sentence = "Join a ROS 2 network without ROS: topics, a robot's process, a watchdog for robots",
           .help = "Example:\n  waymark ros2 topic list\n",
-          .prepare = {},
           .verbs = {ros2_topic_verb(), ros2_robot_verb(), ros2_relay_verb()}};
 }
 

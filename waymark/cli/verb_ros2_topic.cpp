@@ -1,14 +1,8 @@
 #include <cmath>
 #include <functional>
-#include <memory>
-#include <string>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-
-#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/ros2_flags.hpp"
-#include "waymark/cli/verb.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
@@ -99,15 +93,11 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
   const auto prepare = [run, one_topic](CLI::App& app) -> Run {
     const auto args = std::make_shared<TopicArgs>(app);
     if (one_topic) {
-      app.add_option("topic", args->topic, "Name of the topic, for example /odom")
-          ->required()
-          ->type_name("TOPIC");
-      app.add_option("--count", args->count, "End after so many messages; 0: go on until Ctrl-C")
-          ->check(CLI::Range(0, 1'000'000'000))
-          ->type_name("INTEGER");
-      app.add_option("--seconds", args->seconds, "End after so long; 0: go on until Ctrl-C")
-          ->check(CLI::Range(0.0, 1e9))
-          ->type_name("FLOAT");
+      add_option(app, "topic TOPIC", args->topic, "Name of the topic, for example /odom", kRequired);
+      add_option(app, "--count INTEGER", args->count, "End after so many messages; 0: go on until Ctrl-C",
+                 between(0, 1'000'000'000));
+      add_option(app, "--seconds FLOAT", args->seconds, "End after so long; 0: go on until Ctrl-C",
+                 between(0.0, 1e9));
     }
     return [args, run](Console& console) {
       const auto options = args->network.options();
@@ -117,7 +107,7 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
       return run(*args, **bus, *options, console);
     };
   };
-  return {.name = name, .sentence = sentence, .help = help, .prepare = prepare, .verbs = {}};
+  return {.name = name, .sentence = sentence, .help = help, .prepare = prepare};
 }
 
 }  // namespace
@@ -127,7 +117,6 @@ Verb ros2_topic_verb() {
       .name = "topic",
       .sentence = "List the topics of a ROS 2 network, show messages, measure rates",
       .help = "Example:\n  waymark ros2 topic list\n",
-      .prepare = {},
       .verbs = {
           topic_verb("list", "List topics, their types, publishers and subscriptions",
                      "Exit code: 0 some topic was found, 1 none within 3 s, 2 wrong usage.\n\nExample:\n"

@@ -1,20 +1,29 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/edit_routes.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct RoutesArgs {
+  explicit RoutesArgs(CLI::App& app) {
+    add_option(app, "MAP", job.folder, "Folder that `waymark map` wrote", kRequired);
+    named = add_option(app, "--route NAME", route,
+                       "Name of the route to list or edit. Unless given: the taught route for stations, all "
+                       "routes for the list");
+    add_option(app, "--station NAME", job.station,
+               "Name of a station, a place where the robot stops for a while, to add or move");
+    add_option(app, "--at-m FLOAT", job.at_m, "Position of the station along the route, in metres",
+               between(0.0, 1e6));
+    add_option(app, "--at-tag TAG", job.at_tag,
+               "Tag whose nearest point of the route is the position of the station");
+    add_option(app, "--pause-s FLOAT", job.pause_s,
+               "Duration of the stop at the station; a station that is moved keeps its duration",
+               between(0.0, 86400.0))
+        ->default_str("5");
+    add_option(app, "--remove-station NAME", job.remove, "Name of a station to remove");
+    app.add_flag("--json", json, "One JSON object a route instead of words");
+  }
+
   RoutesJob job{};
   std::string route;
   const CLI::Option* named = nullptr;
@@ -29,32 +38,6 @@ ExitCode routes(const RoutesArgs& args, Console& console) {
   for (const auto& [name, route] : *found)
     console.print(args.json ? json_line(to_json(name, route)) : to_text(name, route));
   return ExitCode::Ok;
-}
-
-Run prepare_routes(CLI::App& app) {
-  const auto args = std::make_shared<RoutesArgs>();
-  app.add_option("MAP", args->job.folder, "Folder that `waymark map` wrote")->required()->type_name("");
-  args->named = app.add_option("--route", args->route,
-                               "Name of the route to list or edit. Unless given: the taught route for "
-                               "stations, all routes for the list")
-                    ->type_name("NAME");
-  app.add_option("--station", args->job.station,
-                 "Name of a station, a place where the robot stops for a while, to add or move")
-      ->type_name("NAME");
-  app.add_option("--at-m", args->job.at_m, "Position of the station along the route, in metres")
-      ->check(CLI::Range(0.0, 1e6))
-      ->type_name("FLOAT");
-  app.add_option("--at-tag", args->job.at_tag,
-                 "Tag whose nearest point of the route is the position of the station")
-      ->type_name("TAG");
-  app.add_option("--pause-s", args->job.pause_s,
-                 "Duration of the stop at the station; a station that is moved keeps its duration")
-      ->default_str("5")
-      ->check(CLI::Range(0.0, 86400.0))
-      ->type_name("FLOAT");
-  app.add_option("--remove-station", args->job.remove, "Name of a station to remove")->type_name("NAME");
-  app.add_flag("--json", args->json, "One JSON object a route instead of words");
-  return [args](Console& console) { return routes(*args, console); };
 }
 
 }  // namespace
@@ -76,8 +59,7 @@ Examples:
   waymark routes map --route kitchen --station door --at-tag 7
   waymark routes map --remove-station shelf
 )",
-      .prepare = prepare_routes,
-      .verbs = {}};
+      .prepare = prepared(routes)};
 }
 
 }  // namespace waymark::cli

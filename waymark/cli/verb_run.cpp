@@ -1,19 +1,7 @@
 #include <algorithm>
-#include <filesystem>
-#include <memory>
-#include <string>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/run_args.hpp"
-#include "waymark/cli/stop_request.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/live/run_session.hpp"
 
 namespace waymark::cli {
@@ -38,7 +26,7 @@ ExitCode run(const RunArgs& args, Console& console) {
     if (args.driver->count() == 0) job.driver = "page";
   }
   job.speed_m_s = std::min(job.speed_m_s, setup->simulated.model.limits.speed_m_s);
-  const auto stop = hear_stop("run into " + args.folder, console);
+  const auto stop = listen_for_stop("run into " + args.folder, console);
   const Result<SessionReport> report = run_session(*setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, interrupted_by()));
@@ -49,12 +37,6 @@ ExitCode run(const RunArgs& args, Console& console) {
   }
   const bool well = std::ranges::all_of(report->replays, succeeded);
   return well && !report->map_failed ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
-Run prepare_run(CLI::App& app) {
-  const auto args = std::make_shared<RunArgs>(app);
-  args->add_to(app);
-  return [args](Console& console) { return run(*args, console); };
 }
 
 }  // namespace
@@ -81,8 +63,7 @@ Examples:
   waymark run --world circuit24 --images --view --open -o session
   waymark run --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 -o session
 )",
-      .prepare = prepare_run,
-      .verbs = {}};
+      .prepare = prepared(run)};
 }
 
 }  // namespace waymark::cli

@@ -1,21 +1,20 @@
 #include <cstdint>
-#include <memory>
-#include <string>
 
-#include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/live/write_samples.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct SamplesArgs {
+  explicit SamplesArgs(CLI::App& app) {
+    add_option(app, "FOLDER", job.folder, "Folder to make; one that is not empty is refused", kRequired);
+    add_option(app, "--seed INTEGER", job.seed, "Seed of all noise: the same seed gives the same samples",
+               kShown)
+        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
   SamplesJob job{};
   bool json = false;
 };
@@ -25,19 +24,6 @@ ExitCode samples(const SamplesArgs& args, Console& console) {
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report, args.job)) : to_text(*report, args.job));
   return ExitCode::Ok;
-}
-
-Run prepare_samples(CLI::App& app) {
-  const auto args = std::make_shared<SamplesArgs>();
-  app.add_option("FOLDER", args->job.folder, "Folder to make; one that is not empty is refused")
-      ->required()
-      ->type_name("");
-  app.add_option("--seed", args->job.seed, "Seed of all noise: the same seed gives the same samples")
-      ->capture_default_str()
-      ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"))
-      ->type_name("INTEGER");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return samples(*args, console); };
 }
 
 }  // namespace
@@ -57,8 +43,7 @@ Examples:
   waymark samples samples
   waymark samples samples-2 --seed 2 --json
 )",
-      .prepare = prepare_samples,
-      .verbs = {}};
+      .prepare = prepared(samples)};
 }
 
 }  // namespace waymark::cli

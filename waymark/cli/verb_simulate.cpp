@@ -1,19 +1,7 @@
-#include <algorithm>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/picture_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/profile_table.hpp"
 #include "waymark/live/simulate_like.hpp"
 
@@ -22,7 +10,16 @@ namespace {
 
 struct SimulateArgs {
   explicit SimulateArgs(CLI::App& app)
-      : settings(app), setup(app, "circuit24"), pictures(app, settings, Reach::Flags) {}
+      : settings(app), setup(app, "circuit24"), pictures(app, settings, Reach::Flags) {
+    add_option(
+        app, "--like RECORDING", like,
+        "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads",
+        kRequired);
+    add_option(app, "-o,--output FILE", output, "Recording to write (.mcap); never written over another",
+               kRequired)
+        ->transform(recording_name());
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
 
   Settings settings;
   SetupFlags setup;
@@ -36,9 +33,8 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
   Result<RobotSetup> setup = args.setup.make();
   Status status = setup ? args.pictures.apply(*setup) : tl::unexpected(setup.error());
   if (!status) return console.failed(status.error(), ExitCode::Usage);
-  const Result<RecordingProfile> like = profile_of(args.like, silent_control());
-  if (!like)
-    return console.failed(like.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  const Result<RecordingProfile> like = profile_of(args.like, silent(control_from(console)));
+  if (!like) return fail_run(like.error(), console);
   setup->simulated.robot = options_like(*like, setup->simulated.robot);
   const Result<RecordingProfile> made =
       simulate_like(*setup, *like, {.like = args.like, .output = args.output}, control_from(console));
@@ -46,21 +42,6 @@ ExitCode simulate(const SimulateArgs& args, Console& console) {
   const std::vector<ProfileRow> rows = profile_table(*like, *made);
   console.print(args.json ? json_line(to_json(rows, args.output)) : to_text(rows));
   return interrupted() ? ExitCode::Interrupted : ExitCode::Ok;
-}
-
-Run prepare_simulate(CLI::App& app) {
-  const auto args = std::make_shared<SimulateArgs>(app);
-  app.add_option(
-         "--like", args->like,
-         "Recording whose rates, gaps, noise and speeds are imitated: anything that `waymark info` reads")
-      ->required()
-      ->type_name("RECORDING");
-  app.add_option("-o,--output", args->output, "Recording to write (.mcap); never written over another")
-      ->required()
-      ->transform(recording_name())
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return simulate(*args, console); };
 }
 
 }  // namespace
@@ -82,8 +63,7 @@ Exit code: 0 a recording was written, 1 one could not be read or written, 2 wron
 Example:
   waymark simulate --like lap.mcap --world circuit24 -o like.mcap
 )",
-      .prepare = prepare_simulate,
-      .verbs = {}};
+      .prepare = prepared(simulate)};
 }
 
 }  // namespace waymark::cli

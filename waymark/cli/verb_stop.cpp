@@ -1,9 +1,6 @@
 #include <algorithm>
-#include <memory>
 
-#include <CLI/App.hpp>
-
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/drivers/watchdog/stop_socket.hpp"
 
 namespace waymark::cli {
@@ -26,8 +23,6 @@ ExitCode stop(Console& console) {
                                                                                  : ExitCode::SomeFailed;
 }
 
-Run prepare_stop(CLI::App& /*app*/) { return stop; }
-
 }  // namespace
 
 Verb stop_verb() {
@@ -45,8 +40,7 @@ Example:
   waymark stop
   stops: replay of map (process 4711)
 )",
-      .prepare = prepare_stop,
-      .verbs = {}};
+      .prepare = prepared(stop)};
 }
 
 }  // namespace waymark::cli

@@ -8,7 +8,6 @@ Verb tags_verb() {
           .help =
               "Example:\n"
               "  waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf\n",
-          .prepare = {},
           .verbs = {tags_sheet_verb(), tags_board_verb()}};
 }
 

@@ -1,17 +1,6 @@
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
 #include "waymark/cli/paper_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/families/tag_numbers.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/tag_prints.hpp"
 #include "waymark/jobs/write_pages.hpp"
 
@@ -20,7 +9,9 @@ namespace {
 
 struct SheetArgs {
   explicit SheetArgs(CLI::App& app)
-      : settings(app), paper(app), sheet(app, settings, "sheet", kFirstGroup), tag_size(name_tag_size(app)) {}
+      : settings(app), paper(app), sheet(app, settings, "sheet", kFirstGroup), tag_size(name_tag_size(app)) {
+    add_option(app, "--ids LIST", ids, "Ids of the tags, for example 0-23 or 0-3,7,9", kRequired);
+  }
 
   Settings settings;
   std::string ids;
@@ -64,14 +55,6 @@ ExitCode draw(const SheetArgs& args, Console& console) {
   return ExitCode::Ok;
 }
 
-Run prepare_tags_sheet(CLI::App& app) {
-  const auto args = std::make_shared<SheetArgs>(app);
-  app.add_option("--ids", args->ids, "Ids of the tags, for example 0-23 or 0-3,7,9")
-      ->required()
-      ->type_name("LIST");
-  return [args](Console& console) { return draw(*args, console); };
-}
-
 }  // namespace
 
 Verb tags_sheet_verb() {
@@ -91,8 +74,7 @@ Examples:
   waymark tags sheet --family 36h11 --ids 0-23 --tag-size-m 0.16 --paper A4 -o tags.pdf
   waymark tags sheet --ids 0-3,7,9 --tag-size-m 0.05 --per-page 1 --dpi 600 -o tags.png
 )",
-      .prepare = prepare_tags_sheet,
-      .verbs = {}};
+      .prepare = prepared(draw)};
 }
 
 }  // namespace waymark::cli

@@ -1,19 +1,5 @@
-#include <algorithm>
-#include <memory>
-#include <string>
-#include <vector>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/stop_request.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/teach_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -26,7 +12,7 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   const auto view = start_page(args.live, *setup, console);
   if (!view) return fail_with(view.error(), console);
   if (*view) job.feed = &(*view)->feed();
-  const auto stop = setup->process.empty() ? nullptr : hear_stop("teach into " + job.output, console);
+  const auto stop = setup->process.empty() ? nullptr : listen_for_stop("teach into " + job.output, console);
   const Result<TeachReport> report = teach_lap(*setup, job, control_from(console));
   if (!report) return fail_with(report.error(), console);
   console.print(args.json ? json_line(to_json(*report, args.job.output))
@@ -39,12 +25,6 @@ ExitCode teach(const TeachArgs& args, Console& console) {
   }
   if (!report->end.finished) console.say("the driver did not get round in ten minutes");
   return report->end.finished && report->summary.mappable ? ExitCode::Ok : ExitCode::SomeFailed;
-}
-
-Run prepare_teach(CLI::App& app) {
-  const auto args = std::make_shared<TeachArgs>(app);
-  args->add_to(app);
-  return [args](Console& console) { return teach(*args, console); };
 }
 
 }  // namespace
@@ -84,8 +64,7 @@ Examples:
   waymark teach --robot "process:python3 my_robot.py" --robot-file my_robot.yaml --anchor 0 --tag-size-m 0.16 \
     --driver gamepad -o mine.mcap
 )",
-      .prepare = prepare_teach,
-      .verbs = {}};
+      .prepare = prepared(teach)};
 }
 
 }  // namespace waymark::cli

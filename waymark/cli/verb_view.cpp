@@ -1,19 +1,18 @@
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/page_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/live/offered_files.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ViewArgs {
+  explicit ViewArgs(CLI::App& app) {
+    add_option(app, "PATH", path,
+               "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
+               "waits for a file to be dropped on it");
+    add_flags(app, page);
+  }
+
   std::string path;
   PageOptions page{};
 };
@@ -32,17 +31,6 @@ ExitCode view(const ViewArgs& args, Console& console) {
   console.say("open this address in a browser; Ctrl-C ends");
   server->run([] { return interrupted(); });
   return ExitCode::Ok;
-}
-
-Run prepare_view(CLI::App& app) {
-  const auto args = std::make_shared<ViewArgs>();
-  app.add_option(
-         "PATH", args->path,
-         "Recording (MCAP), map.yaml, folder of a map, or folder with recordings; without one the page "
-         "waits for a file to be dropped on it")
-      ->type_name("");
-  add_flags(app, args->page);
-  return [args](Console& console) { return view(*args, console); };
 }
 
 }  // namespace
@@ -65,8 +53,7 @@ Examples:
   waymark view demo
   waymark view lap.mcap --port 0 --open
 )",
-      .prepare = prepare_view,
-      .verbs = {}};
+      .prepare = prepared(view)};
 }
 
 }  // namespace waymark::cli

@@ -1,19 +1,20 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/judge_world.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct CheckArgs {
+  explicit CheckArgs(CLI::App& app) {
+    add_option(app, "WORLD", world, kWorldNames, kRequired);
+    add_option(
+        app, "--robot-file NAME", robot_file,
+        fmt::format("Body and camera of the robot: {}. Unless given: the robot that the world names, or limo",
+                    kRobotNames));
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
   std::string world;
   std::string robot_file;
   bool json = false;
@@ -32,19 +33,6 @@ ExitCode check(const CheckArgs& args, Console& console) {
   return verdict->good ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare_check(CLI::App& app) {
-  const auto args = std::make_shared<CheckArgs>();
-  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
-  app.add_option(
-         "--robot-file", args->robot_file,
-         fmt::format(
-             "Body and camera of the robot: {}. Unless given: the robot that the world names, or limo",
-             kRobotNames))
-      ->type_name("NAME");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return check(*args, console); };
-}
-
 }  // namespace
 
 Verb world_check_verb() {
@@ -61,8 +49,7 @@ Examples:
   waymark world check circuit24
   waymark world check circuit24 --robot-file limo --json
 )",
-      .prepare = prepare_check,
-      .verbs = {}};
+      .prepare = prepared(check)};
 }
 
 }  // namespace waymark::cli

@@ -1,23 +1,22 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/failure.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/export_world.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ExportArgs {
+  explicit ExportArgs(CLI::App& app) {
+    add_option(app, "WORLD", world, kWorldNames, kRequired);
+    add_option(app, "--sdf FOLDER", folder, "Folder to write world.sdf into, not there yet or empty",
+               kRequired);
+    add_option(app, "--robot-file NAME", robot_file,
+               fmt::format("Body and camera of the robot: {}", kRobotNames), kShown);
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
   std::string world{};
-  std::string robot_file{};
+  std::string robot_file = "limo-gazebo";
   std::string folder{};
   bool json = false;
 };
@@ -33,21 +32,6 @@ ExitCode export_as_sdf(const ExportArgs& args, Console& console) {
   say_warnings(report->notes, console);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report, args.folder));
   return ExitCode::Ok;
-}
-
-Run prepare_export(CLI::App& app) {
-  const auto args = std::make_shared<ExportArgs>();
-  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
-  app.add_option("--sdf", args->folder, "Folder to write world.sdf into, not there yet or empty")
-      ->required()
-      ->type_name("FOLDER");
-  args->robot_file = "limo-gazebo";
-  app.add_option("--robot-file", args->robot_file,
-                 fmt::format("Body and camera of the robot: {}", kRobotNames))
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return export_as_sdf(*args, console); };
 }
 
 }  // namespace
@@ -67,8 +51,7 @@ Examples:
   waymark world export circuit24 --sdf circuit
   waymark world export my_world.yaml --robot-file my_robot.yaml --sdf mine
 )",
-      .prepare = prepare_export,
-      .verbs = {}};
+      .prepare = prepared(export_as_sdf)};
 }
 
 }  // namespace waymark::cli

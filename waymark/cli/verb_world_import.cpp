@@ -1,61 +1,40 @@
-#include <filesystem>
-#include <memory>
-#include <string>
-
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/cli/warnings.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/jobs/import_world.hpp"
-#include "waymark/jobs/json_line.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct ImportArgs {
+  explicit ImportArgs(CLI::App& app) {
+    add_option(app, "FILE", job.file, "World or model in SDF (.sdf, .world)", kRequired);
+    add_option(app, "-o,--output FILE", job.output, "World to write (.yaml)", kRequired);
+    add_option(app, "--models FOLDER", job.folders,
+               "Folder in which model:// and pictures are looked for first (repeatable). Then: beside the "
+               "file, models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH");
+    add_option(app, "--family NAME", job.families, "Tag families to look for in the pictures", kShown,
+               kByCommas);
+    auto* path = app.add_option(
+        "--path", job.path,
+        "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive");
+    path->type_name("FILE");
+    add_option(app, "--start NAME", job.start,
+               "Model from which a line of one metre leads ahead, where there is no --path. Unless given: "
+               "the first model that is not static, else the origin")
+        ->excludes(path);
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
+
   ImportWorldJob job{};
   bool json = false;
 };
 
 ExitCode import_sdf(const ImportArgs& args, Console& console) {
   const auto report = import_world(args.job, control_from(console));
-  if (!report)
-    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  if (!report) return fail_run(report.error(), console);
   say_warnings(report->warnings, console);
   const std::string file = args.job.output.string();
   console.print(args.json ? json_line(to_json(*report, file)) : to_text(*report, file));
   return ExitCode::Ok;
-}
-
-Run prepare_import(CLI::App& app) {
-  const auto args = std::make_shared<ImportArgs>();
-  app.add_option("FILE", args->job.file, "World or model in SDF (.sdf, .world)")->required()->type_name("");
-  app.add_option("-o,--output", args->job.output, "World to write (.yaml)")->required()->type_name("FILE");
-  app.add_option(
-         "--models", args->job.folders,
-         "Folder in which model:// and pictures are looked for first (repeatable). Then: beside the file, "
-         "models/ there, IGN_GAZEBO_RESOURCE_PATH, SDF_PATH")
-      ->type_name("FOLDER");
-  app.add_option("--family", args->job.families, "Tag families to look for in the pictures")
-      ->capture_default_str()
-      ->delimiter(',')
-      ->type_name("NAME");
-  auto* path =
-      app.add_option("--path", args->job.path,
-                     "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive");
-  path->type_name("FILE");
-  app.add_option("--start", args->job.start,
-                 "Model from which a line of one metre leads ahead, where there is no --path. Unless given: "
-                 "the first "
-                 "model that is not static, else the origin")
-      ->excludes(path)
-      ->type_name("NAME");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return import_sdf(*args, console); };
 }
 
 }  // namespace
@@ -76,8 +55,7 @@ Examples:
   waymark world import walls.sdf -o walls.yaml
   waymark world import hall.sdf --models models --family tag36h11,tag25h9 --path lap.csv -o hall.yaml
 )",
-      .prepare = prepare_import,
-      .verbs = {}};
+      .prepare = prepared(import_sdf)};
 }
 
 }  // namespace waymark::cli

@@ -1,17 +1,7 @@
 #include <filesystem>
-#include <memory>
-#include <string>
 
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
-#include "waymark/cli/options_flags.hpp"
-#include "waymark/cli/verb.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/config/share.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/lay_world.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 
@@ -19,7 +9,15 @@ namespace waymark::cli {
 namespace {
 
 struct NewArgs {
-  explicit NewArgs(CLI::App& app) : settings(app), layout(app, settings, "layout", kFirstGroup) {}
+  explicit NewArgs(CLI::App& app) : settings(app), layout(app, settings, "layout", kFirstGroup) {
+    add_option(app, "--path FILE", path,
+               "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive",
+               kRequired);
+    add_option(app, "-o,--output FILE", output, "World to write (.yaml)", kRequired);
+    add_option(app, "--robot-file NAME", robot_file, "Body and camera of the robot: a name, or a .yaml file",
+               kShown);
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
 
   Settings settings;
   std::string path;
@@ -48,24 +46,9 @@ ExitCode make_world(const NewArgs& args, Console& console) {
   const Result<LayWorldJob> job = job_of(args);
   if (!job) return console.failed(job.error(), ExitCode::Usage);
   const Result<LayWorldReport> report = lay_world(*job, control_from(console));
-  if (!report)
-    return console.failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
+  if (!report) return fail_run(report.error(), console);
   console.print(args.json ? json_line(to_json(*report, args.output)) : to_text(*report, args.output));
   return ExitCode::Ok;
-}
-
-Run prepare_world_new(CLI::App& app) {
-  const auto args = std::make_shared<NewArgs>(app);
-  app.add_option("--path", args->path,
-                 "Line to drive: a .csv file with columns x and y in metres, or a recording of a drive")
-      ->required()
-      ->type_name("FILE");
-  app.add_option("-o,--output", args->output, "World to write (.yaml)")->required()->type_name("FILE");
-  app.add_option("--robot-file", args->robot_file, "Body and camera of the robot: a name, or a .yaml file")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return make_world(*args, console); };
 }
 
 }  // namespace
@@ -84,8 +67,7 @@ Exit code: 0 a world was written, 1 the line could not be read or no tag placed,
 Example:
   waymark world new --path lap.mcap -o mine.yaml --tag-size-m 0.12
 )",
-      .prepare = prepare_world_new,
-      .verbs = {}};
+      .prepare = prepared(make_world)};
 }
 
 }  // namespace waymark::cli

@@ -1,22 +1,16 @@
-#include <memory>
-#include <string>
-
-#include <fmt/format.h>
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
-
-#include "waymark/cli/failure.hpp"
-#include "waymark/cli/options_flags.hpp"
+#include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/cli/verb.hpp"
-#include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/judge_world.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct OrbitArgs {
-  explicit OrbitArgs(CLI::App& app) : settings(app), options(app, settings, "orbit", kFirstGroup) {}
+  explicit OrbitArgs(CLI::App& app) : settings(app), options(app, settings, "orbit", kFirstGroup) {
+    add_option(app, "WORLD", world, kWorldNames, kRequired);
+    add_option(app, "-o,--output FILE", output, "Figure to draw of the result (.svg, .png or .pdf)");
+    app.add_flag("--json", json, "One JSON object instead of words");
+  }
 
   Settings settings;
   std::string world;
@@ -44,15 +38,6 @@ ExitCode go_round(const OrbitArgs& args, Console& console) {
   return report->closes() && report->continuous() && report->upright() ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-Run prepare_orbit(CLI::App& app) {
-  const auto args = std::make_shared<OrbitArgs>(app);
-  app.add_option("WORLD", args->world, kWorldNames)->required()->type_name("");
-  app.add_option("-o,--output", args->output, "Figure to draw of the result (.svg, .png or .pdf)")
-      ->type_name("FILE");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
-  return [args](Console& console) { return go_round(*args, console); };
-}
-
 }  // namespace
 
 Verb world_orbit_verb() {
@@ -71,8 +56,7 @@ Examples:
   waymark world orbit circuit24
   waymark world orbit circuit24 -o orbit.svg --sigma-m 0.01 --sigma-deg 1
 )",
-      .prepare = prepare_orbit,
-      .verbs = {}};
+      .prepare = prepared(go_round)};
 }
 
 }  // namespace waymark::cli

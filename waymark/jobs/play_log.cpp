@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/sample_words.hpp"
 
@@ -71,6 +72,28 @@ Status play_messages(MessageLog& log, const LogSelection& selection, double spee
     if (!pace.wait_for(static_cast<std::int64_t>(std::max(start, message.log_time)))) return enough();
     return on_message(channel, message);
   });
+}
+
+Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
+  LogSelection selection;
+  std::vector<std::string> known;
+  for (const LogChannel& channel : log.channels()) known.push_back(channel.topic);
+  for (const std::string& topic : part.topics) {
+    if (std::ranges::find(known, topic) == known.end())
+      return fail(ErrorCode::NotFound, fmt::format("the recording has no topic '{}'", topic),
+                  {.key = "--topics"}, suggestion(topic, known));
+    selection.topics.insert(topic);
+  }
+  if (!(part.from_s >= 0 && part.to_s > part.from_s))
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("from {} s to {} s is no time", part.from_s, part.to_s), {.key = "--from"},
+                "Give seconds from the first message, for example --from 10 --to 20.");
+  const std::uint64_t start = recording_start_ns(log);
+  constexpr double kMost_s = 1e9;  // 30 years
+  if (part.from_s > 0)
+    selection.from = start + static_cast<std::uint64_t>(std::min(part.from_s, kMost_s) * 1e9);
+  if (part.to_s < kMost_s) selection.to = start + static_cast<std::uint64_t>(part.to_s * 1e9);
+  return selection;
 }
 
 Status play_log(MessageLog& log, const LogSelection& selection, const PlayOptions& options,

@@ -1,11 +1,23 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "waymark/recording/message_log.hpp"
 
 namespace waymark {
+
+/// A part of a recording.
+struct LogPart {
+  std::vector<std::string> topics{};  ///< empty: all
+  double from_s = 0;                  ///< after the first message
+  double to_s = std::numeric_limits<double>::infinity();
+};
+/// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
+/// sense.
+[[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
 struct PlayOptions {
   double speed = 1;       ///< as recorded; 0: without waiting

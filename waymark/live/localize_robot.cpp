@@ -8,6 +8,7 @@
 #include "waymark/jobs/stopwatch.hpp"
 #include "waymark/live/fresh_file.hpp"
 #include "waymark/live/live_robot.hpp"
+#include "waymark/live/robot_kinds.hpp"
 #include "waymark/live/session_viewers.hpp"
 #include "waymark/recording/map_markers.hpp"
 
@@ -87,7 +88,7 @@ LocalizeListener listener_of(const LocalizeRobotJob& job, LocalizeOutput& output
 Status check_job(const LocalizeRobotJob& job) {
   if (Status status = check_localize_output(job.localize); !status) return status;
   if (job.localize.method != LocalizationKind::Smoother || job.localize.filter.lag_s > 0) return {};
-  return fail(ErrorCode::InvalidArgument, "a smoother of a robot that runs needs to know how late it may be",
+  return fail(ErrorCode::InvalidArgument, "a smoother of a running robot needs the delay that it may have",
               {.key = "--lag-s"}, "Give --lag-s, for example 2, or --method riekf.");
 }
 
@@ -102,6 +103,20 @@ void complete(LocalizeReport& report, Localizer& localizer) {
 void only_listen(RobotSetup& setup) {
   setup.process.listen_only = true;
   if (!setup.process.words.empty()) setup.process.words.emplace_back("--listen-only");
+}
+
+Result<RobotSetup> load_listening_robot(const std::string& robot, const std::string& robot_file,
+                                        const std::filesystem::path& map,
+                                        const std::vector<std::string>& camera_sources) {
+  std::error_code ignored;
+  const auto folder = std::filesystem::is_directory(map, ignored) ? map : map.parent_path();
+  std::string file = robot_file;
+  if (file.empty() && std::filesystem::exists(folder / "robot.yaml", ignored)) file = folder / "robot.yaml";
+  auto setup = load_kind(robot, {}, file, 1);
+  if (!setup || !*setup) return setup ? std::move(*setup) : tl::unexpected(Error{});
+  if (Status added = add_live_cameras(camera_sources, **setup); !added) return tl::unexpected(added.error());
+  only_listen(**setup);
+  return std::move(*setup);
 }
 
 Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const LocalizeRobotJob& job,

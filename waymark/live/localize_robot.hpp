@@ -1,8 +1,10 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/jobs/localize_log.hpp"
@@ -31,6 +33,12 @@ struct LocalizeRobotReport {
 
 /// Makes the robot of load_kind() one that is heard and never commanded.
 void only_listen(RobotSetup& setup);
+
+/// A robot KIND:ADDRESS that is only heard, with cameras of this computer (add_live_cameras()). Described by
+/// `robot_file`; empty: robot.yaml beside the map, else as the kind says.
+[[nodiscard]] Result<RobotSetup> load_listening_robot(const std::string& robot, const std::string& robot_file,
+                                                      const std::filesystem::path& map,
+                                                      const std::vector<std::string>& camera_sources);
 
 /// Localises the robot of the setup until somebody ends it, or the control cancels it. Nothing is sent to the
 /// robot. Fails where the robot waits for its commands (lockstep), as localize() does, and when the robot's

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/drivers/gazebo/profile.hpp"
@@ -95,6 +98,22 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
     return setup;
   }
   return std::nullopt;
+}
+
+Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup) {
+  const std::vector<MountedCamera> cameras = setup.simulated.cameras();
+  for (const std::string& word : words) {
+    auto camera = parse_camera_address(word, cameras.front().name);
+    if (!camera) {
+      camera.error().place.key = "--camera-source";
+      return tl::unexpected(camera.error());
+    }
+    if (std::ranges::find(cameras, camera->name, &MountedCamera::name) == cameras.end())
+      return fail(ErrorCode::InvalidArgument, fmt::format("the robot has no camera '{}'", camera->name),
+                  {.key = "--camera-source"}, "Name one of the cameras of its file.");
+    setup.live_cameras.push_back(std::move(*camera));
+  }
+  return {};
 }
 
 Result<std::vector<DoctorLine>> check_robot(const std::string& robot) {

@@ -44,6 +44,9 @@ struct RobotKind {
 [[nodiscard]] std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std::string& world,
                                                           const std::string& robot_file, std::uint64_t seed);
 
+/// Gives the setup of a robot that is a process the cameras of --camera-source: [NAME=]ADDRESS each.
+[[nodiscard]] Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup);
+
 /// The lines of `waymark doctor` for a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that
 /// has no checks.
 [[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot);

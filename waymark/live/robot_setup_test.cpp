@@ -14,6 +14,7 @@
 #include "waymark/live/robot_difference.hpp"
 #include "waymark/live/robot_kinds.hpp"
 #include "waymark/live/robot_ways.hpp"
+#include "waymark/live/start_recording.hpp"
 #include "waymark/live/stop_key.hpp"
 
 namespace waymark {
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(LoadStage, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
+TEST(LoadSetup, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
   const auto circuit = load_setup("circuit24", "", 7);
   ASSERT_TRUE(circuit) << to_string(circuit.error());
   EXPECT_EQ(circuit->simulated.world.name, "circuit24");
@@ -37,6 +38,38 @@ TEST(LoadStage, TheRobotIsTheOneThatIsNamedElseThatOfTheWorldElseLimo) {
   EXPECT_EQ(other->simulated.model.name, circuit->simulated.model.name) << "what is named counts more";
   EXPECT_EQ(other->world_yaml, square->world_yaml);
   EXPECT_EQ(other->robot().model.name, other->simulated.model.name);
+}
+
+TEST(LoneAnchor, IsGivenWhereNobodyKnowsTheWorldAndOnlyThere) {
+  const RobotSetup simulated = load_setup("circuit24", "", 1).value();
+  RobotSetup process = load_setup("", "limo", 1).value();
+  process.process = "true";
+  RobotSetup known = simulated;
+  known.process = "true";
+  for (RobotSetup setup : {simulated, known}) {
+    EXPECT_TRUE(place_lone_anchor(setup, {}));
+    EXPECT_FALSE(place_lone_anchor(setup, {.anchor = "0"}));
+    EXPECT_FALSE(place_lone_anchor(setup, {.tag_size_m = 0.16}));
+  }
+  EXPECT_FALSE(place_lone_anchor(process, {}));
+  EXPECT_FALSE(place_lone_anchor(process, {.anchor = "0"}));
+  EXPECT_FALSE(place_lone_anchor(process, {.tag_size_m = 0.16}));
+  EXPECT_FALSE(place_lone_anchor(process, {.anchor = "no tag", .tag_size_m = 0.16}));
+  ASSERT_TRUE(place_lone_anchor(process, {.anchor = "7", .tag_size_m = 0.16}));
+  const World& world = process.simulated.world;
+  EXPECT_EQ(to_string(world.anchor), "tag36h11:7");
+  ASSERT_NE(world.tags.find(world.anchor), nullptr);
+  EXPECT_EQ(world.tags.find(world.anchor)->size_m, 0.16);
+}
+
+TEST(LoneAnchor, OfAMapThatIsThereIsTheMapsUnlessOneIsGiven) {
+  RobotSetup setup = load_setup("", "limo", 1).value();
+  setup.process = "true";
+  const fs::path none = testing::fresh_folder("lone_anchor");
+  EXPECT_TRUE(place_lone_anchor(setup, {}, none.string())) << "said where the map is read";
+  EXPECT_FALSE(place_lone_anchor(setup, {}, "")) << "no map: it must be given";
+  ASSERT_TRUE(place_lone_anchor(setup, {.anchor = "3", .tag_size_m = 0.1}, none.string()));
+  EXPECT_EQ(to_string(setup.simulated.world.anchor), "tag36h11:3");
 }
 
 TEST(RobotDifference, NamesWhatAReplayRestsOn) {
@@ -75,7 +108,7 @@ TEST(RobotWays, NamesTheProfilesOfGazebo) {
   EXPECT_THAT(ways_to_reach("limo"), ::testing::Contains(HasSubstr("--robot ros2:limo ")));
 }
 
-TEST(LoadStage, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {
+TEST(LoadSetup, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {
   const auto setup = load_setup("", "", 1);
   ASSERT_TRUE(setup) << to_string(setup.error());
   EXPECT_TRUE(setup->world_yaml.empty());
@@ -83,14 +116,14 @@ TEST(LoadStage, WithoutAWorldNothingIsThereAndNobodyKnowsIt) {
   EXPECT_FALSE(setup->robot_yaml.empty());
 }
 
-TEST(LoadStage, AMisspeltNameIsAnErrorWithTheNearestOne) {
+TEST(LoadSetup, AMisspeltNameIsAnErrorWithTheNearestOne) {
   const auto world = load_setup("circuit42", "", 1);
   ASSERT_FALSE(world);
   EXPECT_THAT(world.error().hint, HasSubstr("circuit24"));
   const auto robot = load_setup("circuit24", "limu", 1);
   ASSERT_FALSE(robot);
   EXPECT_THAT(robot.error().hint, HasSubstr("limo"));
-  const fs::path file = testing::fresh_folder("live_stage") / "world.yaml";
+  const fs::path file = testing::fresh_folder("live_setup") / "world.yaml";
   ASSERT_TRUE(write_text_file(file, "name: [broken\n"));
   const auto broken = load_setup(file.string(), "", 1);
   ASSERT_FALSE(broken);

@@ -1,13 +1,16 @@
 #include "waymark/live/run_grid.hpp"
 
 #include <algorithm>
-#include <string>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/config/faults_file.hpp"
+#include "waymark/config/text_file.hpp"
+#include "waymark/config/yaml_fields.hpp"
 #include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/live/replay_route.hpp"
 #include "waymark/live/teach_lap.hpp"
 
@@ -79,6 +82,32 @@ Result<std::vector<ExperimentRun>> run_lap(const ExperimentGrid& grid, const Exp
 }
 
 }  // namespace
+
+Result<ExperimentGrid> read_grid(const std::string& path) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+  const auto text = read_text_file(path, kMostBytes);
+  if (!text) return tl::unexpected(text.error());
+  const auto tree = parse_yaml(*text, path);
+  if (!tree) return tl::unexpected(tree.error());
+  if (tree->kind == YamlNode::Kind::Null)  // an accident, not the wish for the usual one
+    return fail(ErrorCode::InvalidArgument, "the grid is empty", {.source = path},
+                "Name what is to be driven, such as  seeds: [1, 2, 3]");
+  auto grid = parse_fields<ExperimentGrid>(*text, path);
+  Status sensible = grid ? check_grid(*grid) : tl::unexpected(grid.error());
+  if (sensible) return grid;
+  if (sensible.error().place.source.empty()) sensible.error().place.source = path;
+  return tl::unexpected(std::move(sensible.error()));
+}
+
+Status check_experiment_folder(const fs::path& folder, bool force) {
+  std::error_code ignored;
+  for (const fs::path& path : {folder / "experiment.json", folder / "lap-1"}) {
+    if (!force && fs::exists(path, ignored))
+      return fail(ErrorCode::Unwritable, "an experiment was written here already", {.source = path.string()},
+                  "Give another folder with --output, or --force to write over it.");
+  }
+  return check_output_folder(folder);
+}
 
 Result<std::vector<ExperimentRun>> run_grid(const ExperimentGrid& grid, const fs::path& folder,
                                             const JobControl& control) {

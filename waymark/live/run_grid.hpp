@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "waymark/jobs/experiment_summary.hpp"
@@ -8,6 +9,13 @@
 #include "waymark/live/experiment_grid.hpp"
 
 namespace waymark {
+
+/// The grid of a .yaml file, checked; an empty file is an error.
+[[nodiscard]] Result<ExperimentGrid> read_grid(const std::string& path);
+
+/// Fails where an experiment was written already, which takes hours, unless it is to be replaced (`force`),
+/// and where nothing can be written.
+[[nodiscard]] Status check_experiment_folder(const std::filesystem::path& folder, bool force);
 
 /// Teaches, maps and replays everything the grid combines, in folders lap-1, lap-2, … of the folder.
 /// Cancelling ends it with what was driven until then.

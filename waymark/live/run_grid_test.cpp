@@ -30,6 +30,34 @@ TEST(CheckGrid, WhatCannotBeDrivenIsNamedByItsKey) {
   EXPECT_FALSE(check_grid({.faults = {"no-such-faults.yaml"}}));
 }
 
+TEST(ReadGrid, AnEmptyFileIsAnAccidentAndAMistakeIsNamedWithItsFile) {
+  const fs::path file = testing::fresh_folder("read_grid") / "grid.yaml";
+  const auto read = [&](const std::string& text) {
+    EXPECT_TRUE(write_text_file(file, text));
+    return read_grid(file.string());
+  };
+  const auto good = read("seeds: [1, 2, 3]\nspeeds_m_s: [0.3]\n");
+  ASSERT_TRUE(good) << to_string(good.error());
+  EXPECT_EQ(good->seeds.size(), 3U);
+  for (const char* text : {"", "# nothing\n", "sedes: [1]\n", "seeds: [1, 1]\n", "speeds_m_s: [-1]\n"}) {
+    const auto bad = read(text);
+    ASSERT_FALSE(bad) << text;
+    EXPECT_EQ(bad.error().place.source, file.string()) << text;
+  }
+}
+
+TEST(ExperimentFolder, WhatTookHoursIsWrittenOverOnlyWhenThatIsAskedFor) {
+  const fs::path folder = testing::fresh_folder("experiment_folder");
+  EXPECT_TRUE(check_experiment_folder(folder, false));
+  EXPECT_TRUE(check_experiment_folder(folder / "new", false));
+  ASSERT_TRUE(write_text_file(folder / "experiment.json", "{}"));
+  EXPECT_FALSE(check_experiment_folder(folder, false));
+  EXPECT_TRUE(check_experiment_folder(folder, true));
+  fs::remove(folder / "experiment.json");
+  fs::create_directories(folder / "lap-1");
+  EXPECT_FALSE(check_experiment_folder(folder, false)) << "it was stopped before its end";
+}
+
 class RunGrid : public ::testing::Test {
  protected:
   const fs::path folder_ = testing::fresh_folder("run_grid");

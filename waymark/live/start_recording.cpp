@@ -1,10 +1,12 @@
 #include "waymark/live/start_recording.hpp"
 
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 #include <fmt/format.h>
 
+#include "waymark/config/map_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 
 #ifndef WAYMARK_VERSION
@@ -31,6 +33,31 @@ std::string options_yaml(const SimulatedRobotOptions& robot) { return "robot:\n"
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m) {
   world.anchor = anchor;
   world.tags.tags[anchor] = {.map_T_tag = anchor_at_origin(), .size_m = tag_size_m};
+}
+
+Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
+  if (setup.process.empty() || !setup.world_yaml.empty()) {
+    if (given.anchor.empty() && given.tag_size_m == 0) return {};
+    return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
+                {.key = given.anchor.empty() ? "--tag-size-m" : "--anchor"},
+                "Leave it out, or --world with --robot process:CMD.");
+  }
+  if (given.anchor.empty() || given.tag_size_m == 0)
+    return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",
+                {.key = given.anchor.empty() ? "--anchor" : "--tag-size-m"},
+                "For example --anchor 0 --tag-size-m 0.16.");
+  const auto anchor = tag_named(given.anchor);
+  if (!anchor) return tl::unexpected(anchor.error());
+  place_lone_anchor(setup.simulated.world, *anchor, given.tag_size_m);
+  return {};
+}
+
+Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map) {
+  const bool is_given = !given.anchor.empty() || given.tag_size_m != 0;
+  if (map.empty() || !setup.world_yaml.empty() || is_given) return place_lone_anchor(setup, given);
+  const Result<MapFile> file = read_map(std::filesystem::path(map) / "map.yaml");
+  if (file) place_lone_anchor(setup.simulated.world, file->anchor, file->tags.tags.at(file->anchor).size_m);
+  return {};
 }
 
 TeachSetup teach_setup(const SimulatedSetup& simulated) {

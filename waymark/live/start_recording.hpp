@@ -16,6 +16,18 @@ namespace waymark {
 /// For a world of which only the anchor is known: it stands at the origin until the lap is mapped.
 void place_lone_anchor(World& world, const TagId& anchor, double tag_size_m);
 
+/// What the map of a robot that is a process will stand on, where no file of a world says it.
+struct LoneAnchor {
+  std::string anchor{};   ///< "tag36h11:0", or its id; empty: not given
+  double tag_size_m = 0;  ///< 0: not given
+};
+/// Gives the setup an anchor where its world is not known. Fails when it must be given and is not, and the
+/// other way round.
+[[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given);
+/// The same where a map is there already, whose anchor it is unless one is given. What is wrong with that map
+/// is said where it is read.
+[[nodiscard]] Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given, const std::string& map);
+
 /// How a recording comes to be.
 struct Making {
   std::string verb;      ///< of waymark

@@ -12,7 +12,7 @@
 #include "waymark/recording/sample_recorder.hpp"
 #include "waymark/server/live_feed.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// A live camera on the page: pictures, tags with their poses, rate, age, controls; and what its viewers ask
 /// for: a control's new value, a picture saved as PNG, a recording. Files go to the current folder.
@@ -34,7 +34,7 @@ class CameraPage {
   void start_or_end_recording(const CameraPicture& seen);
   [[nodiscard]] Status begin_recording(const CameraPicture& seen);
   [[nodiscard]] Status record(const CameraPicture& seen);
-  void tell(const CameraPicture& seen, const PoseList& poses);
+  void publish_text(const CameraPicture& seen, const PoseList& poses);
   void count(SensorTime stamp);
 
   LiveCamera& camera_;
@@ -42,12 +42,12 @@ class CameraPage {
   const std::optional<PoseSetup>& poses_;
   std::optional<SampleRecorder> recorder_{};
   std::string recording_{};  ///< the file; kept after its end
-  std::string said_{};
+  std::string words_{};
   nlohmann::ordered_json controls_{};
   SensorTime controls_read_{};
-  SensorTime told_{};
+  SensorTime text_sent_{};
   std::optional<SensorTime> last_{};
   double period_s_ = 0;  ///< smoothed
 };
 
-}  // namespace waymark::cli
+}  // namespace waymark

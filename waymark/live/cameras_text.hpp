@@ -7,7 +7,7 @@
 
 #include "waymark/drivers/v4l2/device_list.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 
 /// The cameras of this computer as a table for people; ends with an end of line. With `controls` all of them,
 /// with their ranges.
@@ -16,4 +16,4 @@ namespace waymark::cli {
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraDevice>& devices);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<CameraControl>& controls);
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,4 +1,4 @@
-#include "waymark/cli/camera_page.hpp"
+#include "waymark/live/camera_page.hpp"
 
 #include <chrono>
 #include <ctime>
@@ -7,20 +7,20 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include "waymark/cli/cameras_text.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/lap_input.hpp"
+#include "waymark/live/cameras_text.hpp"
 #include "waymark/recording/picture_recording.hpp"
 #include "waymark/samples/camera_body.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 using nlohmann::ordered_json;
 using std::chrono::milliseconds;
 
-constexpr Duration kTellPeriod = milliseconds(200);
+constexpr Duration kTextPeriod = milliseconds(200);
 constexpr Duration kControlsPeriod = std::chrono::seconds(2);  // each is a transfer over USB
 constexpr double kSmoothing = 0.1;
 constexpr const char* kText = "camera.json";
@@ -56,10 +56,10 @@ void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
       say(to_string(recorded.error()));
     }
   count(seen.frame.stamp);
-  tell(seen, poses);
+  publish_text(seen, poses);
 }
 
-void CameraPage::say(const std::string& words) { said_ = words; }
+void CameraPage::say(const std::string& words) { words_ = words; }
 
 void CameraPage::count(SensorTime stamp) {
   if (last_) {
@@ -131,9 +131,9 @@ Result<std::string> CameraPage::close() {
   return recording_;
 }
 
-void CameraPage::tell(const CameraPicture& seen, const PoseList& poses) {
-  if (seen.frame.stamp - told_ < kTellPeriod) return;
-  told_ = seen.frame.stamp;
+void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) {
+  if (seen.frame.stamp - text_sent_ < kTextPeriod) return;
+  text_sent_ = seen.frame.stamp;
   if (seen.frame.stamp - controls_read_ >= kControlsPeriod) {
     controls_read_ = seen.frame.stamp;
     controls_ = to_json(camera_.controls());
@@ -152,9 +152,9 @@ void CameraPage::tell(const CameraPicture& seen, const PoseList& poses) {
                                     {"lost", counts.lost},
                                     {"damaged", counts.damaged},
                                     {"recording", recorder_ ? recording_ : std::string()},
-                                    {"said", said_},
+                                    {"said", words_},
                                     {"tags", std::move(tags)},
                                     {"controls", controls_}}));
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

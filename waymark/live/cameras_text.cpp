@@ -1,4 +1,4 @@
-#include "waymark/cli/cameras_text.hpp"
+#include "waymark/live/cameras_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include "waymark/base/printable.hpp"
 #include "waymark/jobs/json_line.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 using nlohmann::ordered_json;
@@ -99,10 +99,10 @@ ordered_json to_json(const std::vector<CameraDevice>& devices) {
                      {"card", device.card}, {"driver", device.driver},
                      {"bus", device.bus},   {"in_use_by", device.holder},
                      {"modes", modes},      {"controls", to_json(device.controls)}};
-    if (device.problem) one["problem"] = waymark::to_json(*device.problem);
+    if (device.problem) one["problem"] = to_json(*device.problem);
     list.push_back(std::move(one));
   }
   return {{"cameras", std::move(list)}};
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "waymark/jobs/job_control.hpp"
+
+/// One figure of a report in a file of its own.
+namespace waymark {
+
+struct PlotJob {
+  std::vector<std::string> runs{};  ///< recordings, folders of maps, or the folder of a demo
+  std::string figure{};             ///< empty: the figures are listed, and nothing is written
+  std::string output{};             ///< .svg, .png or .pdf; empty: FIGURE.svg
+  bool force = false;               ///< replace a file that is there
+};
+
+struct PlotReport {
+  std::vector<std::pair<std::string, std::string>> figures{};  ///< of the runs: name, title and caption
+  std::string written{};                                       ///< empty: nothing
+};
+
+/// Draws the figure, or lists the figures of the runs. Fails on a file that is there, and on a figure that
+/// the runs do not have (NotFound at --figure, with the nearest name).
+[[nodiscard]] Result<PlotReport> plot_figure(const PlotJob& job, const JobControl& control);
+
+/// A line each.
+[[nodiscard]] std::string to_text(const PlotReport& report);
+
+}  // namespace waymark

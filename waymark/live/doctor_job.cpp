@@ -1,0 +1,76 @@
+#include "waymark/live/doctor_job.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "waymark/live/doctor_network.hpp"
+#include "waymark/live/robot_kinds.hpp"
+
+namespace waymark {
+namespace {
+
+/// What was named, else what is in the current folder.
+std::string calibration_file(const DoctorJob& job) {
+  std::error_code ignored;
+  const std::string found = std::filesystem::exists("calibration.yaml", ignored) ? "calibration.yaml" : "";
+  return job.calibration.empty() ? found : job.calibration;
+}
+
+DoctorLine calibration_line(const std::string& file) {
+  if (!file.empty()) return check_calibration(file, std::filesystem::file_time_type::clock::now());
+  return {"calibration", DoctorLevel::Warn, "no calibration was named, and there is no calibration.yaml here",
+          "waymark doctor --camera FILE"};
+}
+
+}  // namespace
+
+Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job) {
+  std::vector<DoctorLine> lines = check_cameras(list_cameras());
+  if (!job.robot.empty()) {
+    auto found = check_robot(job.robot);
+    if (!found) return tl::unexpected(found.error());
+    lines.insert(lines.begin(), found->begin(), found->end());
+  }
+  for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
+  for (const std::string& source : job.sources) lines.push_back(check_live_camera(source));
+  const std::string calibration = calibration_file(job);
+  lines.push_back(calibration_line(calibration));
+  if (job.tag.distance_m > 0)
+    for (const std::string& source : job.sources)
+      lines.push_back(check_tag_size(source, calibration, job.tag));
+  lines.push_back(check_disk(job.folder));
+  const auto finder = make_tag_finder();
+  if (!finder) return tl::unexpected(finder.error());
+  const auto tried = try_loop(*finder, job.trial);
+  if (!tried) return tl::unexpected(tried.error());
+  lines.push_back(check_processor(job.trial, *tried));
+  return lines;
+}
+
+bool any_failed(const std::vector<DoctorLine>& lines) {
+  return std::ranges::find(lines, DoctorLevel::Fail, &DoctorLine::level) != lines.end();
+}
+
+std::string to_text(const std::vector<DoctorLine>& lines) {
+  std::string text;
+  for (const DoctorLine& line : lines) {
+    text += fmt::format("{:<5} {:<12} {}\n", to_string(line.level), line.key, line.words);
+    if (!line.command.empty()) text += fmt::format("{:<19}{}\n", "", line.command);
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const std::vector<DoctorLine>& lines) {
+  auto checks = nlohmann::ordered_json::array();
+  for (const DoctorLine& line : lines)
+    checks.push_back({{"check", line.key},
+                      {"level", to_string(line.level)},
+                      {"words", line.words},
+                      {"command", line.command}});
+  return {{"checks", std::move(checks)}};
+}
+
+}  // namespace waymark
