@@ -43,7 +43,7 @@ Result<std::optional<PoseSetup>> PoseFlags::make() const {
   if (!sizes) return tl::unexpected(sizes.error());
   Result<NamedCamera> camera = read_camera(camera_path_, camera_name_);
   if (!camera) return tl::unexpected(camera.error());
-  return std::optional<PoseSetup>(PoseSetup{std::move(camera->camera), std::move(*sizes)});
+  return std::optional<PoseSetup>(PoseSetup{camera->camera, std::move(*sizes)});
 }
 
 }  // namespace waymark::cli
