@@ -42,6 +42,7 @@ struct Peer {
 
 struct Flags {
   std::optional<std::filesystem::path> data;
+  std::optional<std::filesystem::path> tag_free;  ///< a folder of pictures without tags
   std::uint64_t seed = testing::kSetSeed;
   std::vector<std::string> sets;
   std::vector<std::string> only;  ///< parts of detectors' names; all where there is none
@@ -97,6 +98,9 @@ std::vector<Peer> peers() {
   DetectorOptions ours;
   ours.max_hamming = 2;
   all.push_back(peer_of("waymark", make_waymark_detector(ours)));
+  DetectorOptions quick = ours;
+  quick.min_white_black_diff = 30;
+  all.push_back(peer_of("waymark, min_white_black_diff 30", make_waymark_detector(quick)));
   all.push_back(refined_peer_of("waymark, refined", make_waymark_detector(ours)));
   ours.find_inverted = true;
   all.push_back(peer_of("waymark, find_inverted", make_waymark_detector(ours)));
@@ -216,6 +220,26 @@ void measure_photographs(const std::filesystem::path& folder, const Flags& flags
       flags);
 }
 
+/// Whatever is found in pictures without tags is wrong. Those larger than detectors take are left out.
+void measure_tag_free(const std::filesystem::path& folder, const Flags& flags) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    const auto suffix = entry.path().extension();
+    if (entry.is_regular_file() && !entry.is_symlink() && (suffix == ".png" || suffix == ".jpg"))
+      files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  double megapixels = 0;
+  const auto picture = [&](std::size_t i) {
+    auto image = read_image(files[i]);
+    if (!image) return TagPicture{files[i].string(), Image(1, 1), {}};
+    megapixels += 1e-6 * image->width() * image->height();
+    return TagPicture{files[i].string(), std::move(*image), {}};
+  };
+  measure("tag-free photographs", files.size(), picture, flags);
+  std::cerr << fmt::format("tag-free photographs: {:.0f} megapixels\n", megapixels);
+}
+
 std::vector<std::string> split(std::string_view list) {
   std::vector<std::string> words;
   while (!list.empty()) {
@@ -229,8 +253,8 @@ std::vector<std::string> split(std::string_view list) {
 }  // namespace
 }  // namespace waymark
 
-/// detector_table [--data FOLDER] [--seed N] [--sets NAME,…] [--only PART OF A NAME,…] [--repeats N] [--draw
-/// FOLDER]
+/// detector_table [--data FOLDER] [--tag-free FOLDER] [--seed N] [--sets NAME,…] [--only PART OF A NAME,…]
+/// [--repeats N] [--draw FOLDER]
 int main(int count, char** words) {
   using namespace waymark;
   Flags flags;
@@ -239,6 +263,7 @@ int main(int count, char** words) {
     const std::string_view flag = words[i];
     const std::string value = words[i + 1];
     if (flag == "--data") flags.data = value;
+    if (flag == "--tag-free") flags.tag_free = value;
     if (flag == "--seed") flags.seed = std::stoull(value);
     if (flag == "--sets") flags.sets = split(value);
     if (flag == "--only") flags.only = split(value);
@@ -268,5 +293,6 @@ int main(int count, char** words) {
     measure_clean(*flags.data / "synth-tags/clean", flags);
     measure_photographs(*flags.data / "photonvision", flags);
   }
+  if (flags.tag_free) measure_tag_free(*flags.tag_free, flags);
   return EXIT_SUCCESS;
 }

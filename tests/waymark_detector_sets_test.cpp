@@ -65,9 +65,9 @@ struct Expected {
 
 class RenderedSet : public ::testing::TestWithParam<Expected> {};
 INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
-                         ::testing::Values(Expected{"mixed", 3, 0.55}, Expected{"single", 6, 0.7},
-                                           Expected{"grid", 2, 0.9}, Expected{"shadow", 1, 0.8},
-                                           Expected{"bar", 1, 0.3}, Expected{"inverted", 1, 0.9}),
+                         ::testing::Values(Expected{"mixed", 3, 0.52}, Expected{"single", 6, 0.7},
+                                           Expected{"grid", 2, 0.95}, Expected{"shadow", 1, 0.8},
+                                           Expected{"bar", 1, 0.6}, Expected{"inverted", 1, 0.9}),
                          [](const auto& info) { return std::string(info.param.set); });
 
 TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
@@ -79,7 +79,8 @@ TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
   EXPECT_GE(static_cast<double>(scored.own.correct),
             expected.least_share * static_cast<double>(scored.own.truth));
   EXPECT_GT(scored.own.correct, scored.library.correct);
-  EXPECT_EQ(scored.own.wrong_ids, 0U);
+  EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U)
+      << "tags with corners that are wrong count too";
 }
 
 TEST(TagFreePictures, HoldNoTags) {
@@ -88,9 +89,7 @@ TEST(TagFreePictures, HoldNoTags) {
     EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
 }
 
-// The target is no class below. One tag of 15 px in A_016_2 is found or not by how the compiler rounds: it is
-// the only one that may be missing, in any class.
-TEST(CleanSet, AtMostOneTagIsMissingInTheClassesOfSizeAndTiltThatAprilTag3Finds) {
+TEST(CleanSet, NoClassOfSizeAndTiltIsBelowAprilTag3) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   std::ifstream file(folder / "truth.csv");
   const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -105,14 +104,12 @@ TEST(CleanSet, AtMostOneTagIsMissingInTheClassesOfSizeAndTiltThatAprilTag3Finds)
   print("clean", scored);
   EXPECT_EQ(scored.own.wrong_ids + scored.own.false_positives, 0U);
   EXPECT_GE(scored.own.correct, scored.library.correct + 100);
-  std::size_t missing = 0;
-  for (std::size_t s = 0; s < scored.own.by_size_and_tilt.size(); ++s) {
-    for (std::size_t t = 0; t < scored.own.by_size_and_tilt[s].size(); ++t) {
-      const ClassScores& ours = scored.own.by_size_and_tilt[s][t];
-      const std::size_t library = scored.library.by_size_and_tilt[s][t].found;
-      missing += library - std::min(library, ours.found);
-      EXPECT_LE(missing, 1U) << "of " << ours.truth << " tags from " << scored.own.by_size[s].low
-                             << " px, tilt from " << ours.low << " deg";
+  for (std::size_t size = 0; size < scored.own.by_size_and_tilt.size(); ++size) {
+    for (std::size_t tilt = 0; tilt < scored.own.by_size_and_tilt[size].size(); ++tilt) {
+      const ClassScores& ours = scored.own.by_size_and_tilt[size][tilt];
+      EXPECT_GE(ours.found, scored.library.by_size_and_tilt[size][tilt].found)
+          << "of " << ours.truth << " tags from " << scored.own.by_size[size].low << " px, tilt from "
+          << ours.low << " deg";
     }
   }
 }

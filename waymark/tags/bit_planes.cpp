@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 
 namespace waymark::search {
 namespace {
@@ -71,27 +73,28 @@ int noise_gate(const Tiles& tiles, int least) {
   }
   int range = 0;
   for (int below = counts[0]; below <= total / 5 && range < 255; ++range)
-    below += counts[static_cast<std::size_t>(range + 1)];
-  return std::min(255, std::max(least, static_cast<int>(kTimes * range + 0.5)));
+    below += counts[static_cast<std::size_t>(range) + 1];
+  return std::min(255, std::max(least, static_cast<int>(std::lround(kTimes * range))));
 }
 
 void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& rule,
-               const PlaneKernels& kernels, BitPlane& plane) {
+               const PlaneKernels& kernels, BitPlane& plane, int row_step) {
   constexpr int kWordBits = 64;
   plane.width = image.width;
-  plane.height = image.height;
+  plane.height = (image.height + row_step - 1) / row_step;
+  plane.row_step = row_step;
   plane.words_a_row = static_cast<std::size_t>((image.width + kWordBits - 1) / kWordBits);
-  plane.words.resize(plane.words_a_row * static_cast<std::size_t>(image.height));
+  plane.words.resize(plane.words_a_row * static_cast<std::size_t>(plane.height));
   plane.thresholds.resize(static_cast<std::size_t>(tiles.columns));
   const auto bits = rule.dark ? kernels.below : kernels.above;
-  for (int y = 0; y < image.height; ++y) {
+  for (int y = 0; y < image.height; y += row_step) {
     if (y % kTilePx == 0) {
       const std::size_t at = static_cast<std::size_t>(y / kTilePx) * static_cast<std::size_t>(tiles.columns);
       kernels.thresholds(&tiles.window_low[at], &tiles.window_high[at], plane.thresholds.size(), rule,
                          plane.thresholds.data());
     }
     bits(image.row(y), image.width, plane.thresholds.data(),
-         plane.words.data() + static_cast<std::size_t>(y) * plane.words_a_row);
+         plane.words.data() + static_cast<std::size_t>(y / row_step) * plane.words_a_row);
   }
 }
 

@@ -21,7 +21,8 @@ struct Tiles {
 /// One bit a pixel, 64 a word, rows begin with a word.
 struct BitPlane {
   int width = 0;
-  int height = 0;
+  int height = 0;    ///< rows of bits
+  int row_step = 1;  ///< [px] rows of the image from one row of bits to the next
   std::size_t words_a_row = 0;
   std::vector<std::uint64_t> words;
   std::vector<std::uint8_t> thresholds;  ///< of one row of tiles
@@ -40,8 +41,9 @@ void measure_tiles(const ImageView& image, const PlaneKernels& kernels, Tiles& t
 /// less than `least`.
 [[nodiscard]] int noise_gate(const Tiles& tiles, int least);
 
-/// One bit for each pixel that is darker (brighter) than the threshold of its tile's window.
+/// One bit for each pixel that is darker (brighter) than the threshold of its tile's window, in every row of
+/// the image or in each `row_step`th one: 1, 2 or 4.
 void threshold(const ImageView& image, const Tiles& tiles, const ThresholdRule& rule,
-               const PlaneKernels& kernels, BitPlane& plane);
+               const PlaneKernels& kernels, BitPlane& plane, int row_step = 1);
 
 }  // namespace waymark::search

@@ -9,12 +9,6 @@
 namespace waymark::search {
 namespace {
 
-/// Points (x, y) with normal . (x, y) = offset.
-struct Line {
-  Eigen::Vector2d normal{0, 0};
-  double offset = 0;
-};
-
 /// An edge as a function of the coordinate along which it is longer: y(x) or x(y).
 struct Course {
   bool level = true;  ///< along x
@@ -63,19 +57,54 @@ Crossing crossing(const std::uint8_t* pixel, std::ptrdiff_t step, int count, int
   int before = *pixel;
   for (int k = 1; k <= count; ++k) {
     pixel += step;
-    const int rise = std::max((*pixel - before) * outward, 0);
+    const std::int64_t rise = std::max((*pixel - before) * outward, 0);
     before = *pixel;
     sum.weight += rise * rise;
-    sum.place += std::int64_t{rise * rise} * k;
+    sum.place += rise * rise * k;
   }
   return sum;
 }
 
-bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
+/// Where the image changes most along one row or column: `place` at `t` along the edge.
+struct CrossingPoint {
+  double weight = 0, t = 0, place = 0;
+};
+
+/// No more than twice the largest EdgeSearch::crossings.
+using CrossingPoints = std::array<CrossingPoint, 64>;
+
+/// Leaves those near the line through two of them that most are near.
+std::size_t keep_majority(CrossingPoints& points, std::size_t count, double near_px) {
+  const std::size_t apart = std::max<std::size_t>(count / 3, 1);
+  const auto is_near = [&](const CrossingPoint& a, const CrossingPoint& b, const CrossingPoint& p) {
+    const double slope = (b.place - a.place) / (b.t - a.t);
+    return std::abs(a.place + slope * (p.t - a.t) - p.place) < near_px;
+  };
+  std::size_t most = 0;
+  CrossingPoint first;
+  CrossingPoint second;
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = i + apart; k < count; ++k) {
+      std::size_t near = 0;
+      for (std::size_t j = 0; j < count; ++j) near += is_near(points[i], points[k], points[j]) ? 1U : 0U;
+      if (near <= most) continue;
+      most = near;
+      first = points[i];
+      second = points[k];
+    }
+  }
+  std::size_t kept = 0;
+  for (std::size_t j = 0; j < count && most > 0; ++j) {
+    if (is_near(first, second, points[j])) points[kept++] = points[j];
+  }
+  return kept;
+}
+
+std::size_t find_crossings(const ImageView& image, const Course& course, const EdgeSearch& search,
+                           CrossingPoints& points) {
   constexpr float kTrim = 0.12F;              // of the edge at each end, where the corner is round
   constexpr std::int64_t kMostWeight = 4000;  // of one crossing: a glint must not outweigh the edge
   constexpr std::int64_t kLeastWeight = 9;    // a step of 3 grey levels
-  if (course.length < 3) return false;
   const float trim = std::max(0.5F, kTrim * course.length);
   int first = static_cast<int>(std::ceil(course.from + trim - 0.5F));
   int last = static_cast<int>(std::floor(course.from + course.length - trim - 0.5F));
@@ -88,8 +117,8 @@ bool find_line(const ImageView& image, const Course& course, const EdgeSearch& s
   const int along_limit = course.level ? image.width : image.height;
   const int across_limit = course.level ? image.height : image.width;
   const std::ptrdiff_t stride = course.level ? image.stride : 1;
-  LineSums sums;
-  for (int t = std::max(first, 0); t <= std::min(last, along_limit - 1); t += step) {
+  std::size_t count = 0;
+  for (int t = std::max(first, 0); t <= std::min(last, along_limit - 1) && count < points.size(); t += step) {
     const float middle = course.base + course.slope * (static_cast<float>(t) + 0.5F);
     const int near = static_cast<int>(std::floor(middle - 0.5F));
     const int low = std::max(near - reach, 0);
@@ -99,8 +128,19 @@ bool find_line(const ImageView& image, const Course& course, const EdgeSearch& s
     const Crossing found = crossing(pixel, stride, high - low, course.outward * search.sign);
     if (found.weight < kLeastWeight) continue;
     const double place = low + static_cast<double>(found.place) / static_cast<double>(found.weight);
-    sums.add(static_cast<double>(std::min(found.weight, kMostWeight)), t + 0.5, place);
+    points[count++] = {static_cast<double>(std::min(found.weight, kMostWeight)), t + 0.5, place};
   }
+  return count;
+}
+
+bool find_line(const ImageView& image, const Course& course, const EdgeSearch& search, Line& line) {
+  constexpr float kNear = 0.15F;  // of the reach
+  if (course.length < 3) return false;
+  CrossingPoints points;
+  std::size_t count = find_crossings(image, course, search, points);
+  if (search.majority) count = keep_majority(points, count, std::max(0.5F, kNear * search.reach_px));
+  LineSums sums;
+  for (std::size_t i = 0; i < count; ++i) sums.add(points[i].weight, points[i].t, points[i].place);
   const double spread = sums.w * sums.tt - sums.t * sums.t;
   if (sums.count < 2 || spread < 1e-6) return false;
   const double slope = (sums.w * sums.tm - sums.t * sums.m) / spread;
@@ -112,23 +152,28 @@ bool find_line(const ImageView& image, const Course& course, const EdgeSearch& s
 
 }  // namespace
 
+bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point) {
+  const double det = a.normal.x() * b.normal.y() - a.normal.y() * b.normal.x();
+  if (std::abs(det) < 1e-4 * a.normal.norm() * b.normal.norm()) return false;
+  const double x = (a.offset * b.normal.y() - a.normal.y() * b.offset) / det;
+  const double y = (a.normal.x() * b.offset - a.offset * b.normal.x()) / det;
+  point = {static_cast<float>(x), static_cast<float>(y)};
+  return true;
+}
+
 bool sharpen_edges(const ImageView& image, const EdgeSearch& search, Quad& quad) {
-  std::array<Line, 4> lines;
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (!find_line(image, Course(quad[i], quad[(i + 1) % 4]), search, lines[i])) return false;
-  }
   constexpr float kMore = 1.5F;  // [px] a corner may move further than its edges
+  std::array<Line, 4> lines;
   Quad moved;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Line& a = lines[(i + 3) % 4];
-    const Line& b = lines[i];
-    const double det = a.normal.x() * b.normal.y() - a.normal.y() * b.normal.x();
-    if (std::abs(det) < 1e-4) return false;
-    const double x = (a.offset * b.normal.y() - a.normal.y() * b.offset) / det;
-    const double y = (a.normal.x() * b.offset - a.offset * b.normal.x()) / det;
-    moved[i] = {static_cast<float>(x), static_cast<float>(y)};
-    if ((moved[i] - quad[i]).cwiseAbs().maxCoeff() > search.reach_px + kMore) return false;
+  const auto corner = [&](std::size_t i, const Line& before, const Line& after) {
+    return intersect(before, after, moved[i]) &&
+           (moved[i] - quad[i]).cwiseAbs().maxCoeff() <= search.reach_px + kMore;
+  };
+  for (std::size_t i = 0; i < 4; ++i) {  // most quads of clutter end at the first corners
+    if (!find_line(image, Course(quad[i], quad[(i + 1) % 4]), search, lines[i])) return false;
+    if (i > 0 && !corner(i, lines[i - 1], lines[i])) return false;
   }
+  if (!corner(0, lines[3], lines[0])) return false;
   quad = moved;
   return true;
 }

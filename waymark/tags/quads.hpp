@@ -28,6 +28,15 @@ struct HullPoint {
   std::int32_t x = 0, y = 0;
 };
 
+/// Points p with normal . p = offset.
+struct Line {
+  Eigen::Vector2d normal{0, 0};
+  double offset = 0;
+};
+
+/// Where two lines meet. False where they are parallel.
+bool intersect(const Line& a, const Line& b, Eigen::Vector2f& point);
+
 /// The quad that a component's convex hull is, if it is one. A workspace: no allocation once it has grown.
 class QuadFitter {
  public:
@@ -35,10 +44,13 @@ class QuadFitter {
   bool fit(const RunComponents& components, const Component& component, Quad& quad);
 
  private:
-  void make_hull(const std::vector<Run>& runs, const Component& component);
+  void make_hull(const RunComponents& components, const Component& component);
   [[nodiscard]] double hull_area() const;
   [[nodiscard]] int farthest(int from, int to) const;
-  [[nodiscard]] bool choose_corners(double hull_area, Quad& quad) const;
+  [[nodiscard]] int farthest_from(const HullPoint& from) const;
+  [[nodiscard]] Line side(int from, int to) const;
+  bool choose_corners(std::array<int, 4>& corner) const;
+  bool fit_sides(const std::array<int, 4>& corner, double hull_area, Quad& quad) const;
 
   std::vector<std::int32_t> left_, right_;
   std::vector<HullPoint> left_chain_, hull_;
@@ -49,6 +61,8 @@ struct EdgeSearch {
   float reach_px = 2;  ///< to both sides of the edge
   int sign = 1;        ///< 1: brighter outside the quad, -1: darker
   int crossings = 20;  ///< of one edge that are looked at, or up to twice as many
+  /// The line is that of most crossings, where something pulls the others aside.
+  bool majority = false;
 };
 
 /// Moves the four edges to where the image changes most (lines through the means of the squared gradients

@@ -23,10 +23,12 @@ struct RowRuns {
   std::vector<RunPair> sides;              ///< pairs that share the side of a pixel, from left to right
   std::vector<RunPair> corners;            ///< pairs that share but the corner of a pixel, in no order
   std::size_t count = 0, side_count = 0, corner_count = 0;
-  RowEdges here, above;  ///< of the row and of the one before it
+  bool with_corners = true;  ///< whether `corners` are wanted
+  RowEdges here, above;      ///< of the row and of the one before it
 
   /// Room for rows of this width, and an empty row above the first one.
-  void begin_plane(int width) {
+  void begin_plane(int width, bool corners_too = true) {
+    with_corners = corners_too;
     constexpr std::size_t kWrittenAtOnce = 4;
     const std::size_t runs = static_cast<std::size_t>(width) / 2 + 1 + kWrittenAtOnce;
     const std::size_t words = (static_cast<std::size_t>(width) + 63) / 64;
@@ -111,6 +113,7 @@ class RowScan {
         const std::uint64_t columns = touching ^ (touching - 1);
         *side++ = pair(columns, columns);
       }
+      if (!out.with_corners) continue;
       std::uint64_t after = begins & out.above.ends[i];  // the run above ends where one begins here
       std::uint64_t before = out.here.ends[i] & above_begins;
       for (; after != 0; after &= after - 1) {

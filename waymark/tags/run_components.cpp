@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
 
 namespace waymark::search {
 
@@ -41,14 +40,18 @@ std::int32_t RunComponents::first_of(std::int32_t run) {
 }
 
 void RunComponents::add_row(int y, std::int32_t above) {
-  const auto here = static_cast<std::int32_t>(runs_.size());
+  const auto here = static_cast<std::int32_t>(run_count_);
   const std::size_t count = row_.count;
-  runs_.resize(runs_.size() + count);
-  set_.resize(runs_.size());
+  run_count_ += count;
+  if (run_count_ > runs_.size()) {
+    runs_.resize(2 * run_count_);
+    set_.resize(runs_.size());
+  }
+  Run* const run = runs_.data() + here;
+  std::int32_t* const set = set_.data() + here;
   for (std::size_t k = 0; k < count; ++k) {
-    const std::int32_t id = here + static_cast<std::int32_t>(k);
-    runs_[at(id)] = {row_.begins[k], row_.ends[k], static_cast<std::int16_t>(y), -1, -1};
-    set_[at(id)] = id;
+    run[k] = {row_.begins[k], row_.ends[k], static_cast<std::int16_t>(y), -1, -1};
+    set[k] = here + static_cast<std::int32_t>(k);
   }
   for (std::size_t k = 0; k < row_.side_count; ++k) {
     const std::int32_t id = here + row_.sides[k].here;
@@ -66,13 +69,14 @@ void RunComponents::add_row(int y, std::int32_t above) {
 
 /// Components from the sets. A set's first run comes before all others of it.
 void RunComponents::gather() {
-  for (std::int32_t id = 0; id < std::ssize(runs_); ++id) {
+  const auto count = static_cast<std::int32_t>(run_count_);
+  for (std::int32_t id = 0; id < count; ++id) {
     Run& run = runs_[at(id)];
-    const auto next_row = static_cast<std::int16_t>(run.y + 1);
+    const auto next_row = static_cast<std::int16_t>(run.y + row_step_);
     if (set_[at(id)] == id) {
       run.component = static_cast<std::int32_t>(components_.size());
-      components_.push_back(
-          {run.component, run.x0, run.x1, run.y, next_row, run.x1 - run.x0, 1, id, id, false});
+      components_.push_back({run.component, run.x0, run.x1, run.y, next_row, (run.x1 - run.x0) * row_step_,
+                             row_step_, id, id, false});
       continue;
     }
     run.component = runs_[at(set_[at(id)])].component;
@@ -80,25 +84,25 @@ void RunComponents::gather() {
     component.x0 = std::min(component.x0, run.x0);
     component.x1 = std::max(component.x1, run.x1);
     component.y1 = next_row;
-    component.area += run.x1 - run.x0;
-    ++component.run_count;
+    component.area += (run.x1 - run.x0) * row_step_;
+    component.run_count += row_step_;
     runs_[at(component.last)].next = id;
     component.last = id;
   }
 }
 
-void RunComponents::label(const BitPlane& plane, const PlaneKernels& kernels) {
-  runs_.clear();
-  set_.clear();
+void RunComponents::label(const BitPlane& plane, const PlaneKernels& kernels, bool diagonals) {
+  run_count_ = 0;
   components_.clear();
   diagonals_.clear();
-  row_.begin_plane(plane.width);
+  row_step_ = plane.row_step;
+  row_.begin_plane(plane.width, diagonals);
   nothing_.assign(plane.words_a_row, 0);
   std::int32_t above = 0;
   for (int y = 0; y < plane.height; ++y) {
     kernels.runs_of_row(plane.row(y), y == 0 ? nothing_.data() : plane.row(y - 1), plane.words_a_row, row_);
-    const auto here = static_cast<std::int32_t>(runs_.size());
-    add_row(y, above);
+    const auto here = static_cast<std::int32_t>(run_count_);
+    add_row(y * row_step_, above);
     above = here;
   }
   gather();

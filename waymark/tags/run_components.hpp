@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -12,14 +13,15 @@ namespace waymark::search {
 
 [[nodiscard]] inline std::size_t at(std::int32_t index) { return static_cast<std::size_t>(index); }
 
-/// Pixels [x0, x1) of a row.
+/// Pixels [x0, x1) of the row y of the image.
 struct Run {
   std::int16_t x0 = 0, x1 = 0, y = 0;
   std::int32_t next = -1;       ///< the component's next run, in no order of rows once components were joined
   std::int32_t component = -1;  ///< as it was before joins: follow its parents
 };
 
-/// A connected set of pixels: columns [x0, x1), rows [y0, y1).
+/// A connected set of pixels: columns [x0, x1), rows [y0, y1). A row of a plane counts for all rows of the
+/// image to the plane's next one, in the area and in the number of runs too.
 struct Component {
   std::int32_t parent = 0;  ///< itself, or what it was joined to
   std::int16_t x0 = 0, x1 = 0, y0 = 0, y1 = 0;
@@ -35,13 +37,17 @@ struct Component {
 /// the first and thin slanting lines are whole in the second.
 class RunComponents {
  public:
-  /// O(words + runs). No allocation once the workspace has grown.
-  void label(const BitPlane& plane, const PlaneKernels& kernels = best_plane_kernels());
+  /// O(words + runs). No allocation once the workspace has grown. `diagonals`: whether join_diagonals()
+  /// follows.
+  void label(const BitPlane& plane, const PlaneKernels& kernels = best_plane_kernels(),
+             bool diagonals = true);
 
   /// Joins what touches at a corner. Components that changed have joined_diagonally set.
   void join_diagonals();
 
-  [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
+  [[nodiscard]] std::span<const Run> runs() const { return std::span(runs_).first(run_count_); }
+  /// [px] See BitPlane.
+  [[nodiscard]] int row_step() const { return row_step_; }
   [[nodiscard]] const std::vector<Component>& components() const { return components_; }
   /// Whether components()[index] stands for itself.
   [[nodiscard]] bool is_root(std::int32_t index) const { return components_[at(index)].parent == index; }
@@ -53,7 +59,9 @@ class RunComponents {
   std::int32_t root(std::int32_t component);
   std::int32_t unite(std::int32_t a, std::int32_t b);
 
-  std::vector<Run> runs_;
+  int row_step_ = 1;
+  std::size_t run_count_ = 0;
+  std::vector<Run> runs_;  ///< beyond run_count_ there is room only
   std::vector<Component> components_;
   std::vector<std::int32_t> set_;  ///< of each run: an earlier run of the same component, or itself
   RowRuns row_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -96,6 +97,33 @@ TEST(RunComponents, AreThoseOfAFloodFill) {
     ASSERT_EQ(labelled(components), flooded(grid, false)) << "round " << round;
     components.join_diagonals();
     ASSERT_EQ(labelled(components), flooded(grid, true)) << "round " << round;
+  }
+}
+
+TEST(RunComponents, OfEverySecondRowCountForTheRowBelowThem) {
+  Random random(6);
+  RunComponents every;
+  RunComponents second;
+  for (int round = 0; round < 200; ++round) {
+    Grid grid{1 + static_cast<int>(random.index(150)), 1 + static_cast<int>(random.index(20)), {}};
+    const double density = random.uniform();
+    for (int i = 0; i < grid.width * grid.height; ++i) grid.set.push_back(random.uniform() < density ? 1 : 0);
+    Grid twice{grid.width, 2 * grid.height, {}};
+    for (int y = 0; y < twice.height; ++y) {
+      for (int x = 0; x < twice.width; ++x) twice.set.push_back(grid.at(x, y / 2) ? 1 : 0);
+    }
+    BitPlane plane = plane_of(grid);
+    plane.row_step = 2;
+    every.label(plane_of(twice));
+    second.label(plane, best_plane_kernels(), false);
+    ASSERT_EQ(second.components().size(), every.components().size()) << "round " << round;
+    for (std::size_t i = 0; i < every.components().size(); ++i) {
+      const Component& a = every.components()[i];
+      const Component& b = second.components()[i];
+      ASSERT_EQ(std::tie(a.x0, a.x1, a.y0, a.y1, a.area, a.run_count),
+                std::tie(b.x0, b.x1, b.y0, b.y1, b.area, b.run_count))
+          << "round " << round;
+    }
   }
 }
 

@@ -4,26 +4,12 @@
 #include <cmath>
 #include <cstddef>
 
+#include "waymark/tags/cell_view.hpp"
+
 namespace waymark::search {
 namespace {
 
 constexpr float kHalf = 0.5F;
-
-/// Homography from cells (the border square is [0, width]^2) to the quad.
-bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
-  const Eigen::Vector2f u = q[1] - q[2];
-  const Eigen::Vector2f v = q[3] - q[2];
-  const Eigen::Vector2f s = q[0] - q[1] + q[2] - q[3];
-  const float det = u.x() * v.y() - u.y() * v.x();
-  if (std::abs(det) < 1e-6F) return false;
-  const float g = (s.x() * v.y() - s.y() * v.x()) / det;
-  const float h = (u.x() * s.y() - u.y() * s.x()) / det;
-  const float scale = 1 / static_cast<float>(width);
-  px_H_cell.col(0) << (q[1] - q[0] + g * q[1]) * scale, g * scale;
-  px_H_cell.col(1) << (q[3] - q[0] + h * q[3]) * scale, h * scale;
-  px_H_cell.col(2) << q[0], 1;
-  return true;
-}
 
 /// Calls visit(side, inner x, inner y, outer x, outer y) for the cells along the border and those outside it.
 /// Side i follows corner i of the quad.
@@ -85,25 +71,11 @@ ReadableFamily::ReadableFamily(const Family& family, int max_hamming)
 }
 
 float& TagReader::cell(const ReadableFamily& family, int x, int y) {
-  return levels_[static_cast<std::size_t>((y + family.margin) * side_of(family) + x + family.margin)];
+  return levels_[at((y + family.margin) * side_of(family) + x + family.margin)];
 }
 
-/// Bilinear, at a place given in cells; beyond the image its nearest pixel counts. Times sign_.
 float TagReader::sample(const ImageView& image, float u, float v) const {
-  const Eigen::Vector3f p = px_H_cell_ * Eigen::Vector3f(u, v, 1);
-  const float w = 1 / p.z();
-  const float x = std::clamp(p.x() * w - kHalf, 0.0F, static_cast<float>(image.width - 1));
-  const float y = std::clamp(p.y() * w - kHalf, 0.0F, static_cast<float>(image.height - 1));
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
-  const int right = x0 + 1 < image.width ? 1 : 0;
-  const std::uint8_t* top = image.data + static_cast<std::ptrdiff_t>(y0) * image.stride + x0;
-  const std::uint8_t* bottom = y0 + 1 < image.height ? top + image.stride : top;
-  const float du = x - static_cast<float>(x0);
-  const float dv = y - static_cast<float>(y0);
-  const float above = static_cast<float>(top[0]) + du * static_cast<float>(top[right] - top[0]);
-  const float below = static_cast<float>(bottom[0]) + du * static_cast<float>(bottom[right] - bottom[0]);
-  return sign_ * (above + dv * (below - above));
+  return CellView(image, px_H_cell_, sign_).level(u, v);
 }
 
 int TagReader::steps_outwards(const ImageView& image, const ReadableFamily& family) const {
@@ -127,10 +99,9 @@ bool TagReader::place(const Quad& quad, const ReadableFamily& family, bool inver
   return homography(quad, family.width, px_H_cell_);
 }
 
-bool TagReader::may_be_a_border(const ImageView& image, const Quad& quad, const ReadableFamily& family,
-                                bool inverted) {
-  constexpr int kEnough = 5;  // of 8
-  return place(quad, family, inverted) && steps_outwards(image, family) >= kEnough;
+int TagReader::steps_outwards(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                              bool inverted) {
+  return place(quad, family, inverted) ? steps_outwards(image, family) : 0;
 }
 
 TagReader::Levels TagReader::sample_border(const ImageView& image, const ReadableFamily& family) {
@@ -154,7 +125,7 @@ TagReader::Levels TagReader::sample_border(const ImageView& image, const Readabl
 std::array<int, 4> TagReader::border_pairs(const ReadableFamily& family, float step) const {
   const int side = side_of(family);
   const auto level = [&](int x, int y) {
-    return levels_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)];
+    return levels_[at((y + family.margin) * side + x + family.margin)];
   };
   std::array<int, 4> pairs{};
   for_border_pairs(family.width, [&](std::size_t at, int x, int y, int out_x, int out_y) {
@@ -167,7 +138,7 @@ std::array<int, 4> TagReader::border_pairs(const ReadableFamily& family, float s
 TagReader::Levels TagReader::levels_beside(const ReadableFamily& family, std::size_t covered) const {
   const int side = side_of(family);
   const auto level = [&](int x, int y) {
-    return levels_[static_cast<std::size_t>((y + family.margin) * side + x + family.margin)];
+    return levels_[at((y + family.margin) * side + x + family.margin)];
   };
   Levels levels;
   for_border_pairs(family.width, [&](std::size_t at, int x, int y, int out_x, int out_y) {
@@ -202,7 +173,7 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
   const int side = side_of(family);
-  levels_.resize(static_cast<std::size_t>(side * side));
+  levels_.resize(at(side * side));
   distances_.resize(levels_.size());
   if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
   const Levels levels = sample_border(image, family);
@@ -219,7 +190,7 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
     if (progress.changes == 0) progress.changes = changes_inside(family);
     const std::optional<TagDetection> found = decode(quad, family);
     if (found && (!best || found->hamming < best->hamming)) best = found;
-    if (best && best->hamming <= 1) break;
+    if ((best && best->hamming <= 1) || (!best && progress.changes < kFewChanges)) break;
   }
   return best;
 }

@@ -35,6 +35,9 @@ struct ReaderOptions {
   double min_margin = 0;    ///< [grey level] see TagDetection::decision_margin
 };
 
+/// Changes between cells inside: the bits of a tag change often, the inside of most other quads hardly.
+inline constexpr int kFewChanges = 8;
+
 /// What was seen of a quad that was read, or could not be.
 struct ReadProgress {
   bool border_seen = false;  ///< so that bits were read
@@ -48,10 +51,9 @@ class TagReader {
  public:
   explicit TagReader(const ReaderOptions& options) : options_(options) {}
 
-  /// Whether there is a step outwards at most of a few places of the quad's edges. Cheap, for the outline of
-  /// a component, which is a pixel off at worst.
-  [[nodiscard]] bool may_be_a_border(const ImageView& image, const Quad& quad, const ReadableFamily& family,
-                                     bool inverted);
+  /// At how many of eight places of the quad's edges, two at each side, there is a step outwards. Cheap.
+  [[nodiscard]] int steps_outwards(const ImageView& image, const Quad& quad, const ReadableFamily& family,
+                                   bool inverted);
 
   /// The tag of this family whose border the quad is, with the quad as its corners. `inverted`: a print with
   /// black and white exchanged. O(cells).

@@ -7,9 +7,18 @@
 namespace waymark::search {
 namespace {
 
-/// A share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings, is
-/// still below when its paper is not.
-constexpr std::array<std::uint16_t, 2> kShares = {128, 72};
+/// How an image is cut into dark and bright.
+struct PlaneRule {
+  std::uint16_t share_256 = 128;  ///< see ThresholdRule
+  int row_step = 1;               ///< see BitPlane
+  int gates = 1;                  ///< least range of a window, in ranges that are asked for everywhere
+  bool diagonals = true;          ///< whether pixels that share but a corner are joined, in a second pass
+};
+
+/// First a share of the local range that a border darkened by a shadow, or joined to mid-grey surroundings,
+/// is still below when its paper is not. What that finds is large enough that half of the rows will do, and
+/// not faint. Then half of the range, for the small, the blurred and the faint ones.
+constexpr std::array<PlaneRule, 2> kPlanes = {{{64, 2, 2, false}, {128, 1, 1, true}}};
 
 bool inside(const std::array<Eigen::Vector2d, 4>& corners, const Eigen::Vector2d& point) {
   for (std::size_t i = 0; i < 4; ++i) {
@@ -35,15 +44,6 @@ Quad grown(const Quad& quad, float by_px) {
     const Eigen::Vector2f from = quad[i] - middle;
     out[i] = middle + from * (1 + by_px / std::max(kLeastRadius, from.norm()));
   }
-  return out;
-}
-
-/// The quad with the side after corner `side` moved outwards by a share of the sides that end there.
-Quad extended(const Quad& quad, std::size_t side, float share) {
-  Quad out = quad;
-  const std::size_t next = (side + 1) % 4;
-  out[side] += share * (quad[side] - quad[(side + 3) % 4]);
-  out[next] += share * (quad[next] - quad[(side + 2) % 4]);
   return out;
 }
 
@@ -78,17 +78,20 @@ const std::vector<TagDetection>& TagSearch::run(const ImageView& image,
 void TagSearch::search_polarity(const ImageView& image, Polarity polarity) {
   boxes_.clear();
   const bool dark = polarity == Polarity::Dark;
-  for (const std::uint16_t share : kShares) {
-    threshold(image, tiles_, {dark, share, static_cast<std::uint8_t>(gate_)}, *kernels_, plane_);
-    search_plane(image, polarity);
+  for (const PlaneRule& plane : kPlanes) {
+    const int gate = std::clamp(plane.gates * options_.min_white_black_diff, gate_, 255);
+    const ThresholdRule rule{dark, plane.share_256, static_cast<std::uint8_t>(gate)};
+    threshold(image, tiles_, rule, *kernels_, plane_, plane.row_step);
+    search_plane(image, polarity, plane.diagonals);
   }
 }
 
-void TagSearch::search_plane(const ImageView& image, Polarity polarity) {
-  components_.label(plane_, *kernels_);
+void TagSearch::search_plane(const ImageView& image, Polarity polarity, bool diagonals) {
+  components_.label(plane_, *kernels_, diagonals);
   counts_.runs += components_.runs().size();
   counts_.components += components_.components().size();
   search_components(image, polarity, false);
+  if (!diagonals) return;
   components_.join_diagonals();
   search_components(image, polarity, true);
 }
@@ -110,7 +113,7 @@ bool TagSearch::worth_a_look(const ImageView& image, const Component& component)
   constexpr double kBoxShare = 0.12;
   constexpr int kFrame = 3;           // px along the frame
   constexpr double kRunsARow = 1.25;  // a frame has two or more in most rows, a spot has one
-  constexpr double kMostRunsARow = 8;
+  constexpr double kMostRunsARow = 5;
   const int width = component.x1 - component.x0;
   const int height = component.y1 - component.y0;
   if (width < 5 || height < 5 || width + height < 2 * least_width_) return false;
@@ -132,6 +135,7 @@ bool TagSearch::known(const Quad& quad) const {
 namespace {
 
 constexpr float kPreciseCell = 2;  // px; of smaller ones the outline says too little
+constexpr float kSmallCell = 5;    // px; of larger ones a pixel more or less decides nothing
 
 }  // namespace
 
@@ -158,27 +162,29 @@ void TagSearch::search_component(const ImageView& image, Polarity polarity, cons
 
 bool TagSearch::read_outline(const ImageView& image, Attempt& attempt) {
   constexpr int kFewCrossings = 8;  // find the place
-  // Between cells inside: the bits of a tag change often, the inside of most other quads hardly.
-  constexpr int kFewChanges = 8;
   constexpr int kSomeChanges = 14;
   constexpr float kLastReach = 1.5F;  // px
   const bool precise = attempt.cell_px > kPreciseCell;
-  if (!attempt.far && precise && !may_be_a_border(image, attempt.outline)) return false;
+  // Of 8. What the outline of a component says is a pixel off at worst, or else half of it is right.
+  constexpr int kEnoughSteps = 5;
+  constexpr int kHalf = 4;
+  if (precise && !has_steps_outwards(image, attempt.outline, attempt.far ? kHalf : kEnoughSteps))
+    return false;
   attempt.sharpened = attempt.outline;
-  const EdgeSearch first{attempt.reach_px, attempt.sign, kFewCrossings};
+  const EdgeSearch first{attempt.reach_px, attempt.sign, kFewCrossings, attempt.far};
   if (!sharpen_edges(image, first, attempt.sharpened)) return false;
-  if (precise && !may_be_a_border(image, attempt.sharpened)) return false;
+  if (precise && !has_steps_outwards(image, attempt.sharpened, kEnoughSteps)) return false;
   sharpen_edges(image, {std::min(kLastReach, attempt.reach_px), attempt.sign}, attempt.sharpened);
   ReadProgress progress;
   if (read_any(image, attempt.sharpened, progress)) return true;
   if (!progress.border_seen || progress.changes < kFewChanges) return false;
-  if (!attempt.far && read_varied(image, attempt)) return true;
+  if (!attempt.far && attempt.cell_px < kSmallCell && read_varied(image, attempt)) return true;
   return precise && progress.changes >= kSomeChanges && read_covered(image, attempt.sharpened);
 }
 
-bool TagSearch::may_be_a_border(const ImageView& image, const Quad& quad) {
+bool TagSearch::has_steps_outwards(const ImageView& image, const Quad& quad, int least) {
   return std::ranges::any_of(wanted_, [&](const Wanted& wanted) {
-    return reader_.may_be_a_border(image, quad, *wanted.family, wanted.inverted);
+    return reader_.steps_outwards(image, quad, *wanted.family, wanted.inverted) >= least;
   });
 }
 
@@ -189,10 +195,7 @@ bool TagSearch::read_any(const ImageView& image, const Quad& quad, ReadProgress&
     counts_.borders += progress.border_seen ? 1 : 0;
     best.border_seen = best.border_seen || progress.border_seen;
     best.changes = std::max(best.changes, progress.changes);
-    if (tag) {
-      found_.push_back(*tag);
-      return true;
-    }
+    if (tag && keep(image, wanted, *tag)) return true;
   }
   return false;
 }
@@ -211,35 +214,25 @@ bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
 }
 
 /// A tag with something over one side of its border: the quad ends where that begins or, where it is dark and
-/// outside, where it ends. The other three sides are right, so the fourth is tried where the bits then fit.
+/// outside, where it ends. The bits inside say which side, and where it should be.
 bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
-  constexpr std::array<float, 6> kMissing = {0.5F, 0.9F, 1.3F, 1.65F, 0.2F, -0.35F};  // cells
   for (const Wanted& wanted : wanted_) {
-    const auto width = static_cast<float>(wanted.family->width);
-    const auto read = [&](std::size_t side, float missing) {
-      const Quad whole = extended(quad, side, missing / (width - missing));
-      return reader_.read_covered(image, whole, *wanted.family, wanted.inverted, side);
-    };
-    for (std::size_t side = 0; side < 4; ++side) {
-      for (const float missing : kMissing) {
-        auto tag = read(side, missing);
-        if (!tag) continue;
-        float best = missing;
-        for (const float step : {0.2F, 0.1F, 0.05F}) {
-          for (const float sign : {-1.0F, 1.0F}) {
-            const float moved = best + sign * step;
-            const auto other = read(side, moved);
-            if (!other || other->tag != tag->tag || other->decision_margin <= tag->decision_margin) continue;
-            tag = other;
-            best = moved;
-          }
-        }
-        found_.push_back(*tag);
-        return true;
-      }
+    const auto side = grid_.misplaced_side(image, quad, *wanted.family, wanted.inverted);
+    if (!side) continue;
+    for (const float off : {0.0F, 0.2F, -0.2F, 0.4F, -0.4F}) {
+      const Quad whole = with_side_moved(quad, {side->side, side->missing + off}, wanted.family->width);
+      const auto tag = reader_.read_covered(image, whole, *wanted.family, wanted.inverted, side->side);
+      if (tag && keep(image, wanted, *tag)) return true;
     }
   }
   return false;
+}
+
+/// A tag whose bits do not agree with its corners is none.
+bool TagSearch::keep(const ImageView& image, const Wanted& wanted, TagDetection tag) {
+  if (!grid_.settle(image, *wanted.family, wanted.inverted, tag)) return false;
+  found_.push_back(tag);
+  return true;
 }
 
 }  // namespace waymark::search

@@ -6,6 +6,7 @@
 
 #include "waymark/image/image.hpp"
 #include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/bit_grid.hpp"
 #include "waymark/tags/bit_planes.hpp"
 #include "waymark/tags/box_set.hpp"
 #include "waymark/tags/quads.hpp"
@@ -57,13 +58,14 @@ class TagSearch {
   };
 
   void search_polarity(const ImageView& image, Polarity polarity);
-  void search_plane(const ImageView& image, Polarity polarity);
+  void search_plane(const ImageView& image, Polarity polarity, bool diagonals);
   void search_components(const ImageView& image, Polarity polarity, bool joined);
   void search_component(const ImageView& image, Polarity polarity, const Component& component);
   bool read_outline(const ImageView& image, Attempt& attempt);
-  bool may_be_a_border(const ImageView& image, const Quad& quad);
+  [[nodiscard]] bool has_steps_outwards(const ImageView& image, const Quad& quad, int least);
   bool read_any(const ImageView& image, const Quad& quad, ReadProgress& best);
   bool read_covered(const ImageView& image, const Quad& quad);
+  bool keep(const ImageView& image, const Wanted& wanted, TagDetection tag);
   bool read_varied(const ImageView& image, const Attempt& attempt);
   [[nodiscard]] bool worth_a_look(const ImageView& image, const Component& component) const;
   [[nodiscard]] bool known(const Quad& quad) const;
@@ -75,6 +77,7 @@ class TagSearch {
   RunComponents components_;
   QuadFitter fitter_;
   TagReader reader_;
+  BitGrid grid_;
   std::vector<Wanted> wanted_;
   int least_width_ = 1;  ///< [cell] of the wanted families
   int gate_ = 0;
