@@ -12,7 +12,6 @@
 #include "waymark/mapping/lap/lost_poses.hpp"
 #include "waymark/mapping/lap/mounting_halves.hpp"
 #include "waymark/mapping/lap/mounting_spread.hpp"
-#include "waymark/mapping/lap/odometry_noise.hpp"
 #include "waymark/mapping/lap/prior_agreement.hpp"
 #include "waymark/mapping/lap/prior_terms.hpp"
 #include "waymark/mapping/lap/rough_odometry.hpp"
@@ -118,7 +117,7 @@ void look_at_mounting(LapBundle& lap, const BundleMapOptions& options, const Map
       .base_T_cam = assumed, .off = result.mounting->off, .focal_share = options.focal_share};
   if (!asked) belief.trusted = result.mounting->untold;
   result.mounting = estimate_mounting(lap, steps, told, belief);
-  fit_odometry_noise(lap, steps, told);
+  internal::find_odometry_noise(lap, steps, told);
   settle(lap, options, told, result);
   result.mounting = estimate_mounting(lap, steps, told, belief);
 }
@@ -292,8 +291,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   if (!second.empty()) observed = observe_all(input);
   const std::vector<internal::ObservationIndex> doubtful = doubtful_observations(input, observed);
   leave_out(input, doubtful, observed);
-  const Result<ChainResult> start =
-      map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes, input.base_T_cam, chain_options);
+  const Result<ChainResult> start = map_by_chain(observed, input.anchor, input.map_T_anchor, input.sizes,
+                                                 input.base_T_cam, chain_options, input.odometry);
   if (!start) return tl::unexpected(start.error());
   if (!progress("from tag to tag", 0, 0)) return internal::stopped_on_request();
 

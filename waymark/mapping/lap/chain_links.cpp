@@ -92,6 +92,24 @@ std::optional<std::pair<TagId, Uncertain<SE2>>> nearest_known(const std::map<Tag
 
 }  // namespace
 
+std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places,
+                                      const Eigen::Matrix3d& noise) {
+  std::vector<Vote<SE2>> votes;
+  for (const FloorObservation& seen : frame.tags) {
+    const auto place = places.find(seen.tag);
+    if (place == places.end()) continue;
+    Vote<SE2> vote;
+    for (const FloorFit& base_X_tag : seen.base_X_tag) {
+      Uncertain<SE2> tag_X_base = inverse(base_X_tag.a_X_b);
+      tag_X_base.covariance += noise;
+      const Uncertain<SE2> map_X_base = compose(Uncertain<SE2>{place->second.mean}, tag_X_base);
+      vote.push_back({map_X_base.mean, map_X_base.covariance.inverse(), base_X_tag.chi2});
+    }
+    votes.push_back(std::move(vote));
+  }
+  return votes;
+}
+
 Links links_of(const std::vector<FloorFrame>& frames) {
   std::map<std::pair<TagId, TagId>, std::vector<Vote<SE2>>> votes;
   for (const FloorFrame& frame : frames) {
@@ -110,17 +128,15 @@ Links links_of(const std::vector<FloorFrame>& frames) {
 
 Places compose_from_anchor(const Links& links, const TagId& anchor, const SE2& map_X_anchor) {
   const Neighbours neighbours = neighbours_of(links);
-  std::map<TagId, Waiting> waiting;
-  for (const auto& [tag, of_tag] : neighbours) waiting[tag];
-  waiting.erase(anchor);
+  std::map<TagId, Waiting> waiting;  // seen with one that is placed
   Places places = {{anchor, {map_X_anchor}}};
   // Only tags seen together with the one that was placed last can be known better than before.
   const auto placed = [&](const TagId& tag) {
     const auto of_tag = neighbours.find(tag);
     if (of_tag == neighbours.end()) return;
     for (const Neighbour& neighbour : of_tag->second) {
-      const auto at = waiting.find(neighbour.other);
-      if (at != waiting.end()) look_again(neighbours.at(neighbour.other), places, at->second);
+      if (places.contains(neighbour.other)) continue;
+      look_again(neighbours.at(neighbour.other), places, waiting[neighbour.other]);
     }
   };
   placed(anchor);

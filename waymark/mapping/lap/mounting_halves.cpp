@@ -93,8 +93,9 @@ std::array<bool, 6> confirmed_by_halves(const LapBundle& freed, const SE3& assum
   return confirmed;
 }
 
-/// Weighs the wheels by the noise that they show; of a long lap, that its middle shows.
-void find_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
+}  // namespace
+
+void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress) {
   constexpr std::size_t kEnough = 3000;  // frames: three variances, each to a few percent
   if (lap.bases.size() <= kEnough) {
     fit_odometry_noise(lap, max_iterations, progress);
@@ -107,8 +108,6 @@ void find_noise(LapBundle& lap, int max_iterations, const BundleProgress& progre
     term.factor.whitening = noise.cwiseInverse().asDiagonal() * term.factor.whitening;
 }
 
-}  // namespace
-
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting) {
   const auto keep = [&](const std::array<bool, 6>& confirmed) {
@@ -120,7 +119,7 @@ void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, co
   if (!mounting.stands_out()) return;
   keep(confirmed_by_halves(freed, assumed, max_iterations, progress));
   if (!mounting.stands_out()) return;
-  find_noise(freed, max_iterations, progress);
+  find_odometry_noise(freed, max_iterations, progress);
   const MountingBelief belief{.base_T_cam = assumed};
   if (const auto again = estimate_mounting(freed, max_iterations, progress, belief)) keep(again->out);
 }

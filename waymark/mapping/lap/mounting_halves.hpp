@@ -14,4 +14,8 @@ namespace waymark::internal {
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting);
 
+/// Weighs the wheels by the noise that they show (fit_odometry_noise()); of a long lap, that its middle
+/// shows.
+void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgress& progress);
+
 }  // namespace waymark::internal

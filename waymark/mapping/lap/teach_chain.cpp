@@ -9,6 +9,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/mapping/lap/chain_islands.hpp"
 #include "waymark/mapping/lap/chain_links.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
 
@@ -17,7 +18,6 @@ namespace {
 
 using internal::Alternative;
 using internal::FloorFrame;
-using internal::FloorObservation;
 using internal::Places;
 using internal::TagShapes;
 using internal::Vote;
@@ -26,25 +26,9 @@ constexpr double kGate3 = 16.3;  // 0.999 quantiles of chi-square: 3 degrees of 
 constexpr double kGate6 =
     22.5;  // 0.999 quantile of chi-square, 6 degrees of freedom: one shape and a motion of the plane
 
-/// Where the base was when a frame was taken: equation 3.1 with every mapped tag in the anchor's place.
-std::vector<Vote<SE2>> votes_for_base(const FloorFrame& frame, const Places& places,
-                                      const ChainOptions& options) {
+Eigen::Matrix3d noise_of_places(const ChainOptions& options) {
   const Eigen::Vector3d sigmas(options.map_sigma_m, options.map_sigma_m, options.map_sigma_rad);
-  const Eigen::Matrix3d map_noise = sigmas.cwiseAbs2().asDiagonal();
-  std::vector<Vote<SE2>> votes;
-  for (const FloorObservation& seen : frame.tags) {
-    const auto place = places.find(seen.tag);
-    if (place == places.end()) continue;
-    Vote<SE2> vote;
-    for (const FloorFit& base_X_tag : seen.base_X_tag) {
-      Uncertain<SE2> tag_X_base = inverse(base_X_tag.a_X_b);
-      tag_X_base.covariance += map_noise;
-      const Uncertain<SE2> map_X_base = compose(Uncertain<SE2>{place->second.mean}, tag_X_base);
-      vote.push_back({map_X_base.mean, map_X_base.covariance.inverse(), base_X_tag.chi2});
-    }
-    votes.push_back(std::move(vote));
-  }
-  return votes;
+  return sigmas.cwiseAbs2().asDiagonal();
 }
 
 struct PlacedFrame {
@@ -84,8 +68,9 @@ Alternative<SE2> among_neighbours(const std::vector<PlacedFrame>& frames, std::s
 Trajectory trajectory_of(const std::vector<FloorFrame>& frames, const Places& places,
                          const ChainOptions& options, const SE3& map_T_floor) {
   std::vector<PlacedFrame> placed;
+  const Eigen::Matrix3d noise = noise_of_places(options);
   for (const FloorFrame& frame : frames) {
-    PlacedFrame here{frame.stamp, votes_for_base(frame, places, options)};
+    PlacedFrame here{frame.stamp, internal::votes_for_base(frame, places, noise)};
     const auto agreed = internal::agree(here.votes, kGate6);
     if (!agreed) continue;
     here.map_X_base = agreed->value.mean;
@@ -129,7 +114,7 @@ ObservedFrame observe(const TagFrame& frame, const CameraModel& camera, const Ta
 
 Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                  const SE3& map_T_anchor, const TagSizes& sizes, const SE3& base_T_cam,
-                                 const ChainOptions& options) {
+                                 const ChainOptions& options, const std::vector<Odometry>& wheels) {
   if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   std::set<TagId> seen;
   for (const ObservedFrame& frame : frames) {
@@ -155,6 +140,9 @@ Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const
   const internal::Links links = internal::links_of(on_floor);
   Places places = internal::compose_from_anchor(links, anchor, map_X_anchor);
   if (options.spread_closing_error) internal::spread_closing_error(links, anchor, places);
+  if (!wheels.empty())
+    internal::place_islands(on_floor, links, OdometryTrack(wheels), noise_of_places(options),
+                            options.spread_closing_error, places);
   ChainResult result;
   for (const TagId& tag : seen) {
     const auto place = places.find(tag);

@@ -44,7 +44,7 @@ struct ChainOptions {
 struct ChainResult {
   TagMap map{};
   Trajectory trajectory{};           ///< of the base, one pose for each frame that saw a mapped tag
-  std::vector<TagId> unconnected{};  ///< seen, but never together with a tag that leads to the anchor
+  std::vector<TagId> unconnected{};  ///< seen, but nothing leads from them to the anchor
   int frames_without_pose = 0;
 };
 
@@ -64,11 +64,13 @@ template <class Setup>
 /// for the LIMOS Robot", equation 3.1 and section 3.2): map_T_cam from the anchor where it is seen, and from
 /// tag to tag where two are seen together; for a robot on a level floor. `base_T_cam`: of the first camera.
 /// docs/concepts/teach_and_replay.md says how. Never are two ways to the same tag weighed against each other,
-/// and no error is distributed: what bundle adjustment must beat.
+/// and no error is distributed: what bundle adjustment must beat. With `wheels` tags that no other tag leads
+/// to are placed as well, by the way the wheels went from those that are.
 ///
-/// Fails when the anchor is never seen. O(frames * tags^2).
+/// Fails when the anchor is never seen. O(frames * (tags in one of them)^2).
 [[nodiscard]] Result<ChainResult> map_by_chain(const std::vector<ObservedFrame>& frames, const TagId& anchor,
                                                const SE3& map_T_anchor, const TagSizes& sizes,
-                                               const SE3& base_T_cam, const ChainOptions& options = {});
+                                               const SE3& base_T_cam, const ChainOptions& options = {},
+                                               const std::vector<Odometry>& wheels = {});
 
 }  // namespace waymark

@@ -44,10 +44,12 @@ struct Values {
 /// their pattern.
 class BundleProblem {
  public:
-  BundleProblem(Bundle& bundle, const Unknowns& unknowns, double robust_chi2, internal::KeptFactor& kept)
+  BundleProblem(Bundle& bundle, const Unknowns& unknowns, const BundleOptions& options,
+                internal::KeptFactor& kept)
       : bundle_(bundle),
         unknowns_(unknowns),
-        robust_chi2_(robust_chi2),
+        robust_chi2_(options.robust_chi2),
+        relative_gain_(options.relative_gain),
         kept_(kept),
         plan_(internal::schur_plan(unknowns.dimensions, unknowns.couplings)),
         system_(unknowns.dimensions, unknowns.couplings),
@@ -58,14 +60,16 @@ class BundleProblem {
   BundleProblem(const BundleProblem&) = delete;  // its parts refer to each other
   BundleProblem& operator=(const BundleProblem&) = delete;
 
-  double linearize() { return internal::accumulate(bundle_, unknowns_, robust_chi2_, &system_); }
+  double linearize() { return cost_ = internal::accumulate(bundle_, unknowns_, robust_chi2_, &system_); }
   [[nodiscard]] double cost() const {
     return internal::accumulate(bundle_, unknowns_, robust_chi2_, nullptr);
   }
   [[nodiscard]] const Eigen::VectorXd& gradient() const { return system_.gradient(); }
   std::optional<Eigen::VectorXd> damped_step(double damping) {
     if (plan_.worth_it()) return step_by_elimination(damping);
-    return keeps_ ? kept_.step(system_, damping) : internal::damped_step(cholesky_, system_, damping);
+    constexpr double kShare = 0.1;  // of the gain at which the search ends
+    return keeps_ ? kept_.step(system_, damping, kShare * relative_gain_ * cost_)
+                  : internal::damped_step(cholesky_, system_, damping);
   }
   void retract(const Eigen::VectorXd& step) { internal::apply(unknowns_, system_, step, bundle_); }
   [[nodiscard]] Values values() const {
@@ -90,6 +94,8 @@ class BundleProblem {
   Bundle& bundle_;
   const Unknowns& unknowns_;
   double robust_chi2_;
+  double relative_gain_;
+  double cost_ = 0;
   internal::KeptFactor& kept_;
   internal::SchurPlan plan_;
   BlockSystem system_;
@@ -114,7 +120,7 @@ BundleSummary solve(Bundle& bundle, const BundleOptions& options, const BundlePr
     summary.why = "nothing is unknown, or nothing was measured";
     return summary;
   }
-  BundleProblem problem(bundle, unknowns, options.robust_chi2, kept);
+  BundleProblem problem(bundle, unknowns, options, kept);
   summary.initial_cost = problem.linearize();
   if (const int invisible = std::isfinite(summary.initial_cost) ? 0 : set_invisible_aside(bundle);
       invisible > 0) {

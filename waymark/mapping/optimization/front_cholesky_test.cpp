@@ -65,6 +65,35 @@ TEST(KeptFactor, LeadsToTheStepOfASystemThatIsAlikeAndGivesWayToOneThatIsNot) {
   }
 }
 
+TEST(KeptFactor, AStepThatMayGainLittleIsShorterButGainsNoLessThanThat) {
+  constexpr double kDamping = 1e-3;
+  Random random(3);
+  const BlockSystem first = system_of({"corridor", 80, 40, 3, true, false}, random);
+  BlockSystem alike = first;
+  for (int u = 0; u < alike.unknowns(); ++u) {
+    const Eigen::MatrixXd J = (u % 3) * Eigen::MatrixXd::Identity(6, 6);
+    alike.add(std::array<BlockSystem::Part, 1>{{{u, J}}}, 0.1 * Eigen::VectorXd::Ones(6));
+  }
+  const Eigen::MatrixXd lower = alike.lower();
+  Eigen::MatrixXd H = lower.selfadjointView<Eigen::Lower>();
+  H.diagonal() *= 1 + kDamping;
+  const auto gain = [&](const Eigen::VectorXd& step) -> double {
+    return -alike.gradient().dot(step) - step.dot(H * step) / 2;
+  };
+  const double most = gain(-H.llt().solve(alike.gradient()));
+  double least = 0;
+  for (const double next_to_nothing : {10 * most, 0.1 * most, 0.01 * most, 0.0}) {
+    KeptFactor kept;
+    ASSERT_TRUE(kept.step(first, kDamping));
+    const std::optional<Eigen::VectorXd> step = kept.step(alike, kDamping, next_to_nothing);
+    ASSERT_TRUE(step);
+    EXPECT_GE(gain(*step), least);
+    EXPECT_GT(gain(*step), 0);
+    EXPECT_LT(most - gain(*step), std::max(0.01 * most, 10 * next_to_nothing));
+    least = gain(*step);
+  }
+}
+
 TEST(FrontCholesky, SolvesAndInvertsAsADenseMatrixDoes) {
   Random random(1);
   for (const Shape& shape : {Shape{"one", 1, 1, 1, false, false},

@@ -1,11 +1,15 @@
 #include "waymark/mapping/optimization/kept_factor.hpp"
 
+#include <algorithm>
+
 namespace waymark::internal {
 namespace {
 
 /// Ends when one more step lowers the quadratic model by less than a share of its mean gain (Nash and Sofer,
-/// "Assessing a search direction within a truncated-Newton method", Operations Research Letters 9(4), 1990).
+/// "Assessing a search direction within a truncated-Newton method", Operations Research Letters 9(4), 1990),
+/// or by next to nothing.
 std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, double damping,
+                                                   double next_to_nothing,
                                                    const FrontCholesky& preconditioner) {
   constexpr double kStays = 1e-12;  // what nothing determines stays where it is
   constexpr double kAccuracy = 1e-3;
@@ -28,7 +32,7 @@ std::optional<Eigen::VectorXd> conjugate_gradients(const BlockSystem& system, do
     r -= length * Hp;
     const double gain = length * rz / 2;
     gained += gain;
-    if (i * gain <= kAccuracy * gained) return x;
+    if (i * gain <= std::max(kAccuracy * gained, next_to_nothing)) return x;
     z = preconditioner.solve(r);
     const double before = rz;
     rz = r.dot(z);
@@ -50,9 +54,11 @@ bool KeptFactor::fits(const BlockSystem& system) const {
   return true;
 }
 
-std::optional<Eigen::VectorXd> KeptFactor::step(const BlockSystem& system, double damping) {
+std::optional<Eigen::VectorXd> KeptFactor::step(const BlockSystem& system, double damping,
+                                                double next_to_nothing) {
   if (fits(system)) {
-    std::optional<Eigen::VectorXd> found = conjugate_gradients(system, damping, factor_->cholesky);
+    std::optional<Eigen::VectorXd> found =
+        conjugate_gradients(system, damping, next_to_nothing, factor_->cholesky);
     if (found && found->allFinite()) return found;
   }
   factor_.reset();

@@ -16,9 +16,11 @@ namespace waymark::internal {
 /// poses change little, and a factorisation may cost as much as a hundred steps of conjugate gradients.
 class KeptFactor {
  public:
-  /// -(H + damping diag(H))^-1 g, to a thousandth of what the step gains; nothing when that is not positive
-  /// definite. Factorises anew where the factor that is kept does not lead there soon.
-  [[nodiscard]] std::optional<Eigen::VectorXd> step(const BlockSystem& system, double damping);
+  /// -(H + damping diag(H))^-1 g, to a thousandth of what the step gains or to `next_to_nothing`; nothing
+  /// when that is not positive definite. Factorises anew where the factor that is kept does not lead there
+  /// soon.
+  [[nodiscard]] std::optional<Eigen::VectorXd> step(const BlockSystem& system, double damping,
+                                                    double next_to_nothing = 0);
   /// Gives the memory back.
   void forget() { factor_.reset(); }
 

@@ -28,7 +28,7 @@ struct LevenbergMarquardtOptions {
   int max_iterations = 100;
   double relative_gain = 1e-9;  ///< of the cost: a step that gains less is the last
   double cost_floor = 1e-12;    ///< added to the cost where gains are held against it
-  double damping = 1e-6;        ///< of the first step
+  double damping = 1e-9;        ///< of the first step
   bool shortens = true;         ///< a step that went too far is tried shorter before it is damped more
 };
 
@@ -54,6 +54,41 @@ bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
   return false;
 }
 
+/// The damping from step to step. Long chains of poses, and numbers that many of them share, are determined
+/// by differences: with n poses along a way the smallest eigenvalue of H is n^-4 of its diagonal, and what is
+/// more than that keeps them from going where they belong in one step. So it vanishes soon where steps gain
+/// what they promise, and comes back in ever larger strides where they do not (Nielsen, "Damping Parameter in
+/// Marquardt's Method", 1999).
+class Damping {
+ public:
+  explicit Damping(double first) : damping_(first) {}
+  [[nodiscard]] double value() const { return damping_; }
+  [[nodiscard]] bool exhausted() const { return damping_ >= kMost; }
+
+  void after_gain(double gained, double promised) {
+    constexpr double kAsPromised = 0.9;
+    constexpr double kHardly = 0.25;
+    stride_ = kStride;
+    if (gained > kAsPromised * promised)
+      damping_ /= kStride * kStride * kStride;
+    else if (gained > kHardly * promised)
+      damping_ /= kStride;
+    damping_ = std::max(damping_, kLeast);
+  }
+  void after_failure() {
+    damping_ = std::max(damping_, kLeast) * stride_;
+    stride_ *= kStride;
+  }
+
+ private:
+  static constexpr double kStride = 10;
+  static constexpr double kLeast = 1e-16;
+  static constexpr double kMost = 1e12;
+
+  double damping_;
+  double stride_ = kStride;
+};
+
 /// Minimises the cost from where a linearised problem stands (Levenberg, "A method for the solution of
 /// certain non-linear problems in least squares", 1944; Marquardt, "An algorithm for least-squares estimation
 /// of nonlinear parameters", 1963). `cost` is what linearize() gave there, `goes_on(iteration, cost)` is
@@ -61,18 +96,15 @@ bool shorten_step(Problem& problem, const Eigen::VectorXd& step, double cost) {
 template <LeastSquares Problem, std::predicate<int, double> GoesOn>
 LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
                                           const LevenbergMarquardtOptions& options, const GoesOn& goes_on) {
-  constexpr double kLeastDamping = 1e-12;
-  constexpr double kMostDamping = 1e12;
   LevenbergMarquardtEnd end{.cost = cost};
-  double damping = options.damping;
-  const auto damp_more = [&] { damping = std::max(damping, kLeastDamping) * 10; };
-  while (end.iterations < options.max_iterations && !end.converged && damping < kMostDamping) {
+  Damping damping(options.damping);
+  while (end.iterations < options.max_iterations && !end.converged && !damping.exhausted()) {
     end.stopped = !goes_on(end.iterations, end.cost);
     if (end.stopped) break;
     ++end.iterations;
-    const std::optional<Eigen::VectorXd> step = problem.damped_step(damping);
+    const std::optional<Eigen::VectorXd> step = problem.damped_step(damping.value());
     if (!step) {
-      damp_more();
+      damping.after_failure();
       continue;
     }
     const double promised = -step->dot(problem.gradient()) / 2;
@@ -82,7 +114,7 @@ LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
     const double next = problem.linearize();
     if (next <= end.cost) {
       end.converged = end.cost - next <= options.relative_gain * (end.cost + options.cost_floor);
-      damping = std::max(damping / 10, kLeastDamping);
+      damping.after_gain(end.cost - next, promised);
       end.cost = next;
       continue;
     }
@@ -90,10 +122,10 @@ LevenbergMarquardtEnd levenberg_marquardt(Problem& problem, double cost,
     // A step that should gain next to nothing and does not: rounding is all that is left.
     end.converged = promised <= 1e-12 * (1e-9 + end.cost);
     if (end.converged) break;
-    if (!options.shortens || !shorten_step(problem, *step, end.cost)) damp_more();
+    if (!options.shortens || !shorten_step(problem, *step, end.cost)) damping.after_failure();
     end.cost = problem.linearize();
   }
-  end.exhausted = damping >= kMostDamping;
+  end.exhausted = damping.exhausted();
   return end;
 }
 

@@ -13,13 +13,14 @@ namespace {
 
 const auto kGoesOn = [](int, double) { return true; };
 
-/// Residuals of two unknowns with a dense Jacobian.
-class Plane {
+/// Residuals of some unknowns with a dense Jacobian.
+template <class Values>
+class Dense {
  public:
-  explicit Plane(const Eigen::Vector2d& start) : x_(start) {}
-  virtual ~Plane() = default;
-  [[nodiscard]] virtual Eigen::VectorXd residual(const Eigen::Vector2d& x) const = 0;
-  [[nodiscard]] virtual Eigen::MatrixXd jacobian(const Eigen::Vector2d& x) const = 0;
+  explicit Dense(const Values& start) : x_(start) {}
+  virtual ~Dense() = default;
+  [[nodiscard]] virtual Eigen::VectorXd residual(const Values& x) const = 0;
+  [[nodiscard]] virtual Eigen::MatrixXd jacobian(const Values& x) const = 0;
 
   double linearize() {
     const Eigen::MatrixXd J = jacobian(x_);
@@ -40,14 +41,16 @@ class Plane {
     return Eigen::VectorXd(-llt.solve(g_));
   }
   void retract(const Eigen::VectorXd& step) { x_ += step; }
-  [[nodiscard]] Eigen::Vector2d values() const { return x_; }
-  void restore(const Eigen::Vector2d& x) { x_ = x; }
+  [[nodiscard]] Values values() const { return x_; }
+  void restore(const Values& x) { x_ = x; }
 
  private:
-  Eigen::Vector2d x_;
+  Values x_;
   Eigen::MatrixXd H_{};
   Eigen::VectorXd g_{};
 };
+
+using Plane = Dense<Eigen::Vector2d>;
 
 struct Line : Plane {
   using Plane::Plane;
@@ -92,6 +95,60 @@ struct WrongSlope : Line {
     return -Line::jacobian(x);
   }
 };
+
+/// A way of which each bend was measured, and where it begins: its far end depends on all bends together.
+struct Way : Dense<Eigen::VectorXd> {
+  using Dense::Dense;
+  [[nodiscard]] Eigen::VectorXd residual(const Eigen::VectorXd& x) const override {
+    Eigen::VectorXd r(x.size());
+    r.head<2>() << x[0], x[1] - x[0] - 0.5;
+    for (Eigen::Index i = 2; i < x.size(); ++i) r[i] = x[i] - 2 * x[i - 1] + x[i - 2] - 1;
+    return r;
+  }
+  [[nodiscard]] Eigen::MatrixXd jacobian(const Eigen::VectorXd& x) const override {
+    Eigen::MatrixXd J = Eigen::MatrixXd::Identity(x.size(), x.size());
+    J(1, 0) = -1;
+    for (Eigen::Index i = 2; i < x.size(); ++i) {
+      J(i, i - 1) = -2;
+      J(i, i - 2) = 1;
+    }
+    return J;
+  }
+};
+
+TEST(LevenbergMarquardt, ALongWayTakesNoMoreStepsThanAShortOne) {
+  for (const Eigen::Index length : {10, 100, 300}) {
+    Way way(Eigen::VectorXd::Zero(length));
+    const auto end = levenberg_marquardt(way, way.linearize(), {}, kGoesOn);
+    EXPECT_TRUE(end.converged) << length;
+    EXPECT_LE(end.iterations, 6) << length;
+    const auto last = static_cast<double>(length - 1);
+    EXPECT_NEAR(way.values()[length - 1], last * last / 2, 1e-6 * last * last) << length;
+  }
+}
+
+TEST(LevenbergMarquardt, DampingVanishesWhereStepsGainWhatTheyPromise) {
+  Damping damping(1e-3);
+  damping.after_gain(1, 1);
+  EXPECT_NEAR(damping.value(), 1e-6, 1e-12);
+  damping.after_gain(0.5, 1);
+  EXPECT_NEAR(damping.value(), 1e-7, 1e-13);
+  damping.after_gain(0.1, 1);
+  EXPECT_NEAR(damping.value(), 1e-7, 1e-13);
+  for (int i = 0; i < 100; ++i) damping.after_gain(1, 1);
+  EXPECT_GT(damping.value(), 0);
+}
+
+TEST(LevenbergMarquardt, DampingComesBackInEverLargerStrides) {
+  Damping damping(0);
+  int failures = 0;
+  for (double before = 0; !damping.exhausted(); before = damping.value(), ++failures) {
+    damping.after_failure();
+    EXPECT_GT(damping.value(), before);
+    ASSERT_LT(failures, 20);
+  }
+  EXPECT_LE(failures, 8);
+}
 
 TEST(LevenbergMarquardt, ALinearProblemTakesOneStepAndOneThatGainsNothing) {
   Line line({50, -70});
