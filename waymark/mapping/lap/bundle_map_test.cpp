@@ -70,6 +70,32 @@ TEST(LapLaws, AnAnchorThatStandsElsewhereMovesTheMapAndNothingElse) {
     EXPECT_LT(minus(other.map.tags.at(id).map_T_tag, by * tag.map_T_tag).norm(), 1e-4);
 }
 
+TEST(LapLaws, AnAisleThatNoTagLeadsToStartsAsItsOwnTagsAndTheWheelsHaveIt) {
+  constexpr int kInAisle = 20;
+  const test::Warehouse house = test::drive_warehouse(
+      {.tags = 3 * kInAisle, .aisle_m = 7, .frame_m = 0.06, .farthest_m = 4, .seed = 1});
+  int steps = 0;
+  const auto count = [&](const std::string& stage, int /*iteration*/, double /*cost*/) {
+    steps += stage == "looking for outliers" ? 1 : 0;
+    return true;
+  };
+  const auto map = map_by_bundle(house.lap, {}, {}, count);
+  ASSERT_TRUE(map);
+  EXPECT_TRUE(map->unconnected.empty());
+  EXPECT_LE(steps, 8);
+  ASSERT_EQ(map->start_map.tags.size(), house.truth.tags.size());
+  const auto between = [](const TagMap& tags, const TagId& a, const TagId& b) {
+    return tags.tags.at(a).map_T_tag.inverse() * tags.tags.at(b).map_T_tag;
+  };
+  for (const auto& [id, tag] : house.truth.tags) {
+    const TagId next{id.family, id.number + 1};
+    if (next.number % kInAisle == 0) continue;
+    const SE3 off = between(map->start_map, id, next).inverse() * between(house.truth, id, next);
+    EXPECT_LT(off.translation().norm(), 0.15) << id.number;
+    EXPECT_LT(off.rotation().log().norm(), 0.1) << id.number;
+  }
+}
+
 TEST(LapLaws, TheOrderOfDetectionsDoesNotMatter) {
   const test::Warehouse house = aisle(6);
   LapInput mixed = house.lap;
