@@ -1,5 +1,8 @@
-"""The course: a closed lap of 16.2 m with curves of both hands, 24 tags, and a gate of 0.84 m. Frame world: floor z = 0, z up."""
+"""The course: a closed lap of 16.2 m with curves of both hands, 24 tags, and a gate of 0.84 m; or a recorded line of other people's, with as many
+tags. Frame world: floor z = 0, z up."""
 import argparse
+import contextlib
+import csv
 import dataclasses
 import functools
 import math
@@ -33,9 +36,56 @@ class Tag:
         return frames.rigid(upright @ frames.rotation(0, self.lean_rad), (self.x_m, self.y_m, self.z_m))
 
 
-@functools.lru_cache
+_recorded: np.ndarray | None = None  # an open line instead of the lap
+
+
+def use_recorded(file: pathlib.Path, most_curvature: float = 3.8) -> None:
+    """From now on the course is a line of a file of s, x, y, theta, curvature. Bends that are tighter go through the same angle on a wider arc;
+    then the noise of single points is smoothed. No gate; the tags stand around it."""
+    global _recorded
+    with open(file, encoding="utf-8") as lines:
+        s, _, _, heading, curvature = np.array([[float(v) for v in row] for row in csv.reader(line for line in lines if line[0] in "-0123456789")]).T
+    way = np.diff(s) * np.maximum(1, np.abs(curvature[:-1]) / most_curvature)
+    points = np.vstack([[0, 0], np.cumsum(way[:, None] * np.column_stack([np.cos(heading[:-1]), np.sin(heading[:-1])]), axis=0)])
+    for _ in range(20):
+        points[1:-1] = (points[:-2] + 2 * points[1:-1] + points[2:]) / 4
+    along = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    at = np.arange(0, along[-1], 0.01)
+    x, y = np.interp(at, along, points[:, 0]), np.interp(at, along, points[:, 1])
+    yaw = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
+    ends = np.clip(np.arange(len(at))[:, None] + [-5, 5], 0, len(at) - 1)
+    _recorded = np.column_stack([x, y, yaw, (yaw[ends[:, 1]] - yaw[ends[:, 0]]) / (0.01 * (ends[:, 1] - ends[:, 0]))])
+    _standing.cache_clear()
+
+
+@contextlib.contextmanager
+def recorded(file: pathlib.Path):
+    """The recorded line for a while."""
+    global _recorded
+    use_recorded(file)
+    try:
+        yield
+    finally:
+        _recorded = None
+        _standing.cache_clear()
+
+
+def closed() -> bool:
+    return _recorded is None
+
+
+def length_m() -> float:
+    return 0.01 * len(lap())
+
+
 def lap() -> np.ndarray:
-    """The line: rows of x, y, yaw, curvature, every centimetre, counter-clockwise, as long as LAP_M."""
+    """The line: rows of x, y, yaw, curvature, every centimetre."""
+    return _own_lap() if _recorded is None else _recorded
+
+
+@functools.lru_cache
+def _own_lap() -> np.ndarray:
+    """Counter-clockwise, as long as LAP_M."""
     angle = np.linspace(0, 2 * math.pi, 20001)
     radius = 1 + 0.24 * np.cos(2 * angle) + 0.07 * np.sin(3 * angle) + 0.04 * np.cos(angle)
     x, y = radius * np.cos(angle), radius * np.sin(angle)
@@ -67,21 +117,23 @@ def _seen_from(tag: Tag) -> np.ndarray:
 
 @functools.lru_cache
 def _standing() -> tuple[Tag, ...]:
-    """Two tags make the gate; then, one by one, whichever of many places lets most of the lap see three."""
+    """Two tags make the gate, if there is one; then, one by one, whichever of many places lets most of the lap see three."""
     half = GATE_M / 2 + TAG_SIZE_M * 10 / 8 / 2  # the gap is between the papers
-    gate = [_beside(8.0, half, 0.25, TAGS - 2, -0.15), _beside(8.0, -half, 0.25, TAGS - 1, 0.15)]
+    gate = [_beside(8.0, half, 0.25, TAGS - 2, -0.15), _beside(8.0, -half, 0.25, TAGS - 1, 0.15)] if closed() else []
     rng = np.random.default_rng(24)
-    places = [_beside(rng.uniform(0, LAP_M), rng.uniform(-1.3, 1.3), rng.uniform(0.16, 0.34), -1, rng.uniform(-0.5, 0.5))
+    places = [_beside(rng.uniform(0, length_m()), rng.uniform(-1.3, 1.3), rng.uniform(0.16, 0.34), -1, rng.uniform(-0.5, 0.5))
               for _ in range(2500)]
     places = [tag for tag in places if _distance_to_lap(tag) > 0.55]
     views = np.array([_seen_from(tag) for tag in places])
-    count = sum(_seen_from(tag).astype(int) for tag in gate)
+    count = sum((_seen_from(tag).astype(int) for tag in gate), np.zeros(len(lap()[::10]), int))
     chosen: list[Tag] = []
-    for number in range(TAGS - 2):
-        apart = [min(math.hypot(tag.x_m - other.x_m, tag.y_m - other.y_m) for other in gate + chosen) > 0.45 for tag in places]
+    for number in range(TAGS - len(gate)):
+        apart = [min((math.hypot(tag.x_m - other.x_m, tag.y_m - other.y_m) for other in gate + chosen), default=math.inf) > 0.45 for tag in places]
         gain = (views * np.where(count < 3, 4.0 ** -count, 0)).sum(axis=1) * np.array(apart)
-        if number == ANCHOR:  # in view where the lap begins and ends
-            gain = gain * (views[:, 0] & views[:, 5] & views[:, -5])
+        if number == ANCHOR:  # in view where the lap begins, and where one that is closed ends
+            gain = gain * (views[:, 0] & views[:, 5] & (views[:, -5] | (not closed())))
+        if not gain.any():  # three tags in view everywhere
+            break
         best = int(np.argmax(gain))
         chosen.append(dataclasses.replace(places[best], number=number))
         count = count + views[best]
@@ -91,7 +143,8 @@ def _standing() -> tuple[Tag, ...]:
 def tags(anchor_lean_rad: float = 0.0, count: int = TAGS) -> tuple[Tag, ...]:
     """With fewer than all, those stay that show most of the lap, and the gate: of 15 a third of the lap sees one only, of 10 some 7 % none."""
     standing = _standing()
-    standing = standing[:max(1, count - 2)] + standing[-2:]
+    if count < len(standing):
+        standing = standing[:max(1, count - 2)] + standing[-2:]
     return tuple(dataclasses.replace(tag, lean_rad=anchor_lean_rad) if tag.number == ANCHOR else tag for tag in standing)
 
 
@@ -104,8 +157,8 @@ def world_yaml(count: int = TAGS) -> str:
     lines = ["name: plant", "tag_family: tag36h11", f"tag_size_m: {TAG_SIZE_M}", f"anchor_id: {ANCHOR}", "tags:"]
     lines += [f"  - {{id: {tag.number}, x_m: {tag.x_m:.5f}, y_m: {tag.y_m:.5f}, z_m: {tag.z_m:.5f}, "
               f"facing_deg: {math.degrees(tag.facing_rad):.4f}}}" for tag in tags(count=count)]
-    lines += ["path_closed: true", "path_m:"]
-    lines += [f"  - [{x:.4f}, {y:.4f}]" for x, y in lap()[::20, :2]]
+    lines += [f"path_closed: {str(closed()).lower()}", "path_m:"]
+    lines += [f"  - [{x:.4f}, {y:.4f}]" for x, y in lap()[::20 if closed() else 5, :2]]
     return "\n".join(lines) + "\n"
 
 

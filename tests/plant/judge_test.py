@@ -102,6 +102,21 @@ class Course(unittest.TestCase):
         left, right = course.tags()[-2:]
         self.assertAlmostEqual(math.hypot(left.x_m - right.x_m, left.y_m - right.y_m) - course.TAG_SIZE_M * 10 / 8, course.GATE_M, 6)
 
+    def test_a_recorded_line_keeps_its_angles_on_wider_arcs(self):
+        s = np.arange(0, 3, 0.02)
+        curvature = np.where((s > 1) & (s < 1.2), -8.0, 0.5)
+        heading = np.concatenate([[0], np.cumsum(0.02 * curvature[:-1])])
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder) / "line.csv"
+            file.write_text("# s, x, y, theta, curvature\n" + "".join(f"{a},0,0,{b},{c}\n" for a, b, c in zip(s, heading, curvature)))
+            with course.recorded(file):
+                line = course.lap()
+                self.assertAlmostEqual(0.01 * len(line), 3 - 0.02 + 0.2 * (8 / 3.8 - 1), delta=0.05)
+                self.assertAlmostEqual(line[-1, 2] - line[0, 2], heading[-1], delta=0.1)
+                self.assertLess(abs(line[:, 3]).max(), 4.2)
+                self.assertGreaterEqual(np.median(sum(course._seen_from(tag).astype(int) for tag in course.tags())), 3)
+        self.assertAlmostEqual(0.01 * len(course.lap()), course.LAP_M, 6)
+
 
 if __name__ == "__main__":
     unittest.main()

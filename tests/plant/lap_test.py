@@ -8,6 +8,7 @@ Options that are not listed go to robot.py, as --lean-deg, --mounting, --tags an
 import argparse
 import dataclasses
 import json
+import os
 import pathlib
 import resource
 import sys
@@ -75,6 +76,8 @@ def main() -> int:
     parser.add_argument("--yaw-gain", type=float, default=0.6, help="of the kinematic plant")
     parser.add_argument("--speed-m-s", type=float, default=0.25, help="of the replay")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--line", metavar="FILE", help="a recorded line (s, x, y, theta, curvature) instead of the lap, or the name of one of "
+                        "WAYMARK_DATA's paths")
     parser.add_argument("--fast", action="store_true", help="teach faster than the clock; the recording then holds the truth")
     parser.add_argument("--folder", type=pathlib.Path, help="keep recordings, map and truth here")
     parser.add_argument("--tags-rmse-cm", type=float, help="fail when the tags' error is larger (aligned)")
@@ -82,11 +85,28 @@ def main() -> int:
     parser.add_argument("--max-cm", type=float, help="the same for its largest")
     args, of_robot = parser.parse_known_args()
     options = ["--plant", args.plant, "--camera", args.camera, "--odometry", args.odometry, "--yaw-gain", str(args.yaw_gain), *of_robot]
+    if args.line and not line_file(args.line).exists():
+        print(f"skipped: {line_file(args.line)} does not exist (WAYMARK_DATA)")
+        return 1 if os.environ.get("WAYMARK_REQUIRE_DATA") else 77
+    of_line, map_words = recorded(args.line)
+    options += of_line
     with tempfile.TemporaryDirectory() as scratch:
-        lap = drive(Place(args.program, args.folder or pathlib.Path(scratch)), options, args.speed_m_s, args.seed, args.fast)
+        lap = drive(Place(args.program, args.folder or pathlib.Path(scratch)), options, args.speed_m_s, args.seed, args.fast, map_words)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(json.dumps({"cpu_s": round(used.ru_utime + used.ru_stime, 1), **dataclasses.asdict(lap)}, indent=1))
     return 0 if lap.finished and within(lap, args) else 1
+
+
+def line_file(line: str) -> pathlib.Path:
+    return pathlib.Path(line) if line.endswith(".csv") else pathlib.Path(os.environ.get("WAYMARK_DATA", "/nonexistent")) / f"paths/{line}.csv"
+
+
+def recorded(line: str | None) -> tuple[list[str], tuple[str, ...]]:
+    """Makes a recorded line the course: options of robot.py, and of `map`, which shall not close it."""
+    if not line:
+        return [], ()
+    course.use_recorded(line_file(line))
+    return ["--line", str(line_file(line).resolve())], ("--closing-distance-m", "0")
 
 
 def within(lap: Lap, args: argparse.Namespace) -> bool:

@@ -43,6 +43,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--latency-s", type=float, default=0.05, help="pictures come so long after their exposure")
     parser.add_argument("--late-stamps-s", type=float, default=0.0, help="pictures are stamped so long after their exposure")
     parser.add_argument("--tags", type=int, default=course.TAGS, metavar="COUNT", help="how many tags stand on the course, from 3 to 24")
+    parser.add_argument("--line", type=pathlib.Path, metavar="FILE", help="the course is a recorded line (s, x, y, theta, curvature) with tags around")
     parser.add_argument("--lean-deg", type=float, default=0.0, help="how far the anchor leans back")
     parser.add_argument("--mounting", type=float, nargs=6, default=[0.0] * 6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
                         help="true camera minus what the robot file says [m, deg]")
@@ -63,6 +64,8 @@ def arguments() -> argparse.Namespace:
 class Robot:
     def __init__(self, args: argparse.Namespace):
         self.args = args
+        if args.line:
+            course.use_recorded(args.line)
         self.faults: list[fault_script.Fault] = args.fault
         self.ticks = 0
         self.plant = make_plant(args)

@@ -2,6 +2,8 @@
 """The table of docs/results-second-judge.md: plants x odometry x speed, each lap taught, mapped and replayed, judged by the plant's truth.
 
     tests/plant/table.py build/release/waymark/cli/waymark --write docs/results-second-judge.md
+
+With --line the table of laps on a recorded line with tight bends.
 """
 import argparse
 import dataclasses
@@ -14,6 +16,7 @@ import lap_test
 from waymark_runs import Place
 
 BEGIN, END = "<!-- plant table -->", "<!-- end of plant table -->"
+TIGHT = "<!-- tight table -->", "<!-- end of tight table -->"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,8 +34,9 @@ ROWS = [
 
 def cells(row: Row, args: argparse.Namespace, folder: pathlib.Path) -> str:
     place = Place(args.program, folder)
-    options = [*row.options, "--camera", args.camera]
-    lap = lap_test.drive(place, options, args.speeds[0], args.seed, args.fast)
+    of_line, map_words = lap_test.recorded(args.line)
+    options = [*row.options, "--camera", args.camera, *of_line]
+    lap = lap_test.drive(place, options, args.speeds[0], args.seed, args.fast, map_words)
     found = [lap.map_errors.cm() if lap.map_errors else "none", replay_cell(lap) if lap.mapped else "none"]
     for number, speed in enumerate(args.speeds[1:]):
         again = lap_test.Lap(map_errors=lap.map_errors)
@@ -58,6 +62,7 @@ def main() -> None:
     parser.add_argument("--camera", choices=["corners", "pictures"], default="pictures")
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.25, 0.5], metavar="M_S", help="of the replays")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--line", metavar="FILE", help="a recorded line instead of the lap, as that of lap_test.py")
     parser.add_argument("--rows", nargs="+", help="only rows whose name contains one of these")
     parser.add_argument("--as-a-person", dest="fast", action="store_false", help="teach by the clock, so that no recording holds the truth")
     parser.add_argument("--write", type=pathlib.Path, help="replace the table in this file")
@@ -72,7 +77,7 @@ def main() -> None:
         print(lines[-1], file=sys.stderr, flush=True)
     print("\n".join(lines))
     if args.write:
-        replace_table(args.write, lines)
+        replace_table(args.write, lines, *(TIGHT if args.line else (BEGIN, END)))
 
 
 if __name__ == "__main__":
