@@ -186,7 +186,7 @@ VelocityCommand Replayer::steer(SensorTime now, const LocalizationEstimate& esti
     return slow_for_station(go_to_pose(route_, estimate.map_T_base, *progress_, options_.goal));
   const PredictedMotion then = predictor_.predict(predictor_.acts_at(now));
   const RouteProgress at = advance(route_, then.map_T_base, *progress_);
-  return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turn_gain());
+  return follower_.follow(route_, then, at, remaining_m(at), predictor_.options(), predictor_.turning());
 }
 
 /// What stops the robot that the limiter cannot see for itself.
@@ -213,7 +213,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   if (scan_) {
     inputs.scan_age_s = to_seconds(now - scan_->stamp);
     const double curvature = std::abs(wanted.speed_m_s) > 1e-3
-                                 ? predictor_.turn_gain() * wanted.yaw_rate_rad_s / wanted.speed_m_s
+                                 ? predictor_.turning().gain * wanted.yaw_rate_rad_s / wanted.speed_m_s
                                  : 0.0;
     inputs.obstacle_m =
         free_way_m(*scan_, options_.base_T_lidar, robot_.hull, curvature, wanted.speed_m_s < 0);
@@ -324,7 +324,7 @@ ReplayStep Replayer::step(SensorTime now) {
   predictor_.sent(now, last_command_);
   step.state = state_;
   step.driven_m = driven_m_;
-  step.turn_gain = predictor_.turn_gain();
+  step.turn_gain = predictor_.turning().gain;
   return step;
 }
 

@@ -11,8 +11,9 @@ constexpr Duration kRemembered = std::chrono::seconds(2);
 constexpr Duration kStep = std::chrono::milliseconds(10);
 /// Nothing that takes longer is predicted: something is wrong then, and the limiter says what.
 constexpr Duration kFarthest = std::chrono::milliseconds(500);
-/// So much turning [rad^2] the first belief is worth: a few seconds of a gentle curve outweigh it.
-constexpr double kPriorWeight = 1e-3;
+/// So much turning [rad^2] the first belief is worth: a tenth of a second of a curve outweighs it, so that a robot
+/// that turns by a third of what it is asked does not leave the route in the first bend.
+constexpr double kPriorWeight = 1e-4;
 /// A turn larger than this between two estimates is a correction, not a motion.
 constexpr double kMostTurn = 0.2;
 
@@ -49,12 +50,13 @@ void MotionPredictor::run(Motors& motors, SensorTime to, SE2* map_T_base) const 
     motors.turned_rad += motors.yaw_rate_rad_s * dt_s;
     motors.stamp += dt;
     if (map_T_base == nullptr) continue;
-    const Eigen::Vector3d way(motors.speed_m_s, 0, turn_gain_ * motors.yaw_rate_rad_s);
+    const double turn = turning_.gain * motors.yaw_rate_rad_s;
+    const Eigen::Vector3d way(motors.speed_m_s, -turning_.centre_m * turn, turn);
     *map_T_base = *map_T_base * SE2::exp(way * dt_s);
   }
 }
 
-void MotionPredictor::learn(double asked_rad, double turned_rad, double dt_s) {
+void MotionPredictor::learn_gain(double asked_rad, double turned_rad, double dt_s) {
   constexpr double kLeastRate = 0.04;  // slower turning says little about the gain and much about noise
   if (options_.turn_gain_time_s <= 0 || std::abs(asked_rad) < kLeastRate * dt_s) return;
   if (std::abs(turned_rad) > kMostTurn || std::abs(asked_rad) > kMostTurn) return;
@@ -62,8 +64,29 @@ void MotionPredictor::learn(double asked_rad, double turned_rad, double dt_s) {
   asked_asked_ = keep * asked_asked_ + asked_rad * asked_rad;
   asked_turned_ = keep * asked_turned_ + asked_rad * turned_rad;
   const double gain = (asked_turned_ + kPriorWeight * options_.turn_gain) / (asked_asked_ + kPriorWeight);
-  turn_gain_ =
+  turning_.gain =
       std::clamp(gain, options_.turn_gain_min, std::max(options_.turn_gain_min, options_.turn_gain_max));
+}
+
+/// From turns of half a second: what an estimate corrects meanwhile is little beside what the robot moved.
+void MotionPredictor::learn_centre(SensorTime stamp, const SE2& map_T_base) {
+  constexpr Duration kTurn = std::chrono::milliseconds(500);
+  constexpr double kPriorTurns = 0.1;     // rad^2 that the first belief is worth
+  constexpr double kMostSideways = 0.03;  // more is a correction of the estimate
+  if (options_.turn_centre_time_s <= 0) return;
+  if (turned_since_ && stamp - *turned_since_ < kTurn) return;
+  const bool follows = turned_since_ && stamp - *turned_since_ < 2 * kTurn;
+  const double dt_s = follows ? to_seconds(stamp - *turned_since_) : 0;
+  const Eigen::Vector3d moved = (map_T_turned_since_.inverse() * map_T_base).log();
+  turned_since_ = stamp;
+  map_T_turned_since_ = map_T_base;
+  if (!follows || std::abs(moved.y()) > kMostSideways) return;
+  const double keep = std::exp(-dt_s / options_.turn_centre_time_s);
+  turned_turned_ = keep * turned_turned_ + moved.z() * moved.z();
+  turned_sideways_ = keep * turned_sideways_ + moved.z() * moved.y();
+  const double centre_m =
+      (kPriorTurns * options_.turn_centre_m - turned_sideways_) / (turned_turned_ + kPriorTurns);
+  turning_.centre_m = std::clamp(centre_m, -options_.turn_centre_most_m, options_.turn_centre_most_m);
 }
 
 void MotionPredictor::observe(SensorTime stamp, const SE2& map_T_base, bool trusted) {
@@ -73,13 +96,19 @@ void MotionPredictor::observe(SensorTime stamp, const SE2& map_T_base, bool trus
     const VelocityCommand now = acting(stamp);
     motors_ = Motors{stamp, now.speed_m_s, now.yaw_rate_rad_s, 0};
     map_T_base_ = map_T_base;
+    turned_since_.reset();
     return;
   }
   const double dt_s = to_seconds(stamp - motors_->stamp);
   motors_->turned_rad = 0;
   run(*motors_, stamp, nullptr);
   const double turned = std::remainder(map_T_base.yaw() - map_T_base_.yaw(), 2 * std::numbers::pi);
-  if (trusted) learn(motors_->turned_rad, turned, dt_s);
+  if (trusted) {
+    learn_gain(motors_->turned_rad, turned, dt_s);
+    learn_centre(stamp, map_T_base);
+  } else {
+    turned_since_.reset();
+  }
   map_T_base_ = map_T_base;
 }
 
@@ -88,7 +117,7 @@ PredictedMotion MotionPredictor::predict(SensorTime to) const {
   Motors motors = *motors_;
   SE2 pose = map_T_base_;
   run(motors, std::min(to, motors.stamp + kFarthest), &pose);
-  return {pose, motors.speed_m_s, turn_gain_ * motors.yaw_rate_rad_s};
+  return {pose, motors.speed_m_s, turning_.gain * motors.yaw_rate_rad_s};
 }
 
 }  // namespace waymark

@@ -17,6 +17,9 @@ struct ActuatorOptions {
   double turn_gain_min = 0.2;
   double turn_gain_max = 1.3;
   double turn_gain_time_s = 8;
+  double turn_centre_m = 0;
+  double turn_centre_most_m = 0.08;
+  double turn_centre_time_s = 30;
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -31,7 +34,25 @@ struct ActuatorOptions {
                                        "Time constant with which older turns are forgotten when the turn "
                                        "gain is learnt; 0: it is not learnt.",
                                        0, 1000});
+    visit(self.turn_centre_m,
+          Field{"turn_centre_m",
+                "Distance ahead of the base origin, at the start, of the point that does not move sideways in a "
+                "turn: a skidding robot does not turn about the middle of its wheels.",
+                -0.5, 0.5});
+    visit(self.turn_centre_most_m,
+          Field{"turn_centre_most_m", "Maximum learnt distance of that point, ahead or behind.", 0, 0.5});
+    visit(self.turn_centre_time_s,
+          Field{"turn_centre_time_s",
+                "Time constant of turning with which older turns are forgotten when that point is learnt; 0: it "
+                "is not learnt.",
+                0, 1000});
   }
+};
+
+/// How the robot turns, as it was learnt.
+struct LearntTurning {
+  double gain = 1;      ///< share of the asked turn that is turned
+  double centre_m = 0;  ///< ahead of the base origin: the point that does not move sideways
 };
 
 /// A pose with the motion that goes on there.
@@ -44,11 +65,13 @@ struct PredictedMotion {
 /// Carries an estimate on to the moment when the next command acts: first-order motors behind a delay, fed
 /// with the commands that were sent. On the way it learns which share of the asked turning the robot turns:
 /// least squares with forgetting over the turns that the estimate has seen (Ljung, "System Identification",
-/// 2nd ed., section 11.2), within bounds. Remembers two seconds of commands.
+/// 2nd ed., section 11.2), within bounds; and in the same way about which point it turns (the centre of
+/// rotation of a skid-steer: Mandow et al., "Experimental kinematics for wheeled skid-steer mobile robots",
+/// IROS 2007), from what the base moves sideways while it turns. Remembers two seconds of commands.
 class MotionPredictor {
  public:
   explicit MotionPredictor(const ActuatorOptions& options)
-      : options_(options), turn_gain_(options.turn_gain) {}
+      : options_(options), turning_{options.turn_gain, options.turn_centre_m} {}
 
   void sent(SensorTime now, const VelocityCommand& command);
   /// A newer estimate; one that is not newer changes nothing. `trusted`: turning may be learnt from it.
@@ -58,7 +81,7 @@ class MotionPredictor {
   /// When a command that is sent at `now` begins to act.
   [[nodiscard]] SensorTime acts_at(SensorTime now) const;
 
-  [[nodiscard]] double turn_gain() const { return turn_gain_; }
+  [[nodiscard]] const LearntTurning& turning() const { return turning_; }
   [[nodiscard]] const ActuatorOptions& options() const { return options_; }
 
  private:
@@ -70,15 +93,20 @@ class MotionPredictor {
   };
   void run(Motors& motors, SensorTime to, SE2* map_T_base) const;
   [[nodiscard]] VelocityCommand acting(SensorTime at) const;
-  void learn(double asked_rad, double turned_rad, double dt_s);
+  void learn_gain(double asked_rad, double turned_rad, double dt_s);
+  void learn_centre(SensorTime stamp, const SE2& map_T_base);
 
   ActuatorOptions options_;
   std::deque<StampedCommand> commands_{};
   std::optional<Motors> motors_{};  ///< at the newest estimate
   SE2 map_T_base_{};
-  double turn_gain_;
+  LearntTurning turning_;
   double asked_asked_ = 0;
   double asked_turned_ = 0;
+  std::optional<SensorTime> turned_since_{};  ///< where the turn began from which the centre is learnt next
+  SE2 map_T_turned_since_{};
+  double turned_turned_ = 0;
+  double turned_sideways_ = 0;
 };
 
 }  // namespace waymark

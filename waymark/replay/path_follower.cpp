@@ -22,17 +22,22 @@ double curvature_about(const Route& route, double arc_length_m, double half_m) {
 
 VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& motion,
                                      const RouteProgress& at, double remaining_m,
-                                     const ActuatorOptions& actuators, double turn_gain) const {
+                                     const ActuatorOptions& actuators, const LearntTurning& turning) const {
   constexpr double kHalfStretch = 0.05;  // of the curvature that is fed forward
   const double planned = speed_at(route, at.index, at.arc_length_m);
   const double way = planned < 0 ? -1 : 1;
   const SE2 route_T_base = at.map_T_route.inverse() * motion.map_T_base;
   const double distance = route_T_base.y();
-  const double heading = route_T_base.yaw();
-  // The motors turn late: what is asked now is turned about one lag further on.
-  const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s;
+  // The base moves that much beside where it looks.
+  const double aside =
+      std::atan(way * turning.centre_m * curvature_about(route, at.arc_length_m, kHalfStretch));
+  const double heading = route_T_base.yaw() - aside;
+  // The motors turn late: what is asked now is turned about one lag further on. And where the angle beside the
+  // route grows with its curvature, the turn comes sooner by the way to the point about which it is turned.
+  const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s + way * turning.centre_m;
   const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;
-  const double feed_at = route.closed ? at.arc_length_m + ahead : std::min(at.arc_length_m + ahead, last);
+  const double feed_at =
+      route.closed ? at.arc_length_m + ahead : std::clamp(at.arc_length_m + ahead, 0.0, last);
   const double curvature = curvature_about(route, feed_at, kHalfStretch);
   const double stretch = std::clamp(1 - way * curvature * distance, 0.3, 3.0);
   const double k_heading = 2 * options_.damping / options_.reach_m;
@@ -47,7 +52,7 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
   const double brake = std::sqrt(std::max(0.0, 2 * options_.brake_m_s2 * left));
   double speed = std::min(std::abs(planned), std::max(brake, 0.05));
   if (std::abs(heading) > std::numbers::pi / 3) speed = std::min(speed, 0.1);  // first turn, then go
-  return {way * speed, speed * turn_per_way / std::max(turn_gain, 0.1)};
+  return {way * speed, speed * turn_per_way / std::max(turning.gain, 0.1)};
 }
 
 void PathFollower::integrate(const RouteProgress& at, double driven_m) {

@@ -49,10 +49,11 @@ class PathFollower {
   explicit PathFollower(const FollowerOptions& options) : options_(options) {}
 
   /// The command for a robot that will be at `motion` when it acts, beside the foot point `at`, with so much
-  /// of the route left, or until the direction changes; `turn_gain`: share of the asked turn that is turned.
+  /// of the route left, or until the direction changes.
   [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
                                        const RouteProgress& at, double remaining_m,
-                                       const ActuatorOptions& actuators, double turn_gain) const;
+                                       const ActuatorOptions& actuators,
+                                       const LearntTurning& turning) const;
   /// Learns a lasting offset from a foot point that was `driven_m` further along than the one before.
   void integrate(const RouteProgress& at, double driven_m);
   /// Forgets it.

@@ -54,25 +54,27 @@ struct Plant {
   SE2 map_T_base{};
   double yaw_gain = 1;
   double slip_s = -0.03;
+  double centre_m = 0;
   double speed = 0;
   double yaw_rate = 0;
   void step(const VelocityCommand& command, double dt_s) {
     speed += (command.speed_m_s - speed) * (1 - std::exp(-dt_s / 0.12));
     yaw_rate += (command.yaw_rate_rad_s - yaw_rate) * (1 - std::exp(-dt_s / 0.10));
     const double turn = yaw_gain * yaw_rate;
-    map_T_base = map_T_base * SE2::exp(Eigen::Vector3d(speed, slip_s * speed * turn, turn) * dt_s);
+    const double aside = slip_s * speed * turn - centre_m * turn;
+    map_T_base = map_T_base * SE2::exp(Eigen::Vector3d(speed, aside, turn) * dt_s);
   }
 };
 
 struct Drive {
-  double worst_m = 0;  ///< after the first two metres
+  double worst_m = 0;  ///< after the first metres
   double worst_step_m = 0;
   double driven_m = 0;
-  double turn_gain = 1;
+  LearntTurning turning{};
   Plant plant{};
 };
 
-Drive drive(const Route& route, Plant plant, double way_m) {
+Drive drive(const Route& route, Plant plant, double way_m, double first_m = 2) {
   MotionPredictor predictor({});
   PathFollower follower({});
   RouteProgress progress = locate(route, plant.map_T_base);
@@ -90,12 +92,12 @@ Drive drive(const Route& route, Plant plant, double way_m) {
       run.worst_step_m = std::max(run.worst_step_m, std::abs(moved));
       run.driven_m += moved;
       follower.integrate(progress, moved);
-      if (run.driven_m > 2) run.worst_m = std::max(run.worst_m, std::abs(progress.cross_track_m));
+      if (run.driven_m > first_m) run.worst_m = std::max(run.worst_m, std::abs(progress.cross_track_m));
       if (!route.closed && progress.arc_length_m > route.length_m - 0.01) break;
       const PredictedMotion then = predictor.predict(predictor.acts_at(now));
       const RouteProgress at = advance(route, then.map_T_base, progress);
       const double left = route.closed ? 100 : route.length_m - at.arc_length_m;
-      const VelocityCommand command = follower.follow(route, then, at, left, {}, predictor.turn_gain());
+      const VelocityCommand command = follower.follow(route, then, at, left, {}, predictor.turning());
       predictor.sent(now, command);
       pending.push_back({now, command});
     }
@@ -105,7 +107,7 @@ Drive drive(const Route& route, Plant plant, double way_m) {
     }
     plant.step(acting, to_seconds(kTick));
   }
-  run.turn_gain = predictor.turn_gain();
+  run.turning = predictor.turning();
   run.plant = plant;
   return run;
 }
@@ -115,7 +117,7 @@ TEST(PathFollower, KeepsToACircleWithAnyYawGainAndLearnsIt) {
     const Drive run =
         drive(route_of("circle", 0.4), {.map_T_base = SE2(2.05, 0, kPi / 2 + 0.2), .yaw_gain = gain}, 26);
     EXPECT_LT(run.worst_m, 0.02) << gain;
-    EXPECT_NEAR(run.turn_gain, gain, 0.02);
+    EXPECT_NEAR(run.turning.gain, gain, 0.02);
   }
 }
 
@@ -127,6 +129,20 @@ TEST(PathFollower, CrossesAFigureOfEightWithoutAJump) {
     EXPECT_GE(run.driven_m, 2 * route.length_m) << speed;
     EXPECT_LT(run.worst_m, 0.02) << speed;
     EXPECT_LT(run.worst_step_m, 0.05) << "at 0.3 m/s, twenty times a second";
+  }
+}
+
+TEST(PathFollower, LearnsAboutWhichPointTheRobotTurns) {
+  for (const double speed : {0.3, -0.3}) {
+    for (const double centre_m : {0.04, -0.04}) {
+      const Route route = route_of("eight", speed);
+      const Drive run = drive(
+          route,
+          {.map_T_base = route.points[0].map_T_base, .yaw_gain = 0.6, .slip_s = 0, .centre_m = centre_m},
+          2 * route.length_m, route.length_m);
+      EXPECT_NEAR(run.turning.centre_m, centre_m, 0.005) << speed;
+      EXPECT_LT(run.worst_m, 0.008) << speed << " m/s, " << centre_m << " m";
+    }
   }
 }
 

@@ -9,7 +9,7 @@ namespace waymark {
 
 struct RouteOptions {
   double step_m = 0.05;
-  double smoothing_m = 0.8;
+  double smoothing_m = 0.6;
   double max_curvature_1_m = 4;
   double speed_m_s = 0.3;
   double closing_distance_m = 0.5;
