@@ -162,22 +162,24 @@ TEST(Contradictions, CleanLapsHaveNoFalseStop) {
   }
 }
 
-// Pictures that come 0.3 s late and are stamped when they come: the delay is found and used, or named before
-// it leads the robot astray.
+// Pictures that come 0.1 or 0.3 s late and are stamped when they come: the delay is found and used, or named
+// before it leads the robot astray.
 TEST(LatePictures, AreNamed) {
-  for (const double late_s : {0.0, 0.1, 0.3}) {
-    const Outcome outcome = drive(circuit(), {.seed = 5, .replay = at(0.25), .late_stamps_s = late_s});
-    std::printf("stamped %.1f s late: %s, worst %.3f m, %d stops: %s\n", late_s,
-                outcome.end.finished ? "done" : "STOP", outcome.judged.cross_track_max_m, outcome.end.stops,
-                outcome.end.reason.c_str());
-    const bool named = outcome.end.reason.find("the pictures are stamped too late") != std::string::npos;
-    const bool found = std::ranges::any_of(outcome.problems, [](const std::string& words) {
-      return words.find("the camera latency is") != std::string::npos;
-    });
-    std::printf("  %s\n", outcome.problems.empty() ? "no problem" : outcome.problems.front().c_str());
-    EXPECT_EQ(named || found, late_s > 0.2) << outcome.end.reason;
-    EXPECT_TRUE(outcome.end.finished || named) << outcome.end.reason;
-    EXPECT_LT(outcome.judged.cross_track_max_m, 0.03);
+  for (const std::uint64_t seed : {5U}) {
+    for (const double late_s : {0.0, 0.1, 0.3}) {
+      const Outcome outcome = drive(circuit(), {.seed = seed, .replay = at(0.25), .late_stamps_s = late_s});
+      std::printf("stamped %.1f s late: %s, worst %.3f m, %d stops: %s\n", late_s,
+                  outcome.end.finished ? "done" : "STOP", outcome.judged.cross_track_max_m, outcome.end.stops,
+                  outcome.end.reason.c_str());
+      const bool named = outcome.end.reason.find("the pictures are stamped too late") != std::string::npos;
+      const bool found = std::ranges::any_of(outcome.problems, [](const std::string& words) {
+        return words.find("the camera latency is") != std::string::npos;
+      });
+      std::printf("  %s\n", outcome.problems.empty() ? "no problem" : outcome.problems.front().c_str());
+      EXPECT_EQ(named || found, late_s > 0) << outcome.end.reason;
+      EXPECT_TRUE(outcome.end.finished || named) << outcome.end.reason;
+      EXPECT_LT(outcome.judged.cross_track_max_m, 0.03);
+    }
   }
 }
 

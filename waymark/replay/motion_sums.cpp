@@ -116,11 +116,16 @@ Standing MotionSums::keep() {
     return {};
   }
   const MotionSample& last = samples_.back();
-  const bool moves = std::abs(motor_m_s_) > kCreep_m_s ||
-                     std::abs(now_.path_m - last.path_m) > kCreep_m_s * dt_s_ ||
-                     std::abs(now_.turned_rad - last.turned_rad) > kCreep_rad_s * dt_s_;
   constexpr double kStood_s = 0.3;
-  if (!moves) {
+  // A tick of an encoder does not end a standstill: a carry would be cut in two, and each part pass for noise.
+  constexpr double kMoved_m = 0.005;
+  constexpr double kMoved_rad = 0.05;
+  const SE2 since = last.odom_T_base.inverse() * now_.odom_T_base;
+  const bool creeps = stood_s_ > kStood_s
+                          ? since.translation().norm() > kMoved_m || std::abs(since.yaw()) > kMoved_rad
+                          : std::abs(now_.path_m - last.path_m) > kCreep_m_s * dt_s_ ||
+                                std::abs(now_.turned_rad - last.turned_rad) > kCreep_rad_s * dt_s_;
+  if (!creeps && std::abs(motor_m_s_) <= kCreep_m_s) {
     stood_s_ += dt_s_;
     return {.stands = stood_s_ > kStood_s};
   }
