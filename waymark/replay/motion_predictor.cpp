@@ -11,8 +11,8 @@ constexpr Duration kRemembered = std::chrono::seconds(2);
 constexpr Duration kStep = std::chrono::milliseconds(10);
 /// Nothing that takes longer is predicted: something is wrong then, and the limiter says what.
 constexpr Duration kFarthest = std::chrono::milliseconds(500);
-/// So much turning [rad^2] the first belief is worth: a third of a second of a curve outweighs it, so that a robot
-/// that turns by a third of what it is asked does not leave the route in the first bend.
+/// So much turning [rad^2] the first belief is worth: a third of a second of a curve outweighs it, so that a
+/// robot that turns by a third of what it is asked does not leave the route in the first bend.
 constexpr double kPriorWeight = 3e-4;
 /// A turn larger than this between two estimates is a correction, not a motion.
 constexpr double kMostTurn = 0.2;

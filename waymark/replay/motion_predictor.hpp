@@ -34,18 +34,22 @@ struct ActuatorOptions {
                                        "Time constant with which older turns are forgotten when the turn "
                                        "gain is learnt; 0: it is not learnt.",
                                        0, 1000});
-    visit(self.turn_centre_m,
-          Field{"turn_centre_m",
-                "Distance ahead of the base origin, at the start, of the point that does not move sideways in a "
-                "turn: a skidding robot does not turn about the middle of its wheels.",
-                -0.5, 0.5});
+    visit(
+        self.turn_centre_m,
+        Field{
+            "turn_centre_m",
+            "Distance ahead of the base origin, at the start, of the point that does not move sideways in a "
+            "turn: a skidding robot does not turn about the middle of its wheels.",
+            -0.5, 0.5});
     visit(self.turn_centre_most_m,
           Field{"turn_centre_most_m", "Maximum learnt distance of that point, ahead or behind.", 0, 0.5});
-    visit(self.turn_centre_time_s,
-          Field{"turn_centre_time_s",
-                "Time constant of turning with which older turns are forgotten when that point is learnt; 0: it "
-                "is not learnt.",
-                0, 1000});
+    visit(
+        self.turn_centre_time_s,
+        Field{
+            "turn_centre_time_s",
+            "Time constant of turning with which older turns are forgotten when that point is learnt; 0: it "
+            "is not learnt.",
+            0, 1000});
   }
 };
 

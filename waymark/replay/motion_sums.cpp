@@ -117,7 +117,8 @@ Standing MotionSums::keep() {
   }
   const MotionSample& last = samples_.back();
   constexpr double kStood_s = 0.3;
-  // A tick of an encoder does not end a standstill: a carry would be cut in two, and each part pass for noise.
+  // A tick of an encoder does not end a standstill: a carry would be cut in two, and each part pass for
+  // noise.
   constexpr double kMoved_m = 0.005;
   constexpr double kMoved_rad = 0.05;
   const SE2 since = last.odom_T_base.inverse() * now_.odom_T_base;

@@ -32,8 +32,9 @@ VelocityCommand PathFollower::follow(const Route& route, const PredictedMotion& 
   const double aside =
       std::atan(way * turning.centre_m * curvature_about(route, at.arc_length_m, kHalfStretch));
   const double heading = route_T_base.yaw() - aside;
-  // The motors turn late: what is asked now is turned about one lag further on. And where the angle beside the
-  // route grows with its curvature, the turn comes sooner by the way to the point about which it is turned.
+  // The motors turn late: what is asked now is turned about one lag further on. And where the angle beside
+  // the route grows with its curvature, the turn comes sooner by the way to the point about which it is
+  // turned.
   const double ahead = std::abs(motion.speed_m_s) * actuators.yaw_rate_lag_s + way * turning.centre_m;
   const double last = at.leg_end_m - at.leg_begin_m > 0 ? at.leg_end_m : route.length_m;
   const double feed_at =

@@ -52,8 +52,7 @@ class PathFollower {
   /// of the route left, or until the direction changes.
   [[nodiscard]] VelocityCommand follow(const Route& route, const PredictedMotion& motion,
                                        const RouteProgress& at, double remaining_m,
-                                       const ActuatorOptions& actuators,
-                                       const LearntTurning& turning) const;
+                                       const ActuatorOptions& actuators, const LearntTurning& turning) const;
   /// Learns a lasting offset from a foot point that was `driven_m` further along than the one before.
   void integrate(const RouteProgress& at, double driven_m);
   /// Forgets it.
