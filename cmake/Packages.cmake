@@ -1,5 +1,5 @@
 # Debian packages by CPack; tools/make_packages.sh builds and checks them. Components: program → waymark, development → libwaymark-dev,
-# ros2 → waymark-ros2, python → python3-waymark, gazebo → waymark-gazebo.
+# ros2 → waymark-ros2, python → python3-waymark, gazebo → waymark-gazebo, boards → waymark-boards.
 if(NOT WAYMARK_PACKAGE)
   return()
 endif()
@@ -103,5 +103,17 @@ if(TARGET waymark_gazebo_module)  # apart, as that for ROS 2
   set(CPACK_COMPONENT_GAZEBO_DESCRIPTION "Waymark on the network of Gazebo Fortress
 The module by which `waymark` drives robots in Gazebo Fortress, by its topics.")
   waymark_package_documents(gazebo waymark-gazebo)
+endif()
+
+if(TARGET waymark_boards_module)  # apart, so that nobody without a chessboard installs OpenCV
+  list(APPEND CPACK_COMPONENTS_ALL boards)
+  set(CPACK_DEBIAN_BOARDS_PACKAGE_NAME waymark-boards)
+  set(CPACK_DEBIAN_BOARDS_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_BOARDS_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_BOARDS_PACKAGE_DEPENDS "waymark (= ${revision})")
+  set(CPACK_COMPONENT_BOARDS_DESCRIPTION "Chessboards, ChArUco boards and AprilGrids for Waymark
+The module by which `waymark calibrate camera` finds boards that are not made
+of single tags, and `waymark tags board` prints ChArUco boards, by OpenCV.")
+  waymark_package_documents(boards waymark-boards)
 endif()
 include(CPack)

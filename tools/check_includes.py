@@ -92,7 +92,7 @@ def main():
     top = root / "waymark"
     folders = {str(f.relative_to(top)): f for f in sorted(top.rglob("*")) if f.is_dir()}
     # A folder that only holds rooms (drivers) is none itself.
-    folders = {name: f for name, f in folders.items() if not any(room.startswith(name + "/") for room in rooms)}
+    folders = {name: f for name, f in folders.items() if name in rooms or not any(room.startswith(name + "/") for room in rooms)}
     links = {name: linked_rooms(f / "CMakeLists.txt") for name, f in folders.items() if (f / "CMakeLists.txt").exists()}
     problems = []
     for name, folder in folders.items():

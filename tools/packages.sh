@@ -8,11 +8,12 @@ WAYMARK_BUILD_PACKAGES=(g++ cmake ninja-build pkg-config ccache git libeigen3-de
   zlib1g-dev libsqlite3-dev libboost-dev libavformat-dev libavcodec-dev libavutil-dev
   libgstreamer1.0-dev libgstreamer-plugins-base1.0-dev libfastrtps-dev liblcm-dev)
 # Without libgstreamer*-dev no gstreamer: cameras, without libav*-dev no videos, without libfastrtps-dev no ROS 2, without liblcm-dev no MBot. Only where gamepads are wanted: libsdl2-dev.
+# Only for chessboards, ChArUco boards and Kalibr's AprilGrids: libopencv-contrib-dev libopencv-calib3d-dev.
 # Only for Gazebo Fortress: libignition-transport-dev libignition-msgs-dev; to read its worlds: libsdformat-dev libassimp-dev.
 # Only for the Python package: pybind11-dev python3-dev python3-numpy.
 # To test them as well: frameworks, oracles, sanitizers, linters.
 WAYMARK_TEST_PACKAGES=(libsdl2-dev libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libopencv-calib3d-dev
-  libopencv-imgproc-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
+  libopencv-imgproc-dev libopencv-contrib-dev clang-16 clang-tidy-16 clang-format-16 libclang-rt-16-dev python3 poppler-utils librsvg2-bin gcovr
   pybind11-dev python3-dev python3-numpy python3-pandas python3-opencv python3-yaml python3-venv python3-setuptools python3-wheel mypy
   python3-nbformat python3-nbclient python3-ipykernel mkdocs mkdocs-material
   libmujoco-dev liblcm-bin python3-rosbag python3-sensor-msgs python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium

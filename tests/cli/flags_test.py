@@ -33,7 +33,7 @@ EFFECTIVE = set("""
 --ref-topic --odometry --figures --truth --detections --size-edges-px --tilt-edges-deg --lens --camera-info --cols --rows --by --path --station
 --remove-station --prior --extend --tagslam --anchor-pose --base-frame --camera-frame --camera-topic --odometry-topic --imu-topic --sensor-pose
 --start --annotate --camera --no-refine --images --faults --taught --remove --margin-m --per-page --spacing --first-id --most-tags --height-m
---duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --ros-distro --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only --sdf --models --plant --tag-at-m
+--duration-s --camera-source --controls --width-px --height-px --rate-hz --folder --clearance-m --durable --max-range-m --steps --sigma-m --sigma-deg --seed --recursive --publish-ros2 --ros2 --limo --mbot --gazebo --drive --beside --domain --localhost --interface --ros-distro --stamped --count --seconds --skip-lifted --simulated --share-commands --listen-only --sdf --models --plant --tag-at-m --guided
 """.split())
 
 # (verb, flag): a command line on which the flag would have no effect, and which is refused for it.
@@ -79,6 +79,12 @@ WITHOUT_EFFECT = {
     ("calibrate camera", "--family"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --family tag16h5",
     ("calibrate camera", "--no-refine"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --no-refine",
     ("calibrate camera", "--spacing"): "photograph.png --map map.yaml --spacing 0.2",
+    ("calibrate camera", "--resume"): f"{NEEDS['calibrate camera']} --resume views",
+    **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in (
+        ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""))},
+    ("calibrate camera", "--target"): "photograph.png --map map.yaml --target charuco",
+    **{("tags board", flag): f"{NEEDS['tags board']} --tag-size-m 0.02 {flag} {value}" for flag, value in (
+        ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""), ("--tiled", ""))},
     ("calibrate camera", "--first-id"): "photograph.png --map map.yaml --first-id 3",
     ("calibrate robot", "--map-sigma"): "lap.mcap --map-sigma 0.1",
     ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
@@ -113,6 +119,7 @@ WITHOUT_EFFECT = {
     ("localize", "--every-s"): "lap.mcap --map map --every-s 2",
     ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
+    **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in SERVED.items()},
     # The page of `view` has no --view: its flags always count.
     **{("view", flag): "" for flag in SERVED}}
 
@@ -125,6 +132,7 @@ IDLE = [
       for section in ("camera", "scene")),
     *((verb, section, words, None) for verb, words in DETECTIONS.items() for section in ("detector", "refinement")),
     ("calibrate camera", "views", DETECTIONS["calibrate camera"], None),
+    ("calibrate camera", "guide", NEEDS["calibrate camera"], None),
     *(("convert", section, NEEDS["convert"], None) for section in ("detector", "refinement")),
     *((verb, "refinement", f"{NEEDS[verb]} --no-refine", None) for verb in ("detect", "calibrate camera")),
     *(("map", section, "walk.mp4 -o map --camera camera.yaml --tag-size-m 0.1", None) for section in ("chain", "points", "route")),

@@ -7,14 +7,11 @@
 #include <fmt/format.h>
 
 namespace waymark::cli {
-namespace {
 
 bool is_device(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored);
 }
-
-}  // namespace
 
 CLI::Validator recording_name() {
   const auto complete = [](std::string& path) {

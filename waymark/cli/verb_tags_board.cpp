@@ -1,6 +1,8 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -16,17 +18,25 @@
 #include "waymark/jobs/tag_prints.hpp"
 #include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/board.hpp"
+#include "waymark/plot/square_board.hpp"
 
 namespace waymark::cli {
 namespace {
 
 struct BoardArgs {
-  explicit BoardArgs(CLI::App& app)
-      : settings(app), paper(app), board(app, settings, "board", kFirstGroup), tag_size(name_tag_size(app)) {}
+  explicit BoardArgs(CLI::App& verb)
+      : app(verb),
+        settings(verb),
+        paper(verb),
+        board(verb, settings, "board", kFirstGroup),
+        tag_size(name_tag_size(verb)) {}
 
+  const CLI::App& app;
   Settings settings;
   std::string style = "aprilgrid";
   bool kalibr_yaml = false;
+  CalibrationBoard squares{};  ///< of a chessboard or ChArUco board
+  bool tiled = false;
   PaperFlags paper;
   OptionFlags<plot::BoardOptions> board;
   CLI::Option* tag_size;
@@ -67,6 +77,66 @@ Result<Planned> plan(const BoardArgs& args) {
   return planned;
 }
 
+/// Flags that have no effect on this style.
+Status check_style_flags(const BoardArgs& args, bool squares) {
+  const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
+                             : "Leave it out, or choose --style chessboard or charuco.";
+  const std::string why = fmt::format("the style {} has no such thing", args.style);
+  Status status;
+  for (const char* flag :
+       {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"})
+    if (status && !squares) status = refuse_flag(args.app, flag, why, hint);
+  for (const char* flag : {"--tag-size-m", "--spacing", "--family", "--kalibr-yaml"})
+    if (status && squares) status = refuse_flag(args.app, flag, why, hint);
+  for (const char* flag : {"--marker-size-m", "--dictionary", "--legacy-pattern", "--first-id"})
+    if (status && args.style == "chessboard") status = refuse_flag(args.app, flag, why, "Leave it out.");
+  return status;
+}
+
+/// The layout of a chessboard or a ChArUco board, and the kind of its file.
+Result<std::pair<plot::SquareBoardLayout, plot::FileFormat>> plan_squares(const BoardArgs& args) {
+  // Not by args.board.apply(): it wants the size of a tag, which these boards have not.
+  const auto given = [&](const char* flag, auto& value) {
+    const CLI::Option* option = args.app.get_option(flag);
+    if (option->count() > 0) value = option->as<std::remove_reference_t<decltype(value)>>();
+  };
+  plot::SquareBoardOptions options{.board = args.squares, .tiled = args.tiled};
+  options.board.kind = *board_kind(args.style);
+  options.board.columns = plot::BoardOptions().columns;
+  options.board.rows = plot::BoardOptions().rows;
+  given("--cols", options.board.columns);
+  given("--rows", options.board.rows);
+  given("--first-id", options.board.first_id);
+  given("--margin-m", options.margin_m);
+  const auto format = args.paper.apply(options);
+  if (!format) return tl::unexpected(format.error());
+  if (const Status usable = check_board(options.board); !usable) return tl::unexpected(usable.error());
+  auto markers = printed_markers(options.board);
+  if (!markers) return tl::unexpected(markers.error());
+  options.markers = *std::move(markers);
+  auto layout = plot::layout_square_board(options);
+  if (!layout) return tl::unexpected(layout.error());
+  return std::pair(*std::move(layout), *format);
+}
+
+ExitCode draw_squares(const BoardArgs& args, Console& console) {
+  const auto planned = plan_squares(args);
+  if (!planned) {
+    const ErrorCode code = planned.error().code;
+    return code == ErrorCode::NotFound || code == ErrorCode::Unsupported  // the module
+               ? console.failed(planned.error(), ExitCode::SomeFailed)
+               : fail_usage(planned.error(), console);
+  }
+  const auto& [layout, format] = *planned;
+  const WrittenPages written = write_pages(plot::draw_square_board(layout), format, args.paper.output,
+                                           args.paper.dpi, control_from(console));
+  if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
+  if (!written.status) return fail_writing(written.status.error(), console);
+  if (!args.paper.json) console.print(to_text(layout, written.files));
+  console.say(kPrintReminder);
+  return ExitCode::Ok;
+}
+
 /// board.yaml beside board.pdf.
 void write_target(const Planned& planned, WrittenPages& written) {
   if (planned.kalibr_target.empty() || !written.status) return;
@@ -77,6 +147,10 @@ void write_target(const Planned& planned, WrittenPages& written) {
 }
 
 ExitCode draw(const BoardArgs& args, Console& console) {
+  const bool squares = args.style == "chessboard" || args.style == "charuco";
+  if (const Status effective = check_style_flags(args, squares); !effective)
+    return fail_usage(effective.error(), console);
+  if (squares) return draw_squares(args, console);
   const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);
   WrittenPages written = write_pages({plot::draw_board(planned->layout)}, planned->format, args.paper.output,
@@ -98,11 +172,31 @@ Run prepare_tags_board(CLI::App& app) {
   app.add_option(
          "--style", args->style,
          "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of "
-         "two cells) or separate (single tags, as AprilTag 3 and `waymark detect` read them)")
+         "two cells), separate (single tags, as AprilTag 3 and `waymark detect` read them), chessboard, or "
+         "charuco "
+         "(OpenCV's: a marker in each white square)")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_flag("--kalibr-yaml", args->kalibr_yaml,
-               "Also write the target file for Kalibr beside the board (.yaml)");
+               "Also write the target file for Kalibr beside the board (.yaml)")
+      ->group(kMoreGroup);
+  app.add_option("--square-size-m", args->squares.size_m, "Side of a square of a chessboard or ChArUco board")
+      ->type_name("NUMBER");
+  app.add_option("--marker-size-m", args->squares.marker_m,
+                 "Side of the black square of a ChArUco board's marker")
+      ->type_name("NUMBER");
+  app.add_option("--dictionary", args->squares.dictionary,
+                 "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000")
+      ->group(kMoreGroup)
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_flag(
+         "--legacy-pattern", args->squares.legacy_pattern,
+         "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
+         "white")
+      ->group(kMoreGroup);
+  app.add_flag("--tiled", args->tiled,
+               "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined");
   return [args](Console& console) { return draw(*args, console); };
 }
 
@@ -116,6 +210,7 @@ Verb tags_board_verb() {
           R"(Numbers run row by row from the lower left tag to the right, then up, as Kalibr counts; its origin is
 the lower left corner of the first tag, x right, y up. Print at 100 %, without "fit to page", measure
 the ruler on the page, and mount the board on a flat, stiff plate. docs/howto/print-tags.md says more.
+Of a chessboard and a ChArUco board --cols and --rows count squares.
 
 Exit code: 0 written, 1 a file could not be written, 2 wrong usage or a board that does not fit.
 
@@ -123,6 +218,8 @@ Examples:
   waymark tags board --cols 6 --rows 6 --tag-size-m 0.024 --spacing 0.3 --paper A4 -o board.pdf
   waymark tags board --tag-size-m 0.03 --paper A3 --kalibr-yaml -o april.pdf
   waymark tags board --style separate --tag-size-m 0.024 -o separate.pdf
+  waymark tags board --style charuco --cols 8 --rows 11 --square-size-m 0.02 --marker-size-m 0.015 -o charuco.pdf
+  waymark tags board --style chessboard --cols 12 --rows 9 --square-size-m 0.05 --tiled -o chessboard.pdf
 )",
       .prepare = prepare_tags_board,
       .verbs = {}};

@@ -17,27 +17,36 @@ constexpr YamlLimits kCameraLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'0
 /// JSON carries all observations of the calibration: tens of megabytes, which are passed over.
 constexpr YamlLimits kJsonLimits{.bytes = std::size_t{1} << 28U, .nodes = 20'000, .depth = 16};
 
+/// OpenCV begins its YAML with a directive that is none ("%YAML:1.0"): a comment for other readers.
+std::string without_directive(std::string_view text) {
+  std::string plain(text);
+  if (plain.starts_with("%YAML:")) plain.front() = '#';
+  return plain;
+}
+
 Result<YamlNode> parse_tree(std::string_view text, const std::string& source) {
+  if (text.starts_with("%YAML:")) return parse_yaml(without_directive(text), source, kCameraLimits);
   return looks_like_json(text) ? parse_json(text, source, kJsonLimits, {"observations", "perViewErrors"})
                                : parse_yaml(text, source, kCameraLimits);
 }
 
-/// A camera_info or a calibration of PhotonVision: one camera.
+/// A camera_info, or a calibration of PhotonVision or OpenCV: one camera.
 Result<NamedCamera> read_single(const YamlCursor& root) {
+  if (internal::looks_like_opencv(root)) return internal::read_opencv(root);
   return internal::looks_like_photonvision(root) ? internal::read_photonvision(root)
                                                  : internal::read_camera_info(root);
 }
 
 /// The names of the cameras; empty for the forms that hold one.
 Result<std::vector<std::string>> recognise(const YamlCursor& root) {
-  if (internal::looks_like_camera_info(root) || internal::looks_like_photonvision(root))
+  if (internal::looks_like_camera_info(root) || internal::looks_like_photonvision(root) ||
+      internal::looks_like_opencv(root))
     return std::vector<std::string>();
   std::vector<std::string> names = internal::camchain_names(root);
   if (!names.empty()) return names;
   return root.fail_here(ErrorCode::Unreadable, "not a camera calibration",
                         "Give a ROS camera_info YAML (image_width, camera_matrix, …), a kalibr camchain "
-                        "(cam0: …) or a calibration of "
-                        "PhotonVision (JSON).");
+                        "(cam0: …) or a calibration of PhotonVision (JSON) or OpenCV (YAML).");
 }
 
 /// A robot's file and a calibration hold their camera below this key.

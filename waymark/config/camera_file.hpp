@@ -10,6 +10,7 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/config/camera_observation.hpp"
 
 namespace waymark {
 
@@ -36,7 +37,10 @@ struct NamedCamera {
 /// - kalibr camchain (cam0: camera_model pinhole, distortion_model radtan | equidistant | none), also as
 /// TagSLAM writes it;
 /// - a robot.yaml or calibration.yaml of ours (its camera_info);
-/// - a calibration of PhotonVision (JSON; its observations are passed over, however many).
+/// - a calibration of PhotonVision (JSON; its observations are passed over, however many);
+/// - OpenCV's YAML (FileStorage: camera_matrix, distortion_coefficients, image_width, image_height;
+/// fisheye_model not 0
+///   for the equidistant lens).
 ///
 /// Errors have file, line and key: not such a file, an unknown key or model (with the nearest word), a
 /// missing value, numbers that contradict each other, what CameraModel::make() refuses.
@@ -56,5 +60,16 @@ struct NamedCamera {
 
 /// The cameras as a kalibr camchain. Fails (Unsupported) for the rational model, which kalibr does not have.
 [[nodiscard]] Result<std::string> to_camchain_yaml(const std::vector<NamedCamera>& cameras);
+
+/// The camera in the YAML of OpenCV's FileStorage, with the keys of OpenCV's calibration program
+/// (camera_matrix, distortion_coefficients, image_width, image_height; fisheye_model for the equidistant
+/// lens). Reads back as the same intrinsics, to the last bit; a lens without coefficients as one with five
+/// zeros.
+[[nodiscard]] std::string to_opencv_yaml(const NamedCamera& camera);
+
+/// The camera as a calibration of PhotonVision, with what it was found from. Fails (Unsupported) for the
+/// equidistant lens, which PhotonVision does not have. Reads back as to_opencv_yaml() does.
+[[nodiscard]] Result<std::string> to_photonvision_json(
+    const NamedCamera& camera, const std::vector<CameraObservation>& observations = {});
 
 }  // namespace waymark

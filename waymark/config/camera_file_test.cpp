@@ -141,7 +141,7 @@ TEST(CameraInfo, NoticesAProjectionOfAnotherResolution) {
 TEST(CameraFile, SaysWhenItIsSomethingElse) {
   const std::string expected =
       "c.yaml:1: not a camera calibration. Give a ROS camera_info YAML (image_width, camera_matrix, …), a "
-      "kalibr camchain (cam0: …) or a calibration of PhotonVision (JSON).";
+      "kalibr camchain (cam0: …) or a calibration of PhotonVision (JSON) or OpenCV (YAML).";
   for (const char* text : {"", "42", "[1, 2]", "options: {a: 1}"})
     EXPECT_EQ(camera_error(text), expected) << text;
   EXPECT_EQ(read_camera("/nowhere/c.yaml").error().code, ErrorCode::NotFound);

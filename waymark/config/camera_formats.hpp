@@ -8,7 +8,7 @@
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/yaml_cursor.hpp"
 
-/// What the two formats of camera files share. For the .cpp files of camera_file only.
+/// What the formats of camera files share. For the .cpp files of camera_file only.
 namespace waymark::internal {
 
 /// Intrinsics as files have them: pixel centres at integers.
@@ -39,6 +39,9 @@ struct CameraPlaces {
 
 [[nodiscard]] bool looks_like_photonvision(const YamlCursor& root);
 [[nodiscard]] Result<NamedCamera> read_photonvision(const YamlCursor& root);
+
+[[nodiscard]] bool looks_like_opencv(const YamlCursor& root);
+[[nodiscard]] Result<NamedCamera> read_opencv(const YamlCursor& root);
 
 /// The keys of a camchain that are cameras.
 [[nodiscard]] std::vector<std::string> camchain_names(const YamlCursor& root);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/config/camera_formats.hpp"
 
@@ -77,3 +78,61 @@ Result<NamedCamera> read_photonvision(const YamlCursor& root) {
 }
 
 }  // namespace waymark::internal
+
+namespace waymark {
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json matrix(int rows, std::size_t cols, const std::vector<double>& data) {
+  constexpr int kDouble = 6;  // CV_64F
+  return {{"rows", rows}, {"cols", cols}, {"type", kDouble}, {"data", data}};
+}
+
+ordered_json point(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
+ordered_json point(const Eigen::Vector3d& p) { return {{"x", p.x()}, {"y", p.y()}, {"z", p.z()}}; }
+
+/// PhotonVision's observation, which has pixel centres at integers.
+ordered_json to_json(const CameraObservation& seen) {
+  ordered_json places = ordered_json::array();
+  ordered_json pixels = ordered_json::array();
+  ordered_json errors = ordered_json::array();
+  for (std::size_t i = 0; i < seen.seen_px.size(); ++i) {
+    places.push_back(point(seen.target_points_m[i]));
+    pixels.push_back(point(Eigen::Vector2d(seen.seen_px[i].array() - 0.5)));
+    errors.push_back(point(seen.errors_px[i]));  // what is not finite becomes null
+  }
+  const Eigen::Quaterniond q = seen.cam_T_target.rotation().quaternion();
+  return {{"locationInObjectSpace", places},
+          {"locationInImageSpace", pixels},
+          {"reprojectionErrors", errors},
+          {"optimisedCameraToObject",
+           {{"translation", point(seen.cam_T_target.translation())},
+            {"rotation", {{"quaternion", {{"W", q.w()}, {"X", q.x()}, {"Y", q.y()}, {"Z", q.z()}}}}}}},
+          {"cornersUsed", seen.used},
+          {"snapshotName", seen.picture}};
+}
+
+}  // namespace
+
+Result<std::string> to_photonvision_json(const NamedCamera& named,
+                                         const std::vector<CameraObservation>& observations) {
+  const auto* radtan = std::get_if<PinholeRadtan>(&named.camera.projection());
+  if (radtan == nullptr)
+    return fail(ErrorCode::Unsupported, "PhotonVision has no equidistant lens", {},
+                "Write it as opencv, ros or kalibr, or calibrate with --lens rational8.");
+  std::vector<double> d = internal::file_distortion(named.camera);
+  if (d.empty()) d.assign(5, 0.0);
+  ordered_json json = {
+      {"resolution", {{"width", named.camera.width_px()}, {"height", named.camera.height_px()}}},
+      {"cameraIntrinsics",
+       matrix(3, 3, {radtan->fx, 0, radtan->cx - 0.5, 0, radtan->fy, radtan->cy - 0.5, 0, 0, 1})},
+      {"distCoeffs", matrix(1, d.size(), d)},
+      {"calobjectWarp", ordered_json::array()},
+      {"observations", ordered_json::array()},
+      {"lensmodel", d.size() > 5 ? "LENSMODEL_OPENCV8" : "LENSMODEL_OPENCV"}};
+  for (const CameraObservation& seen : observations) json["observations"].push_back(to_json(seen));
+  return json.dump() + "\n";
+}
+
+}  // namespace waymark

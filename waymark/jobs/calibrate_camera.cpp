@@ -1,7 +1,7 @@
 #include "waymark/jobs/calibrate_camera.hpp"
 
 #include <cmath>
-#include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,41 +9,30 @@
 
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
-#include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
-#include "waymark/families/family.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/media/video_format.hpp"
-#include "waymark/samples/tag_sizes.hpp"
 
 namespace waymark {
 namespace {
 
-/// The tags of a board as `waymark tags board` draws it: numbers from the lower left to the right, then up.
-/// Origin in its middle, x right, y down.
-TagMap board_of(const CalibrateCameraJob& job) {
-  const double pitch_m = job.tag_size_m * (1 + job.spacing);
-  TagMap board;
-  for (int row = 0; row < job.rows; ++row) {
-    for (int column = 0; column < job.columns; ++column) {
-      const double x_m = pitch_m * (column - 0.5 * (job.columns - 1));
-      const double y_m = -pitch_m * (row - 0.5 * (job.rows - 1));
-      board.tags.emplace(TagId{FamilyId::Tag36h11, job.first_id + row * job.columns + column},
-                         MappedTag{.map_T_tag = SE3(SO3(), {x_m, y_m, 0}), .size_m = job.tag_size_m});
-    }
-  }
-  return board;
-}
+/// A picture and what it shows of the target.
+struct SeenPicture {
+  PictureReport report{};
+  TargetPicture marks{};
+};
 
 /// The pictures that could be looked at, all of one size.
 struct SeenPictures {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
+  std::vector<TargetPicture> marks{};
   int width_px = 0;
   int height_px = 0;
 };
 
-Status add_picture(PictureReport& report, SeenPictures& seen) {
+Status add_picture(SeenPicture picture, SeenPictures& seen) {
+  const PictureReport& report = picture.report;
   if (report.error || !report.detected) return {};
   if (seen.names.empty()) {
     seen.width_px = report.width_px;
@@ -55,51 +44,83 @@ Status add_picture(PictureReport& report, SeenPictures& seen) {
                             seen.names.front(), seen.width_px, seen.height_px),
                 {.source = report.image}, "Calibrate with pictures of one camera in one resolution.");
   seen.names.push_back(report.image);
-  seen.detections.push_back(std::move(report.detections));
+  seen.marks.push_back(std::move(picture.marks));
+  seen.detections.push_back(std::move(picture.report.detections));
   return {};
 }
 
-std::vector<std::size_t> views_of_video(const std::vector<PictureReport>& filmed,
+std::vector<std::size_t> views_of_video(const std::vector<SeenPicture>& filmed,
                                         const VideoViewOptions& options) {
-  std::vector<StampedTags> pictures;
-  for (const PictureReport& report : filmed)
-    pictures.push_back({report.stamp.value_or(SensorTime()), report.detections});
+  std::vector<StampedMarks> pictures;
+  pictures.reserve(filmed.size());
+  for (const SeenPicture& picture : filmed)
+    pictures.push_back({picture.report.stamp.value_or(SensorTime()), picture.marks});
   const double diagonal_px =
-      filmed.empty() ? 0 : std::hypot(filmed.front().width_px, filmed.front().height_px);
+      filmed.empty() ? 0 : std::hypot(filmed.front().report.width_px, filmed.front().report.height_px);
   return choose_views(pictures, diagonal_px, options);
 }
 
-Result<SeenPictures> from_pictures(const CalibrateCameraJob& job, const TagFinder& finder,
-                                   const JobControl& control) {
-  SeenPictures seen;
-  Status fits;
-  const std::vector<Input> inputs = find_inputs(job.sources, job.recursive);
-  std::vector<PictureReport> filmed;  // of the video that is being read
-  std::size_t video = inputs.size();
-  const auto end_video = [&] {
-    const std::vector<std::size_t> chosen = views_of_video(filmed, job.views);
-    if (!filmed.empty())
-      control.note(fmt::format("{}: {} of {} pictures stand still and show the board anew",
-                               inputs[video].path, chosen.size(), filmed.size()));
+/// The pictures of the job in their order; of a video those worth it.
+class PictureChoice {
+ public:
+  PictureChoice(const CalibrateCameraJob& job, const CalibrationTarget& target, const JobControl& control)
+      : job_(job), target_(target), control_(control) {}
+
+  Result<SeenPictures> read(const TagFinder& finder) {
+    inputs_ = find_inputs(job_.sources, job_.recursive);
+    video_ = inputs_.size();
+    const DetectSummary summary = detect_all(
+        inputs_, finder, control_, [&](std::size_t index, PictureReport& report, const ImageView& image) {
+          return take(index, report, image);
+        });
+    end_video();
+    if (!fits_) return tl::unexpected(fits_.error());
+    if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
+    return std::move(seen_);
+  }
+
+ private:
+  bool take(std::size_t index, const PictureReport& report, const ImageView& image) {
+    if (index != video_) end_video();
+    video_ = index;
+    SeenPicture picture{.report = report};
+    if (!target_.is_board())
+      picture.marks = target_marks(report.detections, target_.tags());
+    else if (report.detected && fits_)
+      fits_ = find_board(image, picture);
+    if (report.stamp && looks_like_video(inputs_[index].path))
+      filmed_.push_back(std::move(picture));
+    else if (fits_)
+      fits_ = add_picture(std::move(picture), seen_);
+    return fits_.has_value();
+  }
+
+  Status find_board(const ImageView& image, SeenPicture& picture) const {
+    auto marks = target_.find(image, {});
+    if (!marks) return tl::unexpected(marks.error());
+    picture.marks = *std::move(marks);
+    return {};
+  }
+
+  void end_video() {
+    const std::vector<std::size_t> chosen = views_of_video(filmed_, job_.views);
+    if (!filmed_.empty())
+      control_.note(fmt::format("{}: {} of {} pictures stand still and show the board anew",
+                                inputs_[video_].path, chosen.size(), filmed_.size()));
     for (const std::size_t i : chosen)
-      if (fits) fits = add_picture(filmed[i], seen);
-    filmed.clear();
-  };
-  const DetectSummary summary =
-      detect_all(inputs, finder, control, [&](std::size_t index, PictureReport& report, const ImageView&) {
-        if (index != video) end_video();
-        video = index;
-        if (report.stamp && looks_like_video(inputs[index].path))
-          filmed.push_back(report);
-        else if (fits)
-          fits = add_picture(report, seen);
-        return fits.has_value();
-      });
-  end_video();
-  if (!fits) return tl::unexpected(fits.error());
-  if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
-  return seen;
-}
+      if (fits_) fits_ = add_picture(std::move(filmed_[i]), seen_);
+    filmed_.clear();
+  }
+
+  const CalibrateCameraJob& job_;
+  const CalibrationTarget& target_;
+  const JobControl& control_;
+  std::vector<Input> inputs_{};
+  std::size_t video_ = 0;              ///< that is being read
+  std::vector<SeenPicture> filmed_{};  ///< its pictures so far
+  SeenPictures seen_{};
+  Status fits_{};
+};
 
 Result<SeenPictures> from_detections(const std::string& path) {
   const auto text = read_text(path == "-" ? "/dev/stdin" : path);
@@ -108,34 +129,70 @@ Result<SeenPictures> from_detections(const std::string& path) {
   if (!reports) return tl::unexpected(reports.error());
   SeenPictures seen;
   for (PictureReport& report : *reports)
-    if (const Status fits = add_picture(report, seen); !fits) return tl::unexpected(fits.error());
+    if (const Status fits = add_picture({.report = std::move(report)}, seen); !fits)
+      return tl::unexpected(fits.error());
   return seen;
+}
+
+/// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
+std::string format_of(const CalibrateCameraJob& job) {
+  if (!job.format.empty()) return job.format;
+  return job.output.ends_with(".json") ? "photonvision" : "waymark";
+}
+
+CameraObservation observation_of(const CalibrateCameraReport& report, std::size_t picture) {
+  const CalibratedView& view = report.found.views[picture];
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  CameraObservation seen{.picture = report.pictures[picture], .cam_T_target = cam_T_target};
+  for (std::size_t i = 0; i < view.used.size(); ++i) {
+    const TargetMark& mark = report.marks[picture][i];
+    for (std::size_t k = 0; k < mark.seen_px.size(); ++k) {
+      const auto px = report.found.camera.project(cam_T_target * mark.target_points_m[k]);
+      seen.target_points_m.push_back(mark.target_points_m[k]);
+      seen.seen_px.push_back(mark.seen_px[k]);
+      seen.errors_px.emplace_back(px ? Eigen::Vector2d(*px - mark.seen_px[k])
+                                     : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
+      seen.used.push_back(view.used[i]);
+    }
+  }
+  return seen;
+}
+
+Result<std::string> text_as(const std::string& format, const NamedCamera& camera,
+                            const CalibrateCameraReport& report) {
+  if (format == "ros") return to_camera_info_yaml(camera);
+  if (format == "kalibr") return to_camchain_yaml({camera});
+  if (format == "opencv") return to_opencv_yaml(camera);
+  std::vector<CameraObservation> observations;
+  for (std::size_t i = 0; i < report.pictures.size(); ++i)
+    if (!report.found.views[i].used.empty()) observations.push_back(observation_of(report, i));
+  return to_photonvision_json(camera, observations);
+}
+
+Status write_as(const std::string& format, const std::string& path, const NamedCamera& camera,
+                const CalibrateCameraReport& report) {
+  const auto text = text_as(format, camera, report);
+  return text ? write_text_file(path, *text) : Status(tl::unexpected(text.error()));
+}
+
+Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+  Calibration calibration = to_calibration(report.found);
+  calibration.provenance.insert(calibration.provenance.begin(),
+                                {"pictures", fmt::format("{}", report.pictures.size())});
+  return write_calibration(job.output, calibration);
 }
 
 }  // namespace
 
-Result<TagMap> calibration_target(const CalibrateCameraJob& job) {
-  const bool board = job.columns > 0 || job.rows > 0 || job.tag_size_m != 0;
-  if (board != job.map.empty())
-    return fail(ErrorCode::InvalidArgument,
-                "give either the board (--cols, --rows, --tag-size-m) or a map of tags (--map)");
-  if (!job.map.empty()) return read_map(job.map).map([](const MapFile& map) { return map.tags; });
-  if (job.columns < 1 || job.rows < 1 || !is_tag_size(job.tag_size_m))
-    return fail(ErrorCode::InvalidArgument,
-                "a board has --cols and --rows of 1 or more and a --tag-size-m above 0", {},
-                "Measure the black square of a tag with a ruler.");
-  const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
-  const std::int64_t last = job.first_id + static_cast<std::int64_t>(job.columns) * job.rows - 1;
-  if (job.first_id < 0 || last >= ids)
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("the board would carry the tags {} to {}, and there are 0 to {}", job.first_id,
-                            last, ids - 1),
-                {}, "Look at --cols, --rows and --first-id.");
-  return board_of(job);
+const std::vector<std::string>& calibration_formats() {
+  static const std::vector<std::string> all = {"waymark", "ros", "kalibr", "photonvision", "opencv"};
+  return all;
 }
 
 Status check_outputs(const CalibrateCameraJob& job) {
-  if (const Status free = job.output.empty() ? Status() : check_calibration_place(job.output); !free)
+  if (const Status free =
+          job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
+      !free)
     return free;
   for (const std::string& output : {job.output, job.camera_info}) {
     if (const Status writable = output.empty() ? Status() : check_output_file(output); !writable)
@@ -144,25 +201,37 @@ Status check_outputs(const CalibrateCameraJob& job) {
   return {};
 }
 
-Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const TagMap& target,
+Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
+  const TagFinder reader = no_tags();
   Result<SeenPictures> seen =
-      job.detections.empty() ? from_pictures(job, finder, control) : from_detections(job.detections);
+      job.detections.empty() ? PictureChoice(job, target, control).read(target.is_board() ? reader : finder)
+                             : from_detections(job.detections);
   if (!seen) return tl::unexpected(seen.error());
   if (seen->names.empty()) return fail(ErrorCode::NotFound, "no picture could be read");
   const auto lens = lens_model(job.lens);  // nothing: auto
   Result<CameraCalibration> found =
-      calibrate_camera(seen->detections, target, seen->width_px, seen->height_px, lens, job.options);
+      target.is_board() ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, job.options)
+                        : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px,
+                                           lens, job.options);
   if (!found) return tl::unexpected(found.error());
-  return CalibrateCameraReport{.found = std::move(*found), .pictures = std::move(seen->names)};
+  if (!target.is_board())
+    for (std::size_t i = 0; i < seen->marks.size(); ++i)
+      seen->marks[i] = target_marks(seen->detections[i], target.tags());
+  return CalibrateCameraReport{.found = std::move(*found),
+                               .pictures = std::move(seen->names),
+                               .marks = std::move(seen->marks),
+                               .marks_word = target.marks_word()};
 }
 
 Status write_camera_calibration(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
+  const NamedCamera camera{.name = "cam0", .camera = report.found.camera};
   if (!job.output.empty()) {
-    Calibration calibration = to_calibration(report.found);
-    calibration.provenance.insert(calibration.provenance.begin(),
-                                  {"pictures", fmt::format("{}", report.pictures.size())});
-    if (Status written = write_calibration(job.output, calibration); !written) return written;
+    const std::string format = format_of(job);
+    if (Status written =
+            format == "waymark" ? write_ours(job, report) : write_as(format, job.output, camera, report);
+        !written)
+      return written;
   }
   if (job.camera_info.empty()) return {};
   return write_text_file(job.camera_info,
@@ -195,7 +264,7 @@ nlohmann::ordered_json to_json(const CalibrateCameraReport& report) {
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     const CalibratedView& view = found.views[i];
     json["pictures"].push_back({{"picture", report.pictures[i]},
-                                {"tags", view.tags},
+                                {report.marks_word, view.marks},
                                 {"rejected", view.rejected},
                                 {"rms_px", view.rms_px},
                                 {"tilt_deg", view.tilt_deg},

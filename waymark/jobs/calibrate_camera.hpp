@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/jobs/calibration_target.hpp"
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/jobs/video_views.hpp"
 #include "waymark/mapping/calibration/camera_calibration.hpp"
@@ -16,14 +17,10 @@ struct CalibrateCameraJob {
   std::vector<std::string> sources{};  ///< pictures of the board …
   bool recursive = false;
   std::string detections{};  ///< … or what `waymark detect --json --covariance` wrote; -: standard input
-  int columns = 0;           ///< of the board
-  int rows = 0;
-  double tag_size_m = 0;
-  double spacing = 0.3;  ///< gap between two tags, as a share of their size
-  int first_id = 0;      ///< of the lower left tag
-  std::string map{};     ///< instead of a board
+  TargetDescription target{};
   std::string lens = "auto";
   std::string output{};       ///< calibration.yaml; empty: none
+  std::string format{};       ///< of the output, one of calibration_formats(); empty: by its ending
   std::string camera_info{};  ///< the camera as ROS writes it; empty: none
   CameraCalibrationOptions options{};
   VideoViewOptions views{};  ///< which pictures of a video count
@@ -32,16 +29,20 @@ struct CalibrateCameraJob {
 struct CalibrateCameraReport {
   CameraCalibration found;
   std::vector<std::string> pictures{};  ///< that were used, as found.views
+  std::vector<TargetPicture> marks{};   ///< of each picture
+  std::string marks_word = "tags";      ///< what a mark of the target is: "tags" or "corners"
 };
 
-/// What is calibrated on: the job's board or map. InvalidArgument: what the job says of the board makes none.
-[[nodiscard]] Result<TagMap> calibration_target(const CalibrateCameraJob& job);
+/// "waymark" (calibration.yaml: each number with its standard deviation), "ros", "kalibr", "photonvision",
+/// "opencv".
+[[nodiscard]] const std::vector<std::string>& calibration_formats();
 /// Fails when an output of the job cannot be written, before anything is read.
 [[nodiscard]] Status check_outputs(const CalibrateCameraJob& job);
 
-/// Finds the tags with the finder, where pictures are given, and fits the camera.
+/// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
-                                                             const TagMap& target, const TagFinder& finder,
+                                                             const CalibrationTarget& target,
+                                                             const TagFinder& finder,
                                                              const JobControl& control);
 [[nodiscard]] Status write_camera_calibration(const CalibrateCameraJob& job,
                                               const CalibrateCameraReport& report);

@@ -14,15 +14,17 @@ std::string lenses_text(const CameraCalibration& found) {
   return text;
 }
 
-std::string views_text(const CameraCalibration& found, const std::vector<std::string>& pictures) {
-  std::string text = "  tags  left out    RMS px  tilt deg  distance m  picture\n";
+std::string views_text(const CalibrateCameraReport& report) {
+  const CameraCalibration& found = report.found;
+  const std::vector<std::string>& pictures = report.pictures;
+  std::string text = fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  picture\n", report.marks_word, "left out",
+                                 "RMS px", "tilt deg", "distance m");
   for (std::size_t i = 0; i < found.views.size(); ++i) {
     const CalibratedView& view = found.views[i];
-    if (view.tags == 0) {
-      text +=
-          fmt::format("{:>6}{:>10}{:>10}{:>10}{:>12}  {}\n", 0, view.rejected, "-", "-", "-", pictures[i]);
+    if (view.marks == 0) {
+      text += fmt::format("{:>7}{:>9}{:>10}{:>10}{:>12}  {}\n", 0, view.rejected, "-", "-", "-", pictures[i]);
     } else {
-      text += fmt::format("{:>6}{:>10}{:>10.4f}{:>10.1f}{:>12.3f}  {}\n", view.tags, view.rejected,
+      text += fmt::format("{:>7}{:>9}{:>10.4f}{:>10.1f}{:>12.3f}  {}\n", view.marks, view.rejected,
                           view.rms_px, view.tilt_deg, view.distance_m, pictures[i]);
     }
   }
@@ -55,7 +57,7 @@ std::string to_text(const CalibrateCameraReport& report) {
       "promised\n\n",
       found.rms_px, found.held_out_rms_px, found.noise_scale);
   if (found.trials.size() > 1) text += lenses_text(found) + "\n";
-  text += views_text(found, report.pictures) + "\n" + regions_text(found);
+  text += views_text(report) + "\n" + regions_text(found);
   for (const std::string& words : found.advice) text += "\n" + words + "\n";
   return text;
 }

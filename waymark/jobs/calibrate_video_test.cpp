@@ -31,8 +31,8 @@ TEST(CalibrateVideo, TheStopsAreTakenAndGiveTheFocalLength) {
   const CameraModel truth =
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   const std::filesystem::path folder = testing::fresh_folder("jobs_calibrate_video");
-  CalibrateCameraJob job{.columns = 5, .rows = 4, .tag_size_m = 0.04, .lens = "none"};
-  const TagMap target = calibration_target(job).value();
+  CalibrateCameraJob job{.target = {.columns = 5, .rows = 4, .tag_size_m = 0.04}, .lens = "none"};
+  const CalibrationTarget target = CalibrationTarget::make(job.target).value();
   auto writer = VideoWriter::create(folder / "board.mp4", 640, 480, {.quality = 12});
   if (!writer && writer.error().code == ErrorCode::Unsupported) GTEST_SKIP() << to_string(writer.error());
   ASSERT_TRUE(writer) << to_string(writer.error());
@@ -40,7 +40,7 @@ TEST(CalibrateVideo, TheStopsAreTakenAndGiveTheFocalLength) {
   int k = 0;
   const auto show = [&](double stop) {
     PhotographScene scene;
-    for (const auto& [id, tag] : target.tags)
+    for (const auto& [id, tag] : target.tags().tags)
       scene.tags.push_back({.tag = id,
                             .cam_T_tag = cam_T_board_at(stop) * tag.map_T_tag,
                             .size_m = tag.size_m,

@@ -134,8 +134,8 @@ TEST_F(DetectPictures, AreScoredAgainstTheTruth) {
 
 /// Six by five tags of 4 cm, projected without noise, as `waymark detect --json` writes them.
 std::string board_detections(const CameraModel& camera, int pictures) {
-  CalibrateCameraJob board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
-  const TagMap tags = calibration_target(board).value();
+  const TargetDescription board{.columns = 6, .rows = 5, .tag_size_m = 0.04};
+  const TagMap tags = CalibrationTarget::make(board)->tags();
   std::string lines;
   for (int i = 0; i < pictures; ++i) {
     const SO3 tilt =
@@ -165,13 +165,11 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
       CameraModel::make(PinholeRadtan{.fx = 512, .fy = 509, .cx = 326, .cy = 236}, 640, 480).value();
   ASSERT_TRUE(write_text_file(folder_ / "tags.jsonl", board_detections(truth, 10)));
   const CalibrateCameraJob job{.detections = at("tags.jsonl"),
-                               .columns = 6,
-                               .rows = 5,
-                               .tag_size_m = 0.04,
+                               .target = {.columns = 6, .rows = 5, .tag_size_m = 0.04},
                                .lens = "none",
                                .output = at("calibration.yaml"),
                                .camera_info = at("camera.yaml")};
-  const auto target = calibration_target(job);
+  const auto target = CalibrationTarget::make(job.target);
   ASSERT_TRUE(target);
   ASSERT_TRUE(check_outputs(job));
   const auto report = calibrate_camera(job, *target, finder_, {});
@@ -188,10 +186,10 @@ TEST_F(DetectPictures, ACameraIsCalibratedFromWhatWasDetected) {
 }
 
 TEST(CalibrationTarget, ABoardThatCannotBeIsRefused) {
-  EXPECT_FALSE(calibration_target({}));
-  EXPECT_FALSE(calibration_target({.columns = 6, .rows = 5}));
-  EXPECT_FALSE(calibration_target({.columns = 6, .rows = 5, .tag_size_m = 0.04, .map = "map.yaml"}));
-  const auto ids = calibration_target({.columns = 60, .rows = 50, .tag_size_m = 0.04});
+  EXPECT_FALSE(CalibrationTarget::make({}));
+  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5}));
+  EXPECT_FALSE(CalibrationTarget::make({.columns = 6, .rows = 5, .tag_size_m = 0.04, .map = "map.yaml"}));
+  const auto ids = CalibrationTarget::make({.columns = 60, .rows = 50, .tag_size_m = 0.04});
   ASSERT_FALSE(ids);
   EXPECT_THAT(ids.error().message, HasSubstr("tags 0 to 2999"));
 }

@@ -3,7 +3,27 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/media/board_finder.hpp"
+
 namespace waymark {
+
+Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board) {
+  std::vector<plot::Cells> markers;
+  if (board.kind != BoardKind::Charuco) return markers;
+  const auto finder = BoardFinder::load();
+  if (!finder) return tl::unexpected(finder.error());
+  for (const BoardMarker& marker : board_markers(board)) {
+    const auto inner = finder->marker(board.dictionary, marker.id);
+    if (!inner) return tl::unexpected(inner.error());
+    plot::Cells cells{.width = inner->width + 2, .ink = {}};
+    cells.ink.assign(static_cast<std::size_t>(cells.width) * static_cast<std::size_t>(cells.width), true);
+    auto black = inner->black.begin();
+    for (int y = 0; y < inner->width; ++y)
+      for (int x = 0; x < inner->width; ++x, ++black) cells.ink[cells.index(x + 1, y + 1)] = *black;
+    markers.push_back(std::move(cells));
+  }
+  return markers;
+}
 
 std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
   const plot::BoardOptions& options = layout.options;
@@ -53,6 +73,35 @@ nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vecto
           {"paper_size_m", {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3}},
           {"ruler_m", layout.footer.ruler.width_mm / 1e3},
           {"files", files}};
+}
+
+std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
+  const CalibrationBoard& board = layout.options.board;
+  const std::size_t pages = layout.pages.size();
+  return fmt::format("{}: {} of {} x {} squares of {:g} m, {} page{} {}\n",
+                     files.size() == 1 ? files.front() : files.front() + " …", to_string(board.kind),
+                     board.columns, board.rows, board.size_m, pages, pages == 1 ? "" : "s",
+                     layout.paper.name);
+}
+
+nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
+  const CalibrationBoard& board = layout.options.board;
+  nlohmann::ordered_json json = {{"pages", layout.pages.size()},
+                                 {"style", std::string(to_string(board.kind))},
+                                 {"cols", board.columns},
+                                 {"rows", board.rows},
+                                 {"square_size_m", board.size_m}};
+  if (board.kind == BoardKind::Charuco) {
+    json["marker_size_m"] = board.marker_m;
+    json["dictionary"] = board.dictionary;
+    json["legacy_pattern"] = board.legacy_pattern;
+    json["first_id"] = board.first_id;
+  }
+  json["paper"] = layout.paper.name;
+  json["paper_size_m"] = {layout.paper.width_mm / 1e3, layout.paper.height_mm / 1e3};
+  json["ruler_m"] = layout.footer.ruler.width_mm / 1e3;
+  json["files"] = files;
+  return json;
 }
 
 }  // namespace waymark

@@ -5,7 +5,7 @@
 
 #include "waymark/base/fields.hpp"
 #include "waymark/base/time.hpp"
-#include "waymark/samples/tag_detection.hpp"
+#include "waymark/mapping/calibration/target_mark.hpp"
 
 namespace waymark {
 
@@ -29,21 +29,25 @@ struct VideoViewOptions {
                 0, 1});
     visit(self.most_views,
           Field{"most_views", "Largest number of views that are taken from a video.", 4, 10000});
-    visit(self.fewest_tags,
-          Field{"fewest_tags", "Smallest number of tags in a view that is taken from a video.", 1, 1000});
+    visit(
+        self.fewest_tags,
+        Field{"fewest_tags",
+              "Smallest number of tags in a view that is taken from a video; of a board's corners four times "
+              "as many.",
+              1, 1000});
   }
 };
 
-/// The tags of one picture of a video.
-struct StampedTags {
+/// What one picture of a video shows of the target.
+struct StampedMarks {
   SensorTime stamp{};
-  std::vector<TagDetection> detections{};
+  TargetPicture marks{};
 };
 
 /// The indices of the still and new views, ascending: pictures in which the corners move slowest against
 /// their neighbours, each far enough from all taken before; where there are more than `most_views`, those
-/// farthest from each other. `diagonal_px` is that of the pictures. O(pictures * views * tags).
-[[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedTags>& pictures,
+/// farthest from each other. `diagonal_px` is that of the pictures. O(pictures * views * marks).
+[[nodiscard]] std::vector<std::size_t> choose_views(const std::vector<StampedMarks>& pictures,
                                                     double diagonal_px, const VideoViewOptions& options = {});
 
 }  // namespace waymark

@@ -94,18 +94,19 @@ Status write_tag_pictures(const fs::path& folder, std::uint64_t seed) {
 
 Status write_board_pictures(const fs::path& folder, std::uint64_t seed) {
   const Result<CameraModel> lens = sample_lens();
-  const Result<TagMap> board = calibration_target(
+  const Result<CalibrationTarget> target = CalibrationTarget::make(
       {.columns = kSampleBoardColumns, .rows = kSampleBoardRows, .tag_size_m = kSampleBoardTag_m});
   if (!lens) return tl::unexpected(lens.error());
-  if (!board) return tl::unexpected(board.error());
+  if (!target) return tl::unexpected(target.error());
+  const TagMap& board = target->tags();
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const auto& [tag, mapped] : board->tags)
-    middle += mapped.map_T_tag.translation() / static_cast<double>(board->tags.size());
+  for (const auto& [tag, mapped] : board.tags)
+    middle += mapped.map_T_tag.translation() / static_cast<double>(board.tags.size());
   Random random(seed);
   for (int picture = 0; picture < kBoardPictures; ++picture) {
     const SE3 cam_T_board = cam_T_board_of(picture, random) * SE3(SO3(), -middle);
     PhotographScene scene;
-    for (const auto& [tag, mapped] : board->tags)
+    for (const auto& [tag, mapped] : board.tags)
       scene.tags.push_back({tag, cam_T_board * mapped.map_T_tag, mapped.size_m, 0.3});
     const auto taken = photograph(*lens, scene, {}, random);
     if (!taken) return tl::unexpected(taken.error());

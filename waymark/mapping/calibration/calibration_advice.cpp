@@ -27,7 +27,7 @@ void advise_regions(const CameraCalibration& found, std::vector<std::string>& ad
   }
   if (!empty.empty())
     advice.push_back(fmt::format(
-        "Hardly a tag in these parts of the image: {}. Hold the board there too, or the edges are "
+        "Hardly a corner in these parts of the image: {}. Hold the board there too, or the edges are "
         "guessed.",
         fmt::join(empty, ", ")));
 }
@@ -36,9 +36,9 @@ void advise_views(const CameraCalibration& found, std::vector<std::string>& advi
   constexpr double kTilted = 20;
   constexpr std::ptrdiff_t kEnoughTilted = 4;
   constexpr std::ptrdiff_t kEnoughViews = 10;
-  const auto used = std::ranges::count_if(found.views, [](const auto& view) { return view.tags > 0; });
+  const auto used = std::ranges::count_if(found.views, [](const auto& view) { return view.marks > 0; });
   const auto tilted = std::ranges::count_if(
-      found.views, [](const auto& view) { return view.tags > 0 && view.tilt_deg > kTilted; });
+      found.views, [](const auto& view) { return view.marks > 0 && view.tilt_deg > kTilted; });
   if (used < kEnoughViews)
     advice.push_back(fmt::format("{} pictures are few: fifteen from all sides are good.", used));
   if (tilted < kEnoughTilted)

@@ -4,21 +4,28 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/mapping/calibration/calibration_search.hpp"
 #include "waymark/mapping/optimization/image_region.hpp"
-#include "waymark/samples/visibility.hpp"
 
 namespace waymark::internal {
 
-/// Squared distances of a view's used corners from where they project.
+namespace {
+
+/// Calls with where each corner used is seen and where it projects.
+template <class Each>
+void for_each_corner(const TargetView& view, const CameraModel& camera, const Each& each) {
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  for (const ViewMark& mark : view.marks)
+    for (std::size_t i = 0; mark.used && i < mark.seen.seen_px.size(); ++i)
+      if (const auto px = camera.project(cam_T_target * mark.seen.target_points_m[i]))
+        each(mark.seen.seen_px[i], *px);
+}
+
+}  // namespace
+
 std::vector<double> squared_distances_px2(const TargetView& view, const CameraModel& camera) {
   std::vector<double> squares;
-  for (const TargetTag& tag : view.tags) {
-    if (!tag.used) continue;
-    const SE3 cam_T_tag = view.target_T_cam.inverse() * tag.target_T_tag;
-    const auto corners = tag_corners(tag.seen.size_m);
-    for (std::size_t i = 0; i < corners.size(); ++i)
-      if (const auto px = camera.project(cam_T_tag * corners[i]))
-        squares.push_back((*px - tag.seen.corners_px[i]).squaredNorm());
-  }
+  for_each_corner(view, camera, [&](const Eigen::Vector2d& seen, const Eigen::Vector2d& px) {
+    squares.push_back((px - seen).squaredNorm());
+  });
   return squares;
 }
 
@@ -30,37 +37,34 @@ double root_mean(const std::vector<double>& squares) {
 
 CalibratedView summary_of(const TargetView& view, const CameraModel& camera) {
   CalibratedView summary;
-  summary.tags = static_cast<std::size_t>(std::ranges::count_if(view.tags, &TargetTag::used));
-  summary.rejected = view.tags.size() - summary.tags;
-  if (summary.tags == 0) return summary;
+  summary.marks = static_cast<std::size_t>(std::ranges::count_if(view.marks, &ViewMark::used));
+  summary.rejected = view.marks.size() - summary.marks;
+  if (summary.marks == 0) return summary;
   summary.rms_px = root_mean(squared_distances_px2(view, camera));
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (const TargetTag& tag : view.tags) {
-    if (!tag.used) continue;
-    const SE3 cam_T_tag = view.target_T_cam.inverse() * tag.target_T_tag;
-    middle += cam_T_tag.translation() / static_cast<double>(summary.tags);
-    normal += cam_T_tag.rotation() * Eigen::Vector3d::UnitZ();
+  double points = 0;
+  for (const ViewMark& mark : view.marks) {
+    if (!mark.used) continue;
+    for (const Eigen::Vector3d& point : mark.seen.target_points_m) {
+      middle += point;
+      ++points;
+    }
   }
-  summary.distance_m = middle.norm();
-  summary.tilt_deg = to_degrees(std::acos(std::clamp(normal.normalized().z(), -1.0, 1.0)));
+  for (const ViewMark& mark : view.marks) summary.used.push_back(mark.used);
+  summary.target_T_cam = view.target_T_cam;
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  const Eigen::Vector3d normal = cam_T_target.rotation() * Eigen::Vector3d::UnitZ();
+  summary.distance_m = (cam_T_target * Eigen::Vector3d(middle / points)).norm();
+  summary.tilt_deg = to_degrees(std::acos(std::clamp(normal.z(), -1.0, 1.0)));
   return summary;
 }
 
 std::array<ImageRegion, 9> regions_of(const std::vector<TargetView>& views, const CameraModel& camera) {
   std::array<std::vector<double>, 9> squares;
-  for (const TargetView& view : views) {
-    for (const TargetTag& tag : view.tags) {
-      if (!tag.used) continue;
-      const SE3 cam_T_tag = view.target_T_cam.inverse() * tag.target_T_tag;
-      const auto corners = tag_corners(tag.seen.size_m);
-      for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Eigen::Vector2d& seen = tag.seen.corners_px[i];
-        const auto px = camera.project(cam_T_tag * corners[i]);
-        if (px) squares[internal::ninth_of(seen, camera)].push_back((*px - seen).squaredNorm());
-      }
-    }
-  }
+  for (const TargetView& view : views)
+    for_each_corner(view, camera, [&](const Eigen::Vector2d& seen, const Eigen::Vector2d& px) {
+      squares.at(internal::ninth_of(seen, camera)).push_back((px - seen).squaredNorm());
+    });
   std::array<ImageRegion, 9> regions;
   for (std::size_t i = 0; i < regions.size(); ++i) regions[i] = {squares[i].size(), root_mean(squares[i])};
   return regions;

@@ -9,6 +9,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/calibration/calibration_advice.hpp"
+#include "waymark/mapping/calibration/calibration_causes.hpp"
 #include "waymark/mapping/calibration/calibration_search.hpp"
 
 namespace waymark {
@@ -18,31 +19,28 @@ using internal::begin_search;
 using internal::find_better_poses;
 using internal::FitOptions;
 using internal::IntrinsicsFit;
+using internal::mark_chi2;
 using internal::regions_of;
 using internal::root_mean;
 using internal::Search;
 using internal::squared_distances_px2;
 using internal::summary_of;
-using internal::TargetTag;
 using internal::TargetView;
 using internal::usable;
+using internal::view_mark;
+using internal::ViewMark;
 constexpr std::size_t kFewestViews = 3;
-constexpr std::size_t kFewestTags = 2;
 
-/// The pictures' tags that are on the target. A picture with fewer than two says nothing.
-Result<std::vector<TargetView>> views_of(const std::vector<std::vector<TagDetection>>& pictures,
-                                         const TagMap& target, double corner_sigma_px) {
+Result<std::vector<TargetView>> views_of(const std::vector<TargetPicture>& pictures, double corner_sigma_px) {
   std::vector<TargetView> views;
-  for (const auto& detections : pictures) {
+  for (const TargetPicture& picture : pictures) {
     TargetView view;
-    for (const TagDetection& detection : detections) {
-      const MappedTag* tag = target.find(detection.tag);
-      if (tag == nullptr) continue;
-      const auto seen = corner_factor(detection, tag->size_m, corner_sigma_px);
+    for (const TargetMark& mark : picture) {
+      auto seen = view_mark(mark, corner_sigma_px);
       if (!seen) return tl::unexpected(seen.error());
-      view.tags.push_back({*seen, tag->map_T_tag});
+      view.marks.push_back(*std::move(seen));
     }
-    if (view.tags.size() < kFewestTags) view.tags.clear();
+    if (!usable(view)) view.marks.clear();
     views.push_back(std::move(view));
   }
   return views;
@@ -62,24 +60,29 @@ void put_back(const std::vector<TargetView>& fitted, std::vector<TargetView>& vi
     if (usable(view)) view = fitted[next++];
 }
 
-/// chi2 of 8 numbers as it is usually, robustly: the median over the tags used against that of noise as
-/// stated.
+/// Median of chi2 with so many degrees of freedom (Wilson and Hilferty, 1931).
+double median_of_chi_square(Eigen::Index numbers) {
+  const auto n = static_cast<double>(numbers);
+  return n * std::pow(1 - 2 / (9 * n), 3);
+}
+
+/// The noise as it is usually, over what was stated, robustly: by the median over the marks used.
 double usual_noise_scale(const std::vector<TargetView>& views, const CameraModel& camera) {
-  constexpr double kMedianOfChiSquare8 = 7.344;
   std::vector<double> all;
   for (const TargetView& view : views)
-    for (const TargetTag& tag : view.tags)
-      if (const auto chi2 = tag_chi2(tag, view, camera); tag.used && chi2) all.push_back(*chi2);
-  if (all.empty()) return 1;
-  return std::sqrt(median(std::move(all)) / kMedianOfChiSquare8);
+    for (const ViewMark& mark : view.marks)
+      if (const auto chi2 = mark_chi2(mark, view, camera); mark.used && chi2)
+        all.push_back(*chi2 / median_of_chi_square(mark.numbers()));
+  return all.empty() ? 1 : std::sqrt(median(std::move(all)));
 }
 
 void leave_out_outliers(std::vector<TargetView>& views, const CameraModel& camera, double gate_sigma) {
   const double usual = usual_noise_scale(views, camera);
   for (TargetView& view : views) {
-    for (TargetTag& tag : view.tags) {
-      const auto chi2 = tag_chi2(tag, view, camera);
-      tag.used = chi2 && *chi2 <= 8 * gate_sigma * gate_sigma * usual * usual;
+    for (ViewMark& mark : view.marks) {
+      const auto chi2 = mark_chi2(mark, view, camera);
+      const auto numbers = static_cast<double>(mark.numbers());
+      mark.used = chi2 && *chi2 <= numbers * gate_sigma * gate_sigma * usual * usual;
     }
   }
 }
@@ -102,19 +105,20 @@ std::optional<IntrinsicsFit> fit_in_stages(std::vector<TargetView>& views, const
 Result<IntrinsicsFit> fit_all(Search& search, double gate_sigma) {
   std::vector<TargetView> views = usable_views(search.views);
   if (views.size() < kFewestViews)
-    return fail(ErrorCode::InvalidArgument,
-                fmt::format("{} pictures show two tags of the target or more", views.size()), {},
-                "Three are the least, fifteen from all sides are good.");
+    return fail(
+        ErrorCode::InvalidArgument,
+        fmt::format("{} pictures show two tags of the target, or eight corners of a board", views.size()), {},
+        "Three are the least, fifteen from all sides are good.");
   const auto failed = [] {
     return fail(ErrorCode::InvalidArgument, "no camera explains these pictures", {},
-                "Are the tags where the target says (size, spacing, numbers, a flat board)?");
+                "Is the target as described (size, spacing, columns and rows, numbers, a flat board)?");
   };
   auto fit = fit_in_stages(views, search.parameters, search.fit);
   if (!fit) return failed();
   put_back(views, search.views);
   auto camera = camera_of(search.fit.lens, fit->parameters, search.fit.width_px, search.fit.height_px);
   if (!camera) return tl::unexpected(camera.error());
-  find_better_poses(search, *camera);
+  find_better_poses(search, {search.fit.lens, fit->parameters, *camera});
   views = usable_views(search.views);
   fit = fit_intrinsics(views, fit->parameters, search.fit);
   if (!fit) return failed();
@@ -166,14 +170,14 @@ Result<CameraCalibration> result_of(const Search& search, const IntrinsicsFit& f
                           .lens = search.fit.lens,
                           .names = parameter_names(search.fit.lens),
                           .parameters = fit.parameters};
-  std::size_t tags = 0;
+  double numbers = 0;
   std::vector<double> squares;
   for (const TargetView& view : search.views) {
     found.views.push_back(summary_of(view, *camera));
-    tags += found.views.back().tags;
+    for (const ViewMark& mark : view.marks) numbers += mark.used ? static_cast<double>(mark.numbers()) : 0;
     for (const double value : squared_distances_px2(view, *camera)) squares.push_back(value);
   }
-  const auto free = 8 * static_cast<double>(tags) - static_cast<double>(fit.parameters.size()) -
+  const auto free = numbers - static_cast<double>(fit.parameters.size()) -
                     6 * static_cast<double>(usable_views(search.views).size());
   if (!(free > 0))
     return fail(ErrorCode::InvalidArgument, "fewer corners than unknowns", {}, "Take more pictures.");
@@ -198,21 +202,13 @@ Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
                 fmt::format("the pictures do not tell a lens '{}' once some are left out", to_string(lens)),
                 {}, "Take more pictures, or a lens with fewer numbers.");
   found->held_out_rms_px = *held_out;
+  found->advice = internal::calibration_causes(search.views, search.fit, found->parameters);
   return found;
 }
 
-}  // namespace
-
-Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& pictures,
-                                           const TagMap& target, int width_px, int height_px,
-                                           std::optional<LensModel> lens,
-                                           const CameraCalibrationOptions& options) {
-  auto views = views_of(pictures, target, options.corner_sigma_px);
-  if (!views) return tl::unexpected(views.error());
-  const Search search{.pictures = pictures,
-                      .target = target,
-                      .fit = {.width_px = width_px, .height_px = height_px},
-                      .views = std::move(*views)};
+/// With the lens, or with that of all which foretells as well as the best with the fewest numbers.
+Result<CameraCalibration> calibrate(const Search& search, std::optional<LensModel> lens,
+                                    const CameraCalibrationOptions& options) {
   const std::vector<LensModel> lenses = lens ? std::vector{*lens} : lens_models();
   std::vector<CameraCalibration> found;
   std::vector<LensTrial> trials;
@@ -237,12 +233,40 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
     return fail(
         ErrorCode::InvalidArgument,
         fmt::format("the corners are {:.0f} times further off than they promised", chosen->noise_scale), {},
-        "These tags do not hang as the target says: check columns and rows, spacing, first number "
-        "and that the "
-        "board is flat.");
+        "The target is not as described: check columns and rows, sizes, spacing, first number, and that the "
+        "board "
+        "is flat.");
   chosen->trials = trials;
-  chosen->advice = internal::calibration_advice(*chosen);
+  const std::vector<std::string> more = internal::calibration_advice(*chosen);
+  chosen->advice.insert(chosen->advice.end(), more.begin(), more.end());
   return *chosen;
+}
+
+}  // namespace
+
+Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDetection>>& pictures,
+                                           const TagMap& target, int width_px, int height_px,
+                                           std::optional<LensModel> lens,
+                                           const CameraCalibrationOptions& options) {
+  std::vector<TargetPicture> marks;
+  for (const auto& detections : pictures) marks.push_back(target_marks(detections, target));
+  auto views = views_of(marks, options.corner_sigma_px);
+  if (!views) return tl::unexpected(views.error());
+  return calibrate({.start = internal::start_from_tags(pictures, target),
+                    .fit = {.width_px = width_px, .height_px = height_px},
+                    .views = *std::move(views)},
+                   lens, options);
+}
+
+Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures, int width_px,
+                                           int height_px, std::optional<LensModel> lens,
+                                           const CameraCalibrationOptions& options) {
+  const auto views = views_of(pictures, options.corner_sigma_px);
+  if (!views) return tl::unexpected(views.error());
+  return calibrate({.start = internal::start_from_plane(*views),
+                    .fit = {.width_px = width_px, .height_px = height_px},
+                    .views = *views},
+                   lens, options);
 }
 
 Calibration to_calibration(const CameraCalibration& found) {

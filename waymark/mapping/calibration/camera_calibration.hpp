@@ -10,7 +10,9 @@
 
 #include "waymark/base/error.hpp"
 #include "waymark/base/fields.hpp"
+#include "waymark/geometry/se3.hpp"
 #include "waymark/mapping/calibration/camera_parameters.hpp"
+#include "waymark/mapping/calibration/target_mark.hpp"
 #include "waymark/samples/calibration.hpp"
 #include "waymark/samples/tag_detection.hpp"
 #include "waymark/samples/tag_map.hpp"
@@ -25,13 +27,13 @@ struct CameraCalibrationOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.corner_sigma_px,
-          Field{"corner_sigma_px", "Standard deviation of a corner whose detection has no covariance.", 1e-4,
-                100});
-    visit(
-        self.gate_sigma,
-        Field{"gate_sigma",
-              "A tag whose mean corner residual exceeds this many standard deviations is left out.", 2, 1e3});
+    visit(self.corner_sigma_px, Field{"corner_sigma_px",
+                                      "Standard deviation of a corner whose detection has no covariance; "
+                                      "what the residuals show scales it.",
+                                      1e-4, 100});
+    visit(self.gate_sigma,
+          Field{"gate_sigma",
+                "A tag or corner whose residual exceeds this many standard deviations is left out.", 2, 1e3});
     visit(self.better_by, Field{"better_by",
                                 "Relative decrease of the cross-validation error that a lens model with more "
                                 "parameters must reach.",
@@ -48,11 +50,13 @@ struct ImageRegion {
 
 /// What became of one picture.
 struct CalibratedView {
-  std::size_t tags = 0;      ///< used
+  std::size_t marks = 0;     ///< tags, or corners of a board, that were used
   std::size_t rejected = 0;  ///< of the target, but too far from where they should be
   double rms_px = 0;         ///< distance of the corners used from where they project
   double tilt_deg = 0;       ///< between the optical axis and the target's normal
-  double distance_m = 0;     ///< camera to the middle of the tags seen
+  double distance_m = 0;     ///< camera to the middle of what was seen
+  SE3 target_T_cam{};        ///< where the camera stood
+  std::vector<bool> used{};  ///< each mark of the picture; empty: the picture was of no use
 };
 
 /// How well a lens foretold pictures it was not fitted to.
@@ -70,7 +74,7 @@ struct CameraCalibration {
   double rms_px = 0;                    ///< of the corners used
   double held_out_rms_px = 0;           ///< of pictures that the fit had not seen
   double noise_scale = 1;               ///< residuals over what the corners' covariances promised
-  std::vector<CalibratedView> views{};  ///< as they were given; tags 0: the picture was of no use
+  std::vector<CalibratedView> views{};  ///< as they were given; marks 0: the picture was of no use
   std::array<ImageRegion, 9> regions{};
   std::vector<LensTrial> trials{};
   std::vector<std::string> advice{};  ///< what more to photograph, in words; empty: nothing is missing
@@ -85,6 +89,13 @@ struct CameraCalibration {
 [[nodiscard]] Result<CameraCalibration> calibrate_camera(
     const std::vector<std::vector<TagDetection>>& pictures, const TagMap& target, int width_px, int height_px,
     std::optional<LensModel> lens = {}, const CameraCalibrationOptions& options = {});
+
+/// The same of any flat target (all its points at z = 0): the corners of a board. A picture with fewer than
+/// eight points is of no use.
+[[nodiscard]] Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures,
+                                                         int width_px, int height_px,
+                                                         std::optional<LensModel> lens = {},
+                                                         const CameraCalibrationOptions& options = {});
 
 /// As it is written into calibration.yaml.
 [[nodiscard]] Calibration to_calibration(const CameraCalibration& found);

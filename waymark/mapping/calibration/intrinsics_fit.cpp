@@ -6,12 +6,12 @@
 
 #include <Eigen/Cholesky>
 
+#include "waymark/mapping/calibration/mark_projection.hpp"
 #include "waymark/mapping/optimization/levenberg_marquardt.hpp"
 
 namespace waymark::internal {
 namespace {
 
-using Vector8 = Eigen::Matrix<double, 8, 1>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
@@ -46,21 +46,14 @@ std::optional<CameraBundle> camera_bundle(const FitOptions& options, const Eigen
   return bundle;
 }
 
-CornerPoses poses_of(const TargetTag& tag, const TargetView& view) {
-  return {.map_T_rig = view.target_T_cam,
-          .rig_T_cam = SE3(),
-          .map_T_body = SE3(),
-          .body_T_tag = tag.target_T_tag};
-}
-
-/// Huber's loss of a whole tag (Huber, "Robust Estimation of a Location Parameter", 1964) and its weight.
+/// Huber's loss of a whole mark (Huber, "Robust Estimation of a Location Parameter", 1964) and its weight.
 struct Loss {
   double cost = 0;
   double weight = 1;
 };
 
-Loss huber(double chi2, double sigma) {
-  const double threshold = 8 * sigma * sigma;
+Loss huber(double chi2, Eigen::Index numbers, double sigma) {
+  const double threshold = static_cast<double>(numbers) * sigma * sigma;
   if (sigma <= 0 || chi2 <= threshold) return {chi2, 1};
   const double root = std::sqrt(threshold * chi2);
   return {2 * root - threshold, std::sqrt(threshold / chi2)};
@@ -76,34 +69,62 @@ struct ViewSystem {
   Vector6 c = Vector6::Zero();
 };
 
-/// J_r_intrinsics by central differences; false when a corner leaves the lens on the way.
-bool intrinsics_jacobian(const TargetTag& tag, const TargetView& view, const CameraBundle& cameras,
-                         Eigen::Matrix<double, 8, Eigen::Dynamic>& J) {
-  for (std::size_t i = 0; i < cameras.step.size(); ++i) {
-    const auto below = corner_residual(tag.seen, cameras.below[i], poses_of(tag, view));
-    const auto above = corner_residual(tag.seen, cameras.above[i], poses_of(tag, view));
-    if (!below || !above) return false;
-    J.col(static_cast<Eigen::Index>(i)) = (*above - *below) / (2 * cameras.step[i]);
+/// Whitened residual of a mark, projected minus seen, with its derivatives.
+struct MarkSystem {
+  MarkVector r{};
+  Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 8, 6> J_pose{};  ///< left perturbation of target_T_cam
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 8, Eigen::Dynamic>
+      J_camera{};  ///< central differences
+};
+
+/// Nothing when a point leaves the lens on the way.
+std::optional<MarkSystem> linearize(const ViewMark& mark, const SE3& cam_T_target,
+                                    const CameraBundle& cameras) {
+  const auto points = camera_points(mark, cam_T_target);
+  const Eigen::Index rows = mark.numbers();
+  const auto n = static_cast<Eigen::Index>(cameras.step.size());
+  MarkSystem system{.r = MarkVector(rows)};
+  system.J_pose.resize(rows, 6);
+  system.J_camera.resize(rows, n);
+  const Eigen::Matrix3d cam_R_target = cam_T_target.rotation().matrix();
+  for (Eigen::Index i = 0; 2 * i < rows; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    Matrix23 J_px_p;
+    const auto px = cameras.camera.project(points.at(k), &J_px_p);
+    if (!px) return std::nullopt;
+    system.r.segment<2>(2 * i) = *px - mark.seen.seen_px[k];
+    const Matrix23 J_px_target = J_px_p * cam_R_target;
+    system.J_pose.block<2, 3>(2 * i, 0) = -J_px_target;
+    system.J_pose.block<2, 3>(2 * i, 3) = J_px_target * SO3::hat(mark.seen.target_points_m[k]);
   }
-  return true;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    const auto below = projected(mark, points, cameras.below[k]);
+    const auto above = projected(mark, points, cameras.above[k]);
+    if (!below || !above) return std::nullopt;
+    system.J_camera.col(j) = (*above - *below) / (2 * cameras.step[k]);
+  }
+  system.r = mark.whitening * system.r;
+  system.J_pose = mark.whitening * system.J_pose;
+  system.J_camera = mark.whitening * system.J_camera;
+  return system;
 }
 
 std::optional<ViewSystem> linearize(const TargetView& view, const CameraBundle& cameras, double huber_sigma) {
   const auto n = static_cast<Eigen::Index>(cameras.step.size());
   ViewSystem system{
       .A = Eigen::MatrixXd::Zero(n, n), .a = Eigen::VectorXd::Zero(n), .B = Eigen::MatrixXd::Zero(n, 6)};
-  Eigen::Matrix<double, 8, Eigen::Dynamic> J(8, n);
-  for (const TargetTag& tag : view.tags) {
-    if (!tag.used) continue;
-    CornerJacobians pose;
-    const auto r = corner_residual(tag.seen, cameras.camera, poses_of(tag, view), &pose);
-    if (!r || !intrinsics_jacobian(tag, view, cameras, J)) return std::nullopt;
-    const double weight = huber(r->squaredNorm(), huber_sigma).weight;
-    system.A.noalias() += weight * J.transpose() * J;
-    system.a.noalias() += weight * J.transpose() * *r;
-    system.B.noalias() += weight * J.transpose() * pose.rig;
-    system.C.noalias() += weight * pose.rig.transpose() * pose.rig;
-    system.c.noalias() += weight * pose.rig.transpose() * *r;
+  const SE3 cam_T_target = view.target_T_cam.inverse();
+  for (const ViewMark& mark : view.marks) {
+    if (!mark.used) continue;
+    const auto one = linearize(mark, cam_T_target, cameras);
+    if (!one) return std::nullopt;
+    const double weight = huber(one->r.squaredNorm(), mark.numbers(), huber_sigma).weight;
+    system.A.noalias() += weight * one->J_camera.transpose() * one->J_camera;
+    system.a.noalias() += weight * one->J_camera.transpose() * one->r;
+    system.B.noalias() += weight * one->J_camera.transpose() * one->J_pose;
+    system.C.noalias() += weight * one->J_pose.transpose() * one->J_pose;
+    system.c.noalias() += weight * one->J_pose.transpose() * one->r;
   }
   return system;
 }
@@ -112,11 +133,11 @@ std::optional<double> total_cost(const std::vector<TargetView>& views, const Cam
                                  double huber_sigma) {
   double cost = 0;
   for (const TargetView& view : views) {
-    for (const TargetTag& tag : view.tags) {
-      if (!tag.used) continue;
-      const auto chi2 = tag_chi2(tag, view, camera);
+    for (const ViewMark& mark : view.marks) {
+      if (!mark.used) continue;
+      const auto chi2 = mark_chi2(mark, view, camera);
       if (!chi2) return std::nullopt;
-      cost += huber(*chi2, huber_sigma).cost;
+      cost += huber(*chi2, mark.numbers(), huber_sigma).cost;
     }
   }
   return cost;
@@ -250,11 +271,6 @@ class IntrinsicsSearch {
 };
 
 }  // namespace
-
-std::optional<double> tag_chi2(const TargetTag& tag, const TargetView& view, const CameraModel& camera) {
-  const auto r = corner_residual(tag.seen, camera, poses_of(tag, view));
-  return r ? std::optional(r->squaredNorm()) : std::nullopt;
-}
 
 std::optional<IntrinsicsFit> fit_intrinsics(std::vector<TargetView>& views, const Eigen::VectorXd& parameters,
                                             const FitOptions& options) {

@@ -38,7 +38,9 @@ std::vector<TargetView> views(std::uint64_t seed, double noise_px) {
       TagDetection detection{.corners_px = *corners};
       for (auto& corner : detection.corners_px)
         corner += noise_px * Eigen::Vector2d(random.normal(), random.normal());
-      view.tags.push_back({corner_factor(detection, kSize, kSigmaPx).value(), target_T_tag});
+      TargetMark mark{.key = k, .seen_px = {detection.corners_px.begin(), detection.corners_px.end()}};
+      for (const auto& corner : tag_corners(kSize)) mark.target_points_m.emplace_back(target_T_tag * corner);
+      view.marks.push_back(view_mark(mark, kSigmaPx).value());
     }
     all.push_back(std::move(view));
   }
@@ -120,7 +122,8 @@ TEST(IntrinsicsFit, WhereTheBoardIsDoesNotMatter) {
   const SE3 by(SO3::exp({0.5, -0.3, 1}), {1, 2, 3});
   for (TargetView& view : there) {
     view.target_T_cam = by * view.target_T_cam;
-    for (TargetTag& tag : view.tags) tag.target_T_tag = by * tag.target_T_tag;
+    for (ViewMark& mark : view.marks)
+      for (auto& point : mark.seen.target_points_m) point = by * point;
   }
   const auto a = fit_intrinsics(here, truth(), options());
   const auto b = fit_intrinsics(there, truth(), options());
@@ -131,10 +134,10 @@ TEST(IntrinsicsFit, WhereTheBoardIsDoesNotMatter) {
 TEST(IntrinsicsFit, TagsThatAreNotUsedHaveNoSay) {
   auto seen = views(7, kSigmaPx);
   auto more = seen;
-  TargetTag wrong = more[2].tags[1];
-  for (auto& corner : wrong.seen.corners_px) corner += Eigen::Vector2d(40, 10);
+  ViewMark wrong = more[2].marks[1];
+  for (auto& corner : wrong.seen.seen_px) corner += Eigen::Vector2d(40, 10);
   wrong.used = false;
-  more[2].tags.push_back(wrong);
+  more[2].marks.push_back(wrong);
   const auto a = fit_intrinsics(seen, truth(), options());
   const auto b = fit_intrinsics(more, truth(), options());
   ASSERT_TRUE(a && b);

@@ -1,0 +1,114 @@
+#include "waymark/jobs/calibration_target.hpp"
+
+#include <cstdint>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "waymark/config/map_file.hpp"
+#include "waymark/families/family.hpp"
+#include "waymark/samples/tag_sizes.hpp"
+
+namespace waymark {
+namespace {
+
+/// The tags of a board as `waymark tags board --style separate` draws it: numbers from the lower left to the
+/// right, then up. Origin in its middle, x right, y down.
+TagMap board_of_tags(const TargetDescription& board) {
+  const double pitch_m = board.tag_size_m * (1 + board.spacing);
+  TagMap tags;
+  for (int row = 0; row < board.rows; ++row) {
+    for (int column = 0; column < board.columns; ++column) {
+      const double x_m = pitch_m * (column - 0.5 * (board.columns - 1));
+      const double y_m = -pitch_m * (row - 0.5 * (board.rows - 1));
+      tags.tags.emplace(TagId{FamilyId::Tag36h11, board.first_id + row * board.columns + column},
+                        MappedTag{.map_T_tag = SE3(SO3(), {x_m, y_m, 0}), .size_m = board.tag_size_m});
+    }
+  }
+  return tags;
+}
+
+Result<TagMap> described_tags(const TargetDescription& description) {
+  const bool board = description.columns > 0 || description.rows > 0 || description.tag_size_m != 0;
+  if (board != description.map.empty())
+    return fail(ErrorCode::InvalidArgument,
+                "give either the board (--cols, --rows, --tag-size-m) or a map of tags (--map)");
+  if (!description.map.empty())
+    return read_map(description.map).map([](const MapFile& map) { return map.tags; });
+  if (description.columns < 1 || description.rows < 1 || !is_tag_size(description.tag_size_m))
+    return fail(ErrorCode::InvalidArgument,
+                "a board has --cols and --rows of 1 or more and a --tag-size-m above 0", {},
+                "Measure the black square of a tag with a ruler.");
+  const auto ids = static_cast<std::int64_t>(family(FamilyId::Tag36h11).codes.size());
+  const std::int64_t last =
+      description.first_id + static_cast<std::int64_t>(description.columns) * description.rows - 1;
+  if (description.first_id < 0 || last >= ids)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("the board would carry the tags {} to {}, and there are 0 to {}",
+                            description.first_id, last, ids - 1),
+                {}, "Look at --cols, --rows and --first-id.");
+  return board_of_tags(description);
+}
+
+class NoTags final : public Detector {
+ public:
+  using Detector::detect;
+  [[nodiscard]] Result<std::vector<TagDetection>> detect(const ImageView& /*image*/) const override {
+    return std::vector<TagDetection>();
+  }
+};
+
+}  // namespace
+
+TagFinder no_tags() { return {.detector = std::make_unique<NoTags>()}; }
+
+Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description) {
+  const auto kind = board_kind(description.kind);
+  if (!kind) return std::optional<CalibrationBoard>();
+  const CalibrationBoard board{
+      .kind = *kind,
+      .columns = description.columns,
+      .rows = description.rows,
+      .size_m = *kind == BoardKind::AprilGrid ? description.tag_size_m : description.square_size_m,
+      .marker_m = description.marker_size_m,
+      .spacing = description.spacing,
+      .first_id = description.first_id,
+      .dictionary = description.dictionary,
+      .legacy_pattern = description.legacy_pattern};
+  if (Status usable = check_board(board); !usable) return tl::unexpected(usable.error());
+  return std::optional(board);
+}
+
+Result<CalibrationTarget> CalibrationTarget::make(const TargetDescription& description) {
+  CalibrationTarget target;
+  auto board = described_board(description);
+  if (!board) return tl::unexpected(board.error());
+  if (!*board) {
+    auto tags = described_tags(description);
+    if (!tags) return tl::unexpected(tags.error());
+    target.tags_ = *std::move(tags);
+    return target;
+  }
+  auto finder = BoardFinder::load();
+  if (!finder) return tl::unexpected(finder.error());
+  target.finder_ = *std::move(finder);
+  target.board_ = *std::move(board);
+  target.places_m_ = board_corners(*target.board_);
+  // A dictionary that is none is said before any picture is read.
+  if (const auto tried = target.finder_->find(Image(64, 64, 255), *target.board_); !tried)
+    return tl::unexpected(tried.error());
+  return target;
+}
+
+Result<TargetPicture> CalibrationTarget::find(const ImageView& image, const TagFinder& finder) const {
+  if (board_) {
+    const auto corners = finder_->find(image, *board_);
+    if (!corners) return tl::unexpected(corners.error());
+    return target_marks(*corners, places_m_);
+  }
+  const auto found = find_tags(image, finder);
+  if (!found) return tl::unexpected(found.error());
+  return target_marks(found->detections, tags_);
+}
+
+}  // namespace waymark

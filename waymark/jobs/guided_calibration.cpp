@@ -1,0 +1,146 @@
+#include "waymark/jobs/guided_calibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/picture_files.hpp"
+
+namespace waymark {
+namespace {
+
+namespace fs = std::filesystem;
+
+}  // namespace
+
+std::string to_text(const GuideStatus& status) {
+  std::string text = fmt::format("{} views", status.coverage.views);
+  if (status.held_out_rms_px) text += fmt::format(", {:.2f} px", *status.held_out_rms_px);
+  if (status.focal_share) text += fmt::format(", focal length +- {:.2g} %", 100 * *status.focal_share);
+  text += fmt::format("; {}", to_string(status.picture));
+  if (status.good_enough) return text + "; good enough";
+  constexpr std::size_t kMostWords = 2;
+  const std::size_t told = std::min(kMostWords, status.missing.size());
+  return told == 0 ? text
+                   : text + fmt::format(
+                                "; wanted: {}",
+                                fmt::join(status.missing.begin(),
+                                          status.missing.begin() + static_cast<std::ptrdiff_t>(told), "; "));
+}
+
+GuidedCalibration::GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target,
+                                     const TagFinder& finder, const GuideOptions& options, std::string folder)
+    : job_(job),
+      target_(target),
+      finder_(finder),
+      options_(options),
+      folder_(std::move(folder)),
+      capture_(options.capture) {
+  status_.missing = missing_views(status_.coverage, options_.coverage);
+}
+
+Result<std::size_t> GuidedCalibration::resume(const JobControl& control) {
+  std::error_code ignored;
+  if (folder_.empty() || !fs::exists(folder_, ignored)) return std::size_t{0};
+  for (const Input& input : find_inputs({folder_}, false)) {
+    if (control.cancelled()) break;
+    const auto image = input.error ? Result<Image>(tl::unexpected(*input.error)) : read_image(input.path);
+    if (!image) {
+      control.note(to_string(image.error()));
+      continue;
+    }
+    auto marks = target_.find(*image, finder_);
+    if (!marks) return tl::unexpected(marks.error());
+    if (marks->empty()) continue;
+    capture_.add(*marks);
+    if (Status added = add_view(input.path, *std::move(marks), image->width(), image->height()); !added)
+      return tl::unexpected(added.error());
+  }
+  judge();
+  return views_.size();
+}
+
+Result<bool> GuidedCalibration::take(SensorTime stamp, const ImageView& image) {
+  auto found = target_.find(image, finder_);
+  if (!found) return tl::unexpected(found.error());
+  marks_ = *std::move(found);
+  status_.picture = capture_.take(stamp, image, marks_);
+  if (status_.picture != CaptureVerdict::New) return false;
+  std::string name = fmt::format("view {}", views_.size() + 1);
+  if (Status kept = keep(image, name); !kept) return tl::unexpected(kept.error());
+  if (Status added = add_view(std::move(name), marks_, image.width, image.height); !added)
+    return tl::unexpected(added.error());
+  judge();
+  return true;
+}
+
+Status GuidedCalibration::keep(const ImageView& image, std::string& name) const {
+  if (folder_.empty()) return {};
+  std::error_code error;
+  fs::create_directories(folder_, error);
+  if (error)
+    return fail(ErrorCode::Unwritable, "the folder of the views cannot be made", {.source = folder_},
+                error.message());
+  for (std::size_t number = views_.size() + 1;; ++number) {
+    name = (fs::path(folder_) / fmt::format("view-{:03}.png", number)).string();
+    if (!fs::exists(name, error)) break;
+  }
+  return write_image(name, image);
+}
+
+Status GuidedCalibration::add_view(std::string name, TargetPicture marks, int width_px, int height_px) {
+  if (views_.empty()) {
+    width_px_ = width_px;
+    height_px_ = height_px;
+  }
+  if (width_px != width_px_ || height_px != height_px_)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("{} x {} pixels, but {} has {} x {}", width_px, height_px, names_.front(),
+                            width_px_, height_px_),
+                {.source = name}, "Views of one camera have one resolution; begin in another folder.");
+  names_.push_back(std::move(name));
+  views_.push_back(std::move(marks));
+  return {};
+}
+
+void GuidedCalibration::judge() {
+  constexpr std::size_t kFewestViews = 4;
+  status_.coverage = {};
+  status_.held_out_rms_px.reset();
+  status_.focal_share.reset();
+  const auto lens = lens_model(job_.lens).value_or(LensModel::Radtan4);
+  const auto found = views_.size() < kFewestViews
+                         ? Result<CameraCalibration>(fail(ErrorCode::InvalidArgument, "too few views"))
+                         : calibrate_camera(views_, width_px_, height_px_, lens, job_.options);
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    // Before the first fit nothing tells how the board leans.
+    const SE3 target_T_cam = found ? found->views[i].target_T_cam : SE3();
+    waymark::add_view(status_.coverage, views_[i], target_T_cam, width_px_, height_px_);
+  }
+  status_.missing = missing_views(status_.coverage, options_.coverage);
+  if (found) {
+    status_.held_out_rms_px = found->held_out_rms_px;
+    status_.focal_share = std::sqrt(std::max(0.0, found->covariance(0, 0))) / found->parameters[0];
+  }
+  status_.good_enough =
+      (status_.missing.empty() && status_.focal_share.value_or(1) <= options_.focal_share) ||
+      std::ssize(views_) >= options_.views_at_most;
+}
+
+Result<CalibrateCameraReport> GuidedCalibration::finish() const {
+  if (views_.empty())
+    return fail(
+        ErrorCode::NotFound, "no view was taken", {},
+        "Hold the board still and in focus; pictures of a folder are calibrated on without --guided.");
+  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), job_.options);
+  if (!found) return tl::unexpected(found.error());
+  return CalibrateCameraReport{
+      .found = *std::move(found), .pictures = names_, .marks = views_, .marks_word = target_.marks_word()};
+}
+
+}  // namespace waymark

@@ -1,0 +1,37 @@
+#include "waymark/media/board_finder.hpp"
+
+#include "waymark/drivers/modules/load_module.hpp"
+
+namespace waymark {
+
+Result<BoardFinder> BoardFinder::load() {
+  const auto symbol = load_module({.file = "libwaymark-boards.so",
+                                   .symbol = kBoardFinderSymbol,
+                                   .purpose = "calibration boards",
+                                   .needs = "libopencv-contrib406 and libopencv-calib3d406 (OpenCV)",
+                                   .build = "libopencv-contrib-dev and libopencv-calib3d-dev"});
+  if (!symbol) return tl::unexpected(symbol.error());
+  Functions functions;
+  reinterpret_cast<void (*)(Functions&)>(*symbol)(functions);
+  return BoardFinder(functions);
+}
+
+Result<std::vector<BoardCorner>> BoardFinder::find(const ImageView& image,
+                                                   const CalibrationBoard& board) const {
+  if (Status usable = check_board(board); !usable) return tl::unexpected(usable.error());
+  std::vector<BoardCorner> corners;
+  Error error;
+  functions_.find(image, board, corners, error);
+  if (!error.message.empty()) return tl::unexpected(error);
+  return corners;
+}
+
+Result<MarkerCells> BoardFinder::marker(const std::string& dictionary, int number) const {
+  MarkerCells cells;
+  Error error;
+  functions_.marker(dictionary, number, cells, error);
+  if (!error.message.empty()) return tl::unexpected(error);
+  return cells;
+}
+
+}  // namespace waymark

@@ -1,0 +1,36 @@
+// The only symbol of the module libwaymark-boards.so.
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "waymark/media/opencv/find_board.hpp"
+
+namespace {
+
+/// OpenCV reports errors as exceptions; none may cross the border of the module.
+template <class Value, class Call>
+void call(const Call& made, Value& value, waymark::Error& error) {
+  try {
+    auto result = made();
+    if (result)
+      value = std::move(*result);
+    else
+      error = result.error();
+  } catch (const std::exception& thrown) {
+    error = {waymark::ErrorCode::InvalidArgument, std::string("OpenCV: ") + thrown.what(), {}, {}};
+  }
+}
+
+}  // namespace
+
+extern "C" __attribute__((visibility("default"))) void waymark_board_finder(
+    waymark::BoardFinder::Functions& functions) {
+  functions.find = [](const waymark::ImageView& image, const waymark::CalibrationBoard& board,
+                      std::vector<waymark::BoardCorner>& corners, waymark::Error& error) {
+    call([&] { return waymark::find_board(image, board); }, corners, error);
+  };
+  functions.marker = [](const std::string& dictionary, int number, waymark::MarkerCells& cells,
+                        waymark::Error& error) {
+    call([&] { return waymark::marker_cells(dictionary, number); }, cells, error);
+  };
+}
