@@ -78,13 +78,13 @@ Table measure(const std::filesystem::path& folder, double quad_decimate, const R
   return table;
 }
 
-void expect_better_than_half(const Table& table) {
+void expect_far_better(const Table& table) {
   for (const auto& [top, line] : table.by_size) {
-    if (top >= 28) {
-      EXPECT_LT(line.rmse_px(), 0.5 * line.rmse_before_px()) << "below " << top << " px";
-    }
-    EXPECT_LT(line.rmse_px(), line.rmse_before_px()) << "below " << top << " px";
+    // Long edges the detector finds well itself.
+    const double share = top <= 64 ? 0.22 : top <= 115 ? 0.3 : 0.5;
+    EXPECT_LT(line.rmse_px(), share * line.rmse_before_px()) << "below " << top << " px";
   }
+  EXPECT_LT(table.all.rmse_px(), 0.18 * table.all.rmse_before_px());
   EXPECT_LT(table.all.bias_px().cwiseAbs().maxCoeff(), 0.01);
   EXPECT_LT(std::abs(table.all.outward_px()), 0.01);
 }
@@ -107,16 +107,16 @@ TEST(RefinementOnRenderedTags, HalvesTheErrorAndSaysHowLargeItIs) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   const Table table = measure(folder, 1, {});
   table.print("quad_decimate 1, edges may bend");
-  expect_better_than_half(table);
-  expect_honest(table, 0.85, 1.15);
+  expect_far_better(table);
+  expect_honest(table, 0.8, 1.35);
 }
 
 TEST(RefinementOnRenderedTags, IsAsGoodFromACoarserStart) {
   WAYMARK_REAL_DATA(folder, "synth-tags/clean");
   const Table table = measure(folder, 2, {});
   table.print("quad_decimate 2, edges may bend");
-  expect_better_than_half(table);
-  expect_honest(table, 0.8, 1.25);
+  expect_far_better(table);
+  expect_honest(table, 0.75, 1.35);
 }
 
 TEST(RefinementOnRenderedTags, GainsWhereEdgesAreKnownToBeStraight) {
@@ -125,8 +125,8 @@ TEST(RefinementOnRenderedTags, GainsWhereEdgesAreKnownToBeStraight) {
   straight.curvature_per_px = 0;
   const Table table = measure(folder, 1, straight);
   table.print("quad_decimate 1, edges straight");
-  expect_better_than_half(table);
-  expect_honest(table, 0.8, 1.25);
+  expect_far_better(table);
+  expect_honest(table, 0.75, 1.35);
   const Table bent = measure(folder, 1, {});
   EXPECT_LT(table.by_size.at(115).rmse_px(), bent.by_size.at(115).rmse_px());
 }

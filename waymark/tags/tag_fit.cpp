@@ -4,111 +4,296 @@
 #include <cmath>
 #include <cstddef>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+
+#include "waymark/samples/corners.hpp"
 
 namespace waymark::refinement {
 namespace {
 
-constexpr int kMeanStep = kStep - kOwn;
-constexpr int kMeanLogBlur = kLogBlur - kOwn;
+using Eigen::Vector2d;
 
-double precision(double sigma) { return 1.0 / (sigma * sigma); }
+constexpr int kMostSteps = 8;        ///< of Gauss-Newton with the pixels of one look
+constexpr double kSettledPx = 0.02;  ///< a step after which the next one is far below what noise allows
 
-}  // namespace
-
-TagSolve::TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& priors,
-                   const TagEstimate& at) {
-  const double step = std::max(1.0, std::abs(at.mean[kMeanStep]));
-  tie_ << precision(priors.inner_level * step), precision(priors.step * step), precision(priors.log_blur);
-  const double scale = 1.0 / at.noise_variance;
-  CommonMatrix mean_information = CommonMatrix::Zero();
-  Common mean_gradient = Common::Zero();
-  // An edge that is not seen at all keeps its place within a pixel or so; data outweigh this a thousandfold.
-  constexpr double kFaint = 0.1;
-  constexpr double kNegligible = 1e-4;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const EdgeVector& x = at.edges[k];
-    EdgeMatrix information = scale * normals[k].information;
-    EdgeVector gradient = scale * normals[k].gradient;
-    const auto expect = [&](int i, double value, double weight) {
-      information(i, i) += weight;
-      gradient[i] += weight * (value - x[i]);
-    };
-    expect(kFrom, 0.0, kFaint);
-    expect(kTo, 0.0, kFaint);
-    expect(kBend, 0.0, precision(std::max(priors.bend_sigma_px[k], kNegligible)));
-    expect(kBeyond, 0.0, precision(priors.beyond * step));
-
-    Edge& edge = edges_[k];
-    const Coupling cross = information.topRightCorner<kOwn, kCommon>();
-    edge.own_covariance = information.topLeftCorner<kOwn, kOwn>().inverse();
-    edge.own_by_common = edge.own_covariance * cross;
-    edge.own_step = edge.own_covariance * gradient.head<kOwn>();
-    CommonMatrix common = information.bottomRightCorner<kCommon, kCommon>();
-    common -= cross.transpose() * edge.own_by_common;
-    common.diagonal() += tie_;
-    edge.common_covariance = common.inverse();
-    const Common from_mean = at.mean - x.tail<kCommon>();
-    const Common pull =
-        gradient.tail<kCommon>() - cross.transpose() * edge.own_step + Common(tie_.cwiseProduct(from_mean));
-    edge.common_step = edge.common_covariance * pull;
-    // Setting the derivative by the mean to zero: sum over edges of tie (mean - common) = 0.
-    mean_information.diagonal() += tie_;
-    mean_information -= tie_.asDiagonal() * edge.common_covariance * tie_.asDiagonal();
-    mean_gradient += tie_.cwiseProduct(edge.common_step - from_mean);
-  }
-  const double blur_precision = precision(priors.mean_log_blur);
-  mean_information(kMeanLogBlur, kMeanLogBlur) += blur_precision;
-  mean_gradient[kMeanLogBlur] += blur_precision * (std::log(priors.blur_px) - at.mean[kMeanLogBlur]);
-  mean_covariance_ = mean_information.inverse();
-  mean_step_ = mean_covariance_ * mean_gradient;
+/// Homography from the square of -1 to 1 to the quad (Heckbert, "Fundamentals of texture mapping and image
+/// warping", 1989, section 2.2.3), its last entry 1.
+Eigen::Matrix3d homography_of_square(const Quad& q) {
+  const Vector2d u = q[1] - q[2];
+  const Vector2d v = q[3] - q[2];
+  const Vector2d s = q[0] - q[1] + q[2] - q[3];
+  const double det = u.x() * v.y() - u.y() * v.x();
+  const double g = (s.x() * v.y() - s.y() * v.x()) / det;
+  const double h = (u.x() * s.y() - u.y() * s.x()) / det;
+  Eigen::Matrix3d H;
+  H << q[1].x() - q[0].x() + g * q[1].x(), q[3].x() - q[0].x() + h * q[3].x(), q[0].x(),  //
+      q[1].y() - q[0].y() + g * q[1].y(), q[3].y() - q[0].y() + h * q[3].y(), q[0].y(),   //
+      g, h, 1.0;
+  Eigen::Matrix3d unit;  // -1 to 1 becomes 0 to 1
+  unit << 0.5, 0, 0.5, 0, 0.5, 0.5, 0, 0, 1;
+  H *= unit;
+  return H / H(2, 2);
 }
 
-double TagSolve::apply(TagEstimate& estimate) const {
-  std::array<EdgeVector, 4> steps;
-  double moved = 0;
-  double blurred = std::abs(mean_step_[kMeanLogBlur]);
-  for (std::size_t k = 0; k < 4; ++k) {
-    const Edge& edge = edges_[k];
-    const Common common = edge.common_step + edge.common_covariance * tie_.cwiseProduct(mean_step_);
-    steps[k] << edge.own_step - edge.own_by_common * common, common;
-    moved = std::max(moved, steps[k].head<2>().cwiseAbs().maxCoeff());
-    blurred = std::max(blurred, std::abs(steps[k][kLogBlur]));
+void set_corners(const Quad& corners, TagFit& fit) {
+  TagPixels& pixels = fit.pattern.pixels;
+  pixels.middle_px = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  pixels.unit_px = 0.5 * mean_side_px(corners);
+  Quad scaled;
+  for (std::size_t k = 0; k < 4; ++k)
+    scaled[k] = (fit.straightening.straight(corners[k]) - pixels.middle_px) / pixels.unit_px;
+  const Eigen::Matrix3d H = homography_of_square(scaled);
+  for (int i = 0; i < 8; ++i) fit.pattern.x[i] = H(i / 3, i % 3);
+}
+
+PixelLimits pixel_limits(const TagFit& fit, const Quad& corners) {
+  const TagVector& x = fit.pattern.x;
+  PixelLimits limits;
+  limits.blur_px = std::exp(x[kLogBlur]) * (1 + 0.5 * std::hypot(x[kStretch], x[kStretch + 1]));
+  limits.cell_px = smallest_cell_px(corners, fit.pattern.pattern.cells);
+  limits.blur_cells = limits.blur_px / limits.cell_px;
+  limits.outside_cells = std::clamp(std::max(2.5, 3.5 * limits.blur_px) / limits.cell_px, 0.3, 0.9);
+  return limits;
+}
+
+/// How far lines may bend that should be straight: by a tenth of what the camera's lens does to them; without
+/// a camera by what an unknown lens may. That one has its centre somewhere near the image's middle and bends
+/// lines in proportion to their distance from there: `curvature_per_px` at the image's corners.
+void expect_bends(const ImageView& image, double curvature_per_px, const Quad& corners, TagFit& fit) {
+  constexpr double kDoubtInDistortion = 0.1;
+  constexpr double kDoubtInCentre = 0.25;  // share of half the image's diagonal
+  const TagPixels& pixels = fit.pattern.pixels;
+  auto& sigma = fit.pattern.priors.lens;
+  const Vector2d half_px(0.5 * image.width, 0.5 * image.height);
+  const Vector2d from_middle = pixels.middle_px - half_px;
+  const double radius = from_middle.norm();
+  fit.pattern.radial = radius > 1 ? Vector2d(from_middle / radius) : Vector2d(1, 0);
+  if (fit.straightening.moves()) {
+    double shift_px = 0;
+    for (const Vector2d& corner : corners)
+      shift_px = std::max(shift_px, fit.straightening.shift(corner).norm());
+    sigma.fill(kDoubtInDistortion * shift_px / (2 * pixels.unit_px));
+    return;
   }
+  const double share = radius / half_px.norm();
+  const double bend = 0.5 * curvature_per_px * pixels.unit_px;
+  sigma = {bend * (share + kDoubtInCentre), bend * kDoubtInCentre, bend * share,
+           bend * pixels.unit_px / half_px.norm()};
+}
+
+/// Clusters whose residual is out of proportion to that of most others count less, or not at all: something
+/// covers or lights the tag there. Returns the share of the pixels that is left.
+double weigh_clusters(double tolerance, PatternFit& fit) {
+  std::array<float, static_cast<std::size_t>(TagPixels::kMostBlocks) * kLanes> misfits;
+  std::size_t known = 0;
+  const std::size_t clusters = static_cast<std::size_t>(fit.pixels.blocks) * kLanes;
+  const auto misfit = [&](std::size_t c) {
+    const BlockSums& block = fit.blocks[c / kLanes];
+    return block.cost[c % kLanes] / std::max(1.0F, block.pixels[c % kLanes]);
+  };
+  const auto pixels_of = [&](std::size_t c) { return fit.blocks[c / kLanes].pixels[c % kLanes]; };
+  for (std::size_t c = 0; c < clusters; ++c) {
+    if (pixels_of(c) >= 2) misfits[known++] = misfit(c);
+  }
+  if (known == 0) return 0;
+  const auto middle = misfits.begin() + static_cast<std::ptrdiff_t>(known / 2);
+  std::nth_element(misfits.begin(), middle, misfits.begin() + static_cast<std::ptrdiff_t>(known));
+  const float usual = static_cast<float>(tolerance) * (*middle + 0.25F);
+  constexpr float kOutOfProportion = 6.0F;
+  float pixels = 0;
+  float left = 0;
+  for (std::size_t c = 0; c < clusters; ++c) {
+    const float of = misfit(c);
+    float& weight = fit.pixels.block[c / kLanes].cluster_weight[c % kLanes];
+    weight = of <= usual ? 1.0F : of > kOutOfProportion * usual ? 0.0F : usual / of;
+    pixels += pixels_of(c);
+    left += weight * pixels_of(c);
+  }
+  return static_cast<double>(left) / std::max(1.0, static_cast<double>(pixels));
+}
+
+/// Moves the estimate, not further than the model is near linear; the largest displacement of a corner [px].
+double move(const TagVector& step, PatternFit& fit) {
+  TagVector& x = fit.x;
+  const double moved = (corners_by_parameters(fit) * step).cwiseAbs().maxCoeff() * fit.pixels.unit_px;
   constexpr double kLongestPx = 1.0;
   constexpr double kLargestLogBlur = 0.5;
-  const double shorten =
-      std::min({1.0, kLongestPx / std::max(moved, 1e-9), kLargestLogBlur / std::max(blurred, 1e-9)});
-  for (std::size_t k = 0; k < 4; ++k) estimate.edges[k] += shorten * steps[k];
-  estimate.mean += shorten * mean_step_;
-  // Narrower than a pixel's own box or wider than a band can hold means lost; stay where the model makes
-  // sense.
-  const auto keep = [](double& log_blur) { log_blur = std::clamp(log_blur, std::log(0.25), std::log(4.0)); };
-  keep(estimate.mean[kMeanLogBlur]);
-  for (EdgeVector& x : estimate.edges) keep(x[kLogBlur]);
+  constexpr double kLargestGrowth = 1.0;
+  const auto within = [](double value, double limit) { return limit / std::max(std::abs(value), limit); };
+  x += std::min({within(moved, kLongestPx), within(step[kLogBlur], kLargestLogBlur),
+                 within(step[kGrowth], kLargestGrowth)}) *
+       step;
+  // Narrower than a pixel's own box or wider than the tag means lost; stay where the model makes sense.
+  x[kLogBlur] = std::clamp(x[kLogBlur], std::log(0.25), std::log(4.0));
+  x[kGrowth] = std::clamp(x[kGrowth], -2.5, 2.5);
+  x[kHalo] = std::clamp(x[kHalo], -0.4, 1.5);
+  constexpr double kMostStretch = 0.9;
+  x.segment<2>(kStretch) *= within(x.segment<2>(kStretch).norm(), kMostStretch);
   return moved;
 }
 
-Eigen::Matrix<double, 8, 8> TagSolve::displacement_covariance() const {
-  Eigen::Matrix<double, 8, 8> covariance;
-  for (int k = 0; k < 4; ++k) {
-    const Edge& row = edges_[static_cast<std::size_t>(k)];
-    const Eigen::Matrix<double, 2, kCommon> by_mean =
-        row.own_by_common.topRows<2>() * row.common_covariance * tie_.asDiagonal();
-    for (int l = k; l < 4; ++l) {
-      const Edge& column = edges_[static_cast<std::size_t>(l)];
-      Eigen::Matrix2d block = by_mean * mean_covariance_ * tie_.asDiagonal() * column.common_covariance *
-                              column.own_by_common.topRows<2>().transpose();
-      if (k == l) {
-        block += row.own_covariance.topLeftCorner<2, 2>();
-        block += row.own_by_common.topRows<2>() * row.common_covariance *
-                 row.own_by_common.topRows<2>().transpose();
-      }
-      covariance.block<2, 2>(2 * k, 2 * l) = block;
-      covariance.block<2, 2>(2 * l, 2 * k) = block.transpose();
+/// Whether a step is so long that the derivatives are others after it.
+bool far(const TagVector& by, double moved_px, const PatternFit& fit) {
+  constexpr double kNearPx = 0.15;
+  return moved_px > kNearPx || std::abs(by[kLogBlur]) > 0.05 || std::abs(by[kGrowth]) > 0.1 ||
+         std::abs(by[kHalo]) > 0.1 || by.segment<2>(kStretch).norm() > 0.1 ||
+         std::abs(by[kStepPlane]) > 0.1 * std::abs(fit.x[kStepPlane]);
+}
+
+/// What the residuals of neighbouring pixels have in common: standard deviation [grey level].
+double systematic_residual(const PatternFit& fit) {
+  double squares = 0;  // of sums over clusters
+  double pixels = 0;
+  double pixels2 = 0;
+  for (std::size_t b = 0; b < static_cast<std::size_t>(fit.pixels.blocks); ++b) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto weight = static_cast<double>(fit.pixels.block[b].cluster_weight[lane]);
+      const auto sum = static_cast<double>(fit.blocks[b].gradient[kBlackPlane][lane]);
+      const double count = weight * static_cast<double>(fit.blocks[b].pixels[lane]);
+      squares += sum * sum;
+      pixels += count;
+      pixels2 += count * count;
     }
   }
-  return covariance;
+  // Noise alone leaves squares of `pixels` times its variance.
+  const double excess = squares - pixels * residual_variance(fit);
+  return std::sqrt(std::max(0.0, excess / std::max(1.0, pixels2 - pixels)));
+}
+
+/// Gauss-Newton on the pixels as they are; `found`: the place is known, what does not fit is left out at
+/// once.
+Look iterate(bool found, TagFit& fit) {
+  constexpr double kLeastShare = 0.7;
+  constexpr double kSameShare = 0.01;
+  constexpr int kSaturatedSteps = 4;
+  PatternFit& pattern = fit.pattern;
+  Look look;
+  bool anew = true;
+  double share = 1;
+  for (int step = 0; step < kMostSteps; ++step) {
+    measure(anew, pattern);
+    if (anew) {
+      // Saturated white looks like growth until its level is found to lie beyond the scale.
+      pattern.priors.growth = !found && step < kSaturatedSteps && pattern.pixels.clipped ? 0.1 : 1.0;
+      set_information(pattern);
+      fit.solver.compute(pattern.information);
+      if (fit.solver.info() != Eigen::Success) return look;
+    }
+    const TagVector by = fit.solver.solve(gradient_of(pattern));
+    if (!by.allFinite()) return look;
+    look.moved_px = move(by, pattern);
+    const bool near = found || step > 0;
+    const double left = weigh_clusters(near ? 6.0 : 20.0, pattern);
+    if (left < kLeastShare) return look;
+    const bool same = near && std::abs(left - share) < kSameShare;
+    share = left;
+    if (look.moved_px < kSettledPx && same) break;
+    anew = !same || far(by, look.moved_px, pattern);
+  }
+  look.usable = true;
+  return look;
+}
+
+}  // namespace
+
+Quad corners_of(const TagFit& fit) {
+  Quad corners;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d place = place_of_corner(fit.pattern, static_cast<int>(k));
+    corners[k] =
+        fit.straightening.distorted(fit.pattern.pixels.middle_px + fit.pattern.pixels.unit_px * place);
+  }
+  return corners;
+}
+
+double smallest_cell_px(const Quad& corners, int cells) {
+  double least = 1e300;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Vector2d a = corners[(k + 1) % 4] - corners[k];
+    const Vector2d b = corners[(k + 3) % 4] - corners[k];
+    const double area = std::abs(a.x() * b.y() - a.y() * b.x());
+    least = std::min({least, area / a.norm(), area / b.norm()});
+  }
+  return least / cells;
+}
+
+void start_fit(const TagDetection& detection, const RefinementOptions& options, const CameraModel* camera,
+               TagFit& fit) {
+  fit.pattern.pattern = tag_pattern(detection.tag);
+  if (camera != nullptr)
+    fit.straightening = Straightening::of(*camera, detection.corners_px).value_or(Straightening());
+  fit.pattern.priors.blur_px = options.blur_px;
+  fit.pattern.x[kLogBlur] = std::log(options.blur_px);
+  set_corners(detection.corners_px, fit);
+}
+
+bool read_tag(const ImageView& image, const Quad& corners, TagFit& fit) {
+  return read_pixels(image, fit.pattern.pattern, fit.straightening, homography_of(fit.pattern.x),
+                     pixel_limits(fit, corners), fit.pattern.pixels);
+}
+
+Look look(const ImageView& image, const RefinementOptions& options, const Quad& corners, bool first,
+          TagFit& fit) {
+  PatternFit& pattern = fit.pattern;
+  const PixelLimits limits = pixel_limits(fit, corners);
+  if (!read_tag(image, corners, fit)) return {};
+  if (first) {
+    expect_bends(image, options.curvature_per_px, corners, fit);
+    constexpr double kLostInBlur = 1.6;
+    pattern.x.segment<6>(kBlackPlane).setZero();
+    pattern.x[kBlackPlane] = pattern.pixels.black;
+    pattern.x[kStepPlane] =
+        (pattern.pixels.white - pattern.pixels.black) / std::max(0.3, 1 - kLostInBlur * limits.blur_cells);
+  }
+  Look look = iterate(!first, fit);
+  constexpr double kMoreBlur = 1.3;  // then other pixels matter
+  look.settled =
+      look.moved_px < kSettledPx && pixel_limits(fit, corners).blur_px < kMoreBlur * limits.blur_px;
+  // So far may a pixel be from where it was read until another line of cells matters to it.
+  look.reach_px = (pattern.pixels.steps > 2 ? 0.4 : 0.2) * limits.cell_px;
+  return look;
+}
+
+Certainty certainty_of(const TagFit& fit, double model_error_px) {
+  const PatternFit& pattern = fit.pattern;
+  Eigen::Matrix<double, 8, kTagParameters> J = corners_by_parameters(pattern) * pattern.pixels.unit_px;
+  const Quad corners = corners_of(fit);
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const Eigen::Matrix2d bent =
+        fit.straightening.distorted_by_straight(corners[static_cast<std::size_t>(k)]);
+    J.middleRows<2>(2 * k) = (bent * J.middleRows<2>(2 * k)).eval();
+  }
+  const Eigen::Matrix<double, kTagParameters, 8> gain = fit.solver.solve(J.transpose());
+  Matrix8 covariance = J * gain;
+  // How much more the clusters pull than independent noise of their pixels would have them (Huber, "The
+  // behavior of maximum likelihood estimates under nonstandard conditions", Berkeley Symposium 1967; here as
+  // one factor).
+  Matrix8 pulls = Matrix8::Zero();
+  const Eigen::Matrix<float, 8, kTagParameters> by =
+      (gain.transpose() / pattern.noise_variance).cast<float>();
+  for (std::size_t b = 0; b < static_cast<std::size_t>(pattern.pixels.blocks); ++b) {
+    const Eigen::Map<const Eigen::Matrix<float, kShared + 1, kLanes, Eigen::RowMajor>> gradient(
+        pattern.blocks[b].gradient[0]);
+    Eigen::Matrix<float, 8, kLanes> pull = by.leftCols<kShared>() * gradient.topRows<kShared>();
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int side = pattern.pixels.block[b].side[lane];
+      if (side >= 0) pull.col(lane) += by.col(kRim + side) * gradient(kShared, lane);
+    }
+    pulls += (pull * pull.transpose()).cast<double>();
+  }
+  const Eigen::LLT<Matrix8> whiten(covariance);
+  const double scale = pattern.noise_variance / residual_variance(pattern);
+  const double excess = scale * whiten.solve(pulls).trace() / 8;
+  constexpr double kChance = 0.85;  // the pulls of so few clusters swing by some 0.2
+  constexpr double kMisfit = 0.93;  // measured: residuals hold misfits that move no corner
+  covariance *= std::max(kMisfit, kChance * excess) * (residual_variance(pattern) / pattern.noise_variance);
+  covariance.diagonal().array() += model_error_px * model_error_px;
+  const double step = std::max(1.0, std::abs(pattern.x[kStepPlane]));
+  return {.covariance_px2 = 0.5 * (covariance + covariance.transpose()),
+          .excess = excess,
+          .residual = std::sqrt(residual_variance(pattern)) / step,
+          .systematic = systematic_residual(pattern) / step};
 }
 
 }  // namespace waymark::refinement
