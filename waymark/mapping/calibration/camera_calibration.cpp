@@ -249,6 +249,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
                                            std::optional<LensModel> lens,
                                            const CameraCalibrationOptions& options) {
   std::vector<TargetPicture> marks;
+  marks.reserve(pictures.size());
   for (const auto& detections : pictures) marks.push_back(target_marks(detections, target));
   auto views = views_of(marks, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
