@@ -293,7 +293,7 @@ static void say_pose(double seconds, char **where) {
     dds_get_publication_matched_status(poses, &out);
     dds_sleepfor(DDS_MSECS(20));
   } while (dds_time() < end && out.current_count == 0);
-  dds_sleepfor(DDS_MSECS(200));
+  dds_sleepfor(DDS_MSECS(1000));
   geometry_msgs_msg_dds__PoseWithCovarianceStamped_ m;
   memset(&m, 0, sizeof m);
   m.header_.stamp_ = stamp();
