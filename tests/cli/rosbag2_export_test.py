@@ -133,6 +133,14 @@ class Export(InFolder):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(sum(json.loads(done.stdout)["types"].values()), sum(self.counts("lap.mcap")[0].values()))
 
+    def test_attachments_and_metadata_stay_with_a_bag_that_is_stored_as_mcap(self):
+        self.export("lap.mcap", "bag")
+        self.assertEqual(self.run_here("convert", "bag", "back.mcap").code, 0)
+        lap, bag, back = (json.loads(self.run_here("info", "--json", name).out) for name in ("lap.mcap", "bag", "back.mcap"))
+        self.assertTrue(lap["attachments"])
+        self.assertEqual(bag["attachments"], lap["attachments"])
+        self.assertEqual(back["attachments"], lap["attachments"])
+
     def test_tables_become_bags(self):
         self.run_here("convert", "lap.mcap", "drive.csv", "--kind", "odometry")
         _, bag = self.export("drive.csv", "tables", "--ros-distro", "jazzy", "--storage", "sqlite3")

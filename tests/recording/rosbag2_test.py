@@ -128,6 +128,17 @@ class Bags(dumps.InFolder):
             log = dumps.Log(path)
             self.assertTrue(log.code == 1 or "rosbag2.damage" in log.problems, log.words)
             self.assert_in_order([m.time for m in log.messages])
+        # A page in the middle: what lies before it in time is read, from a folder as well.
+        self.make("bag/b_0.db3", 3, [10**18 + k * 10**7 for k in range(3000)])
+        (self.folder / "bag/metadata.yaml").write_text("rosbag2_bagfile_information:\n  relative_file_paths:\n    - b_0.db3\n")
+        data = bytearray((self.folder / "bag/b_0.db3").read_bytes())
+        page = len(data) // 8192 * 4096
+        data[page:page + 4096] = b"\xff" * 4096
+        (self.folder / "bag/b_0.db3").write_bytes(data)
+        log = dumps.Log(self.folder / "bag")
+        self.assertIn("rosbag2.damage", log.problems)
+        self.assertGreater(len(log.messages), 500)
+        self.assert_in_order([m.time for m in log.messages])
         other = self.folder / "other.db3"
         base = sqlite3.connect(other)
         base.execute("CREATE TABLE messages(x)")

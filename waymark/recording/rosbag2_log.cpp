@@ -170,6 +170,7 @@ class Rosbag2Log final : public RosLog {
       const Result<bool> row = rows->next();
       if (!row) {
         opened_.damages("rosbag2.damage", {row.error()});
+        load_times();
         break;
       }
       if (!*row) break;
@@ -181,6 +182,18 @@ class Rosbag2Log final : public RosLog {
       end_ = std::max(end_.value_or(0), log_time(rows->integer(3)));
     }
     return {};
+  }
+
+  /// Of a damaged file: the index of the times may be whole where the messages are not; else any time.
+  void load_times() {
+    const auto one = [&](const char* sql, std::uint64_t otherwise) {
+      const Result<SqliteDatabase::Query> query = database_.query(sql);
+      if (!query) return otherwise;
+      SqliteDatabase::Query row = *query;
+      return row.next().value_or(false) ? log_time(row.integer(0)) : otherwise;
+    };
+    start_ = one("SELECT min(timestamp) FROM messages", 0);
+    end_ = one("SELECT max(timestamp) FROM messages", INT64_MAX);
   }
 
   std::optional<ByteSpan> unpacked(ByteSpan data, const LogChannel& channel) {

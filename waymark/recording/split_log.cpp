@@ -65,6 +65,20 @@ class SplitLog final : public RosLog {
     return {};
   }
 
+  std::vector<LogAttachment> attachments() const override {
+    std::vector<LogAttachment> all;
+    for (const auto& part : parts_) {
+      const std::vector<LogAttachment> some = part->attachments();
+      all.insert(all.end(), some.begin(), some.end());
+    }
+    return all;
+  }
+  Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
+    for (const auto& part : parts_)
+      if (Status status = part->visit_attachments(visit); !status) return status;
+    return {};
+  }
+
   std::vector<LogProblem> problems() const override {
     std::vector<LogProblem> all = opened_.list();
     for (const auto& [where, problem] : of_parts_) all.push_back(problem);
