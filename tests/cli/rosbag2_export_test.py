@@ -122,6 +122,10 @@ class Export(InFolder):
             self.assertEqual((self.folder / f"bag.{kind}.csv").read_bytes(), (self.folder / f"lap.mcap.{kind}.csv").read_bytes())
         mapped = self.run_here("map", "bag", "-o", "map", "--tag-size-m", "0.054", "--anchor", "tagCustom48h12:1")
         self.assertEqual(mapped.code, 0, mapped.err)
+        self.assertIn("against the true trajectory, after alignment", mapped.out)
+        summary = json.loads((self.folder / "map/summary.json").read_text())
+        self.assertTrue(summary["truth_aligned"])
+        self.assertLess(summary["trajectory_rmse_m"], 0.02)  # the bag does not say where the anchor stands in the frame of its truth
 
     def test_mcap_bags_hold_for_the_fields_own_reader(self):
         if not (NPM / "node_modules/@mcap/core").exists():
@@ -153,12 +157,17 @@ class Export(InFolder):
 
     def test_mistakes(self):
         (self.folder / "there").mkdir()
+        self.export("lap.mcap", "bag")
         for words, code, said in (
                 ("lap.mcap there --format rosbag2", 1, "this folder exists already"),
                 ("lap.mcap new --format rosbag2 --ros-distro dashing", 2, "no layout of 'dashing' is known"),
                 ("lap.mcap new --format rosbag2 --storage tape", 2, "no storage is called 'tape'"),
                 ("lap.mcap new.mcap --ros-distro humble", 2, "It needs --format rosbag2."),
                 ("lap.mcap new.mcap --storage mcap", 2, "It needs --format rosbag2."),
+                ("lap.mcap new --format rosbag2 --kind imu", 2, "'imu' has no effect on rosbag2"),
+                ("lap.mcap new.mcap --kind imu", 2, "'imu' has no effect on mcap"),
+                ("lap.mcap new", 2, "the name of the output says no format"),
+                ("lap.mcap bag/new --format rosbag2", 1, "the folder that the bag would stand in is a bag itself"),
                 ("lap.mcap nowhere/new --format rosbag2", 1, "nowhere")):
             with self.subTest(words):
                 done = self.run_here("convert", *words.split())

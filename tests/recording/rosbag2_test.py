@@ -88,6 +88,11 @@ class Bags(dumps.InFolder):
         log = dumps.Log(self.folder / "bag")
         self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
         self.assertIn("b_1.db3", log.problems["rosbag2.missing_file"].words)
+        for words in ("rosbag2_bagfile_information: [", "", "rosbag2_bagfile_information:\n  relative_file_paths:\n    - other.db3\n"):
+            metadata.write_text(words)
+            log = dumps.Log(self.folder / "bag")
+            self.assertIn("lists none of the files that are there", log.problems["rosbag2.no_metadata"].words)
+            self.assertEqual(sum(m.topic == "/odom" for m in log.messages), 30)
         metadata.unlink()
         log = dumps.Log(self.folder / "bag")
         self.assertIn("rosbag2.no_metadata", log.problems)

@@ -90,6 +90,10 @@ Result<Output> output_of(const ConvertJob& job, const std::string& format) {
   if (fs::exists(out.path, ignored) && !fs::is_regular_file(out.path, ignored))
     return fail(ErrorCode::Unwritable, "this is a device or a pipe, and the output needs a file of its own",
                 {.source = job.output}, "Give the name of a file.");
+  const fs::path folder = out.path.parent_path();
+  if (format == "rosbag2" && !folder.empty() && fs::exists(folder / "metadata.yaml", ignored))
+    return fail(ErrorCode::Unwritable, "the folder that the bag would stand in is a bag itself",
+                {.source = job.output}, "Choose a name beside it.");
   if (fs::exists(out.path, ignored))
     return fail(ErrorCode::Unwritable, "this file exists already", {.source = job.output},
                 "A recording is never overwritten: choose another name or remove it.");
@@ -100,9 +104,17 @@ Result<std::string> format_of(const ConvertJob& job) {
   const std::string name = job.format.empty() ? fs::path(job.output).extension().string() : "." + job.format;
   if (name == ".mcap" || name == ".rosbag2" || name == ".tum" || name == ".csv") return name.substr(1);
   return fail(ErrorCode::InvalidArgument,
-              fmt::format("no format is called '{}'", name.substr(name.empty() ? 0 : 1)),
+              name.size() < 2 ? "the name of the output says no format"
+                              : fmt::format("no format is called '{}'", name.substr(1)),
               {.source = job.output},
               "End the name in .mcap, .tum or .csv, or give --format; --format rosbag2 makes a folder.");
+}
+
+/// A table holds one kind of samples, everything else all of them.
+Status check_kind(const ConvertJob& job, const std::string& format) {
+  if (job.kind.empty() || format == "csv") return {};
+  return fail(ErrorCode::InvalidArgument, fmt::format("'{}' has no effect on {}", job.kind, format),
+              {.key = "--kind"}, "It needs an output that ends in .csv; --topics chooses for the others.");
 }
 
 /// The layout of a bag; an option of bags without one is an error.
@@ -187,6 +199,9 @@ Error about_files(Error error) {
 
 Result<ConvertReport> convert_log(const ConvertJob& job, const JobControl& control) {
   const Result<std::string> format = format_of(job);
+  if (format) {
+    if (Status status = check_kind(job, *format); !status) return tl::unexpected(status.error());
+  }
   const Result<BagFormat> bag = format ? bag_format_of(job, *format) : tl::unexpected(format.error());
   const Result<Output> out = bag ? output_of(job, *format) : tl::unexpected(bag.error());
   if (!out) return tl::unexpected(out.error());

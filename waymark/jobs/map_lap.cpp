@@ -8,6 +8,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
+#include "waymark/evaluation/alignment.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/robot_setup.hpp"
 #include "waymark/jobs/staged_folder.hpp"
@@ -17,7 +18,23 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Compares with what is known of the truth. Nothing is aligned, so the map must stand where the truth does.
+/// The true trajectory in the map's frame, where nobody told how the two stand to each other.
+Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& truth) {
+  constexpr Duration kMaxGap = std::chrono::milliseconds(500);
+  std::vector<PosePair> pairs;
+  for (const StampedPose& pose : truth) {
+    if (const auto there = pose_at(estimated, pose.stamp, kMaxGap))
+      pairs.push_back({{.stamp = pose.stamp, .map_T_base = pose.map_T_base}, *there});
+  }
+  const Result<Alignment> map_A_truth = align(pairs, AlignmentKind::Se3);
+  if (!map_A_truth) return tl::unexpected(map_A_truth.error());
+  Trajectory aligned = truth;
+  for (StampedPose& pose : aligned) pose.map_T_base = (*map_A_truth)(pose.map_T_base);
+  return aligned;
+}
+
+/// Compares with what is known of the truth. Where the anchor's pose was told, nothing is aligned, so the map
+/// must stand where the truth does.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
                           MapReport& report) {
   std::optional<World> world = job.truth;
@@ -42,7 +59,18 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
   }
   if (recorded.truth.empty()) return {};
   report.true_path = recorded.truth;
-  report.trajectory_errors = trajectory_errors(report.lap.trajectory, recorded.truth);
+  if (!world && !setup.anchor_pose_given) {
+    Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
+    if (!aligned) {
+      report.true_path.clear();
+      report.warnings.push_back(
+          fmt::format("the true trajectory is not compared: {}", aligned.error().message));
+      return {};
+    }
+    report.true_path = std::move(*aligned);
+    report.truth_aligned = true;
+  }
+  report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
   return {};
 }
 
@@ -210,6 +238,7 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"tag_orientation_rmse_deg", number(report.tag_errors, &TagMapErrors::orientation_rmse_deg)},
       {"trajectory_rmse_m", number(report.trajectory_errors, &TrajectoryErrors::rmse_m)},
       {"trajectory_max_m", number(report.trajectory_errors, &TrajectoryErrors::max_m)},
+      {"truth_aligned", report.truth_aligned},
       {"reprojection_rms_px", of_bundle([](const BundleFigures& b) { return b.rms_px; })},
       {"corner_noise_ratio", of_bundle([](const BundleFigures& b) { return b.noise_ratio; })},
       {"observations_rejected", of_bundle([](const BundleFigures& b) { return b.rejected; })},

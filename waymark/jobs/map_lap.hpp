@@ -45,8 +45,9 @@ struct MapJob {
 struct MapReport {
   std::string method{};
   MappedLap lap{};
-  TagMap true_tags{};      ///< empty when not known
-  Trajectory true_path{};  ///< of the whole lap; empty when not known
+  TagMap true_tags{};          ///< empty when not known
+  Trajectory true_path{};      ///< of the whole lap, in the map's frame; empty when not known
+  bool truth_aligned = false;  ///< true_path was moved onto the lap: nobody told where the anchor stands
   std::optional<TagMapErrors> tag_errors{};
   std::optional<TrajectoryErrors> trajectory_errors{};
   std::optional<int> prior_agreeing{};  ///< tags that stand where the prior map has them

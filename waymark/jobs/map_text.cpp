@@ -19,6 +19,10 @@ std::string to_text(const MapReport& report, const std::string& folder) {
         "  tags        {:.3f} m rmse, {:.3f} m worst, {:.2f} deg rmse ({} of {})\n",
         e.rmse_m, e.max_m, e.orientation_rmse_deg, e.tags, e.tags + e.missing.size());
   }
+  if (report.trajectory_errors && !report.tag_errors)
+    text += report.truth_aligned
+                ? "against the true trajectory, after alignment (where the anchor stands was not told):\n"
+                : "against the true trajectory, not aligned:\n";
   if (report.trajectory_errors)
     text += fmt::format("  trajectory  {:.3f} m rmse, {:.3f} m worst\n", report.trajectory_errors->rmse_m,
                         report.trajectory_errors->max_m);

@@ -68,34 +68,55 @@ Result<std::unique_ptr<MessageLog>> open_part(const fs::path& path, bool packed_
   return open_log(path, options);
 }
 
-/// The files of a bag folder that are there, in order.
-std::vector<fs::path> files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& problems) {
+/// The bag files that a folder holds, by name.
+std::vector<fs::path> files_in(const fs::path& folder) {
   std::vector<fs::path> files;
-  if (std::ifstream yaml(folder / "metadata.yaml"); yaml) {
-    metadata = parse_metadata(yaml);
-    for (const std::string& listed : metadata.files) {
-      if (const auto file = find_file(folder, listed)) {
-        files.push_back(*file);
-      } else {
-        problems.damages("rosbag2.missing_file", {Error{ErrorCode::NotFound,
-                                                        "the bag lists this file, but it is not there",
-                                                        {.source = (folder / listed).string()},
-                                                        {}}});
-      }
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (is_bag_file(entry.path())) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+/// Those that the bag's metadata lists and that are there, in its order. The missing ones are damage.
+std::vector<fs::path> listed_files(const fs::path& folder, const BagMetadata& metadata,
+                                   LogProblems& problems) {
+  std::vector<fs::path> files;
+  for (const std::string& listed : metadata.files) {
+    if (const auto file = find_file(folder, listed)) {
+      files.push_back(*file);
+    } else {
+      problems.damages("rosbag2.missing_file", {Error{ErrorCode::NotFound,
+                                                      "the bag lists this file, but it is not there",
+                                                      {.source = (folder / listed).string()},
+                                                      {}}});
     }
-  } else {
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(folder, error)) {
-      if (is_bag_file(entry.path())) files.push_back(entry.path());
-    }
-    std::ranges::sort(files);
-    problems.damages("rosbag2.no_metadata",
-                     {Error{ErrorCode::NotFound,
-                            "the bag folder has no metadata.yaml: its recorder did not finish",
-                            {.source = folder.string()},
-                            "All its .db3 and .mcap files are read."}});
   }
   return files;
+}
+
+struct BagFiles {
+  std::vector<fs::path> files{};
+  bool listed = false;  ///< the metadata says that they belong together
+};
+
+/// The files of a bag folder that are there, in order.
+BagFiles files_of(const fs::path& folder, BagMetadata& metadata, LogProblems& problems) {
+  std::ifstream yaml(folder / "metadata.yaml");
+  const bool there = yaml.is_open();
+  if (there) metadata = parse_metadata(yaml);
+  if (std::vector<fs::path> listed = listed_files(folder, metadata, problems); !listed.empty())
+    return {std::move(listed), true};
+  BagFiles found{files_in(folder), false};
+  if (found.files.empty()) return found;
+  problems.damages("rosbag2.no_metadata",
+                   {Error{ErrorCode::NotFound,
+                          there ? "the bag's metadata.yaml lists none of the files that are there"
+                                : "the bag folder has no metadata.yaml: its recorder did not finish",
+                          {.source = folder.string()},
+                          "All its .db3 and .mcap files are read."}});
+  return found;
 }
 
 }  // namespace
@@ -103,7 +124,7 @@ std::vector<fs::path> files_of(const fs::path& folder, BagMetadata& metadata, Lo
 Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, const LogOptions& options) {
   LogProblems problems;
   BagMetadata metadata;
-  const std::vector<fs::path> files = files_of(folder, metadata, problems);
+  const auto [files, listed] = files_of(folder, metadata, problems);
   std::error_code ignored;
   if (files.empty() && fs::exists(folder / "map.yaml", ignored))
     return fail(ErrorCode::Unsupported, "this is the folder of a map, and no recording",
@@ -124,7 +145,7 @@ Result<std::unique_ptr<MessageLog>> open_bag_folder(const fs::path& folder, cons
     }
   }
   if (parts.empty()) return tl::unexpected(problems.list().back().error);
-  if (metadata.files.empty()) {  // nobody says that they belong together
+  if (!listed) {  // nobody says that they belong together
     if (Status status = take_copies_out(parts, problems); !status) return tl::unexpected(status.error());
   }
   return join_logs(std::move(parts), std::move(problems));

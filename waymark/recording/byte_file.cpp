@@ -44,7 +44,9 @@ class FileSink final : public ByteSink {
         const bool full = errno == ENOSPC || errno == EFBIG || errno == EDQUOT;
         auto error =
             fail(ErrorCode::Unwritable, fmt::format("cannot write: {}", reason()), {.source = path_.string()},
-                 full ? "Free some space; what was recorded so far is kept." : "");
+                 !full        ? ""
+                 : size_ == 0 ? "Free some space; nothing was recorded."
+                              : "Free some space; what was recorded so far is kept.");
         take_back();
         return error;
       }
