@@ -9,8 +9,8 @@ import numpy as np
 
 from waymark import geometry, labs
 
-lab = labs.Lab("Lab 10")
 PERIOD_S, DELAY_S, TURN_GAIN = 0.05, 0.4, 0.5
+LOOK_AHEAD_M = 0.4
 s = np.linspace(0, 12, 601)
 line = np.column_stack([s, 0.8 * np.sin(0.9 * s)])  # (n, 2) [m], from its beginning to its end
 
@@ -28,9 +28,9 @@ def goal(line, x, y, ahead_m):
 # %% [markdown]
 # ## 2. The arc to it
 # The circle that leaves the robot straight ahead and goes through the point. Give its curvature (1 / radius, positive to the left).
-# <details><summary>Hint</summary>With the point at (gx, gy) in the robot's frame it is 2 gy / (gx² + gy²).</details>
+# <details><summary>Hint</summary>In the robot's frame the centre of the circle lies on the y axis, at (0, 1 / curvature), and the point (gx, gy) is as far from it as the robot.</details>
 #
-# **Question:** what happens when the look-ahead is halved? When it is three times as long?
+# **Question:** what happens when the look-ahead is halved? When it is three times as long? (After the check change `LOOK_AHEAD_M`, and check again.)
 
 # %%
 def curvature(x, y, heading, point):
@@ -70,98 +70,7 @@ def command(speed_m_s, arc, gain, most_rad_s):
 # %% [markdown]
 # ## Check
 # %%
-_random = np.random.default_rng(10)
-
-
-def _goal():
-    for k in (0, 100, 400, 520, 595, 600):
-        x, y = line[k] + _random.normal(scale=0.05, size=2)
-        near = np.argmin(np.hypot(*(line - [x, y]).T))
-        after = line[near:]
-        far = np.flatnonzero(np.hypot(*(after - [x, y]).T) >= 0.5)
-        right = after[far[0]] if len(far) else line[-1]
-        found = labs.numbers(goal(line, x, y, 0.5), (2,))
-        if not np.allclose(found, right):
-            if len(far) == 0:
-                return "near the end there is no point so far ahead: the last one"
-            return "that point lies behind the robot" if np.argmin(np.hypot(*(line - found).T)) < near else "not the first point so far away from the robot, along the line from the nearest one"
-
-
-def _curvature():
-    for radius in (0.5, -2.0, 10.0):
-        pose = geometry.SE2(*_random.uniform(-2, 2, 3))
-        end = pose @ geometry.SE2.exp([0.7, 0, 0.7 / radius])
-        found = labs.number(curvature(pose.x, pose.y, pose.yaw, np.array([end.x, end.y])))
-        if not np.isclose(found, 1 / radius, atol=1e-9):
-            if np.isclose(found, -1 / radius):
-                return "positive is to the left"
-            return f"the arc of radius {radius} m has the curvature {1 / radius:.2f}, and it says {found:.2f}: is the point in the robot's frame?"
-
-
-def _acts():
-    pose, under_way = geometry.SE2(1, 2, 0.7), [(0.4, 0.5), (0.3, -0.8), (0.2, 0.9)]
-    right = pose
-    for v, w in under_way:
-        right = right @ geometry.SE2.exp([0.1 * v, 0, 0.1 * w])
-    found = labs.instance(acts_at(pose, under_way, 0.1), geometry.SE2)
-    if not np.allclose((right.inverse() @ found).log(), 0, atol=1e-9):
-        return "each command acts in the robot's frame, for one period, the oldest first"
-    if not np.allclose((pose.inverse() @ labs.instance(acts_at(pose, [], 0.1), geometry.SE2)).log(), 0, atol=1e-12):
-        return "with nothing under way the robot stays where it is"
-
-
-def _gain():
-    commanded = _random.uniform(-1, 1, 200)
-    measured = 0.6 * commanded + _random.normal(scale=0.2, size=200)
-    found = labs.number(turn_gain(commanded, measured))
-    if not np.isclose(found, commanded @ measured / (commanded @ commanded), rtol=1e-9):
-        return f"it says {found:.3f}, and the sum of squares is not the least there"
-
-
-def _command():
-    for speed, arc, gain, most in ((0.4, 1.0, 0.5, 2.0), (0.4, -2.0, 0.5, 1.0), (0.4, 0.0, 0.5, 1.0), (0.6, 3.0, 0.8, 1.2)):
-        v, w = (labs.number(part) for part in labs.several(command(speed, arc, gain, most), 2))
-        if abs(w) > most + 1e-9:
-            return f"{w:.2f} rad/s are more than {most}"
-        if not np.isclose(w * gain, v * arc, atol=1e-9):
-            return f"at {v:.2f} m/s and {w:.2f} rad/s a robot of gain {gain} does not drive the curvature {arc}"
-        if not np.isclose(v, min(speed, np.inf if arc == 0 else most * gain / abs(arc))):
-            return f"it drives {v:.3f} m/s, and may as fast as {speed} m/s unless it has to turn too fast"
-
-
-def _drive(aware):
-    """Distances from the line [m] and the way of a robot with delay and half the turns; whether the driver knows."""
-    pose, way, off = geometry.SE2(0, 0.1, 0.7), [], []
-    waiting = [(0.0, 0.0)] * round(DELAY_S / PERIOD_S)
-    for _ in range(700):
-        at = acts_at(pose, [(v, TURN_GAIN * w) for v, w in waiting], PERIOD_S) if aware else pose
-        arc = curvature(at.x, at.y, at.yaw, goal(line, at.x, at.y, 0.4))
-        waiting.append(command(0.4, arc, TURN_GAIN if aware else 1.0, 2.0))
-        v, w = waiting.pop(0)
-        pose = pose @ geometry.SE2.exp([v * PERIOD_S, 0, TURN_GAIN * w * PERIOD_S])
-        way.append((pose.x, pose.y))
-        off.append(np.hypot(*(line - way[-1]).T).min())
-        if np.hypot(*(line[-1] - way[-1])) < 0.1:
-            break
-    return np.array(off), way
-
-
-def _whole():
-    if lab.points < 9:
-        return "first the others"
-    aware, naive = (np.sqrt(np.mean(_drive(knows)[0][60:] ** 2)) for knows in (True, False))
-    print(f"      from the line, root mean square: {aware:.3f} m by what you wrote, {naive:.3f} m without prediction and gain")
-    if not (aware < 0.05 and naive > 3 * aware):
-        return "the robot does not stay on the line"
-
-
-lab.check("the point ahead", 2, _goal)
-lab.check("the arc", 2, _curvature)
-lab.check("where the command acts", 2, _acts)
-lab.check("the turn gain", 1, _gain)
-lab.check("the command", 2, _command)
-lab.check("the whole line", 1, _whole)
-lab.finish()
+lab = labs.check(10, globals())
 
 # %% [markdown]
 # ## Figure, and Waymark's controllers
@@ -170,8 +79,9 @@ lab.finish()
 # %%
 if lab.points == 10:
     from waymark import config, replay, samples
+    from waymark.labs import loops
 
-    labs.figure("the line and both drives", "x [m]", "y [m]", line=line, aware=_drive(True)[1], naive=_drive(False)[1])
+    labs.figure("the line and both drives", "x [m]", "y [m]", line=line, aware=loops.drive_line(lab.answers, True)[1], naive=loops.drive_line(lab.answers, False)[1])
 
     class Skidding:
         """It sees the corners of tags without noise and obeys late and half."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from waymark import config, geometry, labs, replay, samples
 
-lab = labs.Lab("Lab 11")
 BLIND_S = 6.0  # when the camera of the robot below fails
 
 
@@ -95,68 +94,7 @@ def reaction_s(times_s, speeds_m_s, fault_s):
 # %% [markdown]
 # ## Check
 # %%
-def _expired():
-    for fed, now, right in ((None, 0.0, True), (None, 5.0, True), (1.0, 1.0, False), (1.0, 1.2, False), (1.0, 1.26, True), (1.0, 9.0, True), (0.0, 0.1, False), (5.0, 1.0, True)):
-        if labs.truth(expired(fed, now)) != right:
-            return f"fed at {fed}, asked at {now}: that has {'' if right else 'not '}expired"
-
-
-def _stopping():
-    for v, d, b in ((0.5, 0.0, 1.0), (0.5, 0.3, 1.0), (2.0, 0.1, 4.0), (0.0, 0.3, 1.0)):
-        found = labs.number(stopping_m(v, d, b))
-        if not np.isclose(found, v * d + v * v / (2 * b)):
-            return f"at {v} m/s, {d} s late, with {b} m/s² it does not come {found:.3f} m far" + (": while it brakes it gets slower" if np.isclose(found, v * d + v * v / b) else "")
-
-
-def _fastest():
-    for gap, d, b in ((0.5, 0.0, 1.0), (0.5, 0.3, 1.0), (2.0, 0.1, 4.0)):
-        v = labs.number(fastest_m_s(gap, d, b))
-        if v < 0 or not np.isclose(v * d + v * v / (2 * b), gap):
-            return f"at {v:.3f} m/s the robot comes {v * d + v * v / (2 * b):.3f} m far, and the gap is {gap} m"
-    for gap in (0.0, -0.2):
-        if not np.isclose(labs.number(fastest_m_s(gap, 0.3, 1.0)), 0):
-            return f"a gap of {gap} m allows no speed"
-
-
-def _limited():
-    for v, w in ((math.nan, 0.1), (0.1, math.nan), (math.inf, 0.0), (0.1, -math.inf)):
-        try:
-            sent = [labs.number(part) for part in labs.several(limited(v, w, 0.5, 1.0), 2)]
-        except labs.Wrong as words:
-            return f"for ({v}, {w}): {words}"
-        if sent != [0, 0]:
-            return f"({v}, {w}) is no command: ({sent[0]:g}, {sent[1]:g}) must not be sent"
-    for v, w in ((0.3, 0.5), (1.0, 0.5), (0.3, 4.0), (-1.0, -0.5), (-2.0, 3.0), (0.0, -2.0), (0.0, 0.0)):
-        found = [labs.number(part) for part in labs.several(limited(v, w, 0.5, 1.0), 2)]
-        if abs(found[0]) > 0.5 + 1e-9 or abs(found[1]) > 1.0 + 1e-9:
-            return f"({v}, {w}) becomes ({found[0]:.2f}, {found[1]:.2f}), which is too much"
-        factor = min(1, 0.5 / abs(v) if v else 1, 1.0 / abs(w) if w else 1)
-        if not np.allclose(found, [factor * v, factor * w]):
-            return f"({v}, {w}) becomes ({found[0]:.2f}, {found[1]:.2f}): that is another arc" if not np.isclose(found[0] * w, found[1] * v) else \
-                f"({v}, {w}) becomes ({found[0]:.2f}, {found[1]:.2f}): slower than it has to be, or backwards"
-
-
-def _reaction():
-    t = np.arange(0, 10, 0.1)
-    for speeds, right in ((np.where(t < 5.55, 0.3, 0), 0.6), (np.where((t < 5.55) & ~((t > 5.05) & (t < 5.35)), 0.3, 0), 0.6), (np.where(t < 3, 0.3, 0), 0.0),
-                          (np.full(100, 0.3), None), (np.where((t < 5.55) | (t > 8), 0.3, 0), None), (np.where(t < 5.55, -0.3, 0), 0.6), (np.zeros(100), 0.0)):
-        found = reaction_s(t, speeds, 5.0)
-        if (found is None) != (right is None):
-            return "a robot that drives at the end never stopped" if right is None else "it stood at the end, and None says that it never stopped"
-        if right is not None and not np.isclose(labs.number(found), right):
-            return f"it is {right:.1f} s, and it says {labs.number(found):.1f}" + (": a pause is no stop" if labs.number(found) < right else "")
-    found = reaction_s(driven[:, 0], driven[:, 1], BLIND_S)
-    if found is None or not 0 < labs.number(found) < 3:
-        return f"Waymark's robot stood within three seconds, and it says {found}"
-    print(f"      the camera failed at {BLIND_S} s; the robot was commanded to stand after {found:.2f} s: {next(r for r in reversed(reasons) if r)}")
-
-
-lab.check("the watchdog", 2, _expired)
-lab.check("stopping distance", 1, _stopping)
-lab.check("the fastest speed", 2, _fastest)
-lab.check("the limiter", 3, _limited)
-lab.check("the reaction", 2, _reaction)
-lab.finish()
+lab = labs.check(11, globals())
 
 # %% [markdown]
 # ## Figure

@@ -12,7 +12,6 @@ import numpy as np
 
 from waymark import geometry, labs, recording, samples
 
-lab = labs.Lab("Lab 12")
 PERIOD_S = 0.02
 
 
@@ -75,8 +74,8 @@ def gain_and_bias(command, response, delayed):
 
 # %% [markdown]
 # ## 3. What is left
-# If delay, gain and bias were all, the residuals would be white noise. Give their autocorrelation at lags 1 to `lags`: the mean of r[i] r[i + k], without their mean,
-# over the variance.
+# If delay, gain and bias were all, the residuals would be white noise. Give their autocorrelation at lags 1 to `lags`: the mean of r[i] r[i + k] over
+# the variance, where r are the residuals less their mean.
 #
 # **Question:** what do the residuals of the laps tell you about the motors?
 
@@ -109,88 +108,7 @@ def differ(a, b):
 # %% [markdown]
 # ## Check
 # %%
-_random = np.random.default_rng(12)
-
-
-def _smooth(n):
-    return np.convolve(_random.normal(size=n + 30), np.ones(30) / 30, "valid")[:n]
-
-
-def _delay():
-    for k in (0, 3, 11):
-        command = _smooth(800) + 5
-        response = np.concatenate([np.full(k, 5.0), command])[:800] * 0.5 - 0.3 + _random.normal(scale=0.01, size=800)
-        found = labs.whole(delay(command, response, 20))
-        if found != k:
-            return f"a response {k} samples late is said to be {found} late"
-    command = _smooth(800)
-    if labs.whole(delay(command, np.concatenate([np.zeros(11), command])[:800], 5)) > 5:
-        return "only delays up to `most` are asked for"
-
-
-def _gain():
-    for k, gain, bias in ((0, 0.8, 0.0), (4, 0.5, 0.3), (9, 1.1, -0.2)):
-        command = _smooth(600)
-        response = gain * np.concatenate([np.zeros(k), command])[:600] + bias
-        found = [labs.number(part) for part in labs.several(gain_and_bias(command, response, k), 2)]
-        if not np.allclose(found, [gain, bias], atol=1e-6):
-            return f"gain {gain} and bias {bias} at a delay of {k} are said to be {found[0]:.3f} and {found[1]:.3f}"
-
-
-def _white():
-    x = _smooth(500) + 0.7
-    centred = x - x.mean()
-    right = np.array([np.mean(centred[:-k] * centred[k:]) for k in range(1, 21)]) / np.mean(centred**2)
-    found = labs.numbers(autocorrelation(x, 20), (20,))
-    if not np.allclose(found, right, atol=0.02):
-        return f"at lag 1 it says {found[0]:.2f}, and smooth noise has {right[0]:.2f}"
-
-
-def _ks(a, b):
-    x = np.concatenate([a, b])
-    return np.abs((a[:, None] <= x).mean(axis=0) - (b[:, None] <= x).mean(axis=0)).max()
-
-
-def _apart():
-    for a, b in ((_random.normal(size=50), _random.normal(size=70)), (_random.normal(size=40), 1 + _random.normal(size=20)), (np.array([1.0, 2.0]), np.array([5.0, 6.0, 7.0])),
-                 (np.array([5.0, 6.0]), np.array([1.0, 2.0]))):
-        found = labs.number(apart(a, b))
-        if not np.isclose(found, _ks(a, b), atol=1e-9):
-            return f"it is {_ks(a, b):.3f} for two samples of {len(a)} and {len(b)}, and it says {found:.3f}"
-
-
-def _differ():
-    wrong = [0, 0]
-    for k in range(100):
-        a, b = _random.normal(size=60), _random.normal(size=90)
-        wrong[0] += labs.truth(differ(a, b)) is not bool(_ks(a, b) > 1.358 * np.sqrt(150 / 5400))
-        wrong[1] += labs.truth(differ(a, b + 0.45)) is not bool(_ks(a, b + 0.45) > 1.358 * np.sqrt(150 / 5400))
-    if any(wrong):
-        return f"of 100 pairs of the same distribution it is wrong about {wrong[0]}, of 100 others about {wrong[1]}"
-
-
-def _robots():
-    if lab.points < 9:
-        return "first the others"
-    found = {}
-    for name, (command, gyro, measured, true) in laps.items():
-        late = delay(command, gyro, 40)
-        found[name] = gain, bias = gain_and_bias(command, gyro, late)
-        residuals = gyro[late:] - gain * command[:len(command) - late] - bias
-        print(f"      {name}: {1e3 * late * PERIOD_S:.0f} ms late (delay and lag), turns {gain:.2f} of what is commanded, autocorrelation at lag 1 {autocorrelation(residuals, 5)[0]:.2f}, "
-              f"distances {100 * errors(measured, true).mean():+.1f} %")
-    print(f"      plant: distances {100 * errors(*plant).mean():+.1f} %, apart from lap by {apart(errors(*laps['lap'][2:]), errors(*plant)):.2f}")
-    if not (abs(found["lap"][0] - 0.85) < 0.08 and abs(found["other"][0] - 0.6) < 0.08 and differ(errors(*laps["lap"][2:]), errors(*plant))):
-        return "the robots are not told apart: ask your teacher"
-
-
-lab.check("delay", 2, _delay)
-lab.check("gain and bias", 2, _gain)
-lab.check("autocorrelation", 2, _white)
-lab.check("distance of two samples", 2, _apart)
-lab.check("the test", 1, _differ)
-lab.check("three robots", 1, _robots)
-lab.finish()
+lab = labs.check(12, globals())
 
 # %% [markdown]
 # ## Figure

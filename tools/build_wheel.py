@@ -21,7 +21,7 @@ class Built(Distribution):
 
 
 setup(name="waymark", version="{version}", description="Teach a robot a route once and repeat it, from AprilTags", license="BSD-3-Clause",
-      packages=["waymark", "waymark.academy"], package_data={{"waymark": ["*.so", "*.pyi", "py.typed", "share/**/*"]}},
+      packages=["waymark", "waymark.academy", "waymark.labs"], package_data={{"waymark": ["*.so", "*.pyi", "py.typed", "share/**/*"]}},
       python_requires=">=3.10", install_requires=["numpy"], distclass=Built)
 """
 

@@ -20,11 +20,11 @@ def choose(best, other):
 
 
 WRONG = {
-    "the whole side instead of half": ("size_m / 2", "size_m"),
-    "bottom left first": ("[[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]]", "[[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]]"),
-    "mean over coordinates": ("np.mean(np.sum((corners(cam_T_tag) - seen_px) ** 2, axis=1))", "np.mean((corners(cam_T_tag) - seen_px) ** 2)"),
-    "mirrored in the plane": ("2 * (normal @ v) * v - normal", "normal - 2 * (normal @ v) * v"),
-    "position of another length": ("position / np.linalg.norm(position)", "position"),
-    "about the optical axis": ("position / np.linalg.norm(position)", "np.array([0, 0, 1.0])"),
-    "the smaller error": ("return min((best, other), key=lambda T: abs(T.rotation.matrix()[1, 2]))", "return best"),
+    "the whole side instead of half": ("size_m / 2", "size_m", "the corners lie elsewhere: is the square as large as the"),
+    "bottom left first": ("[[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]]", "[[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]]", "the right corners in another order"),
+    "mean over coordinates": ("np.mean(np.sum((corners(cam_T_tag) - seen_px) ** 2, axis=1))", "np.mean((corners(cam_T_tag) - seen_px) ** 2)", "wrong where all corners are off alike, by"),
+    "mirrored in the plane": ("2 * (normal @ v) * v - normal", "normal - 2 * (normal @ v) * v", "the part along the line of sight changed its sign: the tag"),
+    "position of another length": ("position / np.linalg.norm(position)", "position", "the normal is no unit vector: is the line of sight one?"),
+    "about the optical axis": ("position / np.linalg.norm(position)", "np.array([0, 0, 1.0])", "degrees from the second solution"),
+    "the smaller error": ("return min((best, other), key=lambda T: abs(T.rotation.matrix()[1, 2]))", "return best", "choices, of which each pair is asked in both orders; the"),
 }

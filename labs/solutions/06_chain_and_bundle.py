@@ -24,11 +24,11 @@ def gain(report, truth):
 
 
 WRONG = {
-    "step on the left": ("poses[-1] @ step", "step @ poses[-1]"),
-    "first pose left out": ("    return poses\n", "    return poses[1:]\n"),
-    "not inverted": ("poses[-1].inverse().log()", "poses[-1].log()"),
-    "the whole error everywhere": ("i / n * missing", "missing"),
-    "only the last pose moved": ("i / n * missing", "(i == n) * missing"),
-    "mean distance": ("np.sqrt(np.mean(np.sum(np.square(apart), axis=1)))", "np.mean(np.linalg.norm(apart, axis=1))"),
-    "after over before": ("map_error(report.start_map, truth) / map_error(report.map, truth)", "map_error(report.map, truth) / map_error(report.start_map, truth)"),
+    "step on the left": ("poses[-1] @ step", "step @ poses[-1]", "each step is given in the frame of the pose before it: on"),
+    "first pose left out": ("    return poses\n", "    return poses[1:]\n", "steps: the first pose counts too"),
+    "not inverted": ("poses[-1].inverse().log()", "poses[-1].log()", "the last pose does not come to the first"),
+    "the whole error everywhere": ("i / n * missing", "missing", "the first pose must stay where it is"),
+    "only the last pose moved": ("i / n * missing", "(i == n) * missing", "the error is not spread evenly: each pose is moved a little"),
+    "mean distance": ("np.sqrt(np.mean(np.sum(np.square(apart), axis=1)))", "np.mean(np.linalg.norm(apart, axis=1))", "that is the mean distance, in which a large error weighs"),
+    "after over before": ("map_error(report.start_map, truth) / map_error(report.map, truth)", "map_error(report.map, truth) / map_error(report.start_map, truth)", "an error that became smaller is a factor above one"),
 }

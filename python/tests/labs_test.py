@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Each lab gives nothing for an empty answer, all points for its solution, and fewer for each of at least five wrong answers.
+"""Each lab gives nothing for an empty answer, all points for its solution, and fewer for each of at least five wrong answers; neither a notebook nor
+what is said of a wrong answer shows the right one.
 
 usage: labs_test.py SOURCE DATA [NN]     (PYTHONPATH names the package). DATA: a folder with samples/ (`waymark samples`), where plant/ is written.
 NN: only this lab. With WAYMARK_FULL the notebooks are executed by nbclient as well.
@@ -16,6 +17,8 @@ import sys
 import tempfile
 import types
 import unittest
+
+import numpy as np
 
 from waymark import labs
 
@@ -35,16 +38,51 @@ def prepared(lab, before):
     return names
 
 
-def points_of(lab, answer=""):
-    """(points, possible, what was printed) of a lab with an answer before its check."""
+def numbers_in(values, most):
+    """The numbers of arguments or results, also in tuples, lists and arrays of at most so many."""
+    for value in values:
+        if isinstance(value, (int, float, np.number)) and not isinstance(value, bool):
+            yield float(value)
+        elif isinstance(value, (tuple, list)) and len(value) <= most:
+            yield from numbers_in(value, most)
+        elif isinstance(value, np.ndarray) and value.size <= most:
+            yield from numbers_in(value.ravel().tolist(), value.size)
+        elif hasattr(value, "log"):
+            yield from numbers_in([value.log()], 6)
+
+
+def recorded(function, given, results, most):
+    """The function, which notes the numbers it was given and those it returned."""
+    def noting(*arguments):
+        given.update(numbers_in(arguments, most))
+        result = function(*arguments)
+        results.update(numbers_in([result], most))
+        return result
+    return noting
+
+
+def told(words):
+    """(digits after the point, number as written) of the numbers in some words."""
+    for text in re.findall(r"(?<![\w.])-?\d+(?:\.\d+)?(?![\w.]*\d)", words):
+        yield len(text.partition(".")[2]), text
+
+
+def shows(words, numbers):
+    """Which of the numbers the words hold, as far as they are written out."""
+    return [text for digits, text in told(words) if any(f"{number:.{digits}f}" == text for number in numbers)]
+
+
+def points_of(lab, answer="", notes=None):
+    """(points, possible, what was printed) of a lab with an answer before its check. notes: sets for the numbers its functions get and give, longest list."""
     before, after = lab.read_text().split("# %% [markdown]\n" + CHECK)
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         names = dict(prepared(lab, before))
-        names["lab"] = labs.Lab(lab.name)
         own = {name: types.FunctionType(value.__code__, names, name) for name, value in names.items() if isinstance(value, types.FunctionType)}
         names.update(own)
         exec(compile(answer, "answer", "exec"), names)  # noqa: S102
+        if notes is not None:
+            names.update({name: recorded(names[name], *notes) for name in STUB.findall(before)})
         exec(compile(after, lab.name, "exec"), names)  # noqa: S102
     return names["lab"].points, names["lab"].possible, printed.getvalue()
 
@@ -107,12 +145,43 @@ class Labs(unittest.TestCase):
             answer, _, wrong = solution.partition("\nWRONG = ")
             mistakes = eval(wrong)  # noqa: S307  our own file
             self.assertGreaterEqual(len(mistakes), 5, lab.name)
-            for what, (right, mistake) in mistakes.items():
+            right_numbers = set()
+            points_of(lab, answer, (set(), right_numbers, 6))
+            for what, (right, mistake, words) in mistakes.items():
                 self.assertEqual(answer.count(right), 1, f"{lab.name}: {what}")
-                points, possible, printed = points_of(lab, answer.replace(right, mistake))
+                given, own = set(), set()
+                points, possible, printed = points_of(lab, answer.replace(right, mistake), (given, own, 50))
+                said = "\n".join(line for line in printed.splitlines() if line.startswith("WRONG"))
                 self.assertLess(points, possible, f"{lab.name}: {what}\n{printed}")
-                self.assertIn("WRONG", printed)
+                self.assertIn(words, said, f"{lab.name}: {what}")
                 self.assertNotIn("it raised", printed, f"{lab.name}: {what}")
+                said = re.sub(r"^WRONG \d+/\d+ ", "", said, flags=re.M)
+                shown = set(shows(said, right_numbers)) - set(shows(said, given | own))
+                self.assertEqual(shown, set(), f"{lab.name}: {what} is told what is right:\n{said}")
+
+    def test_numbers_that_are_told_are_found(self):
+        self.assertEqual(shows("it is 0.60 s, and it says 0.4", [0.6, 2.0]), ["0.60"])
+        self.assertEqual(list(numbers_in([(1, [2.5, True]), None, "3"], 6)), [1, 2.5])
+
+    def test_notebooks_show_no_answer(self):
+        for lab in LABS:
+            text, number = lab.read_text(), int(lab.name[:2])
+            before, after = text.split(CHECK)
+            self.assertRegex(after, rf"^# %%\nlab = labs\.check\({number}, globals\(\)\)\n", lab.name)
+            functions = STUB.findall(before)
+            for name in functions:  # what follows may call them, and defines none of them
+                self.assertEqual(text.count(f"def {name}("), 1, f"{lab.name}: {name}")
+            shown = {line.strip() for line in text.splitlines()}
+            answer = (SOURCE / "labs" / "solutions" / lab.name).read_text().partition("\nWRONG = ")[0]
+            for line in answer.splitlines():
+                if line.strip() and not line.startswith(("import", "def ")) and len(line.strip()) > 12:
+                    self.assertNotIn(line.strip(), shown, f"{lab.name} shows a line of its solution")
+
+    def test_a_cell_that_was_not_run_is_named(self):
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            lab = labs.check(1, {})
+        self.assertEqual(lab.points, 0)
+        self.assertIn("inverse: inverse is not there: run the cells from the top", printed.getvalue())
 
     @unittest.skipUnless("WAYMARK_FULL" in os.environ, "takes long: WAYMARK_FULL")
     def test_notebooks_run(self):

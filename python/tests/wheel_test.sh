@@ -7,7 +7,7 @@ unset PYTHONPATH WAYMARK_SHARE
 [ -z "${WAYMARK_FULL:-}" ] || "$python" -c 'import ensurepip, setuptools, wheel' 2>/dev/null || { echo "venv, setuptools or wheel is missing (Debian: python3-venv python3-setuptools python3-wheel)"; exit 77; }
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-try='import sys, waymark, numpy; from waymark import config, tags
+try='import sys, waymark, numpy; from waymark import config, tags; from waymark.labs import lab12, loops
 assert waymark.__file__.startswith(sys.argv[1]), waymark.__file__
 assert len(config.read_world("circuit24").tags) == 24
 assert tags.Detector().detect(numpy.zeros((99, 99), numpy.uint8)) == []'

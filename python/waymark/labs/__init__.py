@@ -1,9 +1,12 @@
 """What the labs share: data, checks that give points and say what is wrong without the answer, figures.
 
 A lab is a file labs/NN_name.py of cells (`# %%` begins code, `# %% [markdown]` text), which tools/make_notebooks.py turns into a
-notebook. Its functions are filled in by the student, and `check(…)` in the last cell gives the points.
+notebook. Its functions are filled in by the student, and `lab = labs.check(NN, globals())` in its last cell but one gives the points.
+
+The checks of a lab are the module labNN of this package, out of sight of the notebook; the experiments that use what was written are in `loops`.
 """
 
+import importlib
 import math
 import operator
 import os
@@ -66,8 +69,10 @@ def several(answer, count):
     """The parts of an answer that is a tuple or a list of so many things; else raises Wrong."""
     if answer is None:
         raise Wrong("it gives nothing: is there a `return`?")
-    if not isinstance(answer, (tuple, list)) or len(answer) != count:
+    if not isinstance(answer, (tuple, list)) and not getattr(answer, "shape", ()):  # NumPy's arrays too
         raise Wrong(f"it gives {_a(answer)}, asked for are {count} things: `return a, b`")
+    if len(answer) != count:
+        raise Wrong(f"it gives {len(answer)} things, asked for are {count}: `return a, b`")
     return answer
 
 
@@ -113,11 +118,23 @@ def figure(title, x_label, y_label, **curves):
     plt.show()
 
 
+class Answers:
+    """The names of a notebook as attributes; Wrong where a cell has not been run."""
+
+    def __init__(self, names):
+        self._names = names
+
+    def __getattr__(self, name):
+        if name not in self._names:
+            raise Wrong(f"{name} is not there: run the cells from the top")
+        return self._names[name]
+
+
 class Lab:
     """Collects the points of one lab."""
 
     def __init__(self, name):
-        self.name, self.results = name, []
+        self.name, self.results, self.answers = name, [], None
 
     def check(self, what, points, test):
         """Awards `points` where `test()` returns None; else it returns, or raises, what is wrong."""
@@ -145,12 +162,26 @@ class Lab:
         print(f"{self.name}: {self.points} of {self.possible} points")
 
 
+def check(number, names):
+    """Checks what a notebook holds (`globals()`) against the tasks of a lab, prints the points of each and what is wrong, and returns the Lab."""
+    module, lab = importlib.import_module(f"{__name__}.lab{number:02}"), Lab(f"Lab {number}")
+    lab.answers = mine = Answers(names)
+    for what, points, test in module.CHECKS:
+        lab.check(what, points, lambda test=test: test(mine))
+    if hasattr(module, "WHOLE"):  # the experiment that needs all of them
+        what, points, test = module.WHOLE
+        ready = lab.points == lab.possible
+        lab.check(what, points, lambda: test(mine) if ready else "first the others")
+    lab.finish()
+    return lab
+
+
 def _place(error):
-    """Where in the student's function an exception came from: names of the checks begin with _."""
-    place, trace = "", error.__traceback__
+    """Where in the student's function an exception came from: in none of this package's files."""
+    place, trace, here = "", error.__traceback__, os.path.dirname(__file__)
     while trace is not None:
         code = trace.tb_frame.f_code
-        if not code.co_name.startswith("_") and "/lib/python" not in code.co_filename and not code.co_filename.endswith("waymark/labs.py"):
+        if not code.co_filename.startswith(here) and "/lib/python" not in code.co_filename:
             place = f" (line {trace.tb_lineno - code.co_firstlineno + 1} of {code.co_name})"
         trace = trace.tb_next
     return place
