@@ -13,7 +13,7 @@ void add_localize_flags(CLI::App& app, LocalizeJob& job) {
       ->type_name("");
   app.add_option("--map", job.map,
                  "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "
-                 "with id, x, y, or a field layout of WPILib")
+                 "with id, x, y, or a field layout of WPILib or Limelight")
       ->required()
       ->type_name("FILE");
   app.add_option("--robot", job.robot,

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
@@ -136,6 +137,11 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
     if (!layout) return tl::unexpected(layout.error());
     return LandmarksFile{Landmarks(*layout), *layout, "wpilib"};
   }
+  if (looks_like_fmap(text)) {
+    const Result<TagMap> field = parse_fmap(text, source);
+    if (!field) return tl::unexpected(field.error());
+    return LandmarksFile{Landmarks(*field), *field, "fmap"};
+  }
   const std::string_view first = first_line(text);
   if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)
     return parse_points(text, source);
@@ -155,7 +161,7 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
     return fail(ErrorCode::Unreadable, "not a map of tags that is known here", {.source = source},
                 "Known: map.yaml of `waymark map`, apriltags_poses.yaml of the Robotics Academy, field "
                 "layouts of WPILib "
-                "(JSON, CSV), CSV with id, x, y.");
+                "(JSON, CSV), field maps of Limelight (FMAP), CSV with id, x, y.");
   file.landmarks = Landmarks(file.tags);
   return file;
 }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/map_exchange_read.hpp"
 #include "waymark/config/wpilib_layout.hpp"
 #include "waymark/config/yaml_write.hpp"
@@ -82,7 +83,9 @@ std::string transforms_yaml(const MapFile& map) {
 
 }  // namespace
 
-std::vector<std::string> map_form_names() { return {"waymark", "academy", "tagslam", "tf", "wpilib"}; }
+std::vector<std::string> map_form_names() {
+  return {"waymark", "academy", "tagslam", "tf", "wpilib", "fmap"};
+}
 
 Result<MapForm> map_form(const std::string& name) {
   const std::vector<std::string> names = map_form_names();
@@ -100,7 +103,7 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
   bool certain = true;
   for (const auto& [id, tag] : map.tags.tags) {
     const bool once = numbers.insert(static_cast<int>(id.number)).second;
-    if (!once && form != MapForm::Transforms)
+    if (!once && form != MapForm::Transforms && form != MapForm::Fmap)
       return fail(
           ErrorCode::InvalidArgument,
           fmt::format("two tags of the map have the number {}, and this form knows no families", id.number));
@@ -108,7 +111,7 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
   }
   if (!certain && form != MapForm::Tagslam)
     warnings.emplace_back("this form cannot say how certain the tags are: left out");
-  if (form != MapForm::Tagslam)
+  if (form != MapForm::Tagslam && form != MapForm::Fmap)
     warnings.emplace_back("this form cannot say how large the tags are: left out");
   switch (form) {
     case MapForm::Academy:
@@ -119,6 +122,8 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
       warnings.emplace_back(
           "how long and wide the field is, a map does not say: the layout has the box of its tags");
       return to_wpilib_layout(map.tags);
+    case MapForm::Fmap:
+      return to_fmap(map.tags);
     default:
       return transforms_yaml(map);
   }

@@ -16,10 +16,11 @@ enum class MapForm : std::uint8_t {
   Academy,     ///< apriltags_poses.yaml of the Robotics Academy
   Tagslam,     ///< `bodies` of TagSLAM's tagslam.yaml, or its poses.yaml
   Transforms,  ///< transforms of tf (geometry_msgs/TransformStamped) as YAML
-  Wpilib,      ///< field layout of WPILib: JSON, or the CSV it is made of (read only)
+  Wpilib,      ///< field layout of WPILib and PhotonVision: JSON, or the CSV it is made of (read only)
+  Fmap,        ///< field map of Limelight
 };
 
-/// "waymark", "academy", "tagslam", "tf", "wpilib".
+/// "waymark", "academy", "tagslam", "tf", "wpilib", "fmap".
 [[nodiscard]] std::vector<std::string> map_form_names();
 [[nodiscard]] Result<MapForm> map_form(const std::string& name);
 

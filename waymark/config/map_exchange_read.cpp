@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
@@ -182,6 +183,11 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
           fmt::format("layouts do not say how large the tags are: taken as {} m (--tag-size-m says more)",
                       kWpilibTagSize_m));
     return read;
+  }
+  if (looks_like_fmap(text)) {
+    Result<TagMap> field = parse_fmap(text, source);
+    if (!field) return tl::unexpected(field.error());
+    return ReadMap{.map = {.tags = std::move(*field)}, .form = MapForm::Fmap};
   }
   const Result<YamlNode> tree = parse_yaml(text, source, internal::kLimits);
   if (!tree) return tl::unexpected(tree.error());

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/json_text.hpp"
 #include "waymark/config/yaml_cursor.hpp"
 #include "waymark/config/yaml_write.hpp"
@@ -19,9 +20,6 @@ namespace {
 constexpr YamlLimits kLimits{.bytes = std::size_t{1} << 26U, .nodes = 2'000'000, .depth = 16};
 constexpr double kInch_m = 0.0254;
 constexpr int kCodes = 587;  // of tag36h11
-
-/// Their axes seen from ours: x right is their y, y down their -z, z into the tag their -x.
-SO3 wpilib_R_tag() { return SO3::from_matrix((Eigen::Matrix3d() << 0, 0, -1, 1, 0, 0, 0, -1, 0).finished()); }
 
 /// The first line, in small letters and without spaces.
 std::string header_of(std::string_view text) {
