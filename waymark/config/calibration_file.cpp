@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/camera/intrinsics.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/camera_formats.hpp"
 #include "waymark/config/text_file.hpp"
@@ -113,7 +114,8 @@ const std::vector<std::string>& calibration_names() {
                                                  "turn_lead_s",
                                                  "odometry_yaw_bias_rad_s",
                                                  "sight_scale",
-                                                 "focal_scale"};
+                                                 "focal_scale",
+                                                 "readout_s"};
   return names;
 }
 
@@ -182,6 +184,21 @@ Status write_calibration(const std::filesystem::path& path, const Calibration& c
   }
   if (Status status = check_calibration_place(path); !status) return status;
   return write_text_file(path, to_yaml(calibration));
+}
+
+Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration) {
+  constexpr double kExact = 1e-9;
+  const std::vector<std::string> names = intrinsics_names(camera);
+  Eigen::VectorXd sigma = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(names.size()), kExact);
+  bool any = false;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool of_pixels = names[i].starts_with('f') || names[i].starts_with('c');
+    const auto value = calibration.values.find(of_pixels ? names[i] + "_px" : names[i]);
+    if (value == calibration.values.end() || !(value->second.sigma > 0)) continue;
+    sigma[static_cast<Eigen::Index>(i)] = value->second.sigma;
+    any = true;
+  }
+  return any ? sigma : Eigen::VectorXd();
 }
 
 SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration) {

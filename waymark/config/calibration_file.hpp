@@ -28,6 +28,10 @@ namespace waymark {
 /// and where a file stands that is no calibration.
 [[nodiscard]] Status write_calibration(const std::filesystem::path& path, const Calibration& calibration);
 
+/// Standard deviations of a camera's numbers in the order of intrinsics_of(), those that are not known next
+/// to nothing; empty where the calibration has none of them. Correlations are not kept in the file.
+[[nodiscard]] Eigen::VectorXd intrinsics_sigma(const CameraModel& camera, const Calibration& calibration);
+
 /// base_T_cam with the known parts of the mounting put in place of those of `base_T_cam`.
 [[nodiscard]] SE3 calibrated_mounting(const SE3& base_T_cam, const Calibration& calibration);
 

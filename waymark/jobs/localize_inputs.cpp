@@ -125,6 +125,7 @@ void take_calibrated(const Calibration& calibration, RiekfOptions& filter) {
   take("gyro_gain", filter.gyro_gain);
   take("gyro_bias_rad_s", filter.gyro_bias_rad_s);
   take("camera_latency_s", filter.camera_latency_s);
+  take("readout_s", filter.camera_readout_s);
   take("corner_sigma_px", filter.corner_sigma_px);
   take("sight_scale", filter.sight_scale);
 }

@@ -174,6 +174,7 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
   factor->whitening /= options.corner_noise_ratio;
   Observation observation{
       .kind = ObservationKind::Corners, .landmark = index, .camera = camera, .corners = *factor};
+  observation.measured_px = factor->corners_px;
   const CameraModel& lens = sensor.view(camera).camera;
   // From the diagonals, without a pose: good enough to choose and to limit by.
   const auto& c = detection.corners_px;
@@ -188,6 +189,24 @@ std::optional<Observation> observation_of(const TagDetection& detection, const L
   observation.distance_m = std::numbers::sqrt2 * landmark.size_m / std::max(angle, 1e-9);
   if (too_far(observation.distance_m, options)) return std::nullopt;
   return observation;
+}
+
+void bring_to_middle(Observation& observation, const Landmarks& landmarks, const MountedSensor& sensor,
+                     const SE2& map_T_base, const Eigen::Vector3d& velocity, double readout_s) {
+  if (observation.kind != ObservationKind::Corners) return;
+  const Landmark& landmark = landmarks[observation.landmark];
+  const CameraView seen_by = sensor.view(observation.camera);
+  const SE3 cam_T_base = seen_by.base_T_cam.inverse();
+  MovingTag tag{.cam_T_tag = cam_T_base * lift(map_T_base).inverse() * landmark.map_T_tag,
+                .size_m = landmark.size_m};
+  Vector6 of_base;
+  of_base << velocity.x(), velocity.y(), 0, 0, 0, velocity.z();
+  tag.twist = -(cam_T_base.adjoint() * of_base);
+  const auto shift = rolling_shift(tag, observation.measured_px, seen_by.camera, readout_s);
+  if (!shift || !shift->allFinite()) return;
+  for (std::size_t i = 0; i < 4; ++i)
+    observation.corners.corners_px[i] =
+        observation.measured_px[i] - shift->segment<2>(static_cast<Eigen::Index>(2 * i));
 }
 
 std::optional<Observation> observation_of(const SeenTagPose& seen, const Landmarks& landmarks,

@@ -8,6 +8,7 @@
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/factors/corner_factor.hpp"
+#include "waymark/factors/rolling_shutter.hpp"
 #include "waymark/localization/landmarks.hpp"
 #include "waymark/localization/riekf.hpp"
 #include "waymark/samples/mounted_camera.hpp"
@@ -45,6 +46,7 @@ struct Observation {
   int camera = MountedSensor::kFirst;  ///< of MountedSensor: which one saw it
   double distance_m = 0;
   CornerFactor corners{};
+  TagCorners measured_px{};  ///< as seen; `corners` has them as the middle row's time would show them
   Eigen::Vector3d planar = Eigen::Vector3d::Zero();  ///< what its kind says; unused numbers are 0
   Eigen::Matrix3d whitening = Eigen::Matrix3d::Identity();
 
@@ -64,6 +66,12 @@ struct Observation {
 [[nodiscard]] std::optional<Observation> observation_of(const RangeBearing& seen, const Landmarks& landmarks,
                                                         const MountedSensor& sensor,
                                                         const RiekfOptions& options);
+
+/// Brings the corners that a rolling shutter saw to the time of the middle row, for a robot at map_T_base
+/// that moves with `velocity` (in base: x, y [m/s], yaw [rad/s]). May be called again with another estimate.
+/// No allocation.
+void bring_to_middle(Observation& observation, const Landmarks& landmarks, const MountedSensor& sensor,
+                     const SE2& map_T_base, const Eigen::Vector3d& velocity, double readout_s);
 
 /// Residual and derivatives at an estimate; nothing where the landmark could not be seen from there. No
 /// allocation.

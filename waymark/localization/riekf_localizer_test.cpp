@@ -80,6 +80,65 @@ TEST(RiekfLocalizer, ACameraThatLooksBackIsEnoughAndCountsByItsOwnMounting) {
   EXPECT_FALSE(sure_without && off_without < 0.1) << "by the mounting of the front camera nothing fits";
 }
 
+/// As observe(), each corner where its own row shows it while the robot drives on.
+TagFrame observe_rolling(const SE2& map_X_base, double seconds, double readout_s, Random& random) {
+  TagFrame frame = observe({}, map_X_base, seconds, random);
+  const CameraModel& camera = *mounted_sensor().camera;
+  for (TagDetection& seen : frame.detections) {
+    const MappedTag& tag = ring().tags.at(seen.tag);
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Eigen::Vector3d map_p = tag.map_T_tag * tag_corners(tag.size_m)[i];
+      const Eigen::Vector2d noise(0.15 * random.normal(), 0.15 * random.normal());
+      double t = 0;
+      for (int k = 0; k < 5; ++k) {
+        const SE2 then = map_X_base * SE2::exp(Eigen::Vector3d(0.3, 0, 0.3) * t);
+        const auto px = camera.project((lift(then) * mounted_sensor().base_T_sensor).inverse() * map_p);
+        if (!px) break;
+        seen.corners_px[i] = *px + noise;
+        t = row_time_s(px->y(), camera.height_px(), readout_s);
+      }
+    }
+  }
+  return frame;
+}
+
+TEST(RiekfLocalizer, ARollingShutterThatIsKnownCostsNothing) {
+  constexpr double kReadout_s = 0.1;  // tags stand above the middle row: seen up to 20 ms early
+  const auto mean_nis = [&](double told_s, double& off) {
+    RiekfOptions options;
+    options.camera_readout_s = told_s;
+    RiekfLocalizer filter(Landmarks(ring()), mounted_sensor(), options);
+    Robot robot;
+    Random random(12);
+    double sum = 0;
+    double rows = 0;
+    double square = 0;
+    int frames = 0;
+    for (int i = 0; i < 1500; ++i) {
+      filter.add(robot.drive(0.02, random));
+      if (robot.steps % 4 == 0) filter.add(observe_rolling(robot.truth, robot.seconds, kReadout_s, random));
+      for (const NisRecord& record : filter.comparisons()) {
+        if (i < 250) continue;
+        sum += record.nis;
+        rows += record.rows;
+      }
+      filter.clear_comparisons();
+      if (i < 250 || robot.steps % 4 != 0) continue;
+      square += std::pow(off_m(filter, robot), 2);
+      ++frames;
+    }
+    off = std::sqrt(square / frames);
+    return sum / rows;
+  };
+  double off_told = 0;
+  double off_untold = 0;
+  const double told = mean_nis(kReadout_s, off_told);
+  const double untold = mean_nis(0, off_untold);
+  EXPECT_LT(told, 1.2);
+  EXPECT_GT(untold, 2 * told);
+  EXPECT_LT(off_told, 0.7 * off_untold) << off_told << " m against " << off_untold << " m";
+}
+
 TEST(RiekfLocalizer, OneTagAloneIsAGuessAndSaysSo) {
   World world;
   const MappedTag only = world.tags.tags.at({.number = 0});

@@ -105,6 +105,7 @@ struct RiekfOptions {
   double uncertain_after_s = 0.3;
   double certain_sigma_m = 0.5;
   double camera_latency_s = 0;
+  double camera_readout_s = 0;
   double point_sigma_m = 0.03;
   double point_sigma_share = 0.01;
   double range_sigma_m = 0.03;
@@ -158,6 +159,13 @@ struct RiekfOptions {
     visit(
         self.camera_latency_s,
         Field{"camera_latency_s", "Camera latency: time from the exposure to the stamp of a frame.", -1, 1});
+    visit(
+        self.camera_readout_s,
+        Field{
+            "camera_readout_s",
+            "Time from the first row to the last of a rolling shutter, negative when rows are read from the "
+            "bottom; stamps are the middle row's; 0: global shutter.",
+            -0.2, 0.2});
     visit(self.point_sigma_m,
           Field{"point_sigma_m",
                 "Standard deviation of the floor position of tags without corners in the log.", 1e-4, 10});

@@ -284,6 +284,12 @@ void Tracker::doubt_standstill(const FrameObservations& frame, double since_s) {
 }
 
 void Tracker::process(FrameObservations& frame) {
+  if (options_.camera_readout_s != 0 && state_.mode != TrackMode::Lost) {
+    const RiekfState& now = filter_.state();
+    for (std::size_t i = 0; i < frame.count; ++i)
+      bring_to_middle(frame.seen[i], landmarks_, sensor_, now.map_T_base, now.velocity,
+                      options_.camera_readout_s);
+  }
   doubt_standstill(frame, to_seconds(frame.stamp - std::max(state_.frame_stamp, frame.stamp - kLongAgo)));
   state_.frame_stamp = frame.stamp;
   state_.frame_number = frame.number;

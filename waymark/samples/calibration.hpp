@@ -38,7 +38,7 @@ struct Calibration {
   /// when negative), "camera_latency_s" (a picture is so much older than its stamp), "sight_scale" (true
   /// distance of a tag = scale * as it looks), "focal_scale" (by which the focal length of `camera` was
   /// multiplied; it is in it already), "corner_sigma_px"; "turn_lead_s", "odometry_yaw_bias_rad_s" of
-  /// odometry.
+  /// odometry; "readout_s" of a rolling shutter, from the first row to the last.
   std::map<std::string, CalibratedValue> values{};
   /// Where it comes from, in words, in the order of the file.
   std::vector<std::pair<std::string, std::string>> provenance{};
