@@ -90,6 +90,9 @@ WITHOUT_EFFECT = {
     ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
     ("map", "--camera"): f"{NEEDS['map']} --camera camera.yaml",
     ("map", "--camera-name"): f"{NEEDS['map']} --camera-name left",
+    **{("map", flag): f"{NEEDS['map']} {flag} {value}" for flag, value in (
+        ("--readout-ms", "15"), ("--tag-size-sigma-m", "0.001"), ("--distance", "3,7,2.4"), ("--upright", "3"), ("--floor", "3"),
+        ("--plane", "3,4"), ("--level-sigma-deg", "2"), ("--prior-sigma-m", "0.01"), ("--prior-sigma-deg", "1"))},
     ("map", "--route-name"): f"{NEEDS['map']} --route-name kitchen",
     ("map", "--freeze"): f"{NEEDS['map']} --freeze 3",
     ("map", "--remove"): f"{NEEDS['map']} --remove 3",

@@ -89,8 +89,10 @@ trajectory_BODY.txt of each body that moves, poses.yaml and camera_poses.yaml as
 
 A video (mp4, mkv, webm, avi) of a camera that is carried by hand is mapped without robot, odometry and floor, in six
 degrees of freedom; --camera and --tag-size-m are needed. Tags must be in one picture with tags that lead to the anchor.
-It writes map.yaml, layout.json (WPILib), poses.yaml (TagSLAM), trajectory.txt (of the camera) and summary.json.
-With --prior the anchor stands where that map has it, and each tag is held against it.
+It writes map.yaml, layout.json (WPILib, PhotonVision), layout.fmap (Limelight), poses.yaml (TagSLAM), trajectory.txt
+(of the camera) and summary.json. With --prior the anchor stands where that map has it, and each tag is held against it;
+with --prior-sigma-m all its tags hold the map. Scale: --tag-size-m, or measured distances (--distance); level: the
+anchor, or tags known to hang upright or to lie on the floor (--upright, --floor). docs/howto/video.md says more.
 
 Exit code: 0 a map was made (doubts are warnings), 1 none could be made or written, 2 wrong usage, 130 Ctrl-C.
 
@@ -104,6 +106,7 @@ Examples:
   waymark map detections.csv odometry.csv --robot limo --tag-size-m 0.16 --anchor 0 -o map
   waymark map tags.bag --tagslam config -o scene
   waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map
+  waymark map walk.mp4 --camera calibration.yaml --tag-size-m 0.165 -o map --distance 3,7,2.41 --upright 3,7,9
 )",
       .prepare = prepare_map,
       .verbs = {map_convert_verb()}};

@@ -23,4 +23,19 @@ double point_distance_residual(double measured_m, double sigma_m, const Eigen::V
   return (length - measured_m) / sigma_m;
 }
 
+Eigen::Vector2d direction_residual(const DirectionFactor& factor, const SE3& map_T_body,
+                                   const SE3& body_T_tag, Matrix26* J_r_body, Matrix26* J_r_tag) {
+  const Eigen::Vector3d body_axis = body_T_tag.rotation() * factor.tag_axis;
+  const Eigen::Vector3d map_axis = map_T_body.rotation() * body_axis;
+  const Eigen::Vector3d first = factor.map_direction.unitOrthogonal();
+  Eigen::Matrix<double, 2, 3> across;
+  across << first.transpose(), factor.map_direction.cross(first).transpose();
+  across /= factor.sigma_rad;
+  if (J_r_body != nullptr) *J_r_body << Eigen::Matrix<double, 2, 3>::Zero(), -across * SO3::hat(map_axis);
+  if (J_r_tag != nullptr)
+    *J_r_tag << Eigen::Matrix<double, 2, 3>::Zero(),
+        -across * map_T_body.rotation().matrix() * SO3::hat(body_axis);
+  return across * map_axis;
+}
+
 }  // namespace waymark

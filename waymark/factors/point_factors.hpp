@@ -20,4 +20,17 @@ struct TagPoint {
                                              const Eigen::Vector3d& map_p_a, const Eigen::Vector3d& map_p_b,
                                              Eigen::RowVector3d* J_r_a = nullptr);
 
+/// An axis of a tag that is known to point along a direction of the map, or against it: "upright" is the
+/// tag's y axis along the map's z axis. Both of unit length.
+struct DirectionFactor {
+  Eigen::Vector3d tag_axis = Eigen::Vector3d::UnitY();
+  Eigen::Vector3d map_direction = Eigen::Vector3d::UnitZ();
+  double sigma_rad = 0.02;
+};
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
+/// The two components of the axis across the direction, over the standard deviation: sines of the angles.
+[[nodiscard]] Eigen::Vector2d direction_residual(const DirectionFactor& factor, const SE3& map_T_body,
+                                                 const SE3& body_T_tag, Matrix26* J_r_body = nullptr,
+                                                 Matrix26* J_r_tag = nullptr);
+
 }  // namespace waymark

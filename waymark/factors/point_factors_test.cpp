@@ -40,6 +40,29 @@ TEST(PointFactors, JacobiansAgainstNumeric) {
   }
 }
 
+TEST(PointFactors, DirectionIsZeroAlongTheAxisAndItsJacobiansAreThoseOfNumbers) {
+  Random random(2);
+  for (int k = 0; k < 20; ++k) {
+    const SE3 body = random_pose(random);
+    const SE3 tag = random_pose(random);
+    DirectionFactor factor{.map_direction = Eigen::Vector3d(0.2, -0.3, 0.9).normalized(), .sigma_rad = 0.1};
+    Matrix26 J_body;
+    Matrix26 J_tag;
+    const Eigen::Vector2d r = direction_residual(factor, body, tag, &J_body, &J_tag);
+    const Eigen::Vector3d axis = body.rotation() * (tag.rotation() * factor.tag_axis);
+    EXPECT_NEAR(r.norm(), axis.cross(factor.map_direction).norm() / factor.sigma_rad, 1e-9);
+    const SE3::Tangent zero = SE3::Tangent::Zero();
+    const auto of_body = [&](const SE3::Tangent& xi) {
+      return direction_residual(factor, plus(xi, body), tag);
+    };
+    const auto of_tag = [&](const SE3::Tangent& xi) {
+      return direction_residual(factor, body, plus(xi, tag));
+    };
+    EXPECT_LT((testing::numeric_jacobian<2, 6>(of_body, zero, 1e-3) - J_body).norm(), 1e-6);
+    EXPECT_LT((testing::numeric_jacobian<2, 6>(of_tag, zero, 1e-3) - J_tag).norm(), 1e-6);
+  }
+}
+
 TEST(PointFactors, PointsThatFallTogetherGiveNoNan) {
   Eigen::RowVector3d J;
   EXPECT_DOUBLE_EQ(point_distance_residual(0, 1, Eigen::Vector3d::Ones(), Eigen::Vector3d::Ones(), &J), 0);

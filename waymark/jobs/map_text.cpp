@@ -87,7 +87,17 @@ std::string to_text(const MapVideoReport& report, const std::string& folder) {
                                  report.file.tags.tags.size(), report.pictures, report.trajectory.size());
   text += fmt::format(
       "corners within {:.2f} px (mean), noise {:.2f} px; {:.1f} successive pictures count as one\n",
-      report.map.reprojection_mean_px, report.map.noise_px, report.correlated_frames);
+      report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);
+  for (const FoundIntrinsics& lens : report.map.intrinsics)
+    text += fmt::format("focal length {:.1f} +- {:.1f} px (given {:.1f} +- {:.1f})\n", lens.found[0],
+                        lens.sigma[0], lens.given[0], lens.prior_sigma[0]);
+  if (!report.measured.empty())
+    text += fmt::format("tags are {:.4f} +- {:.4f} times as large as given\n", report.map.size_scale,
+                        report.map.size_sigma);
+  for (const MeasuredResidual& d : report.measured)
+    text += fmt::format("{} to {}: {:.4f} m in the map, measured {:.4f} m, {:+.1f} sigma\n",
+                        to_string(d.given.a), to_string(d.given.b), d.found_m, d.given.measured_m,
+                        (d.found_m - d.given.measured_m) / d.given.sigma_m);
   text += "  tag                   x m      y m      z m   sigma x  sigma y  sigma z m  pictures\n";
   for (const auto& [id, tag] : report.file.tags.tags) {
     const Eigen::Vector3d& p = tag.map_T_tag.translation();

@@ -1,138 +1,79 @@
 #include "waymark/jobs/map_video.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
+#include "waymark/config/fmap_layout.hpp"
 #include "waymark/config/tagslam_write.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
-#include "waymark/jobs/lap_input.hpp"
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/stopwatch.hpp"
-#include "waymark/mapping/scene/frame_correlation.hpp"
+#include "waymark/jobs/video_scene.hpp"
+#include "waymark/mapping/scene/corner_consistency.hpp"
 #include "waymark/mapping/scene/scene_checks.hpp"
-
-#include <nlohmann/json.hpp>
 
 namespace waymark {
 namespace {
 
-constexpr std::size_t kWalls = 0;  ///< the body that the tags are on
-constexpr std::size_t kHand = 1;   ///< the body that carries the camera
+using internal::kHand;
+using internal::kWalls;
+using internal::VideoAnchors;
+
+std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
+  std::map<TagId, int> count;
+  for (const SceneFrame& frame : frames)
+    for (const SceneView& view : frame.views)
+      for (const TagDetection& detection : view.detections) ++count[detection.tag];
+  return count;
+}
 
 /// The tags of all videos, one after the other in time.
-struct Filmed {
-  std::vector<SceneFrame> frames{};
-  std::map<TagId, int> count{};
-  std::size_t pictures = 0;
-};
-
-Result<Filmed> film(const MapVideoJob& job, const TagFinder& finder, const JobControl& control,
-                    std::vector<std::string>& warnings) {
-  Filmed filmed;
+Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& finder,
+                                     const JobControl& control, std::vector<std::string>& warnings) {
+  std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
     const auto add = [&](const VideoFrame& picture, TagFrame& tags) -> Status {
-      for (const TagDetection& detection : tags.detections) ++filmed.count[detection.tag];
-      filmed.frames.push_back({picture.stamp + offset, {{0, std::move(tags.detections)}}});
+      frames.push_back({picture.stamp + offset, {{0, std::move(tags.detections)}}});
       return {};
     };
     const Result<VideoTags> found = find_video_tags(video, finder, &job.camera, control, add);
     if (!found) return tl::unexpected(found.error());
-    filmed.pictures += found->pictures;
     for (const VideoProblem& problem : found->problems) warnings.push_back(to_string(problem.error));
-    offset = filmed.frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);
+    offset = frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);
   }
-  if (filmed.count.empty())
+  if (count_tags(frames).empty())
     return fail(ErrorCode::NotFound, "no tag was found in any picture", {.source = job.videos.front()},
                 "Give the family of the tags with --family; `waymark detect` shows what is found.");
-  return filmed;
+  return frames;
 }
 
-/// Where the map stands.
-struct VideoAnchor {
-  TagId tag{};
-  SE3 map_T_tag{};
-  bool assumed = false;  ///< upright, at the origin
-};
-
-Result<VideoAnchor> anchor_of(const MapVideoJob& job, const std::map<TagId, int>& count) {
-  VideoAnchor anchor;
-  if (job.anchor) {
-    anchor.tag = *job.anchor;
-    if (!count.contains(anchor.tag))
-      return fail(ErrorCode::NotFound, to_string(anchor.tag) + " was not seen", {.key = "--anchor"},
-                  "`waymark detect` lists the tags of a video.");
-  } else {
-    int most = 0;
-    for (const bool known : {true, false}) {
-      for (const auto& [tag, seen] : count) {
-        if (seen <= most || (known && job.prior.find(tag) == nullptr)) continue;
-        most = seen;
-        anchor.tag = tag;
-      }
-      if (most > 0) break;
-    }
-  }
-  const MappedTag* prior = job.prior.find(anchor.tag);
-  anchor.assumed = !job.map_T_anchor && prior == nullptr;
-  anchor.map_T_tag = job.map_T_anchor   ? *job.map_T_anchor
-                     : prior != nullptr ? prior->map_T_tag
-                                        : anchor_at_origin();
-  return anchor;
-}
-
-ScenePrior exactly(const SE3& pose) {
-  constexpr double kSmall = 1e-6;  // [m, rad]
-  return ScenePrior::of(pose, Eigen::Vector3d::Constant(kSmall), Eigen::Vector3d::Constant(kSmall));
-}
-
-/// The camera is where the hand is; what it looks at stands still.
-Result<TagScene> scene_of(const MapVideoJob& job, const Filmed& filmed, const VideoAnchor& anchor) {
-  TagScene scene;
-  scene.bodies.push_back({.name = "map", .map_T_body = exactly(SE3())});
-  scene.bodies.push_back({.name = "hand", .is_static = false});
-  scene.cameras.push_back(
-      {.name = "camera", .model = job.camera, .body = kHand, .body_T_cam = exactly(SE3())});
-  for (const auto& [tag, seen] : filmed.count) {
-    const Result<double> size_m = job.sizes.size_m(tag);
-    if (!size_m) return tl::unexpected(size_m.error());
-    if (tag == anchor.tag)
-      scene.bodies[kWalls].tags.push_back(
-          {.id = tag, .size_m = *size_m, .body_T_tag = exactly(anchor.map_T_tag)});
-    else if (*size_m != job.sizes.default_size_m)
-      scene.bodies[kWalls].tags.push_back({.id = tag, .size_m = *size_m});
-  }
-  scene.bodies[kWalls].default_tag_size_m = job.sizes.default_size_m.value_or(0);
-  scene.default_body = kWalls;
-  return scene;
-}
-
-/// The tags that came out, with covariances of as many independent pictures as there are.
-MapFile video_map_file(const MapVideoJob& job, const VideoAnchor& anchor, const MapVideoReport& report) {
-  MapFile file{.anchor = anchor.tag,
-               .provenance = {{"method", "bundle"},
-                              {"recording", std::filesystem::path(job.videos.front()).filename().string()}}};
-  const SceneMap& map = report.map;
+/// The tags that came out.
+MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
+  MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
+  if (!job.videos.empty())
+    file.provenance.emplace_back("recording", std::filesystem::path(job.videos.front()).filename().string());
   const SceneBody& walls = map.scene.bodies[kWalls];
   for (std::size_t t = 0; t < walls.tags.size(); ++t) {
     const auto pose = map.map_T_tag(kWalls, t);
     const PoseIndex index = map.problem.tags[kWalls][t];
     const auto observations = std::ranges::count_if(
         map.problem.bundle.corners, [&](const CornerTerm& term) { return term.used && term.tag == index; });
+    const TagId id = walls.tags[t].id;
     if (!pose || observations == 0) continue;
-    const bool is_anchor = walls.tags[t].id == anchor.tag;
-    const Matrix6 covariance = is_anchor ? Matrix6(Matrix6::Zero())
-                                         : Matrix6(report.correlated_frames * map.covariance.poses[index]);
-    file.tags.tags[walls.tags[t].id] = {.map_T_tag = is_anchor ? anchor.map_T_tag : *pose,
-                                        .size_m = walls.tags[t].size_m,
-                                        .covariance = covariance};
-    file.observations[walls.tags[t].id] = static_cast<int>(observations);
+    const bool exact = anchors.exact.contains(id);
+    const Matrix6 covariance = exact ? Matrix6(Matrix6::Zero()) : map.covariance.poses[index];
+    file.tags.tags[id] = {.map_T_tag = exact ? anchors.tags.at(id).mean : *pose,
+                          .size_m = walls.tags[t].size_m,
+                          .covariance = covariance};
+    file.observations[id] = static_cast<int>(observations);
   }
   return file;
 }
@@ -150,10 +91,10 @@ Trajectory camera_path(const std::vector<SceneFrame>& frames, const SceneMap& ma
   return path;
 }
 
-void hold_beside(const TagMap& prior, MapVideoReport& report) {
+void hold_beside(const TagMap& prior, const VideoAnchors& anchors, MapVideoReport& report) {
   for (const auto& [id, tag] : report.file.tags.tags) {
     const MappedTag* known = prior.find(id);
-    if (known == nullptr || id == report.file.anchor) continue;
+    if (known == nullptr || anchors.exact.contains(id)) continue;
     const SO3 turn = known->map_T_tag.rotation().inverse() * tag.map_T_tag.rotation();
     report.beside.push_back({.tag = id,
                              .off_m = tag.map_T_tag.translation() - known->map_T_tag.translation(),
@@ -162,12 +103,28 @@ void hold_beside(const TagMap& prior, MapVideoReport& report) {
   }
 }
 
-void warn_of(const VideoAnchor& anchor, MapVideoReport& report) {
+void list_distances(const MapVideoJob& job, MapVideoReport& report) {
+  for (const MeasuredDistance& d : job.distances) {
+    const MappedTag* a = report.file.tags.find(d.a);
+    const MappedTag* b = report.file.tags.find(d.b);
+    if (a == nullptr || b == nullptr) {
+      report.warnings.push_back(
+          fmt::format("the distance between {} and {} says nothing: not both are in the map", to_string(d.a),
+                      to_string(d.b)));
+      continue;
+    }
+    report.measured.push_back({d, (a->map_T_tag.translation() - b->map_T_tag.translation()).norm()});
+  }
+}
+
+void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
-  if (anchor.assumed)
-    report.warnings.push_back(fmt::format(
-        "{} is taken to hang upright at the origin of the map; --anchor and --anchor-pose place a tag",
-        to_string(anchor.tag)));
+  if (anchors.assumed && anchors.exact.contains(anchors.first))
+    report.warnings.push_back(
+        fmt::format("{} is taken to hang upright at the origin of the map; --anchor and --anchor-pose place "
+                    "a tag, --upright "
+                    "and --floor say which tags tell the level",
+                    to_string(anchors.first)));
   for (const std::vector<TagId>& group : map.unconnected) {
     std::string names;
     for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
@@ -183,13 +140,16 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   const auto named = [&](const char* name) { report.files.push_back((job.folder / name).string()); };
-  for (const char* name : {"map.yaml", "layout.json", "poses.yaml", "trajectory.txt", "summary.json"})
-    named(name);
+  const Result<std::string> fmap = to_fmap(report.file.tags);  // not of every family
+  for (const char* name :
+       {"map.yaml", "layout.json", "layout.fmap", "poses.yaml", "trajectory.txt", "summary.json"})
+    if (fmap || name != std::string_view("layout.fmap")) named(name);
   Status status = write_map(staged->path() / "map.yaml", report.file);
   const auto write = [&](const char* name, const std::string& text) {
     if (status) status = write_text_file(staged->path() / name, text);
   };
   write("layout.json", to_wpilib_layout(report.file.tags));
+  if (fmap) write("layout.fmap", *fmap);
   write("poses.yaml", to_tagslam_poses(report.map));
   write("trajectory.txt", to_tum(report.trajectory));
   report.wall_s = watch.seconds();
@@ -210,66 +170,51 @@ Eigen::Vector3d position_sigma_m(const MappedTag& tag) {
   return (J * *tag.covariance * J.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
-Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder, const JobControl& control) {
-  const Stopwatch watch;
-  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
-  MapVideoReport report;
-  Result<Filmed> filmed = film(job, finder, control, report.warnings);
-  if (!filmed) return tl::unexpected(filmed.error());
-  const Result<VideoAnchor> anchor = anchor_of(job, filmed->count);
-  if (!anchor) return tl::unexpected(anchor.error());
-  const Result<TagScene> scene = scene_of(job, *filmed, *anchor);
+Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame> frames,
+                                 const JobControl& control) {
+  MapVideoReport report{.pictures = frames.size()};
+  const std::map<TagId, int> count = count_tags(frames);
+  if (count.empty()) return fail(ErrorCode::NotFound, "there are no tags");
+  const Result<VideoAnchors> anchors = internal::video_anchors(job, count);
+  if (!anchors) return tl::unexpected(anchors.error());
+  const Result<TagScene> scene = internal::video_scene(job, count, *anchors);
   if (!scene) return tl::unexpected(scene.error());
-  const SceneRecording recording{.frames = std::move(filmed->frames)};
+  const SceneRecording recording{.frames = std::move(frames)};
   const MapProgress progress = [&](const std::string& stage, int iteration, double cost) {
     control.progress({fmt::format("{}: step {}, cost {:.0f}", stage, iteration, cost)});
     return !control.cancelled();
   };
-  Result<SceneMap> map = map_scene(*scene, recording, {.search = job.search}, progress);
+  Result<SceneMap> map =
+      map_scene(*scene, recording,
+                {.search = job.search,
+                 .correlated_noise = true,
+                 .size_sigma = job.size_sigma > 0 ? std::optional(job.size_sigma) : std::nullopt},
+                progress);
   if (control.cancelled())
     return fail(ErrorCode::Unwritable, "stopped before the map was finished: nothing was written",
                 {.source = job.folder.string()});
   if (!map) return tl::unexpected(map.error());
   report.map = std::move(*map);
-  report.pictures = filmed->pictures;
-  report.correlated_frames = correlated_frames(report.map);
-  report.file = video_map_file(job, *anchor, report);
+  report.corner_chi2_per_dof = corner_chi2_per_dof(report.map);
+  report.file = video_map_file(job, *anchors, report.map);
   report.trajectory = camera_path(recording.frames, report.map);
-  hold_beside(job.prior, report);
-  warn_of(*anchor, report);
-  if (Status status = write_all(job, watch, report); !status) return tl::unexpected(status.error());
+  hold_beside(job.prior, *anchors, report);
+  list_distances(job, report);
+  warn_of(*anchors, report);
   return report;
 }
 
-nlohmann::ordered_json to_json(const MapVideoReport& report) {
-  const auto list = [](const Eigen::Vector3d& v) {
-    return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
-  };
-  nlohmann::ordered_json tags = nlohmann::ordered_json::array();
-  for (const auto& [id, tag] : report.file.tags.tags)
-    tags.push_back({{"tag", to_string(id)},
-                    {"map_t_tag_m", list(tag.map_T_tag.translation())},
-                    {"sigma_m", list(position_sigma_m(tag))},
-                    {"observations", report.file.observations.at(id)}});
-  nlohmann::ordered_json beside = nlohmann::ordered_json::array();
-  for (const TagBesidePrior& tag : report.beside)
-    beside.push_back({{"tag", to_string(tag.tag)},
-                      {"off_m", list(tag.off_m)},
-                      {"sigma_m", list(tag.sigma_m)},
-                      {"turned_rad", tag.turned_rad}});
-  return {{"pictures", report.pictures},
-          {"pictures_with_pose", report.trajectory.size()},
-          {"anchor", to_string(report.file.anchor)},
-          {"tags", std::move(tags)},
-          {"beside_prior", std::move(beside)},
-          {"observations", report.map.observations.seen.size()},
-          {"rejected_observations", report.map.rejected.size()},
-          {"noise_px", report.map.noise_px},
-          {"reprojection_mean_px", report.map.reprojection_mean_px},
-          {"correlated_pictures", report.correlated_frames},
-          {"files", report.files},
-          {"wall_s", report.wall_s},
-          {"warnings", report.warnings}};
+Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder, const JobControl& control) {
+  const Stopwatch watch;
+  if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
+  std::vector<std::string> warnings;
+  Result<std::vector<SceneFrame>> filmed = film(job, finder, control, warnings);
+  if (!filmed) return tl::unexpected(filmed.error());
+  Result<MapVideoReport> report = map_views(job, std::move(*filmed), control);
+  if (!report) return report;
+  report->warnings.insert(report->warnings.begin(), warnings.begin(), warnings.end());
+  if (Status status = write_all(job, watch, *report); !status) return tl::unexpected(status.error());
+  return report;
 }
 
 }  // namespace waymark

@@ -89,7 +89,7 @@ class Walk : public ::testing::Test {
 TEST_F(Walk, TagsStandWhereTheyAreWithinWhatIsClaimed) {
   film(kPictures);
   if (IsSkipped() || HasFatalFailure()) return;
-  job_.anchor = TagId{FamilyId::Tag36h11, 0};
+  job_.anchors = {{FamilyId::Tag36h11, 0}};
   job_.prior = truth_;
   const auto report = map_video(job_, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
@@ -110,7 +110,7 @@ TEST_F(Walk, TagsStandWhereTheyAreWithinWhatIsClaimed) {
   EXPECT_LT(std::sqrt(square / count), 0.01) << "map RMSE [m]";
   EXPECT_LT(nees / count, 4)
       << "mean squared error over what is claimed, 1 if that is true; tags are not independent";
-  EXPECT_GE(report->correlated_frames, 1);
+  EXPECT_GE(report->map.correlated_frames, 1);
   EXPECT_GT(report->trajectory.size(), 25U);
   const SE3 end = report->trajectory.back().map_T_base;
   EXPECT_LT((end.translation() - hand_at(kPictures - 1, kPictures).translation()).norm(), 0.03);
@@ -124,6 +124,8 @@ TEST_F(Walk, TheFilesAreReadBack) {
   EXPECT_THAT(report->warnings, ::testing::Contains(HasSubstr("is taken to hang upright")));
   const auto map = read_any_map(at("map/map.yaml"));
   const auto layout = read_any_map(at("map/layout.json"), kWalkTag_m);
+  const auto fmap = read_any_map(at("map/layout.fmap"));
+  ASSERT_TRUE(fmap) << to_string(fmap.error());
   ASSERT_TRUE(map) << to_string(map.error());
   ASSERT_TRUE(layout) << to_string(layout.error());
   EXPECT_EQ(map->map.anchor, report->file.anchor);
@@ -131,6 +133,7 @@ TEST_F(Walk, TheFilesAreReadBack) {
     const MappedTag* same = layout->map.tags.find(id);
     ASSERT_NE(same, nullptr);
     EXPECT_LT((same->map_T_tag.translation() - tag.map_T_tag.translation()).norm(), 1e-9);
+    EXPECT_LT((fmap->map.tags.tags.at(id).map_T_tag.inverse() * tag.map_T_tag).log().norm(), 1e-9);
   }
   for (const char* name : {"poses.yaml", "trajectory.txt", "summary.json"})
     EXPECT_TRUE(fs::exists(folder_ / "map" / name)) << name;
@@ -139,14 +142,25 @@ TEST_F(Walk, TheFilesAreReadBack) {
 TEST_F(Walk, WhatIsMissingIsNamedAndNothingIsWritten) {
   film(2);
   if (IsSkipped() || HasFatalFailure()) return;
-  job_.anchor = TagId{FamilyId::Tag36h11, 77};
+  job_.anchors = {{FamilyId::Tag36h11, 77}};
   const auto absent = map_video(job_, finder_, {});
   ASSERT_FALSE(absent);
   EXPECT_THAT(to_string(absent.error()), HasSubstr("tag36h11:77 was not seen"));
-  job_.anchor.reset();
+  job_.anchors = {};
   JobControl control;
   control.cancelled = [] { return true; };
   EXPECT_FALSE(map_video(job_, finder_, control));
+  EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
+TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
+  film(2);
+  if (IsSkipped() || HasFatalFailure()) return;
+  const PinholeRadtan lens{.fx = 1040, .fy = 1042, .cx = 636, .cy = 486};
+  job_.camera = CameraModel::make(lens, 1280, 960).value();
+  const auto report = map_video(job_, finder_, {});
+  ASSERT_FALSE(report);
+  EXPECT_THAT(to_string(report.error()), ::testing::AllOf(HasSubstr("1280"), HasSubstr("640")));
   EXPECT_FALSE(fs::exists(folder_ / "map"));
 }
 

@@ -84,6 +84,12 @@ struct PointCoordinateTerm {
   double measured_m = 0, sigma_m = 0.01;
 };
 
+/// An axis of a tag that points along a direction of the map, or against it.
+struct DirectionTerm {
+  PoseIndex body = 0, tag = 0;
+  DirectionFactor factor{};
+};
+
 struct BundleScales {
   OdometryScales value{};
   /// How far from 1, 1, 0, … they may be, beforehand; beyond the first two they are unknown when all are
@@ -118,6 +124,7 @@ struct Bundle {
   std::vector<CoordinateTerm> coordinates{};
   std::vector<PointDistanceTerm> point_distances{};
   std::vector<PointCoordinateTerm> point_coordinates{};
+  std::vector<DirectionTerm> directions{};
 
   PoseIndex add(const SE3& value, bool fixed = false) {
     poses.push_back({value, fixed});

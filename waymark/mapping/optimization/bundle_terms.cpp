@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "waymark/camera/intrinsics.hpp"
@@ -112,8 +113,7 @@ class Accumulator {
     Eigen::RowVector3d J;
     const Eigen::Matrix<double, 1, 1> r(
         point_distance_residual(term.measured_m, term.sigma_m, a.map_p, b.map_p, &J));
-    // A pose that both points share gets the sum of both parts.
-    const double same_body = term.a.body == term.b.body ? 1 : 0;
+    const double same_body = term.a.body == term.b.body ? 1 : 0;  // it gets the sum of both parts
     const Row J_body_a = J * (a.J_p_body - same_body * b.J_p_body);
     const Row J_body_b = -J * b.J_p_body;
     const Row J_tag_a = J * a.J_p_tag;
@@ -131,6 +131,13 @@ class Accumulator {
     const Eigen::Matrix<double, 1, 1> r((term.direction.dot(p.map_p) - term.measured_m) / term.sigma_m);
     add(r,
         std::array<Part, 2>{{{at(term.point.body), columns(J_body)}, {at(term.point.tag), columns(J_tag)}}});
+  }
+
+  void operator()(const DirectionTerm& term) {
+    Matrix26 J_body;
+    Matrix26 J_tag;
+    const auto r = direction_residual(term.factor, pose(term.body), pose(term.tag), &J_body, &J_tag);
+    add(r, std::array<Part, 2>{{{at(term.body), J_body}, {at(term.tag), J_tag}}});
   }
 
   void prior_of_scales(std::size_t i) {
@@ -196,6 +203,7 @@ void for_poses_of_terms(const Bundle& bundle, const Visit& visit) {
   for (const PointDistanceTerm& t : bundle.point_distances)
     visit(std::array{t.a.body, t.a.tag, t.b.body, t.b.tag});
   for (const PointCoordinateTerm& t : bundle.point_coordinates) visit(std::array{t.point.body, t.point.tag});
+  for (const DirectionTerm& t : bundle.directions) visit(std::array{t.body, t.tag});
 }
 
 /// Of cameras that are free and see something that counts.
@@ -255,16 +263,10 @@ Unknowns unknowns_of(const Bundle& bundle) {
 double accumulate(const Bundle& bundle, const Unknowns& unknowns, double robust_chi2, BlockSystem* system) {
   if (system != nullptr) system->clear();
   Accumulator sum(bundle, unknowns, robust_chi2, system);
-  for (const CornerTerm& term : bundle.corners) sum(term);
-  for (const PriorTerm& term : bundle.priors) sum(term);
-  for (const PairPriorTerm& term : bundle.pair_priors) sum(term);
-  for (const RelativeTerm& term : bundle.relatives) sum(term);
-  for (const OdometryTerm& term : bundle.odometry) sum(term);
-  for (const OnFloorTerm& term : bundle.on_floor) sum(term);
-  for (const DistanceTerm& term : bundle.distances) sum(term);
-  for (const CoordinateTerm& term : bundle.coordinates) sum(term);
-  for (const PointDistanceTerm& term : bundle.point_distances) sum(term);
-  for (const PointCoordinateTerm& term : bundle.point_coordinates) sum(term);
+  const auto all = [&sum](const auto&... kinds) { (std::ranges::for_each(kinds, std::ref(sum)), ...); };
+  all(bundle.corners, bundle.priors, bundle.pair_priors, bundle.relatives, bundle.odometry, bundle.on_floor,
+      bundle.distances, bundle.coordinates, bundle.point_distances, bundle.point_coordinates,
+      bundle.directions);
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) sum.prior_of_scales(i);
   for (std::size_t i = 0; i < unknowns.of_intrinsics.size(); ++i) sum.prior_of_intrinsics(i);
   return sum.cost();
@@ -274,8 +276,7 @@ void apply(const Unknowns& unknowns, const BlockSystem& system, const Eigen::Vec
   for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
     const int unknown = unknowns.of_pose[i];
     if (unknown < 0) continue;
-    const Vector6 xi = step.segment<6>(system.offset(unknown));
-    bundle.poses[i].value = plus(xi, bundle.poses[i].value);
+    bundle.poses[i].value = plus(Vector6(step.segment<6>(system.offset(unknown))), bundle.poses[i].value);
   }
   for (std::size_t i = 0; i < bundle.odometry_scales.size(); ++i) {
     const int unknown = unknowns.of_scales[i];

@@ -160,6 +160,9 @@ void add_measurements(const TagScene& scene, SceneBundle& problem) {
     if (const auto p = point(c.tag, c.corner))
       problem.bundle.point_coordinates.push_back({*p, c.direction.normalized(), c.measured_m, c.sigma_m});
   }
+  for (const SceneDirection& d : scene.directions) {
+    if (const auto p = point(d.tag, -1)) problem.bundle.directions.push_back({p->body, p->tag, d.factor});
+  }
 }
 
 /// Without any prior that ties something to the map, a body and a tag on it are held where they are.
@@ -230,6 +233,30 @@ void add_wiggle(const TagScene& scene, const SceneObservations& observations, Sc
       bundle.relatives.push_back({mean, it->second, {SE3(), {}, sigma.cwiseInverse().asDiagonal()}});
     }
     bundle.corners[i].cam = it->second;
+  }
+}
+
+void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed) {
+  constexpr double kFar = 1e3;  // [m, rad]: what a plane does not tell of its own pose
+  Bundle& bundle = problem.bundle;
+  for (const ScenePlane& plane : scene.planes) {
+    std::vector<PoseIndex> tags;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+      for (std::size_t t = 0; scene.bodies[b].is_static && t < scene.bodies[b].tags.size(); ++t) {
+        const bool in_plane =
+            std::ranges::find(plane.tags, scene.bodies[b].tags[t].id.number) != plane.tags.end();
+        if (in_plane && placed[problem.tags[b][t]] != 0) tags.push_back(problem.tags[b][t]);
+      }
+    }
+    if (tags.size() < 2) continue;
+    const SE3 start = bundle.poses[tags.front()].value;
+    const PoseIndex pose = bundle.add(start);
+    problem.moves.push_back(0);
+    placed.push_back(1);
+    bundle.priors.push_back({pose, {start, Matrix6::Identity() / kFar}});
+    for (PoseIndex tag : tags)
+      bundle.on_floor.push_back(
+          {pose, tag, {.height_sigma_m = plane.sigma_m, .tilt_sigma_rad = plane.sigma_rad}});
   }
 }
 

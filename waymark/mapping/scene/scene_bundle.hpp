@@ -54,4 +54,8 @@ struct SceneBundle {
 /// has on its body: what TagSLAM does. Call it when all poses stand near where they belong.
 void add_wiggle(const TagScene& scene, const SceneObservations& observations, SceneBundle& problem);
 
+/// Ties tags that lie in one plane to a pose of that plane, another unknown. Call it when all poses stand
+/// near where they belong. Tags of one plane must be on one body.
+void add_planes(const TagScene& scene, SceneBundle& problem, std::vector<char>& placed);
+
 }  // namespace waymark

@@ -108,11 +108,11 @@ void say_what_measurements_suffer(const SceneMap& map, std::vector<std::string>&
                       "sigma: the rest contradicts it",
                       term.measured_m, number[term.point.tag], off, std::abs(off) / term.sigma_m));
   }
-  constexpr double kSizeSigma = 0.005;
-  if (std::abs(map.size_scale - 1) > kGate * kSizeSigma)
+  const double off_sigma = std::abs(map.size_scale - 1) / map.size_prior_sigma;
+  if (off_sigma > kGate)
     words.push_back(fmt::format(
         "by the distances given, tags are {:.3f} times as large as their given sizes, {:.1f} sigma",
-        map.size_scale, std::abs(map.size_scale - 1) / kSizeSigma));
+        map.size_scale, off_sigma));
 }
 
 void say_which_cameras_differ(const SceneMap& map, std::vector<std::string>& words) {

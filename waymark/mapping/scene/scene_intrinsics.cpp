@@ -6,14 +6,21 @@
 
 namespace waymark {
 
-void free_intrinsics(SceneMap& map) {
+void free_intrinsics(SceneMap& map, bool all) {
   constexpr double kShare = 0.01;
   constexpr double kRadial = 0.05;
   constexpr double kTangential = 0.005;
   Bundle& bundle = map.problem.bundle;
   bundle.intrinsics.clear();
-  for (const CameraModel& camera : bundle.cameras) {
+  for (std::size_t c = 0; c < bundle.cameras.size(); ++c) {
+    const CameraModel& camera = bundle.cameras[c];
+    const Eigen::VectorXd& known = map.scene.cameras[c].intrinsics_sigma;
     BundleIntrinsics free{.prior = intrinsics_of(camera)};
+    if (known.size() > 0 || !all) {
+      free.sigma = known;
+      bundle.intrinsics.push_back(std::move(free));
+      continue;
+    }
     free.sigma = kShare * free.prior.cwiseAbs();
     free.sigma.segment<2>(2).setConstant(kShare * camera.width_px());
     const std::vector<std::string> names = intrinsics_names(camera);

@@ -8,10 +8,13 @@
 #include "waymark/mapping/optimization/confirmed_observations.hpp"
 #include "waymark/mapping/optimization/kept_factor.hpp"
 #include "waymark/mapping/optimization/stopped.hpp"
+#include "waymark/mapping/scene/frame_correlation.hpp"
 #include "waymark/mapping/scene/misread_ids.hpp"
 #include "waymark/mapping/scene/place_poses.hpp"
+#include "waymark/mapping/scene/rolling_corners.hpp"
 #include "waymark/mapping/scene/scene_intrinsics.hpp"
 #include "waymark/mapping/scene/scene_report.hpp"
+#include "waymark/mapping/scene/tag_scale.hpp"
 
 namespace waymark {
 namespace {
@@ -48,8 +51,9 @@ std::vector<KnownPose> what_is_known(const TagScene& scene, const SceneBundle& p
 
 class Search {
  public:
-  Search(const SceneMapOptions& options, const MapProgress& progress, SceneMap& map)
-      : options_(options), progress_(progress), map_(map) {}
+  Search(const SceneRecording& recording, const SceneMapOptions& options, const MapProgress& progress,
+         SceneMap& map)
+      : recording_(recording), options_(options), progress_(progress), map_(map) {}
 
   /// From the placed poses to the optimum of the robust cost; poses that are in the wrong minimum are moved.
   void rough() {
@@ -84,9 +88,15 @@ class Search {
   void with_own_noise() {
     settle();
     if (goes_on() && correct_misread_ids(map_, options_.search.outlier_chi2) > 0) settle();
-    if (options_.free_intrinsics) {
-      free_intrinsics(map_);
+    add_planes(map_.scene, map_.problem, map_.placed);
+    known_.resize(map_.placed.size());
+    count_correlated();
+    const bool given = std::ranges::any_of(
+        map_.scene.cameras, [](const CameraOnBody& camera) { return camera.intrinsics_sigma.size() > 0; });
+    if (options_.free_intrinsics || given) {
+      free_intrinsics(map_, options_.free_intrinsics);
       settle();
+      count_correlated();
     }
     find_size_of_tags();
     find(0, options_.search.max_iterations, "adjusting");
@@ -95,16 +105,25 @@ class Search {
   /// Until the set of observations in use and the noise agree with each other.
   void settle() {
     for (int round = 0; round < kRounds && goes_on(); ++round) {
+      constexpr double kStill_px = 0.02;
+      const bool moved = bring_corners_to_middle(recording_, map_) > kStill_px;
       own_noise(noise_px_ * noise_ratio());
       const bool changed = judge();
-      if (!changed && round > 0) break;
+      if (!changed && !moved && round > 0) break;
       find(0, options_.search.max_iterations, "adjusting", kRough);
     }
   }
 
-  /// Where distances are given, the size of all tags is not: one factor for all of them, by the minimum of
-  /// the parabola through what three of them cost. Distances count from here on: before, a size that is a
-  /// little wrong would let them contradict observations.
+  /// Of a video: errors last from picture to picture, and so many of them weigh as one.
+  void count_correlated() {
+    if (!options_.correlated_noise || !goes_on()) return;
+    map_.correlated_frames = correlated_frames(map_);
+    own_noise(noise_px_);
+    find(0, options_.search.max_iterations, "adjusting", kRough);
+  }
+
+  /// Where distances are given, the size of all tags is not: one factor for all of them. Distances count from
+  /// here on: before, a size that is a little wrong would let them contradict observations.
   void find_size_of_tags() {
     Bundle& bundle = map_.problem.bundle;
     const auto in_map = [&](const BundlePoint& p) {
@@ -116,18 +135,14 @@ class Search {
       bundle.point_distances.push_back(term);
       ratios.push_back(term.measured_m / (place_of(term.a) - place_of(term.b)).norm());
     }
-    if (ratios.empty() || !goes_on()) return;
+    if ((ratios.empty() && !options_.size_sigma) || !goes_on()) return;
     constexpr double kMost = 0.2;
-    cost_at_size(std::clamp(median(std::move(ratios)), 1 - kMost, 1 + kMost));
-    for (double step : {kSizeSigma, kSizeSigma / 10}) {
-      const double at = map_.size_scale;
-      const double middle = cost_at_size(at);
-      const double less = cost_at_size(at - step);
-      const double more = cost_at_size(at + step);
-      const double bend = less - 2 * middle + more;
-      const double best = bend > 0 ? step * (less - more) / (2 * bend) : 0;
-      cost_at_size(at + std::clamp(best, -10 * step, 10 * step));
-    }
+    const double start = ratios.empty() ? 1 : std::clamp(median(std::move(ratios)), 1 - kMost, 1 + kMost);
+    const TagScale scale = find_tag_scale(map_, start, map_.size_prior_sigma, [&] {
+      find(0, options_.search.max_iterations, "size of the tags");
+    });
+    map_.size_sigma = scale.sigma;
+    if (options_.size_sigma) map_.by_size = scale.by_scale;
     judge();
     for (SceneBody& body : map_.scene.bodies) {
       for (SceneTag& tag : body.tags) tag.size_m *= map_.size_scale;
@@ -144,31 +159,10 @@ class Search {
   static constexpr double kRough = 1e-4;    // which observations count shows long before the last digit
   static constexpr double kFine = 1e-8;
   static constexpr double kFar = 200;
-  static constexpr double kSizeSigma = 0.005;  // of the size that all tags were printed in
 
   [[nodiscard]] Eigen::Vector3d place_of(const BundlePoint& p) const {
     const std::vector<BundlePose>& poses = map_.problem.bundle.poses;
     return poses[p.body].value * (poses[p.tag].value * p.tag_p);
-  }
-
-  /// The least cost when all tags are so many times as large as was said.
-  double cost_at_size(double scale) {
-    Bundle& bundle = map_.problem.bundle;
-    const double ratio = scale / map_.size_scale;
-    map_.size_scale = scale;
-    for (CornerTerm& term : bundle.corners) term.factor.size_m *= ratio;
-    for (PointDistanceTerm& term : bundle.point_distances) {
-      term.a.tag_p *= ratio;
-      term.b.tag_p *= ratio;
-    }
-    for (PointCoordinateTerm& term : bundle.point_coordinates) term.point.tag_p *= ratio;
-    for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
-      SE3& pose = bundle.poses[i].value;
-      if (!bundle.poses[i].fixed) pose = SE3(pose.rotation(), ratio * pose.translation());
-    }
-    find(0, options_.search.max_iterations, "size of the tags");
-    const double off = (scale - 1) / kSizeSigma;
-    return cost(bundle) + off * off / 2;
   }
 
   void place() {
@@ -258,14 +252,21 @@ class Search {
   void own_noise(double sigma_px) {
     noise_px_ = sigma_px;
     for (CornerTerm& term : map_.problem.bundle.corners) {
-      term.factor.whitening = CornerCovariance::Identity() / sigma_px;
+      term.factor.whitening = CornerCovariance::Identity() / (sigma_px * std::sqrt(map_.correlated_frames));
       term.factor.isotropic = true;
     }
   }
 
+  /// Of one picture, whatever pictures weigh together.
+  [[nodiscard]] std::vector<double> chi2_of_corners() const {
+    std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    for (double& x : chi2) x *= map_.correlated_frames;
+    return chi2;
+  }
+
   /// Found over assumed, by the median, which outliers hardly move.
   [[nodiscard]] double noise_ratio() const {
-    std::vector<double> chi2 = corner_chi2(map_.problem.bundle);
+    std::vector<double> chi2 = chi2_of_corners();
     double numbers = 0;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < chi2.size(); ++i) {
@@ -287,7 +288,7 @@ class Search {
 
   bool judge() {
     Bundle& bundle = map_.problem.bundle;
-    const std::vector<double> chi2 = corner_chi2(bundle);
+    const std::vector<double> chi2 = chi2_of_corners();
     const auto good = [&](std::size_t i) {
       return can_count(bundle.corners[i]) && chi2[i] < options_.search.outlier_chi2;
     };
@@ -307,6 +308,7 @@ class Search {
     return changed;
   }
 
+  const SceneRecording& recording_;
   const SceneMapOptions& options_;
   const MapProgress& progress_;
   SceneMap& map_;
@@ -348,6 +350,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
     return fail(ErrorCode::InvalidArgument, "TagSLAM's model takes the cameras as given",
                 {.key = "free_intrinsics"}, "Leave it out, or take the model waymark.");
   SceneMap map{.scene = scene};
+  map.size_prior_sigma = options.size_sigma.value_or(map.size_prior_sigma);
   map.observations = observations_of(recording, map.scene);
   if (options.model == SceneModel::Waymark) believe(scene, options, map);
   if (map.observations.seen.empty())
@@ -356,7 +359,7 @@ Result<SceneMap> map_scene(const TagScene& scene, const SceneRecording& recordin
   Result<SceneBundle> problem = scene_bundle(map.scene, recording, map.observations);
   if (!problem) return tl::unexpected(problem.error());
   map.problem = std::move(*problem);
-  Search search(options, progress, map);
+  Search search(recording, options, progress, map);
   search.rough();
   if (map.summary.stopped) return internal::stopped_on_request();
   if (std::ranges::none_of(map.problem.bundle.corners, &CornerTerm::used))

@@ -25,6 +25,11 @@ struct SceneMapOptions {
   SearchOptions search{};
   int min_observations = 2;
   bool free_intrinsics = false;  ///< cameras are found as well, near what is given (model waymark only)
+  /// Pictures of one video: errors that last from picture to picture weigh as one (model waymark only).
+  bool correlated_noise = false;
+  /// Relative standard deviation of the size that all tags were printed in, which then is part of every
+  /// covariance. Nothing: 0.005 where distances are given, else the size is exact.
+  std::optional<double> size_sigma{};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
@@ -74,6 +79,10 @@ struct SceneMap {
   std::vector<TagId> undetermined{};      ///< in the map, but nothing determines where
   std::vector<FoundIntrinsics> intrinsics{};  ///< of cameras that were free; `scene` has them as found
   double size_scale = 1;                      ///< of all tags, found where distances are given
+  double size_sigma = 0;                      ///< of size_scale; 0: it was not looked for
+  double size_prior_sigma = 0.005;            ///< of it beforehand
+  std::vector<Vector6> by_size{};             ///< d(pose) / d(size_scale), in `covariance` already
+  double correlated_frames = 1;               ///< so many pictures weigh as one
   std::vector<TagId> rejected_tags{};         ///< on no list and hardly seen, or contradicted: not in the map
 
   /// Where a tag of a static body is; nothing when it is not in the map.

@@ -12,7 +12,8 @@ namespace waymark {
 namespace {
 
 void list_rejected(const SceneRecording& recording, SceneMap& map) {
-  const std::vector<double> chi2 = corner_chi2(map.problem.bundle);
+  std::vector<double> chi2 = corner_chi2(map.problem.bundle);
+  for (double& x : chi2) x *= map.correlated_frames;
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
     const SceneObservation& seen = map.observations.seen[i];
     const CornerTerm& term = map.problem.bundle.corners[i];
@@ -165,6 +166,8 @@ void list_what_hangs_loosely(SceneMap& map) {
 
 void report_scene(const SceneRecording& recording, SceneMap& map) {
   map.covariance = covariance(map.problem.bundle);
+  for (std::size_t i = 0; i < map.by_size.size(); ++i)
+    map.covariance.poses[i] += map.size_sigma * map.size_sigma * map.by_size[i] * map.by_size[i].transpose();
   report_intrinsics(map);
   measure_reprojection(map);
   list_rejected(recording, map);

@@ -9,6 +9,7 @@
 
 #include "waymark/base/time.hpp"
 #include "waymark/camera/camera_model.hpp"
+#include "waymark/factors/point_factors.hpp"
 #include "waymark/factors/pose_factors.hpp"
 #include "waymark/samples/robot_samples.hpp"
 
@@ -65,9 +66,12 @@ struct CameraOnBody {
   std::size_t body = 0;  ///< it sits on
   std::optional<ScenePrior> body_T_cam{};
   double wiggle_m = 0, wiggle_rad = 0;  ///< how it moves on its body from frame to frame (model tagslam only)
+  double readout_s = 0;                 ///< of a rolling shutter, first row to last; 0: global shutter
+  /// Standard deviations of the model's numbers (intrinsics_of): it is adjusted within them; empty: exact.
+  Eigen::VectorXd intrinsics_sigma{};
 };
 
-/// The distance between corners (0 … 3: TL, TR, BR, BL) of two tags.
+/// The distance between the centres (corner -1) or corners (0 … 3: TL, TR, BR, BL) of two tags.
 struct SceneDistance {
   int tag_a = 0, tag_b = 0;
   int corner_a = 0, corner_b = 0;
@@ -80,6 +84,18 @@ struct SceneCoordinate {
   int corner = -1;
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double measured_m = 0, sigma_m = 0.01;
+};
+
+/// An axis of a tag that points along a direction of the map, or against it.
+struct SceneDirection {
+  int tag = 0;
+  DirectionFactor factor{};
+};
+
+/// Tags that lie in one plane, wherever it is: their centres and their directions.
+struct ScenePlane {
+  std::vector<int> tags{};
+  double sigma_m = 0.005, sigma_rad = 0.02;
 };
 
 /// Detections of an id that are to be passed over: everywhere, by one camera, at one time.
@@ -106,6 +122,8 @@ struct TagScene {
   bool approximate_sync = false;  ///< pictures of different stamps belong together
   std::vector<SceneDistance> distances{};
   std::vector<SceneCoordinate> coordinates{};
+  std::vector<SceneDirection> directions{};
+  std::vector<ScenePlane> planes{};
   std::vector<SceneSquash> squash{};
   std::vector<SceneRemap> remaps{};
 
