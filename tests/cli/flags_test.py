@@ -272,6 +272,13 @@ class Flags(InFolder):
             if words:
                 self.refused(verb, words.split(), flag)
 
+    def test_a_flag_of_videos_without_what_it_is_about_is_refused(self):
+        self.fill()
+        for words in ("--level-sigma-deg 2", "--prior-sigma-m 0.01", "--prior-sigma-deg 1",
+                      "--anchor-pose 0 0 0 0 0 0 --anchor 3,7 --prior map.yaml",
+                      "--anchor-pose 0 0 0 0 0 0 --prior map.yaml --prior-sigma-m 0.01"):
+            self.refused("map", f"walk.mp4 -o map --camera camera.yaml --tag-size-m 0.1 {words}".split(), words.split()[0])
+
     def test_every_flag_is_known_to_have_an_effect_or_to_be_refused(self):
         for verb in verbs():
             options = {"--" + key.rsplit(".", 1)[1].replace("_", "-") for section in sections_of(verb) for key in keys_of(verb, section)}

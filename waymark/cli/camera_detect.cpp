@@ -1,6 +1,5 @@
 #include "waymark/cli/camera_detect.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -79,11 +78,10 @@ class CameraDetection {
 }  // namespace
 
 Result<bool> is_camera_input(const CLI::App& app, const std::vector<std::string>& sources) {
-  const bool live = sources.size() == 1 && is_camera_address(sources.front());
+  const auto camera = is_only_camera(sources);
+  if (!camera) return camera;
+  const bool live = *camera;
   Status status;
-  if (!live && std::ranges::any_of(sources, is_camera_address))
-    status = fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
-                  "Run the program once for each camera.");
   for (const char* flag : {"--view", "--duration-s"})
     if (status && !live) status = refuse_flag(app, flag, "this is about live cameras", "Leave it out.");
   for (const char* flag : {"--annotate", "--recursive"})

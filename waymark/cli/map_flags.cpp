@@ -143,8 +143,8 @@ void MapArgs::add_to(CLI::App& verb) {
              "tag, without optimisation)",
              kShown);
   add_option(verb, "--anchor TAG", anchor,
-             "Anchor tag, which sets the origin of the map, for example tag36h11:0. Unless given: that of "
-             "the recording");
+             "Anchor tag, which sets the origin of the map, for example tag36h11:0; of a video with --prior "
+             "several (3,7,9). Unless given: that of the recording");
   add_option(verb, "--anchor-pose X Y Z ROLL PITCH YAW", anchor_pose,
              "Where the anchor stands in the map: x y z [m] and roll pitch yaw [deg] of the tag's frame (x "
              "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "

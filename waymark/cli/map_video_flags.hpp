@@ -1,13 +1,9 @@
 #pragma once
 
-#include <optional>
-#include <string>
-#include <vector>
-
 #include <CLI/App.hpp>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/jobs/map_video.hpp"
+#include "waymark/jobs/map_video_description.hpp"
 
 namespace waymark::cli {
 
@@ -28,19 +24,8 @@ class MapVideoFlags {
  private:
   [[nodiscard]] Result<MapVideoJob> job_of(const MapArgs& args) const;
 
-  /// What is known of the place: anchors, distances, what is level.
-  [[nodiscard]] Status read_place(const MapArgs& args, MapVideoJob& job) const;
-  /// The camera, its uncertainty and its shutter.
-  [[nodiscard]] Result<MapVideoJob> read_camera_of_job() const;
-
   CLI::App& app_;
-  std::string camera_;
-  std::string camera_name_;
-  std::optional<double> readout_ms_;
-  double tag_size_sigma_m_ = 0.0005;
-  std::optional<double> prior_sigma_m_, prior_sigma_deg_;
-  std::vector<std::string> distances_, upright_, floor_, planes_;
-  double level_sigma_deg_ = 1;
+  MapVideoDescription of_{};
 };
 
 }  // namespace waymark::cli

@@ -14,11 +14,13 @@
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/file_names.hpp"
-#include "waymark/cli/guided_calibration.hpp"
 #include "waymark/cli/interrupt.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/calibrate_camera_text.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/live/calibrate_guided.hpp"
+#include "waymark/live/camera_address.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -153,7 +155,7 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
                                       : ExitCode::SomeFailed);
   GuideOptions guide;
   if (const Status usable = args.guide.apply(guide); !usable) return failed(usable.error(), ExitCode::Usage);
-  const auto live = is_live_source(job.sources);
+  const auto live = is_only_camera(job.sources);
   if (!live) return failed(live.error(), ExitCode::Usage);
   const bool guided = *live || args.guided;
   if (const Status effective = check_guided_flags(args, *live); !effective)
@@ -169,7 +171,7 @@ ExitCode calibrate(const CalibrateCameraArgs& args, Console& console) {
                                                  .folder = args.folder,
                                                  .view = args.view,
                                                  .page = args.page},
-                                                console)
+                                                control_from(console))
                              : calibrate_camera(job, *target, *finder, control_from(console));
   if (!report) return failed(report.error(), interrupted() ? ExitCode::Interrupted : ExitCode::SomeFailed);
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));

@@ -1,5 +1,6 @@
 #include "waymark/live/camera_address.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "waymark/drivers/gstreamer/gstreamer_camera.hpp"
@@ -9,6 +10,14 @@ namespace waymark {
 
 bool is_camera_address(std::string_view word) {
   return word.starts_with(kV4l2Scheme) || word.starts_with(kGstreamerScheme);
+}
+
+Result<bool> is_only_camera(const std::vector<std::string>& sources) {
+  const bool live = sources.size() == 1 && is_camera_address(sources.front());
+  if (!live && std::ranges::any_of(sources, is_camera_address))
+    return fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
+                "Run the program once for each camera.");
+  return live;
 }
 
 Result<CameraAddress> parse_camera_address(const std::string& word, const std::string& name) {

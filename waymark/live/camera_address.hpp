@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "waymark/samples/live_camera.hpp"
 
@@ -20,6 +21,9 @@ struct CameraAddress {
 
 /// Whether a word names a live camera: "v4l2:/dev/video0,size=1280x720", "gstreamer:libcamerasrc".
 [[nodiscard]] bool is_camera_address(std::string_view word);
+
+/// Whether the inputs are one live camera; fails where a camera is among others.
+[[nodiscard]] Result<bool> is_only_camera(const std::vector<std::string>& sources);
 
 /// Opens the camera of an address; `name` is that of its samples. Errors: InvalidArgument (the address), as
 /// the camera's driver.

@@ -1,26 +1,23 @@
-#include "waymark/cli/guided_calibration.hpp"
+#include "waymark/live/calibrate_guided.hpp"
 
-#include <algorithm>
 #include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "waymark/cli/console_control.hpp"
-#include "waymark/cli/interrupt.hpp"
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/live/camera_page.hpp"
 #include "waymark/live/camera_watch.hpp"
 
-namespace waymark::cli {
+namespace waymark {
 namespace {
 
 /// Tells how far the calibration is: each view on a line, and once a second what is missing.
 class Teller {
  public:
-  Teller(const GuidedCalibration& guided, Console& console) : guided_(guided), console_(console) {}
+  Teller(const GuidedCalibration& guided, const JobControl& control) : guided_(guided), control_(control) {}
 
   /// After each picture; whether something was told.
   bool tell(SensorTime stamp, bool is_view) {
@@ -29,45 +26,45 @@ class Teller {
     last_ = stamp;
     const std::string words = to_text(guided_.status());
     if (is_view)
-      console_.say(words);
+      control_.note(words);
     else
-      console_.live(words);
+      control_.progress({words});
     return true;
   }
 
  private:
   const GuidedCalibration& guided_;
-  Console& console_;
+  const JobControl& control_;
   std::optional<SensorTime> last_{};
 };
 
 /// What changes by itself would change the lens or the noise between two views: it is held, and told.
-void lock_controls(LiveCamera& camera, Console& console) {
+void lock_controls(LiveCamera& camera, const JobControl& control) {
   std::vector<std::string> locked;
-  for (const CameraControl& control : camera.controls()) {
-    if (!control.automatic) continue;
-    const Status set = camera.set_control(control.name, control.value);
+  for (const CameraControl& each : camera.controls()) {
+    if (!each.automatic) continue;
+    const Status set = camera.set_control(each.name, each.value);
     if (set)
-      locked.push_back(control.name);
+      locked.push_back(each.name);
     else
-      console.say(fmt::format("{} stays automatic: {}", control.name, to_string(set.error())));
+      control.note(fmt::format("{} stays automatic: {}", each.name, to_string(set.error())));
   }
   if (!locked.empty())
-    console.say(fmt::format("automatic until now, held from here on: {}", fmt::join(locked, ", ")));
+    control.note(fmt::format("automatic until now, held from here on: {}", fmt::join(locked, ", ")));
 }
 
-Status from_camera(const GuidedRun& run, GuidedCalibration& guided, Console& console) {
+Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
   auto camera = open_live_camera(run.job.sources.front());
   if (!camera) return tl::unexpected(camera.error());
-  console.say((*camera)->description());
-  lock_controls(**camera, console);
+  control.note((*camera)->description());
+  lock_controls(**camera, control);
   Result<std::unique_ptr<LivePage>> view = std::unique_ptr<LivePage>();
-  if (run.view) view = LivePage::start(run.page, (*camera)->description(), control_from(console));
+  if (run.view) view = LivePage::start(run.page, (*camera)->description(), control);
   if (!view) return tl::unexpected(view.error());
   const std::optional<PoseSetup> no_poses;
   std::unique_ptr<CameraPage> page;
   if (*view != nullptr) page = std::make_unique<CameraPage>(**camera, (*view)->feed(), no_poses);
-  Teller teller(guided, console);
+  Teller teller(guided, control);
   CameraWatch watch;
   watch.on_picture = [&](CameraPicture& seen) -> Status {
     const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
@@ -77,22 +74,21 @@ Status from_camera(const GuidedRun& run, GuidedCalibration& guided, Console& con
     if (page != nullptr) page->show(seen, {});
     return {};
   };
-  watch.on_words = [&](const std::string& words) { console.say(words); };
-  watch.should_stop = [&] { return interrupted() || guided.status().good_enough; };
+  watch.on_words = [&](const std::string& words) { control.note(words); };
+  watch.should_stop = [&] { return control.cancelled() || guided.status().good_enough; };
   const TagFinder nothing = no_tags();
   const auto end = watch_camera(**camera, nothing, watch);
-  console.end_progress();
   if (page != nullptr)
     if (const auto closed = page->close(); !closed) return tl::unexpected(closed.error());
   return end ? Status() : Status(tl::unexpected(end.error()));
 }
 
-Status from_files(const GuidedRun& run, GuidedCalibration& guided, Console& console) {
+Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobControl& control) {
   Status status;
-  Teller teller(guided, console);
+  Teller teller(guided, control);
   const TagFinder nothing = no_tags();
   const DetectSummary summary = detect_all(
-      find_inputs(run.job.sources, run.job.recursive), nothing, control_from(console),
+      find_inputs(run.job.sources, run.job.recursive), nothing, control,
       [&](std::size_t index, const PictureReport& report, const ImageView& image) {
         if (!report.detected) return true;
         const auto taken = guided.take(report.stamp.value_or(SensorTime(std::chrono::seconds(index))), image);
@@ -103,32 +99,23 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, Console& cons
         static_cast<void>(teller.tell(report.stamp.value_or(SensorTime()), *taken));
         return !guided.status().good_enough;
       });
-  console.end_progress();
   if (status && summary.pictures == 0) return fail(ErrorCode::NotFound, "no picture could be read");
   return status;
 }
 
 }  // namespace
 
-Result<bool> is_live_source(const std::vector<std::string>& sources) {
-  const bool live = sources.size() == 1 && is_camera_address(sources.front());
-  if (!live && std::ranges::any_of(sources, is_camera_address))
-    return fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
-                "Run the program once for each camera.");
-  return live;
-}
-
-Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, Console& console) {
+Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control) {
   GuidedCalibration guided(run.job, run.target, run.finder, run.options, run.folder);
-  const auto resumed = guided.resume(control_from(console));
+  const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());
-  if (*resumed > 0) console.say(fmt::format("{}: {} views from before", run.folder, *resumed));
-  const auto live = is_live_source(run.job.sources);
+  if (*resumed > 0) control.note(fmt::format("{}: {} views from before", run.folder, *resumed));
+  const auto live = is_only_camera(run.job.sources);
   if (!live) return tl::unexpected(live.error());
-  const Status taken = *live ? from_camera(run, guided, console) : from_files(run, guided, console);
+  const Status taken = *live ? from_camera(run, guided, control) : from_files(run, guided, control);
   if (!taken) return tl::unexpected(taken.error());
-  console.say(to_text(guided.status()));
+  control.note(to_text(guided.status()));
   return guided.finish();
 }
 
-}  // namespace waymark::cli
+}  // namespace waymark

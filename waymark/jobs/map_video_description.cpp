@@ -1,0 +1,123 @@
+#include "waymark/jobs/map_video_description.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "waymark/base/angles.hpp"
+#include "waymark/config/calibration_file.hpp"
+#include "waymark/config/camera_file.hpp"
+#include "waymark/config/landmarks_file.hpp"
+#include "waymark/jobs/lap_input.hpp"
+
+namespace waymark {
+namespace {
+
+constexpr double kPriorSigma_deg = 2;  // where only the places of a prior were said to be known so well
+
+std::vector<std::string> split_at_commas(const std::string& text) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    if (end > begin) parts.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::optional<double> number_in(const std::string& text) {
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, problem] = std::from_chars(text.data(), end, value);
+  return problem == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
+
+/// Adds the tags of "3,7" or "tag36h11:3".
+Status add_tags(const std::string& text, const char* flag, std::vector<TagId>& tags) {
+  for (const std::string& name : split_at_commas(text)) {
+    Result<TagId> tag = tag_named(name);
+    if (!tag) {
+      tag.error().place.key = flag;
+      return tl::unexpected(tag.error());
+    }
+    tags.push_back(*tag);
+  }
+  return {};
+}
+
+Result<MeasuredDistance> distance_named(const std::string& text) {
+  const std::vector<std::string> parts = split_at_commas(text);
+  const auto wrong = [&] {
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no distance between two tags", text),
+                {.key = "--distance"},
+                "Two ids and metres: 3,7,2.41, with a standard deviation 3,7,2.41,0.002.");
+  };
+  if (parts.size() != 3 && parts.size() != 4) return wrong();
+  const Result<TagId> a = tag_named(parts[0]);
+  const Result<TagId> b = tag_named(parts[1]);
+  MeasuredDistance distance;
+  if (!a || !b || *a == *b) return wrong();
+  distance.a = *a;
+  distance.b = *b;
+  const auto length = number_in(parts[2]);
+  const auto sigma = parts.size() == 4 ? number_in(parts[3]) : std::optional(distance.sigma_m);
+  if (!length || !sigma || !(*length > 0 && *length < 1e4) || !(*sigma > 0 && *sigma < 1e3)) return wrong();
+  distance.measured_m = *length;
+  distance.sigma_m = *sigma;
+  return distance;
+}
+
+/// The camera, its uncertainty and its shutter.
+Result<MapVideoJob> job_with_camera(const MapVideoDescription& description) {
+  Result<NamedCamera> camera = read_camera(description.camera, description.camera_name);
+  if (!camera) return tl::unexpected(camera.error());
+  MapVideoJob job{.camera = std::move(camera->camera)};
+  if (const Result<Calibration> ours = read_calibration(description.camera)) {
+    job.intrinsics_sigma = intrinsics_sigma(job.camera, *ours);
+    job.readout_s = ours->known("readout_s").value_or(0);
+  }
+  if (description.readout_ms) job.readout_s = *description.readout_ms * 1e-3;
+  return job;
+}
+
+Status read_prior(const MapVideoDescription& description, double tag_size_m, MapVideoJob& job) {
+  if (description.prior.empty()) return {};
+  job.prior_sigma_m = description.prior_sigma_m;
+  if (description.prior_sigma_deg || description.prior_sigma_m)
+    job.prior_sigma_rad = to_radians(description.prior_sigma_deg.value_or(kPriorSigma_deg));
+  Result<LandmarksFile> prior = read_landmarks(description.prior, tag_size_m);
+  if (!prior) return tl::unexpected(prior.error());
+  job.prior = std::move(prior->tags);
+  return {};
+}
+
+}  // namespace
+
+Result<MapVideoJob> described_map_video(const MapVideoDescription& description, double tag_size_m) {
+  Result<MapVideoJob> job = job_with_camera(description);
+  if (!job) return job;
+  Status status = add_tags(description.anchor, "--anchor", job->anchors);
+  const auto add = [&](const std::vector<std::string>& texts, const char* flag, std::vector<TagId>& tags) {
+    for (const std::string& text : texts)
+      if (status) status = add_tags(text, flag, tags);
+  };
+  add(description.upright, "--upright", job->upright);
+  add(description.floor, "--floor", job->floor);
+  for (const std::string& plane : description.planes) add({plane}, "--plane", job->planes.emplace_back());
+  if (!status) return tl::unexpected(status.error());
+  for (const std::string& text : description.distances) {
+    const Result<MeasuredDistance> distance = distance_named(text);
+    if (!distance) return tl::unexpected(distance.error());
+    job->distances.push_back(*distance);
+  }
+  job->sizes.default_size_m = tag_size_m;
+  job->size_sigma = description.tag_size_sigma_m / tag_size_m;
+  job->level_sigma_rad = to_radians(description.level_sigma_deg);
+  status = read_prior(description, tag_size_m, *job);
+  return status ? job : tl::unexpected(status.error());
+}
+
+}  // namespace waymark
