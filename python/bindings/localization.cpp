@@ -11,6 +11,7 @@
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/sample_cast.hpp"
+#include "python/bindings/states.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -133,6 +134,8 @@ void bind_localization(py::module_& m) {
                         "False: a guess; nothing should drive by it.");
   estimate.def_property_readonly("position_sigma_m", &LocalizationEstimate::position_sigma_m,
                                  "The larger standard deviation of the position [m].");
+
+  def_state(estimate);
 
   py::class_<Localizer> localizer(m, "Localizer",
                                   "Samples in, in order of time; where the robot is comes out at any time.");

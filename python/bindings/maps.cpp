@@ -7,6 +7,7 @@
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/states.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "python/bindings/values.hpp"
@@ -41,7 +42,7 @@ PoseList poses_of(const py::object& stamps, const py::object& matrices, const py
 }
 
 /// For pickle, to the last bit: (stamp, SE3, covariance or None) of each pose.
-py::list state_of(const PoseList& list) {
+py::list poses_state(const PoseList& list) {
   py::list state;
   for (const EstimatedPose& pose : list.poses)
     state.append(py::make_tuple(pose.stamp.time_since_epoch().count(), pose.map_T_base,
@@ -49,7 +50,7 @@ py::list state_of(const PoseList& list) {
   return state;
 }
 
-PoseList from_state(const py::list& state) {
+PoseList from_poses_state(const py::list& state) {
   PoseList list;
   for (const py::handle& entry : state) {
     const auto pose = py::cast<py::tuple>(entry);
@@ -121,7 +122,8 @@ void bind_trajectory(py::module_& m) {
       "Of x, y [m] and yaw [rad] in map coordinates, (n, 3, 3); None when one is not known.");
   cls.def("__repr__",
           [](const PoseList& list) { return fmt::format("Trajectory({} poses)", list.poses.size()); });
-  cls.def(py::pickle(&state_of, &from_state));
+  cls.def(py::pickle(&poses_state, &from_poses_state));
+  finish_state(cls);
 }
 
 void bind_tag_map(py::module_& m) {
@@ -178,6 +180,7 @@ void bind_tag_map(py::module_& m) {
     return names;
   });
   map.def("__iter__", [](const py::object& self) { return py::iter(self.attr("keys")()); });
+  def_state(map);
   map.def("__repr__", [](const TagMap& tags) { return fmt::format("TagMap({} tags)", tags.tags.size()); });
 }
 
@@ -198,6 +201,7 @@ void bind_route(py::module_& m) {
         return array;
       },
       "(n, 6): x, y [m], yaw [rad], arc length [m], curvature [1/m], speed [m/s].");
+  def_state(route);
   route.def("__repr__", [](const Route& r) {
     return fmt::format("Route({} points, {:.2f} m)", r.points.size(), r.length_m);
   });

@@ -8,6 +8,7 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/states.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
 #include "waymark/pose/square_pose.hpp"
 #include "waymark/pose/tag_pose.hpp"
@@ -54,6 +55,7 @@ void bind_results(py::module_& m) {
   solution.def_property_readonly(
       "covariance", [](const TagPoseSolution& s) { return to_array(s.covariance); },
       "(6, 6) in the camera frame's left tangent (translation, rotation) [m, rad].");
+  def_state(solution);
   py::class_<TagPose> pose(m, "TagPose", "Both poses of a flat square: noise decides which fits better.");
   pose.def_readonly("best", &TagPose::best, "The smaller chi2; not certainly the true one.");
   pose.def_readonly("other", &TagPose::other, "The larger chi2; None when there is no second minimum.");
@@ -61,6 +63,7 @@ void bind_results(py::module_& m) {
                              "best.rms_px / other.rms_px, 0 to 1: near 1 nothing tells them apart.");
   pose.def_property_readonly("likelihood_ratio", &TagPose::likelihood_ratio,
                              "Likelihood of `other` over that of `best`, 0 to 1.");
+  def_state(pose);
   py::class_<CameraPoseEstimate> estimate(m, "CameraPoseEstimate",
                                           "One pose of the camera that explains a set of tags.");
   estimate.def_readonly("map_T_cam", &CameraPoseEstimate::map_T_cam, "SE3");
@@ -71,6 +74,7 @@ void bind_results(py::module_& m) {
   estimate.def_readonly("rms_px", &CameraPoseEstimate::rms_px, "[px]");
   estimate.def_readonly("detections", &CameraPoseEstimate::detections,
                         "Indices of the detections it rests on.");
+  def_state(estimate);
   py::class_<MultiTagPose> multi(m, "MultiTagPose", "What one picture says about where the camera is.");
   multi.def_readonly("estimates", &MultiTagPose::estimates,
                      "Best first; more than one: the picture does not tell which is true.");

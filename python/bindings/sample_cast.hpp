@@ -1,7 +1,11 @@
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -12,8 +16,37 @@ namespace waymark::python {
 
 namespace py = pybind11;
 
+/// The value inside an object whose Python type is exactly that of T; raises TypeError where it was never
+/// initialised.
+template <typename T>
+[[nodiscard]] const T& value_inside(const py::handle& object) {
+  const auto held = reinterpret_cast<py::detail::instance*>(object.ptr())->get_value_and_holder();
+  if (held.value_ptr<T>() == nullptr) throw py::type_error("a sample whose __init__() was not called");
+  return *held.value_ptr<T>();
+}
+
+/// The sample of an object whose type is exactly one of those of Sample, found by comparing types; the
+/// general way tries one after another, 0.1 us each. Call it with the GIL.
+template <std::size_t... kIndex>
+[[nodiscard]] std::optional<Sample> exact_sample(const py::handle& object, std::index_sequence<kIndex...>) {
+  static const std::array<PyObject*, sizeof...(kIndex)> types{
+      py::detail::get_type_handle(typeid(std::variant_alternative_t<kIndex, Sample>), false).ptr()...};
+  const auto* const type = reinterpret_cast<PyObject*>(Py_TYPE(object.ptr()));
+  std::optional<Sample> sample;
+  const auto take = [&](auto index) {
+    if (types[index] != type) return false;
+    sample.emplace(std::in_place_index<index>,
+                   value_inside<std::variant_alternative_t<index, Sample>>(object));
+    return true;
+  };
+  static_cast<void>((take(std::integral_constant<std::size_t, kIndex>{}) || ...));
+  return sample;
+}
+
 /// The sample that a Python object is; raises TypeError where it is none.
 [[nodiscard]] inline Sample sample_of(const py::handle& object) {
+  if (auto sample = exact_sample(object, std::make_index_sequence<std::variant_size_v<Sample>>{}))
+    return std::move(*sample);
   py::detail::make_caster<Sample> caster;
   if (!caster.load(object, true))
     throw py::type_error("a " + std::string(py::str(py::type::handle_of(object).attr("__name__"))) +

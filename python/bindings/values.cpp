@@ -14,6 +14,11 @@ void finish_value(const py::object& cls, const std::vector<std::string>& names) 
   py::setattr(cls, "__hash__", py::none());
 }
 
+void finish_state(const py::object& cls) {
+  py::setattr(cls, "__eq__", py::module_::import("waymark._same").attr("equals_by_state"));
+  py::setattr(cls, "__hash__", py::none());
+}
+
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given) {
   const py::tuple names = cls.attr("_fields");
   for (const auto& [name, value] : given) {

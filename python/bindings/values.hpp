@@ -16,6 +16,9 @@ namespace py = pybind11;
 /// Gives a class of plain values its repr(), ==, copy and pickle from the names of its attributes, in order.
 void finish_value(const py::object& cls, const std::vector<std::string>& names);
 
+/// Gives a class whose pickle is its state == by that state, and no hash.
+void finish_state(const py::object& cls);
+
 /// Sets the attributes that the keywords name; TypeError for one that is not among `names`.
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given);
 

@@ -3,6 +3,7 @@
 
 usage: bad_input_test.py PROGRAM     (PYTHONPATH names the package)
 """
+import copy
 import os
 import pathlib
 import pickle
@@ -14,7 +15,7 @@ import unittest
 
 import numpy as np
 
-from waymark import camera, config, errors, families, geometry, localization, mapping, recording, replay, samples, simulation, tags
+from waymark import camera, config, errors, families, geometry, localization, mapping, pose, recording, replay, samples, simulation, tags
 
 PROGRAM = sys.argv.pop(1)
 LENS = camera.pinhole(320, 240, 300, 300, 160, 120)
@@ -166,6 +167,21 @@ class Closed(unittest.TestCase):
         with self.assertRaises(TypeError):
             recording.Writer(self.path + "2").add("odometry")
 
+    def test_wrong_samples_of_a_filter(self):
+        class Renamed(samples.Odometry):
+            pass
+
+        world, robot = config.read_world("circuit24"), config.read_robot("limo")
+        for wrong in ("odometry", None, 3, samples.TagDetection(tag=1), object(), samples.Odometry):
+            with self.assertRaises(TypeError, msg=str(wrong)):
+                localization.localize([samples.Odometry(), wrong], world.tags, robot)
+        for kind in (samples.Odometry, samples.TagFrame):
+            with self.assertRaisesRegex(TypeError, "__init__"):
+                localization.localize([kind.__new__(kind)], world.tags, robot)
+        self.assertEqual(len(localization.localize([Renamed(stamp_ns=1), samples.StampedCommand(stamp_ns=2)], world.tags, robot)), 0)
+        with self.assertRaises(ZeroDivisionError):
+            localization.localize((1 / 0 for _ in range(3)), world.tags, robot)
+
 
 class Threads(unittest.TestCase):
     def test_one_detector_in_four_threads(self):
@@ -209,6 +225,43 @@ class Robot:
                 samples.TagFrame(stamp_ns=now_ns, detections=seen)]
 
 
+class Pickles(unittest.TestCase):
+    def again(self, value):
+        for copied in (pickle.loads(pickle.dumps(value)), copy.deepcopy(value)):
+            self.assertEqual(copied, value)
+            self.assertIsNot(copied, value)
+
+    def test_maps_routes_and_results_round_trip(self):
+        world, robot = config.read_world("circuit24"), config.read_robot("limo")
+        self.again(world.tags)
+        self.again(samples.TagMap())
+        fewer = copy.deepcopy(world.tags)
+        del fewer[next(iter(fewer))]
+        self.assertNotEqual(fewer, world.tags)
+        lens = camera.pinhole(640, 480, 500, 500, 320, 240)
+        corners = samples.visible_corners(lens, geometry.SE3(geometry.SO3.from_rpy(0, 0.4, 0), [0.1, 0.9, 3.2]), 0.16)
+        both = pose.estimate_tag_pose(samples.TagDetection(tag=0, corners_px=corners), 0.16, lens)
+        self.assertIsNotNone(both.other)
+        for value in (both, both.best, both.other):
+            self.again(value)
+        self.assertNotEqual(both.best, both.other)
+        lap = simulation.scripted_lap(world, robot, seed=1)[:3000]
+        run = localization.localize(lap, world.tags, robot)
+        self.assertGreater(len(run), 10)
+        self.again(run)
+        self.assertNotEqual(localization.localize(lap[:2000], world.tags, robot), run)
+        localizer = localization.Localizer(world.tags, robot)
+        localizer.add_all(lap)
+        self.again(localizer.estimate())
+
+    def test_damaged_states_are_refused(self):
+        for kind in (samples.TagMap, samples.Route, pose.TagPose, localization.LocalizationEstimate):
+            for state in ((), (1,), ([("nothing", 3)], 0, [0, 0, 1], None), "text"):
+                with self.assertRaises(Exception, msg=f"{kind} {state}") as raised:
+                    kind.__new__(kind).__setstate__(state)
+                self.assertIsInstance(raised.exception, (TypeError, ValueError, IndexError, RuntimeError, errors.WaymarkError))
+
+
 class Callbacks(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -227,6 +280,12 @@ class Callbacks(unittest.TestCase):
         self.assertGreater(end["driven_m"], 5)
         self.assertEqual(robot.commands[-1][0], robot.commands[-1][0])
         self.assertIn("driving", states)
+
+    def test_routes_round_trip(self):
+        route = config.read_route(self.map / "route.yaml")
+        again = pickle.loads(pickle.dumps(route))
+        self.assertEqual(again, route)
+        self.assertEqual(again.points.tolist(), route.points.tolist())
 
     def test_a_robot_that_raises(self):
         def raises():
