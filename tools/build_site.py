@@ -5,7 +5,7 @@ usage: tools/build_site.py OUTPUT_FOLDER [--without-interactive]
 
 The pages of web/ are built (tools/build_web.sh) and put in where emscripten is installed; without it, or with --without-interactive, the page says so.
 What the documents link to outside docs/ (examples, READMEs of the rooms) comes with them in the folder source/; a link to a folder becomes plain text.
-Search works without a network.
+Search works without a network. The headers for other programs become pages of Doxygen where it is installed; without it the page of the reference says so.
 """
 import importlib
 import importlib.util
@@ -22,6 +22,23 @@ LINK = re.compile(r"(?<!!)\[([^\]\[]*(?:\[[^\]]*\][^\]\[]*)?)\]\(([^)\s#]*)(#[^)
 IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"(^```.*?^```[ ]*$|^ {4}[^\n]*$)", re.M | re.S)
 INTERACTIVE = "<!-- interactive pages -->"
+CPP = "<!-- c++ reference -->"
+DOXYGEN = """PROJECT_NAME = Waymark
+INPUT = {headers}
+STRIP_FROM_PATH = {root}
+STRIP_FROM_INC_PATH = {root}
+OUTPUT_DIRECTORY = {output}
+HTML_OUTPUT = cpp
+GENERATE_LATEX = NO
+EXTRACT_ALL = YES
+JAVADOC_AUTOBRIEF = YES
+MARKDOWN_SUPPORT = YES
+HAVE_DOT = NO
+CLASS_GRAPH = NO
+QUIET = YES
+WARNINGS = NO
+HTML_TIMESTAMP = NO
+"""
 SECTIONS = (("Tutorials", "tutorials"), ("How to", "howto"), ("Concepts", "concepts"), ("Formats", "formats"), ("Reference", "reference"), ("Results", "results"))
 CONFIG = """site_name: Waymark
 site_description: Teach a robot a route once and repeat it, from AprilTags
@@ -119,6 +136,25 @@ def put_interactive_pages(docs, wanted):
     page.write_text(page.read_text().replace(INTERACTIVE, words))
 
 
+def public_headers():
+    """The headers that other programs may include: the first part of cmake/public_headers.txt."""
+    kept = (ROOT / "cmake/public_headers.txt").read_text().split("\n# Included by those above")[0]
+    return [line for line in kept.splitlines() if line.startswith("waymark/")]
+
+
+def put_cpp_reference(docs):
+    """The public headers as pages of Doxygen in docs/cpp/, and in docs/reference/cpp.md the link to them, or why they are not there."""
+    page, words = docs / "reference/cpp.md", "They are not in this copy of the site, which was built without doxygen.\n"
+    if shutil.which("doxygen"):
+        headers = " ".join(str(ROOT / header) for header in public_headers())
+        settings = DOXYGEN.format(headers=headers, root=ROOT, output=docs)
+        done = subprocess.run(["doxygen", "-"], input=settings, text=True, check=False, capture_output=True)
+        if done.returncode != 0 or not (docs / "cpp/annotated.html").is_file():
+            raise SystemExit(f"doxygen failed: {done.stderr}")
+        words = "[Classes](../cpp/annotated.html) · [headers](../cpp/files.html) · [search](../cpp/index.html)\n"
+    page.write_text(page.read_text().replace(CPP, words))
+
+
 def main():
     arguments = [word for word in sys.argv[1:] if word != "--without-interactive"]
     if len(arguments) != 1:
@@ -134,6 +170,7 @@ def main():
         for page in [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]:
             stage.add(page)
         stage.run()
+        put_cpp_reference(stage.folder)
         put_interactive_pages(stage.folder, arguments == sys.argv[1:])
         (pathlib.Path(folder) / "mkdocs.yml").write_text(CONFIG.format(site=output, sections=sections()))
         return subprocess.run([sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet"], cwd=folder, check=False).returncode

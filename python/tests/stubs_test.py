@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The type stubs are those of the module, and mypy finds what is wrong by them.
+"""The type stubs and the reference are those of the module, and mypy finds what is wrong by them.
 
 usage: stubs_test.py SOURCE     (PYTHONPATH names the package). mypy takes long: only with WAYMARK_FULL; then exit code 77 without it.
 """
@@ -42,8 +42,8 @@ def mypy(**sources):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    done = subprocess.run([sys.executable, root / "tools" / "update_python_stubs.py", "--check"], check=False)
-    if done.returncode != 0:
+    done = [subprocess.run([sys.executable, root / "tools" / tool, "--check"], check=False) for tool in ("update_python_stubs.py", "update_python_reference.py")]
+    if any(run.returncode != 0 for run in done):
         return 1
     if "WAYMARK_FULL" not in os.environ:
         return 0

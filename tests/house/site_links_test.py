@@ -4,6 +4,7 @@ import pathlib
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 sys.path.insert(0, str(ROOT / "tools"))
@@ -31,6 +32,21 @@ class Links(unittest.TestCase):
     def test_code_and_the_web_stay(self):
         for text in ("```\n[a](nothing.md)\n```", "    [a](nothing.md)", "[a](https://semver.org)", "[a](#below)"):
             self.assertEqual(self.rewritten(text), text)
+
+    def test_the_reference_of_c_plus_plus_holds_what_is_public(self):
+        headers = build_site.public_headers()
+        self.assertIn("waymark/geometry/se3.hpp", headers)
+        self.assertNotIn("waymark/geometry/lie.hpp", headers)  # only included by others
+        self.assertTrue(all((ROOT / header).is_file() for header in headers))
+
+    def test_without_doxygen_the_page_says_so(self):
+        with tempfile.TemporaryDirectory() as folder, unittest.mock.patch("shutil.which", return_value=None):
+            page = pathlib.Path(folder) / "reference/cpp.md"
+            page.parent.mkdir()
+            page.write_text((ROOT / "docs/reference/cpp.md").read_text())
+            build_site.put_cpp_reference(pathlib.Path(folder))
+            self.assertIn("built without doxygen", page.read_text())
+            self.assertNotIn(build_site.CPP, page.read_text())
 
 
 if __name__ == "__main__":
