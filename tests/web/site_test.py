@@ -1,17 +1,51 @@
 #!/usr/bin/python3
-"""The site with the pages that work in the browser, and the words that stand there without them.
+"""The site with the pages that work in the browser, and the words that stand there without them; its search, without a network; 60 s at most.
 
 usage: site_test.py OUTPUT_FOLDER
 Runs with WAYMARK_FULL only, since it may compile the pages; exit code 77 (skipped) without it, without MkDocs or without emscripten.
 """
+import functools
+import http.server
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
+import threading
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tests/viewer"))
+from page_test import browser_tools  # noqa: E402
+
 SKIPPED = 77
+MOST_S = 60  # for a site, its pages of WebAssembly compiled before
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *words):
+        pass
+
+    def do_GET(self):
+        if self.path == "/favicon.ico":  # a browser asks for it by itself, for the pages of Doxygen, which name none
+            self.send_response(204)
+            self.end_headers()
+        else:
+            super().do_GET()
+
+
+def search(site):
+    """Searches in a headless Chromium; nothing but this server may be asked."""
+    tools = browser_tools(ROOT / "build/viewer")
+    if tools is None:
+        return 0  # said by browser_tools()
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=site))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        url = f"http://127.0.0.1:{server.server_address[1]}"
+        return subprocess.run([tools[0], ROOT / "tests/web/search_test.mjs", url], env={**os.environ, **tools[1]}, timeout=600, check=False).returncode
+    finally:
+        server.shutdown()
 
 
 def build(folder, *words):
@@ -20,20 +54,27 @@ def build(folder, *words):
 
 def main():
     output = pathlib.Path(sys.argv[1])
+    compiled = subprocess.run([ROOT / "tools/build_web.sh"], check=False).returncode
+    if compiled != 0:
+        return compiled
     if not os.environ.get("WAYMARK_FULL") or shutil.which("emcmake") is None:
         print("only with WAYMARK_FULL, and with emscripten installed")
         return SKIPPED
     for folder, words, there in (("with", [], True), ("without", ["--without-interactive"], False)):
         shutil.rmtree(output / folder, ignore_errors=True)
+        begin = time.monotonic()
         outcome = build(output / folder, *words)
         if outcome != 0:
             return outcome
+        took_s = time.monotonic() - begin
+        print(f"{folder}: built in {took_s:.1f} s")
+        assert took_s < MOST_S, f"{folder}: {took_s:.0f} s"
         page = (output / folder / "interactive/index.html").read_text()
         assert ("../pages/detect.html" in page) == there, f"{folder}: links to the pages"
         assert ("not in this copy of the site" in page) != there, f"{folder}: words on missing pages"
         for name in ("detect.html", "two_poses.html", "waymark.js", "page.css", "notices.txt"):
             assert (output / folder / "pages" / name).exists() == there, f"{folder}: {name}"
-    return 0
+    return search(output / "with")
 
 
 if __name__ == "__main__":
