@@ -10,9 +10,11 @@ namespace {
 using Residual = Eigen::Matrix<double, 8, 1>;
 using Series = std::map<std::size_t, Residual>;  ///< by frame
 
+using AllSeries = std::map<std::pair<std::size_t, PoseIndex>, Series>;
+
 /// The residuals in use, one series for each camera and tag.
-std::map<std::pair<std::size_t, PoseIndex>, Series> residuals_in_use(const SceneMap& map) {
-  std::map<std::pair<std::size_t, PoseIndex>, Series> all;
+AllSeries residuals_in_use(const SceneMap& map) {
+  AllSeries all;
   const Bundle& bundle = map.problem.bundle;
   for (std::size_t i = 0; i < map.observations.seen.size(); ++i) {
     const CornerTerm& term = bundle.corners[i];
@@ -23,6 +25,21 @@ std::map<std::pair<std::size_t, PoseIndex>, Series> residuals_in_use(const Scene
     if (r) all[{term.camera, term.tag}].emplace(map.observations.seen[i].frame, *r);
   }
   return all;
+}
+
+/// The mean product of residuals so many frames apart; 0 where there are none.
+double correlation(const AllSeries& all, std::size_t lag) {
+  double product = 0;
+  std::size_t pairs = 0;
+  for (const auto& [key, series] : all) {
+    for (const auto& [frame, r] : series) {
+      const auto later = series.find(frame + lag);
+      if (later == series.end()) continue;
+      product += r.dot(later->second);
+      ++pairs;
+    }
+  }
+  return pairs == 0 ? 0 : product / static_cast<double>(pairs);
 }
 
 }  // namespace
@@ -39,23 +56,11 @@ double correlated_frames(const SceneMap& map) {
   }
   if (count == 0 || !(square > 0)) return 1;
   square /= static_cast<double>(count);
-  constexpr double kNone = 0.05;
-  double factor = 1;
-  for (std::size_t lag = 1; lag < longest; ++lag) {
-    double product = 0;
-    std::size_t pairs = 0;
-    for (const auto& [key, series] : all) {
-      for (const auto& [frame, r] : series) {
-        const auto later = series.find(frame + lag);
-        if (later == series.end()) continue;
-        product += r.dot(later->second);
-        ++pairs;
-      }
-    }
-    if (pairs == 0) break;
-    const double rho = product / static_cast<double>(pairs) / square;
-    if (rho < kNone) break;
-    factor += 2 * rho * (1 - static_cast<double>(lag) / static_cast<double>(longest));
+  double factor = -1;
+  for (std::size_t lag = 0; lag < longest; lag += 2) {
+    const double pair = correlation(all, lag) + correlation(all, lag + 1);
+    if (!(pair > 0)) break;
+    factor += 2 * pair / square * (1 - (static_cast<double>(lag) + 0.5) / static_cast<double>(longest));
   }
   return std::clamp(factor, 1.0, static_cast<double>(longest));
 }

@@ -12,8 +12,8 @@ namespace waymark {
 namespace {
 
 /// One tag before a camera, whose corners have errors of a first-order process: each is `keep` times the one
-/// before and something new.
-SceneMap film_with_errors(double keep, std::size_t frames, std::uint64_t seed) {
+/// before and something new, and of noise of `white` of its own.
+SceneMap film_with_errors(double keep, std::size_t frames, std::uint64_t seed, double white = 0) {
   Random random(seed);
   SceneMap map;
   Bundle& bundle = map.problem.bundle;
@@ -30,7 +30,8 @@ SceneMap film_with_errors(double keep, std::size_t frames, std::uint64_t seed) {
     term.factor.size_m = 0.2;
     term.factor.corners_px = corners;
     for (Eigen::Index k = 0; k < 4; ++k)
-      term.factor.corners_px[static_cast<std::size_t>(k)] += error.segment<2>(2 * k);
+      term.factor.corners_px[static_cast<std::size_t>(k)] +=
+          error.segment<2>(2 * k) + white * Eigen::Vector2d(random.normal(), random.normal());
     bundle.corners.push_back(term);
     map.observations.seen.push_back({.frame = f});
   }
@@ -45,6 +46,12 @@ TEST(CorrelatedFrames, ErrorsThatLastAreCountedOnce) {
   // 1 + 2 sum keep^k = (1 + keep) / (1 - keep)
   EXPECT_NEAR(correlated_frames(film_with_errors(0.8, 4000, 2)), 9, 1.2);
   EXPECT_NEAR(correlated_frames(film_with_errors(0.5, 4000, 3)), 3, 0.4);
+}
+
+TEST(CorrelatedFrames, ASmallPartThatLastsLongCountsToItsEnd) {
+  // 1 + 2 share sum keep^k, with a share of a fifth: its correlation is below 0.05 from the seventh picture
+  // on
+  EXPECT_NEAR(correlated_frames(film_with_errors(0.8, 8000, 5, 2)), 1 + 2 * 0.2 * 0.8 / 0.2, 0.25);
 }
 
 TEST(CorrelatedFrames, AnErrorThatNeverChangesMakesOnePictureOfAll) {
