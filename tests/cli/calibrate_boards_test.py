@@ -23,9 +23,9 @@ FULL = bool(os.environ.get("WAYMARK_FULL"))  # every picture is left out once; e
 MODULE_MISSING = "no module for calibration boards"
 
 
-def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8):
+def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=1.0):
     """Pictures of a sheet by a camera with a known lens; the focal length and centre that OpenCV's convention has."""
-    width, height, f, cx, cy = 960, 720, 820.0, 485.3, 352.6
+    width, height, f, cx, cy = round(960 * scale_px), round(720 * scale_px), 820.0 * scale_px, 485.3 * scale_px, 352.6 * scale_px
     distortion = np.array([-0.12, 0.05, 0.0, 0.0, 0.0])
     rows, cols = sheet_px.shape
     scale = metres_across / cols  # m a pixel of the sheet
@@ -76,14 +76,14 @@ class InFolder(unittest.TestCase):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="waymark-boards-"))
         self.addCleanup(shutil.rmtree, self.folder)
 
-    def run_here(self, *words):
-        outcome = waymark(*words, cwd=self.folder)
+    def run_here(self, *words, **options):
+        outcome = waymark(*words, cwd=self.folder, **options)
         if MODULE_MISSING in outcome.err:
             self.skipTest("this build has no OpenCV")
         return outcome
 
     def calibrated(self, *words):
-        outcome = self.run_here("calibrate", "camera", *words, "-o", "found.json")
+        outcome = self.run_here("calibrate", "camera", *words, "-o", "found.json", "--force")
         self.assertEqual(outcome.code, 0, outcome.err)
         return json.loads((self.folder / "found.json").read_text()), outcome
 
@@ -92,7 +92,7 @@ class PrintedBoards(InFolder):
     CHARUCO = ("--cols", 8, "--rows", 6, "--square-size-m", 0.028, "--marker-size-m", 0.021, "--dictionary", "5x5_100")
 
     def sheet(self, *words):
-        outcome = self.run_here("tags", "board", *words, "--dpi", DPI, "-o", "sheet.png", "--json")
+        outcome = self.run_here("tags", "board", *words, "--dpi", DPI, "-o", "sheet.png", "--json", "--force")
         self.assertEqual(outcome.code, 0, outcome.err)
         return cv2.imread(str(self.folder / "sheet.png"), cv2.IMREAD_GRAYSCALE), json.loads(outcome.out)
 
@@ -173,14 +173,14 @@ class PrintedBoards(InFolder):
 
 class Formats(InFolder):
     def test_opencv_reads_what_is_written_for_it(self):
-        page_words = ("--cols", 9, "--rows", 6, "--square-size-m", 0.028)
-        self.run_here("tags", "board", "--style", "chessboard", *page_words, "--dpi", DPI, "-o", "sheet.png")
+        page_words = PrintedBoards.CHARUCO
+        self.run_here("tags", "board", "--style", "charuco", *page_words, "--dpi", DPI, "-o", "sheet.png")
         page = cv2.imread(str(self.folder / "sheet.png"), cv2.IMREAD_GRAYSCALE)
         (self.folder / "photos").mkdir()
         photographs(page, 0.297, 6, self.folder / "photos", np.random.default_rng(3))
         found = {}
         for kind, name in (("waymark", "a.yaml"), ("ros", "b.yaml"), ("kalibr", "c.yaml"), ("opencv", "d.yaml"), ("photonvision", "e.json")):
-            outcome = self.run_here("calibrate", "camera", "photos", "--target", "chessboard", *page_words, "--lens", "radtan4", "--format", kind,
+            outcome = self.run_here("calibrate", "camera", "photos", "--target", "charuco", *page_words, "--lens", "radtan4", "--format", kind,
                                     "-o", name)
             self.assertEqual(outcome.code, 0, outcome.err)
             found[kind] = name
@@ -197,6 +197,87 @@ class Formats(InFolder):
             self.assertEqual(outcome.code, 0, f"{name}: {outcome.err}")
             tags.append(outcome.out)
         self.assertEqual(len(set(tags)), 1)
+
+
+class WrongWords(InFolder):
+    """Photographs of a ChArUco board, and what somebody says of them that is not so."""
+
+    SIZES = ("--cols", 8, "--rows", 6, "--square-size-m", 0.028)
+
+    def setUp(self):
+        super().setUp()
+        self.run_here("tags", "board", "--style", "charuco", *PrintedBoards.CHARUCO, "--dpi", DPI, "-o", "sheet.png")
+        page = cv2.imread(str(self.folder / "sheet.png"), cv2.IMREAD_GRAYSCALE)
+        (self.folder / "photos").mkdir()
+        photographs(page, 0.297, 6, self.folder / "photos", np.random.default_rng(7), scale_px=0.75)
+
+    def calibrate(self, *words):
+        return self.run_here("calibrate", "camera", "photos", "--lens", "radtan4", *words)
+
+    def test_another_dictionary_or_target_is_named_by_what_the_pictures_show(self):
+        for words, told in ((("--target", "charuco", *self.SIZES, "--marker-size-m", 0.021, "--dictionary", "4x4_50"), "--dictionary 5x5_"),
+                            (("--target", "aprilgrid", "--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_"),
+                            (("--cols", 8, "--rows", 6, "--tag-size-m", 0.021), "--target charuco --dictionary 5x5_")):
+            outcome = self.calibrate(*words)
+            self.assertEqual(outcome.code, 1, outcome.err)
+            self.assertIn("no picture shows the target", outcome.err)
+            self.assertIn(told, outcome.err)
+        blank = self.folder / "blank"
+        blank.mkdir()
+        cv2.imwrite(str(blank / "0.png"), np.full((480, 640), 200, np.uint8))
+        outcome = self.run_here("calibrate", "camera", "blank", "--target", "charuco", *PrintedBoards.CHARUCO)
+        self.assertIn("Check --dictionary, --target, --cols and --rows", outcome.err)
+
+    def test_markers_of_another_size_are_noticed(self):
+        right = self.calibrate("--target", "charuco", *PrintedBoards.CHARUCO)
+        self.assertEqual(right.code, 0, right.err)
+        self.assertNotIn("measure both again", right.out)
+        wrong = self.calibrate("--target", "charuco", *self.SIZES, "--marker-size-m", 0.019, "--dictionary", "5x5_100", "--json")
+        self.assertEqual(wrong.code, 0, wrong.err)
+        advice = [words for words in json.loads(wrong.out)["advice"] if "measure both again" in words]
+        self.assertEqual(len(advice), 1, wrong.out)
+        self.assertIn("say 0.68", advice[0])
+        share = float(advice[0].split("the markers are ")[1].split()[0])
+        self.assertLess(abs(share - 0.75), 0.04, advice[0])
+        far = self.calibrate("--target", "charuco", *self.SIZES, "--marker-size-m", 0.0235, "--dictionary", "5x5_100")
+        self.assertEqual(far.code, 1, far.out)
+        self.assertIn("--marker-size-m", far.err)
+
+    def test_files_that_are_there_are_not_replaced(self):
+        words = ("--target", "charuco", *PrintedBoards.CHARUCO)
+        for flag, name in (("-o", "found.yaml"), ("-o", "found.json"), ("--camera-info", "camera.yaml")):
+            first = self.calibrate(*words, flag, name)
+            self.assertEqual(first.code, 0, first.err)
+            before = (self.folder / name).read_bytes()
+            again = self.calibrate(*words[:-1], "5x5_50", flag, name)
+            self.assertEqual((again.code, again.out), (1, ""), again.err)
+            self.assertIn("--force", again.err)
+            self.assertEqual((self.folder / name).read_bytes(), before)
+        self.assertEqual(self.calibrate(*words, "-o", "found.json", "--force").code, 0)
+
+    def test_what_cannot_be_is_refused_before_any_picture_is_read(self):
+        words = ("--target", "charuco", *PrintedBoards.CHARUCO)
+        for more, told in ((("--guided",), "photos/00.png is a picture"),
+                           (("--lens", "equidistant", "--format", "photonvision", "-o", "x.json"), "PhotonVision has no equidistant lens"),
+                           (("--lens", "equidistant", "-o", "x.json"), "(--lens): PhotonVision has no equidistant lens")):
+            outcome = self.run_here("calibrate", "camera", "photos", *words, *more)
+            self.assertEqual((outcome.code, outcome.out), (2, ""), outcome.err)
+            self.assertIn(told, outcome.err)
+        outcome = self.run_here("calibrate", "camera", *words, "--resume", "views")
+        self.assertEqual(outcome.code, 2, outcome.err)
+        self.assertIn("(--resume): what the views are taken from is not said", outcome.err)
+        outcome = self.run_here("calibrate", "camera", "photos", "--target", "charuco", *self.SIZES, "--dictionary", "5x5_100")
+        self.assertEqual(outcome.code, 2)
+        self.assertIn("the side of a marker is missing", outcome.err)
+        for board, told in ((("--style", "charuco", *self.SIZES, "-o", "b.pdf"), "the side of a marker is missing"),
+                            (("--style", "foo", "-o", "b.pdf"), "Known: aprilgrid, separate, chessboard, charuco."),
+                            (("--style", "chessboard", "--cols", 100, "--rows", 100, "--square-size-m", 0.3, "--tiled", "-o", "b.pdf"),
+                             "do not fit on 400 pages of A4")):
+            outcome = self.run_here("tags", "board", *board)
+            self.assertEqual(outcome.code, 2, outcome.err)
+            self.assertIn(told, outcome.err)
+            if "--tiled" in board:
+                self.assertNotIn("--tiled", outcome.err)
 
 
 @unittest.skipUnless(os.environ.get("WAYMARK_DATA"), "WAYMARK_DATA is not set")

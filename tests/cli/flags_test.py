@@ -80,6 +80,8 @@ WITHOUT_EFFECT = {
     ("calibrate camera", "--no-refine"): "--detections tags.jsonl --cols 2 --rows 2 --tag-size-m 0.1 --no-refine",
     ("calibrate camera", "--spacing"): "photograph.png --map map.yaml --spacing 0.2",
     ("calibrate camera", "--resume"): f"{NEEDS['calibrate camera']} --resume views",
+    ("calibrate camera", "--format"): f"{NEEDS['calibrate camera']} --format ros",
+    ("calibrate camera", "--force"): f"{NEEDS['calibrate camera']} --force",
     **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in (
         ("--square-size-m", "0.1"), ("--marker-size-m", "0.1"), ("--dictionary", "4x4_50"), ("--legacy-pattern", ""))},
     ("calibrate camera", "--target"): "photograph.png --map map.yaml --target charuco",

@@ -119,6 +119,20 @@ class Sheet(InFolder):
         self.assertEqual(self.run_here("tags sheet --ids 0 --tag-size-m 0.05 -o t.pdf").returncode, 1)
 
 
+    def test_a_file_that_is_there_is_replaced_only_when_asked(self):
+        for words, name in (("tags sheet --ids 0 --tag-size-m 0.05 -o t.pdf", "t.pdf"),
+                            ("tags sheet --ids 0-9 --tag-size-m 0.1 -o t.svg", "t-3.svg"),
+                            ("tags board --tag-size-m 0.02 -o b.pdf", "b.pdf"),
+                            ("tags board --tag-size-m 0.02 --kalibr-yaml -o c.pdf", "c.yaml")):
+            (self.folder / name).write_text("mine")
+            done = self.run_here(words)
+            self.assertEqual((done.returncode, done.stdout), (1, ""), done.stderr)
+            self.assertIn(f"{name}: there is a file already. Give another name with -o, or --force", done.stderr)
+            self.assertEqual((self.folder / name).read_text(), "mine")
+            self.ok(words + " --force")
+            self.assertNotIn("mine", (self.folder / name).read_bytes()[:9].decode("latin1"))
+
+
 class Board(InFolder):
     def test_with_its_target_for_kalibr(self):
         summary = self.summary("tags board --cols 6 --rows 5 --tag-size-m 0.024 --spacing 0.3 --kalibr-yaml -o board.pdf")

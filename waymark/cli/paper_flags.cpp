@@ -18,6 +18,7 @@ PaperFlags::PaperFlags(CLI::App& verb) : app_(verb) {
              "Orientation of the page: auto (where more fits), portrait or landscape", kShown);
   app.add_option("--dpi", dpi, "Pixels an inch of .png, recorded in the file. From 10 to 2400.")
       ->capture_default_str();
+  add_flag(app, "--force", force, "Replace a file that is there", kMore);
   app.add_flag("--json", json, "One JSON object about what was written instead of words");
 }
 

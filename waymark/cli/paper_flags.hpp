@@ -8,13 +8,14 @@
 #include "waymark/base/error.hpp"
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/options_flags.hpp"
+#include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/render.hpp"
 #include "waymark/plot/sheet_layout.hpp"
 
 namespace waymark::cli {
 
 /// The flags that every verb with a printed page has: --family, --paper, --orientation, --dpi, --output,
-/// --json.
+/// --force, --json.
 class PaperFlags {
  public:
   explicit PaperFlags(CLI::App& verb);
@@ -39,6 +40,10 @@ class PaperFlags {
   std::string output;
   double dpi = 300.0;
   bool json = false;
+  bool force = false;
+
+  /// Where the pages go.
+  [[nodiscard]] PageFiles files(plot::FileFormat format) const { return {format, output, dpi, force}; }
 
  private:
   const CLI::App& app_;

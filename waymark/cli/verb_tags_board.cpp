@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -9,12 +10,15 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/suggest.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/failure.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/paper_flags.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/json_line.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/tag_prints.hpp"
 #include "waymark/jobs/write_pages.hpp"
 #include "waymark/plot/board.hpp"
@@ -77,8 +81,12 @@ Result<Planned> plan(const BoardArgs& args) {
   return planned;
 }
 
-/// Flags that have no effect on this style.
+/// The style, and flags that have no effect on it.
 Status check_style_flags(const BoardArgs& args, bool squares) {
+  const std::vector<std::string> styles = {"aprilgrid", "separate", "chessboard", "charuco"};
+  if (std::ranges::find(styles, args.style) == styles.end())
+    return fail(ErrorCode::InvalidArgument, fmt::format("unknown board style '{}'", args.style.substr(0, 60)),
+                {.key = "style"}, suggestion(args.style, styles));
   const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
                              : "Leave it out, or choose --style chessboard or charuco.";
   const std::string why = fmt::format("the style {} has no such thing", args.style);
@@ -128,13 +136,20 @@ ExitCode draw_squares(const BoardArgs& args, Console& console) {
                : fail_usage(planned.error(), console);
   }
   const auto& [layout, format] = *planned;
-  const WrittenPages written = write_pages(plot::draw_square_board(layout), format, args.paper.output,
-                                           args.paper.dpi, control_from(console));
+  const WrittenPages written =
+      write_pages(plot::draw_square_board(layout), args.paper.files(format), control_from(console));
   if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
   if (!written.status) return fail_writing(written.status.error(), console);
   if (!args.paper.json) console.print(to_text(layout, written.files));
   console.say(kPrintReminder);
   return ExitCode::Ok;
+}
+
+/// The target file must not replace another one.
+Status check_target(const Planned& planned, const BoardArgs& args) {
+  if (planned.kalibr_target.empty()) return {};
+  return check_new_file(std::filesystem::path(args.paper.output).replace_extension(".yaml"),
+                        args.paper.force);
 }
 
 /// board.yaml beside board.pdf.
@@ -153,8 +168,9 @@ ExitCode draw(const BoardArgs& args, Console& console) {
   if (squares) return draw_squares(args, console);
   const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);
-  WrittenPages written = write_pages({plot::draw_board(planned->layout)}, planned->format, args.paper.output,
-                                     args.paper.dpi, control_from(console));
+  if (const Status free = check_target(*planned, args); !free) return fail_writing(free.error(), console);
+  WrittenPages written = write_pages({plot::draw_board(planned->layout)}, args.paper.files(planned->format),
+                                     control_from(console));
   write_target(*planned, written);
   if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
   if (!written.status) return fail_writing(written.status.error(), console);
@@ -169,34 +185,28 @@ ExitCode draw(const BoardArgs& args, Console& console) {
 
 Run prepare_tags_board(CLI::App& app) {
   const auto args = std::make_shared<BoardArgs>(app);
-  app.add_option(
-         "--style", args->style,
-         "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of "
-         "two cells), separate (single tags, as AprilTag 3 and `waymark detect` read them), chessboard, or "
-         "charuco "
-         "(OpenCV's: a marker in each white square)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag("--kalibr-yaml", args->kalibr_yaml,
-               "Also write the target file for Kalibr beside the board (.yaml)")
-      ->group(kMoreGroup);
-  app.add_option("--square-size-m", args->squares.size_m, "Side of a square of a chessboard or ChArUco board")
-      ->type_name("NUMBER");
-  app.add_option("--marker-size-m", args->squares.marker_m,
-                 "Side of the black square of a ChArUco board's marker")
-      ->type_name("NUMBER");
-  app.add_option("--dictionary", args->squares.dictionary,
-                 "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000")
-      ->group(kMoreGroup)
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_flag(
-         "--legacy-pattern", args->squares.legacy_pattern,
-         "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
-         "white")
-      ->group(kMoreGroup);
-  app.add_flag("--tiled", args->tiled,
-               "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined");
+  add_option(
+      app, "--style NAME", args->style,
+      "Style of the board: aprilgrid (Kalibr's: black squares touch the corners of the tags, border of two "
+      "cells), separate (single tags, as AprilTag 3 and `waymark detect` read them), chessboard, or charuco "
+      "(OpenCV's: a marker in each white square)",
+      kShown);
+  add_flag(app, "--kalibr-yaml", args->kalibr_yaml,
+           "Also write the target file for Kalibr beside the board (.yaml)", kMore);
+  add_option(app, "--square-size-m NUMBER", args->squares.size_m,
+             "Side of a square of a chessboard or ChArUco board");
+  add_option(app, "--marker-size-m NUMBER", args->squares.marker_m,
+             "Side of the black square of a ChArUco board's marker");
+  add_option(app, "--dictionary NAME", args->squares.dictionary,
+             "Markers of a ChArUco board: OpenCV's name of their dictionary, such as 4x4_50 or 5x5_1000",
+             kShown, kMore);
+  add_flag(
+      app, "--legacy-pattern", args->squares.legacy_pattern,
+      "A ChArUco board as OpenCV drew it before 4.6: with an even number of rows its upper left square is "
+      "white",
+      kMore);
+  add_flag(app, "--tiled", args->tiled,
+           "Spread a chessboard or ChArUco board over as many pages as it needs, to be cut and joined");
   return [args](Console& console) { return draw(*args, console); };
 }
 
@@ -212,7 +222,7 @@ the lower left corner of the first tag, x right, y up. Print at 100 %, without "
 the ruler on the page, and mount the board on a flat, stiff plate. docs/howto/print-tags.md says more.
 Of a chessboard and a ChArUco board --cols and --rows count squares.
 
-Exit code: 0 written, 1 a file could not be written, 2 wrong usage or a board that does not fit.
+Exit code: 0 written, 1 a file could not be written or is there already, 2 wrong usage or a board that does not fit.
 
 Examples:
   waymark tags board --cols 6 --rows 6 --tag-size-m 0.024 --spacing 0.3 --paper A4 -o board.pdf

@@ -46,8 +46,8 @@ ExitCode draw(const SheetArgs& args, Console& console) {
   const auto planned = plan(args);
   if (!planned) return fail_usage(planned.error(), console);
   const plot::SheetLayout& layout = planned->layout;
-  const WrittenPages written = write_pages(plot::draw_sheet(layout), planned->format, args.paper.output,
-                                           args.paper.dpi, control_from(console));
+  const WrittenPages written =
+      write_pages(plot::draw_sheet(layout), args.paper.files(planned->format), control_from(console));
   if (args.paper.json) console.print(json_line(to_json(layout, written.files)));
   if (!written.status) return fail_writing(written.status.error(), console);
   if (!args.paper.json) console.print(to_text(layout, written.files));
@@ -67,7 +67,7 @@ below each tag shows it. Families with an inner border (circle, custom, standard
 Cut along the dashed lines: the white margin within them belongs to the tag. Print at 100 %, without
 "fit to page", and measure the ruler on the page. How to choose: docs/howto/print-tags.md.
 
-Exit code: 0 written, 1 a file could not be written, 2 wrong usage or a tag that does not fit, 130
+Exit code: 0 written, 1 a file could not be written or is there already, 2 wrong usage or a tag that does not fit, 130
 stopped by Ctrl-C.
 
 Examples:

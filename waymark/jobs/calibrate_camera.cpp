@@ -1,16 +1,11 @@
 #include "waymark/jobs/calibrate_camera.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
-#include "waymark/config/text_file.hpp"
-#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark {
@@ -22,11 +17,18 @@ struct SeenPicture {
   TargetPicture marks{};
 };
 
+Image copy_of(const ImageView& image) {
+  Image copy(image.width, image.height);
+  for (int y = 0; y < image.height; ++y) std::copy_n(image.row(y), image.width, copy.row(y));
+  return copy;
+}
+
 /// The pictures that could be looked at, all of one size.
 struct SeenPictures {
   std::vector<std::string> names{};
   std::vector<std::vector<TagDetection>> detections{};
   std::vector<TargetPicture> marks{};
+  std::vector<double> marker_shares{};  ///< SeenTarget::marker_share, where it is known
   int width_px = 0;
   int height_px = 0;
 };
@@ -76,6 +78,9 @@ class PictureChoice {
     end_video();
     if (!fits_) return tl::unexpected(fits_.error());
     if (summary.stopped) return fail(ErrorCode::InvalidArgument, "stopped");
+    if (!without_.empty() && std::ranges::all_of(seen_.marks, &TargetPicture::empty))
+      return fail(ErrorCode::NotFound, "no picture shows the target", {.source = without_name_},
+                  target_.words_of_absence(without_.view()));
     return std::move(seen_);
   }
 
@@ -88,6 +93,10 @@ class PictureChoice {
       picture.marks = target_marks(report.detections, target_.tags());
     else if (report.detected && fits_)
       fits_ = find_board(image, picture);
+    if (picture.marks.empty() && without_.empty() && !image.empty()) {
+      without_ = copy_of(image);
+      without_name_ = report.image;
+    }
     if (report.stamp && looks_like_video(inputs_[index].path))
       filmed_.push_back(std::move(picture));
     else if (fits_)
@@ -95,10 +104,11 @@ class PictureChoice {
     return fits_.has_value();
   }
 
-  Status find_board(const ImageView& image, SeenPicture& picture) const {
+  Status find_board(const ImageView& image, SeenPicture& picture) {
     auto marks = target_.find(image, {});
     if (!marks) return tl::unexpected(marks.error());
-    picture.marks = *std::move(marks);
+    picture.marks = std::move(marks->marks);
+    if (marks->marker_share) seen_.marker_shares.push_back(*marks->marker_share);
     return {};
   }
 
@@ -118,6 +128,8 @@ class PictureChoice {
   std::vector<Input> inputs_{};
   std::size_t video_ = 0;              ///< that is being read
   std::vector<SeenPicture> filmed_{};  ///< its pictures so far
+  Image without_{};                    ///< the first picture that does not show the target
+  std::string without_name_{};
   SeenPictures seen_{};
   Status fits_{};
 };
@@ -134,72 +146,7 @@ Result<SeenPictures> from_detections(const std::string& path) {
   return seen;
 }
 
-/// PhotonVision writes JSON, the others YAML; whose YAML it is, the ending does not tell.
-std::string format_of(const CalibrateCameraJob& job) {
-  if (!job.format.empty()) return job.format;
-  return job.output.ends_with(".json") ? "photonvision" : "waymark";
-}
-
-CameraObservation observation_of(const CalibrateCameraReport& report, std::size_t picture) {
-  const CalibratedView& view = report.found.views[picture];
-  const SE3 cam_T_target = view.target_T_cam.inverse();
-  CameraObservation seen{.picture = report.pictures[picture], .cam_T_target = cam_T_target};
-  for (std::size_t i = 0; i < view.used.size(); ++i) {
-    const TargetMark& mark = report.marks[picture][i];
-    for (std::size_t k = 0; k < mark.seen_px.size(); ++k) {
-      const auto px = report.found.camera.project(cam_T_target * mark.target_points_m[k]);
-      seen.target_points_m.push_back(mark.target_points_m[k]);
-      seen.seen_px.push_back(mark.seen_px[k]);
-      seen.errors_px.emplace_back(px ? Eigen::Vector2d(*px - mark.seen_px[k])
-                                     : Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN()));
-      seen.used.push_back(view.used[i]);
-    }
-  }
-  return seen;
-}
-
-Result<std::string> text_as(const std::string& format, const NamedCamera& camera,
-                            const CalibrateCameraReport& report) {
-  if (format == "ros") return to_camera_info_yaml(camera);
-  if (format == "kalibr") return to_camchain_yaml({camera});
-  if (format == "opencv") return to_opencv_yaml(camera);
-  std::vector<CameraObservation> observations;
-  for (std::size_t i = 0; i < report.pictures.size(); ++i)
-    if (!report.found.views[i].used.empty()) observations.push_back(observation_of(report, i));
-  return to_photonvision_json(camera, observations);
-}
-
-Status write_as(const std::string& format, const std::string& path, const NamedCamera& camera,
-                const CalibrateCameraReport& report) {
-  const auto text = text_as(format, camera, report);
-  return text ? write_text_file(path, *text) : Status(tl::unexpected(text.error()));
-}
-
-Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
-  Calibration calibration = to_calibration(report.found);
-  calibration.provenance.insert(calibration.provenance.begin(),
-                                {"pictures", fmt::format("{}", report.pictures.size())});
-  return write_calibration(job.output, calibration);
-}
-
 }  // namespace
-
-const std::vector<std::string>& calibration_formats() {
-  static const std::vector<std::string> all = {"waymark", "ros", "kalibr", "photonvision", "opencv"};
-  return all;
-}
-
-Status check_outputs(const CalibrateCameraJob& job) {
-  if (const Status free =
-          job.output.empty() || format_of(job) != "waymark" ? Status() : check_calibration_place(job.output);
-      !free)
-    return free;
-  for (const std::string& output : {job.output, job.camera_info}) {
-    if (const Status writable = output.empty() ? Status() : check_output_file(output); !writable)
-      return writable;
-  }
-  return {};
-}
 
 Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
@@ -215,6 +162,8 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                         : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px,
                                            lens, job.options);
   if (!found) return tl::unexpected(found.error());
+  if (auto words = target.words_of_marker_size(std::move(seen->marker_shares)))
+    found->advice.push_back(*std::move(words));
   if (!target.is_board())
     for (std::size_t i = 0; i < seen->marks.size(); ++i)
       seen->marks[i] = target_marks(seen->detections[i], target.tags());
@@ -222,59 +171,6 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
                                .pictures = std::move(seen->names),
                                .marks = std::move(seen->marks),
                                .marks_word = target.marks_word()};
-}
-
-Status write_camera_calibration(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {
-  const NamedCamera camera{.name = "cam0", .camera = report.found.camera};
-  if (!job.output.empty()) {
-    const std::string format = format_of(job);
-    if (Status written =
-            format == "waymark" ? write_ours(job, report) : write_as(format, job.output, camera, report);
-        !written)
-      return written;
-  }
-  if (job.camera_info.empty()) return {};
-  return write_text_file(job.camera_info,
-                         to_camera_info_yaml({.name = "cam", .camera = report.found.camera}));
-}
-
-double sigma_of(const CameraCalibration& found, std::size_t parameter) {
-  const auto k = static_cast<Eigen::Index>(parameter);
-  return std::sqrt(std::max(0.0, found.covariance(k, k)));
-}
-
-nlohmann::ordered_json to_json(const CalibrateCameraReport& report) {
-  const CameraCalibration& found = report.found;
-  nlohmann::ordered_json json = {{"lens", to_string(found.lens)},
-                                 {"width_px", found.camera.width_px()},
-                                 {"height_px", found.camera.height_px()},
-                                 {"rms_px", found.rms_px},
-                                 {"held_out_rms_px", found.held_out_rms_px},
-                                 {"noise_scale", found.noise_scale}};
-  for (std::size_t i = 0; i < found.names.size(); ++i)
-    json["parameters"][found.names[i]] = {{"value", found.parameters[static_cast<Eigen::Index>(i)]},
-                                          {"sigma", sigma_of(found, i)}};
-  json["lenses"] = nlohmann::ordered_json::array();
-  for (const LensTrial& trial : found.trials)
-    json["lenses"].push_back(
-        {{"lens", to_string(trial.lens)},
-         {"held_out_rms_px", trial.held_out_rms_px ? nlohmann::ordered_json(*trial.held_out_rms_px)
-                                                   : nlohmann::ordered_json(nullptr)}});
-  json["pictures"] = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < found.views.size(); ++i) {
-    const CalibratedView& view = found.views[i];
-    json["pictures"].push_back({{"picture", report.pictures[i]},
-                                {report.marks_word, view.marks},
-                                {"rejected", view.rejected},
-                                {"rms_px", view.rms_px},
-                                {"tilt_deg", view.tilt_deg},
-                                {"distance_m", view.distance_m}});
-  }
-  json["regions"] = nlohmann::ordered_json::array();
-  for (const ImageRegion& region : found.regions)
-    json["regions"].push_back({{"corners", region.corners}, {"rms_px", region.rms_px}});
-  json["advice"] = found.advice;
-  return json;
 }
 
 }  // namespace waymark

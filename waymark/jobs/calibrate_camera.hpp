@@ -22,6 +22,7 @@ struct CalibrateCameraJob {
   std::string output{};       ///< calibration.yaml; empty: none
   std::string format{};       ///< of the output, one of calibration_formats(); empty: by its ending
   std::string camera_info{};  ///< the camera as ROS writes it; empty: none
+  bool force = false;         ///< outputs may replace files
   CameraCalibrationOptions options{};
   VideoViewOptions views{};  ///< which pictures of a video count
 };
@@ -36,7 +37,8 @@ struct CalibrateCameraReport {
 /// "waymark" (calibration.yaml: each number with its standard deviation), "ros", "kalibr", "photonvision",
 /// "opencv".
 [[nodiscard]] const std::vector<std::string>& calibration_formats();
-/// Fails when an output of the job cannot be written, before anything is read.
+/// Fails when an output of the job cannot be written, or its format does not hold the lens, before anything
+/// is read.
 [[nodiscard]] Status check_outputs(const CalibrateCameraJob& job);
 
 /// Finds the target, its tags with the finder, where pictures are given, and fits the camera.

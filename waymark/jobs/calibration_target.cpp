@@ -1,10 +1,16 @@
 #include "waymark/jobs/calibration_target.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/families/family.hpp"
 #include "waymark/samples/tag_sizes.hpp"
@@ -50,6 +56,18 @@ Result<TagMap> described_tags(const TargetDescription& description) {
   return board_of_tags(description);
 }
 
+constexpr const char* kTags = "apriltag_36h11";
+
+/// Whether a dictionary ("4x4_100", "DICT_4X4_100") holds the markers of another ("4x4_50").
+bool holds(std::string dictionary, const std::string& other) {
+  std::ranges::transform(dictionary, dictionary.begin(), [](unsigned char c) { return std::tolower(c); });
+  constexpr std::string_view kPrefix = "dict_";
+  if (dictionary.starts_with(kPrefix)) dictionary.erase(0, kPrefix.size());
+  const std::size_t width = other.find('_');
+  if (dictionary.substr(0, width) != other.substr(0, width)) return false;
+  return dictionary.size() > other.size() || (dictionary.size() == other.size() && dictionary >= other);
+}
+
 class NoTags final : public Detector {
  public:
   using Detector::detect;
@@ -81,6 +99,7 @@ Result<std::optional<CalibrationBoard>> described_board(const TargetDescription&
 
 Result<CalibrationTarget> CalibrationTarget::make(const TargetDescription& description) {
   CalibrationTarget target;
+  target.description_ = description;
   auto board = described_board(description);
   if (!board) return tl::unexpected(board.error());
   if (!*board) {
@@ -100,15 +119,50 @@ Result<CalibrationTarget> CalibrationTarget::make(const TargetDescription& descr
   return target;
 }
 
-Result<TargetPicture> CalibrationTarget::find(const ImageView& image, const TagFinder& finder) const {
+Result<SeenTarget> CalibrationTarget::find(const ImageView& image, const TagFinder& finder) const {
   if (board_) {
-    const auto corners = finder_->find(image, *board_);
-    if (!corners) return tl::unexpected(corners.error());
-    return target_marks(*corners, places_m_);
+    const auto seen = finder_->find(image, *board_);
+    if (!seen) return tl::unexpected(seen.error());
+    return SeenTarget{.marks = target_marks(seen->corners, places_m_), .marker_share = seen->marker_share};
   }
   const auto found = find_tags(image, finder);
   if (!found) return tl::unexpected(found.error());
-  return target_marks(found->detections, tags_);
+  return SeenTarget{.marks = target_marks(found->detections, tags_)};
+}
+
+std::string CalibrationTarget::words_of_absence(const ImageView& image) const {
+  const std::string& kind = description_.kind;
+  const std::string words = fmt::format(
+      "Check {}--target, --cols and --rows, and that the whole board is in view, sharp, with white "
+      "around it.",
+      kind == "charuco" ? "--dictionary, " : "");
+  const auto finder = finder_ ? Result<BoardFinder>(*finder_) : BoardFinder::load();
+  const auto seen = finder ? finder->name_markers(image) : Result<std::string>("");
+  if (!seen || seen->empty()) return words;
+  if (*seen == "aprilgrid")
+    return kind == "aprilgrid"
+               ? words
+               : "The picture shows tags of 36h11 with a border of two cells: --target aprilgrid.";
+  if (kind == "charuco" && holds(description_.dictionary, *seen))
+    return "The picture shows the markers, but no corners where --cols, --rows, --first-id, --square-size-m "
+           "and "
+           "--marker-size-m put them.";
+  if (kind == "tags" && *seen == kTags) return words;
+  if (*seen == kTags && kind != "charuco") return "The picture shows tags of 36h11: --target tags.";
+  return fmt::format("The picture shows markers of {0}: {1}--dictionary {0}.", *seen,
+                     kind == "charuco" ? "" : "--target charuco ");
+}
+
+std::optional<std::string> CalibrationTarget::words_of_marker_size(std::vector<double> shares) const {
+  constexpr double kMost = 0.05;  // blur moves the edges of small markers by one or two per cent
+  if (!board_ || board_->kind != BoardKind::Charuco || shares.empty()) return std::nullopt;
+  const double share = median(std::move(shares));
+  const double said = board_->marker_m / board_->size_m;
+  if (std::abs(share / said - 1) < kMost) return std::nullopt;
+  return fmt::format(
+      "the markers are {:.2f} times as large as their squares, but --marker-size-m {:g} and "
+      "--square-size-m {:g} say {:.2f}: measure both again",
+      share, board_->marker_m, board_->size_m, said);
 }
 
 }  // namespace waymark

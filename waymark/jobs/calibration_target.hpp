@@ -31,6 +31,13 @@ struct TargetDescription {
 /// The board that a description names; nothing: tags. InvalidArgument: what it says makes no board.
 [[nodiscard]] Result<std::optional<CalibrationBoard>> described_board(const TargetDescription& description);
 
+/// A target as one picture shows it.
+struct SeenTarget {
+  TargetPicture marks{};
+  /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
+  std::optional<double> marker_share{};
+};
+
 /// What a camera is calibrated on, and how it is found in a picture.
 class CalibrationTarget {
  public:
@@ -43,11 +50,16 @@ class CalibrationTarget {
   /// What a mark is: "tags" or "corners".
   [[nodiscard]] const char* marks_word() const { return is_board() ? "corners" : "tags"; }
   /// The marks in a picture: the corners of the board, or the tags that `finder` finds.
-  [[nodiscard]] Result<TargetPicture> find(const ImageView& image, const TagFinder& finder) const;
+  [[nodiscard]] Result<SeenTarget> find(const ImageView& image, const TagFinder& finder) const;
+  /// What to try where pictures do not show the target, in words, by what one of them shows. Slow.
+  [[nodiscard]] std::string words_of_absence(const ImageView& image) const;
+  /// Words where the markers of a ChArUco board are not as large as was said, by what the pictures show.
+  [[nodiscard]] std::optional<std::string> words_of_marker_size(std::vector<double> shares) const;
 
  private:
   CalibrationTarget() = default;
 
+  TargetDescription description_{};
   TagMap tags_{};
   std::optional<CalibrationBoard> board_{};
   std::optional<BoardFinder> finder_{};

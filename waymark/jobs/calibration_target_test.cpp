@@ -85,7 +85,7 @@ TEST(CalibrationTarget, AFinderOfNothingFindsNothing) {
   ASSERT_TRUE(target);
   const auto found = target->find(Image(64, 48, 255), finder);
   ASSERT_TRUE(found);
-  EXPECT_TRUE(found->empty());
+  EXPECT_TRUE(found->marks.empty());
 }
 
 }  // namespace

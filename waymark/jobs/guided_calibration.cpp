@@ -24,6 +24,7 @@ std::string to_text(const GuideStatus& status) {
   if (status.focal_share) text += fmt::format(", focal length +- {:.2g} %", 100 * *status.focal_share);
   text += fmt::format("; {}", to_string(status.picture));
   if (status.good_enough) return text + "; good enough";
+  if (!status.absence.empty()) return text + "; " + status.absence;
   constexpr std::size_t kMostWords = 2;
   const std::size_t told = std::min(kMostWords, status.missing.size());
   return told == 0 ? text
@@ -54,11 +55,12 @@ Result<std::size_t> GuidedCalibration::resume(const JobControl& control) {
       control.note(to_string(image.error()));
       continue;
     }
-    auto marks = target_.find(*image, finder_);
-    if (!marks) return tl::unexpected(marks.error());
-    if (marks->empty()) continue;
-    capture_.add(*marks);
-    if (Status added = add_view(input.path, *std::move(marks), image->width(), image->height()); !added)
+    auto seen = target_.find(*image, finder_);
+    if (!seen) return tl::unexpected(seen.error());
+    if (seen->marks.empty()) continue;
+    capture_.add(seen->marks);
+    if (seen->marker_share) marker_shares_.push_back(*seen->marker_share);
+    if (Status added = add_view(input.path, std::move(seen->marks), image->width(), image->height()); !added)
       return tl::unexpected(added.error());
   }
   judge();
@@ -68,15 +70,29 @@ Result<std::size_t> GuidedCalibration::resume(const JobControl& control) {
 Result<bool> GuidedCalibration::take(SensorTime stamp, const ImageView& image) {
   auto found = target_.find(image, finder_);
   if (!found) return tl::unexpected(found.error());
-  marks_ = *std::move(found);
+  marks_ = std::move(found->marks);
+  explain_absence(stamp, image);
   status_.picture = capture_.take(stamp, image, marks_);
   if (status_.picture != CaptureVerdict::New) return false;
+  if (found->marker_share) marker_shares_.push_back(*found->marker_share);
   std::string name = fmt::format("view {}", views_.size() + 1);
   if (Status kept = keep(image, name); !kept) return tl::unexpected(kept.error());
   if (Status added = add_view(std::move(name), marks_, image.width, image.height); !added)
     return tl::unexpected(added.error());
   judge();
   return true;
+}
+
+void GuidedCalibration::explain_absence(SensorTime stamp, const ImageView& image) {
+  constexpr Duration kPatience = std::chrono::seconds(3);
+  seen_ = seen_ || !marks_.empty() || !views_.empty();
+  if (seen_) {
+    status_.absence.clear();
+    return;
+  }
+  if (!first_) first_ = stamp;
+  if (status_.absence.empty() && stamp - *first_ >= kPatience)
+    status_.absence = target_.words_of_absence(image);
 }
 
 Status GuidedCalibration::keep(const ImageView& image, std::string& name) const {
@@ -134,11 +150,11 @@ void GuidedCalibration::judge() {
 
 Result<CalibrateCameraReport> GuidedCalibration::finish() const {
   if (views_.empty())
-    return fail(
-        ErrorCode::NotFound, "no view was taken", {},
-        "Hold the board still and in focus; pictures of a folder are calibrated on without --guided.");
+    return fail(ErrorCode::NotFound, "no view was taken", {},
+                status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
   auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), job_.options);
   if (!found) return tl::unexpected(found.error());
+  if (auto words = target_.words_of_marker_size(marker_shares_)) found->advice.push_back(*std::move(words));
   return CalibrateCameraReport{
       .found = *std::move(found), .pictures = names_, .marks = views_, .marks_word = target_.marks_word()};
 }

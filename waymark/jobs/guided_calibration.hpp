@@ -38,6 +38,7 @@ struct GuideStatus {
   std::vector<std::string> missing{};       ///< views, in words; empty: none
   std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
   std::optional<double> focal_share{};      ///< standard deviation of its focal length, as a share of it
+  std::string absence{};                    ///< where no picture showed the target for seconds: what to try
   bool good_enough = false;
 };
 
@@ -68,6 +69,8 @@ class GuidedCalibration {
   [[nodiscard]] Status add_view(std::string name, TargetPicture marks, int width_px, int height_px);
   [[nodiscard]] Status keep(const ImageView& image, std::string& name) const;
   void judge();
+  /// Looks for other boards once, when the target was in no picture for a while.
+  void explain_absence(SensorTime stamp, const ImageView& image);
 
   const CalibrateCameraJob& job_;
   const CalibrationTarget& target_;
@@ -78,6 +81,9 @@ class GuidedCalibration {
   TargetPicture marks_{};
   std::vector<std::string> names_{};
   std::vector<TargetPicture> views_{};
+  std::vector<double> marker_shares_{};
+  bool seen_ = false;  ///< the target was in a picture
+  std::optional<SensorTime> first_{};
   int width_px_ = 0;
   int height_px_ = 0;
   GuideStatus status_{};

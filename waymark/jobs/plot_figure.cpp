@@ -22,11 +22,7 @@ Status check_figure_output(const PlotJob& job, const std::filesystem::path& outp
     return fail(ErrorCode::InvalidArgument, "nothing is written", {.key = "--force"},
                 "Name a figure with --figure; without it the figures are listed.");
   if (job.figure.empty()) return {};
-  std::error_code ignored;
-  if (!job.force && std::filesystem::is_regular_file(output, ignored))
-    return fail(ErrorCode::Unwritable, "there is a file already", {.source = output.string()},
-                "Give another name with -o, or --force to replace it.");
-  return check_output_file(output);
+  return check_new_file(output, job.force);
 }
 
 Result<std::vector<plot::PageFigure>> figures_of_runs(const PlotJob& job, const JobControl& control) {

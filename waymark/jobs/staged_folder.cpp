@@ -103,6 +103,14 @@ Status check_output_file(const fs::path& file) {
   return {};
 }
 
+Status check_new_file(const fs::path& file, bool replace) {
+  std::error_code ignored;
+  if (!replace && fs::is_regular_file(file, ignored))
+    return fail(ErrorCode::Unwritable, "there is a file already", {.source = file.string()},
+                "Give another name with -o, or --force to replace it.");
+  return check_output_file(file);
+}
+
 Result<StagedFolder> StagedFolder::open(const fs::path& folder) {
   const fs::path made = first_missing(folder);
   std::error_code error;

@@ -16,6 +16,9 @@ namespace waymark {
 /// are files as well.
 [[nodiscard]] Status check_output_file(const std::filesystem::path& file);
 
+/// The same of a file that is not there yet, unless it is to be replaced (--force).
+[[nodiscard]] Status check_new_file(const std::filesystem::path& file, bool replace);
+
 /// Files that get into a folder together or not at all: they are written beside it and put into place when
 /// all are there. What stands there under their names moves aside: NAME.1.yaml, or the next number that is
 /// free.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "waymark/codecs/image_file.hpp"
+#include "waymark/jobs/staged_folder.hpp"
 
 namespace waymark {
 
@@ -19,18 +20,22 @@ std::string page_path(const std::string& path, std::size_t page, std::size_t pag
   return name.replace_filename(numbered).string();
 }
 
-WrittenPages write_pages(const std::vector<plot::Drawing>& pages, plot::FileFormat format,
-                         const std::string& path, double dpi, const JobControl& control) {
+WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFiles& to,
+                         const JobControl& control) {
   WrittenPages written;
+  const plot::FileFormat format = to.format;
   const std::size_t files = format == plot::FileFormat::Pdf ? 1 : pages.size();
+  for (std::size_t i = 0; i < files && written.status; ++i)
+    written.status = check_new_file(page_path(to.path, i + 1, files), to.replace);
+  if (!written.status) return written;
   for (std::size_t i = 0; i < files; ++i) {
     written.status = control.go_on();
     if (!written.status) return written;
-    const std::string file = page_path(path, i + 1, files);
+    const std::string file = page_path(to.path, i + 1, files);
     control.progress({.words = file, .done = i, .all = files});
     const auto bytes = format == plot::FileFormat::Pdf   ? plot::render_pdf(pages)
                        : format == plot::FileFormat::Svg ? plot::render_svg(pages[i])
-                                                         : plot::render_png(pages[i], dpi);
+                                                         : plot::render_png(pages[i], to.dpi);
     written.status = bytes ? write_bytes(file, *bytes) : Status(tl::unexpected(bytes.error()));
     if (!written.status) return written;
     written.files.push_back(file);

@@ -15,8 +15,7 @@ TEST(PagePath, NumbersPagesSoThatTheySortAndKeepsTheNameOfTheOnlyOne) {
 TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
   JobControl control;
   control.cancelled = [] { return true; };
-  const WrittenPages written =
-      write_pages({plot::Drawing{}}, plot::FileFormat::Svg, "never.svg", 300, control);
+  const WrittenPages written = write_pages({plot::Drawing{}}, {plot::FileFormat::Svg, "never.svg"}, control);
   EXPECT_FALSE(written.status);
   EXPECT_TRUE(written.files.empty());
 }
@@ -24,7 +23,7 @@ TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
 TEST(WritePages, NamesTheFolderThatIsNotThere) {
   plot::Drawing page;
   page.width_mm = page.height_mm = 10;
-  const WrittenPages written = write_pages({page}, plot::FileFormat::Svg, "/no/such/folder/a.svg", 300, {});
+  const WrittenPages written = write_pages({page}, {plot::FileFormat::Svg, "/no/such/folder/a.svg"}, {});
   ASSERT_FALSE(written.status);
   EXPECT_EQ(written.status.error().code, ErrorCode::Unwritable);
 }

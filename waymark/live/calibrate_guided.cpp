@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -25,7 +26,8 @@ class Teller {
     if (!is_view && last_ && stamp >= *last_ && stamp - *last_ < kPeriod) return false;
     last_ = stamp;
     const std::string words = to_text(guided_.status());
-    if (is_view)
+    const bool absent = !guided_.status().absence.empty();
+    if (is_view || absent != std::exchange(absent_, absent))
       control_.note(words);
     else
       control_.progress({words});
@@ -36,6 +38,7 @@ class Teller {
   const GuidedCalibration& guided_;
   const JobControl& control_;
   std::optional<SensorTime> last_{};
+  bool absent_ = false;  ///< it was told what to try where the board is not found
 };
 
 /// What changes by itself would change the lens or the noise between two views: it is held, and told.

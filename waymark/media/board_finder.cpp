@@ -16,14 +16,21 @@ Result<BoardFinder> BoardFinder::load() {
   return BoardFinder(functions);
 }
 
-Result<std::vector<BoardCorner>> BoardFinder::find(const ImageView& image,
-                                                   const CalibrationBoard& board) const {
+Result<FoundBoard> BoardFinder::find(const ImageView& image, const CalibrationBoard& board) const {
   if (Status usable = check_board(board); !usable) return tl::unexpected(usable.error());
-  std::vector<BoardCorner> corners;
+  FoundBoard found;
   Error error;
-  functions_.find(image, board, corners, error);
+  functions_.find(image, board, found, error);
   if (!error.message.empty()) return tl::unexpected(error);
-  return corners;
+  return found;
+}
+
+Result<std::string> BoardFinder::name_markers(const ImageView& image) const {
+  std::string name;
+  Error error;
+  functions_.name_markers(image, name, error);
+  if (!error.message.empty()) return tl::unexpected(error);
+  return name;
 }
 
 Result<MarkerCells> BoardFinder::marker(const std::string& dictionary, int number) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,6 +17,13 @@ struct MarkerCells {
   std::vector<bool> black{};
 };
 
+/// A board as one picture shows it.
+struct FoundBoard {
+  std::vector<BoardCorner> corners{};  ///< by number; empty: there is no board
+  /// Of a ChArUco board: the side of its markers over that of their squares, as the picture shows them.
+  std::optional<double> marker_share{};
+};
+
 /// Calibration boards and their markers, by OpenCV (the module libwaymark-boards.so of `media/opencv`).
 class BoardFinder {
  public:
@@ -23,20 +31,25 @@ class BoardFinder {
   /// the packages.
   [[nodiscard]] static Result<BoardFinder> load();
 
-  /// The corners of a board in a picture, by number; empty where there is no board. Fails (InvalidArgument)
+  /// The corners of a board in a picture. Fails (InvalidArgument)
   /// on a board that is none (check_board()), an unknown dictionary or one with too few markers. A chessboard
   /// is found by Duda and Frese, "Accurate Detection and Localization of Checkerboard Corners for
   /// Calibration" (BMVC 2018), markers by Garrido-Jurado and others, "Automatic generation and detection of
   /// highly reliable fiducial markers under occlusion" (2014), corners between markers by cornerSubPix.
-  [[nodiscard]] Result<std::vector<BoardCorner>> find(const ImageView& image,
-                                                      const CalibrationBoard& board) const;
+  [[nodiscard]] Result<FoundBoard> find(const ImageView& image, const CalibrationBoard& board) const;
   /// A marker as it is printed. Fails (InvalidArgument) on an unknown dictionary or number.
   [[nodiscard]] Result<MarkerCells> marker(const std::string& dictionary, int number) const;
 
+  /// Which markers a picture shows, whatever board was expected: the smallest dictionary that holds all of
+  /// them ("5x5_100"), "aprilgrid" for tags of tag36h11 with a border of two cells; empty: not four of any.
+  /// Slow: tries all.
+  [[nodiscard]] Result<std::string> name_markers(const ImageView& image) const;
+
   /// What the module gives; for the module only.
   struct Functions {
-    void (*find)(const ImageView&, const CalibrationBoard&, std::vector<BoardCorner>&, Error&) = nullptr;
+    void (*find)(const ImageView&, const CalibrationBoard&, FoundBoard&, Error&) = nullptr;
     void (*marker)(const std::string&, int, MarkerCells&, Error&) = nullptr;
+    void (*name_markers)(const ImageView&, std::string&, Error&) = nullptr;
   };
 
  private:

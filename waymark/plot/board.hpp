@@ -41,11 +41,20 @@ struct BoardOptions {
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
-    visit(self.columns, Field{"cols", "Number of tags in a row.", 1, 100});
-    visit(self.rows, Field{"rows", "Number of tags in a column.", 1, 100});
+    visit(self.columns,
+          Field{"cols",
+                "Number of tags in a row; of a chessboard or ChArUco board the squares, not their corners.",
+                1, 100});
+    visit(
+        self.rows,
+        Field{"rows",
+              "Number of tags in a column; of a chessboard or ChArUco board the squares, not their corners.",
+              1, 100});
     visit(self.tag_size_m, Field{"tag_size_m", "Side of the black square of a tag, in metres.", 0.001, 5});
     visit(self.spacing, Field{"spacing", "Gap between two tags, as a share of their size.", 0.01, 1});
-    visit(self.first_id, Field{"first_id", "Id of the lower left tag.", 0, 100000});
+    visit(
+        self.first_id,
+        Field{"first_id", "Id of the lower left tag, or of the first marker of a ChArUco board.", 0, 100000});
     visit(
         self.margin_m,
         Field{"margin_m", "Width of the paper's edge that the printer cannot print on, in metres.", 0, 0.1});

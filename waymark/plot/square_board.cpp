@@ -13,6 +13,7 @@ namespace waymark::plot {
 namespace {
 
 constexpr double kCaptionHeightMm = 8.0;
+constexpr int kMostPages = 400;
 
 double square_mm(const SquareBoardOptions& options) { return 1e3 * options.board.size_m; }
 
@@ -65,17 +66,21 @@ Split split_of(const SquareBoardOptions& options, double square_mm) {
 tl::unexpected<Error> does_not_fit(const SquareBoardOptions& options) {
   double fitting_mm = 0;
   double failing_mm = square_mm(options);
+  const double most_pages = options.tiled ? kMostPages : 1;
   for (int i = 0; i < 60; ++i) {
     const double middle_mm = (fitting_mm + failing_mm) / 2;
-    (split_of(options, middle_mm).pages() == 1 ? fitting_mm : failing_mm) = middle_mm;
+    (split_of(options, middle_mm).pages() <= most_pages ? fitting_mm : failing_mm) = middle_mm;
   }
-  return fail(
-      ErrorCode::InvalidArgument,
-      fmt::format("{} x {} squares of {} do not fit on {}", options.board.columns, options.board.rows,
-                  millimetres(square_mm(options)), options.paper.name),
-      {.key = "square_size_m"},
-      fmt::format("The largest squares that do: {:g} m; or spread the board over several pages (--tiled).",
-                  std::floor(10 * fitting_mm + kToleranceMm) / 1e4));
+  const std::string largest =
+      fmt::format("The largest squares that do: {:g} m", std::floor(10 * fitting_mm + kToleranceMm) / 1e4);
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("{} x {} squares of {} do not fit on {}{}", options.board.columns,
+                          options.board.rows, millimetres(square_mm(options)),
+                          options.tiled ? fmt::format("{} pages of ", kMostPages) : std::string(),
+                          options.paper.name),
+              {.key = "square_size_m"},
+              largest + (options.tiled ? "; or take larger paper (--paper)."
+                                       : "; or spread the board over several pages (--tiled)."));
 }
 
 /// The squares of each of some pages, as equal as can be.
@@ -161,7 +166,6 @@ Result<SquareBoardLayout> layout_square_board(const SquareBoardOptions& options)
       options.markers.size() != board_markers(options.board).size())
     return fail(ErrorCode::InvalidArgument, "this is no board of squares with its markers");
   const Split split = split_of(options, square_mm(options));
-  constexpr double kMostPages = 400;
   if ((!options.tiled && split.pages() > 1) || split.pages() > kMostPages) return does_not_fit(options);
   SquareBoardLayout layout{options,      split.paper, place_footer(split.paper, 1e3 * options.margin_m),
                            split.across, split.down,  {}};

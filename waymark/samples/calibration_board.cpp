@@ -55,6 +55,9 @@ Status check_board(const CalibrationBoard& board) {
   if (grid && !(board.spacing > 0 && board.spacing <= 1))
     return wrong(fmt::format("the spacing {} is not between 0 and 1", board.spacing), "spacing",
                  "Give the gap between two tags as a share of their size.");
+  if (board.kind == BoardKind::Charuco && board.marker_m == 0)
+    return wrong("the side of a marker is missing", "marker_size_m",
+                 "Measure the black square of a marker on the print, in metres.");
   if (board.kind == BoardKind::Charuco && !(is_length(board.marker_m) && board.marker_m < board.size_m))
     return wrong("the side of a marker lies between 0 and that of its square", "marker_size_m",
                  "Measure the black square of a marker on the print, in metres.");

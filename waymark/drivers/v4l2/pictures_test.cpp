@@ -79,22 +79,38 @@ Image level(std::uint8_t grey, int noise = 0, std::uint64_t seed = 1) {
 
 TEST(PictureFaults, ADarkRoomIsNotACoveredLens) {
   PictureFaults faults;
-  EXPECT_THAT(faults.add(level(16, 4).view(), seconds(1)).value_or(""), HasSubstr("black"));
-  EXPECT_FALSE(faults.add(level(16, 4, 2).view(), seconds(2))) << "said once";
-  EXPECT_THAT(faults.add(level(16, 60, 3).view(), seconds(3)).value_or(""), HasSubstr("change again"));
+  EXPECT_THAT(faults.add(level(16, 4).view(), seconds(1), true).value_or(""), HasSubstr("black"));
+  EXPECT_FALSE(faults.add(level(16, 4, 2).view(), seconds(2), true)) << "said once";
+  EXPECT_THAT(faults.add(level(16, 60, 3).view(), seconds(3), true).value_or(""), HasSubstr("change again"));
 }
 
 TEST(PictureFaults, ASceneThatStandsStillHasNoiseAndAFrozenPictureHasNone) {
   PictureFaults moving;
   for (int i = 0; i < 90; ++i)
-    EXPECT_FALSE(moving.add(level(100, 2, static_cast<std::uint64_t>(i)).view(), milliseconds(33 * i)));
+    EXPECT_FALSE(moving.add(level(100, 2, static_cast<std::uint64_t>(i)).view(), milliseconds(33 * i), true));
   PictureFaults frozen;
   const Image same = level(100, 2);
   int said_at = -1;
   for (int i = 0; i < 90; ++i)
-    if (frozen.add(same.view(), milliseconds(33 * i))) said_at = i;
+    if (const auto words = frozen.add(same.view(), milliseconds(33 * i), false)) {
+      EXPECT_THAT(*words, HasSubstr("hangs; unplug it"));
+      said_at = i;
+    }
   EXPECT_GE(33 * said_at, 1000);
   EXPECT_LE(33 * said_at, 1100);
+}
+
+// A still board before a source without noise: the camera counts on, and the board moves every two seconds.
+TEST(PictureFaults, AStillPictureOfACameraThatCountsOnIsSaidOnce) {
+  PictureFaults faults;
+  std::vector<std::string> words;
+  for (int i = 0; i < 600; ++i) {
+    const Image picture = level(static_cast<std::uint8_t>(100 + i / 60), 2);
+    if (auto said = faults.add(picture.view(), milliseconds(33 * i), true)) words.push_back(*std::move(said));
+  }
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_THAT(words.front(), HasSubstr("counts on"));
+  EXPECT_THAT(words.front(), ::testing::Not(HasSubstr("unplug")));
 }
 
 TEST(Grey, EveryRawFormatHoldsTheSameLumaAndItsRowsMayBePadded) {

@@ -63,6 +63,7 @@ struct V4l2Camera::Impl {
   internal::PictureStamps stamps{};
   internal::PictureFaults faults{};
   std::deque<std::string> words{};
+  std::optional<std::pair<std::uint32_t, std::optional<Duration>>> taken{};  ///< number and stamp of the last
   std::optional<SensorTime> last{};
   std::uint64_t delivered = 0;
   std::uint64_t damaged = 0;
@@ -72,6 +73,9 @@ struct V4l2Camera::Impl {
 
 std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPicture& picture) {
   const internal::FilledBuffer& buffer = picture.buffer;
+  const bool counted =
+      !taken || (buffer.sequence != taken->first && (!buffer.stamp || buffer.stamp > taken->second));
+  taken = {buffer.sequence, buffer.stamp};
   const auto stamped = stamps.add(buffer.stamp, buffer.start_of_exposure, picture.exposure, picture.arrived);
   Result<Image> image = buffer.damaged
                             ? Result<Image>(fail(ErrorCode::Unreadable, "the driver says it is incomplete"))
@@ -82,7 +86,7 @@ std::optional<CameraFrame> V4l2Camera::Impl::convert(const internal::TakenPictur
     note_damaged(image.error().message, picture.arrived);
     return std::nullopt;
   }
-  say_if(faults.add(*image, stamped.stamp));
+  say_if(faults.add(*image, stamped.stamp, counted));
   ++delivered;
   last = SensorTime(stamped.stamp);
   return CameraFrame{.stamp = *last, .camera = options.name, .image = std::move(*image)};

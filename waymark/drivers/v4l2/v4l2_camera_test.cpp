@@ -212,7 +212,7 @@ TEST(V4l2CameraThreads, SaysThatPicturesAreBlackOrFrozen) {
   FakeCamera::set_faults("black:5");
   EXPECT_THAT(all_words(*open(), 10), HasSubstr("black"));
   FakeCamera::set_faults("freeze:5");
-  EXPECT_THAT(all_words(*open(), 125), HasSubstr("same for a second"));
+  EXPECT_THAT(all_words(*open(), 125), HasSubstr("exactly like the one before for a second"));
 }
 
 TEST(V4l2CameraThreads, StampsByArrivalWhatTheDriverStampsBadly) {

@@ -1,15 +1,18 @@
 #include "waymark/media/opencv/find_board.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "waymark/base/order_statistics.hpp"
 #include "waymark/media/opencv/marker_dictionary.hpp"
 
 namespace waymark {
@@ -146,7 +149,53 @@ std::optional<Guess> guess_between(int number, const Eigen::Vector2d& corner_m, 
   return Guess{number, at, free_px};
 }
 
-Result<std::vector<BoardCorner>> find_charuco(const cv::Mat& grey, const CalibrationBoard& board) {
+/// The sides of a marker over those of its square, by the projective image of the square. The detector's
+/// corners lie within the marker where edges are wide: they are refined.
+double share_of_square(const cv::Mat& grey, const std::array<cv::Point2f, 4>& square,
+                       std::vector<cv::Point2f> marker) {
+  constexpr double kShareOfSide = 1.0 / 16;  // half a cell
+  const int window = std::max(2, static_cast<int>(kShareOfSide * distance_px(marker[0], marker[2])));
+  cv::cornerSubPix(grey, marker, {window, window}, {-1, -1},
+                   {cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 1e-3});
+  const std::array<cv::Point2f, 4> unit = {cv::Point2f{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  std::vector<cv::Point2f> inside;
+  cv::perspectiveTransform(marker, inside, cv::getPerspectiveTransform(square.data(), unit.data()));
+  double sum = 0;
+  for (std::size_t k = 0; k < 4; ++k) sum += distance_px(inside[k], inside[(k + 1) % 4]);
+  return sum / 4;
+}
+
+/// Of the markers whose squares have all four corners, the median; nothing where there are few.
+std::optional<double> share_of_squares(const cv::Mat& grey, const CalibrationBoard& board,
+                                       const SeenMarkers& seen, const std::vector<BoardCorner>& corners) {
+  constexpr std::size_t kFewest = 4;
+  std::map<int, cv::Point2f> at;
+  for (const BoardCorner& corner : corners)
+    at[corner.number] = {static_cast<float>(corner.px.x() - kHalfPixel),
+                         static_cast<float>(corner.px.y() - kHalfPixel)};
+  std::vector<double> shares;
+  const int inner = board.columns - 1;
+  for (const BoardMarker& marker : board_markers(board)) {
+    const auto cells = [&](double middle_m, int count) {
+      return static_cast<int>(std::lround(middle_m / board.size_m + 0.5 * (count - 1)));
+    };
+    const int column = cells(marker.middle_m.x(), board.columns);
+    const int row = cells(marker.middle_m.y(), board.rows);
+    const int first = (row - 1) * inner + column - 1;  // the corner of the square at its upper left
+    const std::array<int, 4> around = {first, first + 1, first + inner + 1, first + inner};
+    const auto found = seen.find(marker.id);
+    const bool within = column > 0 && row > 0 && column < inner && row + 1 < board.rows;
+    if (!within || found == seen.end() ||
+        !std::ranges::all_of(around, [&](int number) { return at.contains(number); }))
+      continue;
+    shares.push_back(
+        share_of_square(grey, {at[around[0]], at[around[1]], at[around[2]], at[around[3]]}, found->second));
+  }
+  if (shares.size() < kFewest) return std::nullopt;
+  return median(std::move(shares));
+}
+
+Result<FoundBoard> find_charuco(const cv::Mat& grey, const CalibrationBoard& board) {
   const std::vector<BoardMarker> markers = board_markers(board);
   const auto seen = find_markers(grey, board.dictionary, 1, markers.back().id + 1);
   if (!seen) return tl::unexpected(seen.error());
@@ -156,12 +205,14 @@ Result<std::vector<BoardCorner>> find_charuco(const cv::Mat& grey, const Calibra
     if (const auto guess = guess_between(number, corner, board, markers, *seen)) guesses.push_back(*guess);
     ++number;
   }
-  return refine(grey, guesses);
+  FoundBoard found{.corners = refine(grey, guesses)};
+  found.marker_share = share_of_squares(grey, board, *seen, found.corners);
+  return found;
 }
 
 /// Corners of the tags of an AprilGrid, each the corner of a black square as well. OpenCV's tags of this
 /// family are turned by half: it begins with the lower right corner.
-Result<std::vector<BoardCorner>> find_april_grid(const cv::Mat& grey, const CalibrationBoard& board) {
+Result<FoundBoard> find_april_grid(const cv::Mat& grey, const CalibrationBoard& board) {
   constexpr int kBorderCells = 2;
   const std::vector<BoardMarker> tags = board_markers(board);
   const auto seen = find_markers(grey, "apriltag_36h11", kBorderCells, tags.back().id + 1);
@@ -179,23 +230,23 @@ Result<std::vector<BoardCorner>> find_april_grid(const cv::Mat& grey, const Cali
                          std::min(kBorderShare, board.spacing) * side_px});
     }
   }
-  return refine(grey, guesses);
+  return FoundBoard{.corners = refine(grey, guesses)};
 }
 
 }  // namespace
 
-Result<std::vector<BoardCorner>> find_board(const ImageView& image, const CalibrationBoard& board) {
-  if (image.empty()) return std::vector<BoardCorner>();
+Result<FoundBoard> find_board(const ImageView& image, const CalibrationBoard& board) {
+  if (image.empty()) return FoundBoard();
   const cv::Mat grey = as_mat(image);
   switch (board.kind) {
     case BoardKind::Chessboard:
-      return find_chessboard(grey, board);
+      return FoundBoard{.corners = find_chessboard(grey, board)};
     case BoardKind::Charuco:
       return find_charuco(grey, board);
     case BoardKind::AprilGrid:
       return find_april_grid(grey, board);
   }
-  return std::vector<BoardCorner>();
+  return FoundBoard();
 }
 
 }  // namespace waymark

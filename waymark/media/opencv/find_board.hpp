@@ -1,7 +1,6 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "waymark/base/error.hpp"
 #include "waymark/image/image.hpp"
@@ -10,8 +9,7 @@
 namespace waymark {
 
 /// What BoardFinder::find() and marker() promise, for a board that check_board() takes.
-[[nodiscard]] Result<std::vector<BoardCorner>> find_board(const ImageView& image,
-                                                          const CalibrationBoard& board);
+[[nodiscard]] Result<FoundBoard> find_board(const ImageView& image, const CalibrationBoard& board);
 [[nodiscard]] Result<MarkerCells> marker_cells(const std::string& dictionary, int number);
 
 }  // namespace waymark

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "waymark/media/opencv/find_board.hpp"
+#include "waymark/media/opencv/name_markers.hpp"
 
 namespace {
 
@@ -26,11 +27,14 @@ void call(const Call& made, Value& value, waymark::Error& error) {
 extern "C" __attribute__((visibility("default"))) void waymark_board_finder(
     waymark::BoardFinder::Functions& functions) {
   functions.find = [](const waymark::ImageView& image, const waymark::CalibrationBoard& board,
-                      std::vector<waymark::BoardCorner>& corners, waymark::Error& error) {
-    call([&] { return waymark::find_board(image, board); }, corners, error);
+                      waymark::FoundBoard& found, waymark::Error& error) {
+    call([&] { return waymark::find_board(image, board); }, found, error);
   };
   functions.marker = [](const std::string& dictionary, int number, waymark::MarkerCells& cells,
                         waymark::Error& error) {
     call([&] { return waymark::marker_cells(dictionary, number); }, cells, error);
+  };
+  functions.name_markers = [](const waymark::ImageView& image, std::string& name, waymark::Error& error) {
+    call([&] { return waymark::Result<std::string>(waymark::name_markers(image)); }, name, error);
   };
 }

@@ -50,15 +50,19 @@ std::string plain(std::string_view name) {
 
 }  // namespace
 
+std::vector<std::string> dictionary_names() {
+  std::vector<std::string> names;
+  names.reserve(kDictionaries.size());
+  for (const Named& one : kDictionaries) names.emplace_back(one.first);
+  return names;
+}
+
 Result<cv::Ptr<cv::aruco::Dictionary>> marker_dictionary(const std::string& name) {
   const std::string wanted = plain(name);
   const auto known = std::ranges::find(kDictionaries, wanted, &Named::first);
   if (known != kDictionaries.end()) return cv::aruco::getPredefinedDictionary(known->second);
-  std::vector<std::string> names;
-  names.reserve(kDictionaries.size());
-  for (const Named& one : kDictionaries) names.emplace_back(one.first);
   return fail(ErrorCode::InvalidArgument, fmt::format("unknown dictionary '{}'", name.substr(0, 60)),
-              {.key = "dictionary"}, suggestion(wanted, names));
+              {.key = "dictionary"}, suggestion(wanted, dictionary_names()));
 }
 
 Result<MarkerCells> marker_cells(const std::string& name, int number) {
