@@ -72,9 +72,9 @@ Result<MeasuredDistance> distance_named(const std::string& text) {
 
 /// The camera, its uncertainty and its shutter.
 Result<MapVideoJob> job_with_camera(const MapVideoDescription& description) {
-  Result<NamedCamera> camera = read_camera(description.camera, description.camera_name);
+  const Result<NamedCamera> camera = read_camera(description.camera, description.camera_name);
   if (!camera) return tl::unexpected(camera.error());
-  MapVideoJob job{.camera = std::move(camera->camera)};
+  MapVideoJob job{.camera = camera->camera};
   if (const Result<Calibration> ours = read_calibration(description.camera)) {
     job.intrinsics_sigma = intrinsics_sigma(job.camera, *ours);
     job.readout_s = ours->known("readout_s").value_or(0);
