@@ -18,55 +18,54 @@ Eigen::Matrix<double, 3, 6> planar_jacobian(const SE3& a_T_b, const Eigen::Vecto
 
 using ScaleJacobian = Eigen::Matrix<double, 3, OdometryScales::kCount>;
 
-/// What the base truly did, and its derivative for the scales.
-SE2::Tangent scaled_twist(const OdometryFactor& factor, const OdometryScales& scales, ScaleJacobian& J) {
-  SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
-  twist[2] -= scales.turn_lead_s * factor.rate_change[2] + scales.yaw_bias_rad_s * factor.duration_s;
-  const double per_s = factor.duration_s > 0 ? 1 / factor.duration_s : 0;
-  const double way = scales.distance * twist[0];
-  const double turn = scales.yaw * twist[2];
-  const SE2::Tangent late = -factor.rate_change;
-  const double slip = scales.slip_s * per_s;
-  J.col(0) << twist[0], twist[1] + slip * twist[0] * turn, 0;
-  J.col(1) << 0, slip * way * twist[2], twist[2];
-  J.col(2) << 0, way * turn * per_s, 0;
-  J.col(3) << scales.distance * late[0],
-      scales.distance * late[1] + slip * (scales.distance * late[0] * turn + way * scales.yaw * late[2]),
-      scales.yaw * late[2];
-  J.col(4) << 0, slip * way * scales.yaw * late[2], scales.yaw * late[2];
-  J.col(5) << 0, -slip * way * scales.yaw * factor.duration_s, -scales.yaw * factor.duration_s;
-  return {way, scales.distance * twist[1] + slip * way * turn, turn};
+/// What wheels should tell of the twist of a motion, and its derivatives.
+SE2::Tangent told_twist(const SE2::Tangent& twist, const OdometryFactor& factor, const OdometryScales& scales,
+                        Eigen::Matrix3d& J_twist, ScaleJacobian& J) {
+  const double slip = factor.duration_s > 0 ? scales.slip_s / factor.duration_s : 0;
+  const double across = twist[1] - slip * twist[0] * twist[2];
+  const SE2::Tangent told(twist[0] / scales.distance, across / scales.distance, twist[2] / scales.yaw);
+  J_twist << 1, 0, 0, -slip * twist[2], 1, -slip * twist[0], 0, 0, scales.distance / scales.yaw;
+  J_twist /= scales.distance;
+  J.setZero();
+  J.col(0).head<2>() = -told.head<2>() / scales.distance;
+  J(2, 1) = -told[2] / scales.yaw;
+  if (factor.duration_s > 0) J(1, 2) = -twist[0] * twist[2] / (factor.duration_s * scales.distance);
+  J.col(3) = factor.rate_change;
+  J(2, 4) = factor.rate_change[2];
+  J(2, 5) = factor.duration_s;
+  return told +
+         J.rightCols<3>() * Eigen::Vector3d(scales.latency_s, scales.turn_lead_s, scales.yaw_bias_rad_s);
 }
 
 }  // namespace
 
 SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales) {
-  ScaleJacobian unused;
-  return SE2::exp(scaled_twist(factor, scales, unused));
+  SE2::Tangent twist = factor.measured.log() - scales.latency_s * factor.rate_change;
+  twist[2] -= scales.turn_lead_s * factor.rate_change[2] + scales.yaw_bias_rad_s * factor.duration_s;
+  const double way = scales.distance * twist[0];
+  const double turn = scales.yaw * twist[2];
+  const double slip = factor.duration_s > 0 ? scales.slip_s / factor.duration_s : 0;
+  return SE2::exp({way, scales.distance * twist[1] + slip * way * turn, turn});
 }
 
 Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                   const SE3& map_T_a, const SE3& map_T_b, OdometryJacobians* J) {
-  ScaleJacobian J_scaled;
-  const SE2::Tangent scaled = scaled_twist(factor, scales, J_scaled);
-  const SE2 a_X_b = SE2::exp(scaled);
   const SE3 a_T_map = map_T_a.inverse();
   const SE3 a_T_b = a_T_map * map_T_b;
   const Eigen::Vector3d forward = a_T_b.rotation() * Eigen::Vector3d::UnitX();
-  const SO2 b_R_a = a_X_b.rotation().inverse();
-  const Eigen::Vector2d off = b_R_a * Eigen::Vector2d(a_T_b.translation().head<2>() - a_X_b.translation());
-  const double yaw = (b_R_a * SO2::from_cos_sin(forward.x(), forward.y())).angle();
+  const SE2 a_X_b(SO2::from_cos_sin(forward.x(), forward.y()), a_T_b.translation().head<2>());
+  const SE2::Tangent twist = a_X_b.log();
+  Eigen::Matrix3d J_twist;
+  ScaleJacobian J_scales;
+  const SE2::Tangent told = told_twist(twist, factor, scales, J_twist, J_scales);
   if (J != nullptr) {
-    J->b = factor.whitening * planar_jacobian(a_T_b, forward, b_R_a) * a_T_map.adjoint();
+    const Eigen::Matrix3d J_motion = J_twist * SE2::right_jacobian_inverse(twist);
+    J->b = factor.whitening * J_motion * planar_jacobian(a_T_b, forward, a_X_b.rotation().inverse()) *
+           a_T_map.adjoint();
     J->a = -J->b;
-    // The motion's end moves by d = J_right dscaled in its own axes; then the residual moves by -d and turns
-    // by -d_yaw.
-    const ScaleJacobian d = SE2::right_jacobian(scaled) * J_scaled;
-    Eigen::Matrix3d turn = -Eigen::Matrix3d::Identity();
-    turn.topRightCorner<2, 1>() << off.y(), -off.x();
-    J->scales = factor.whitening * turn * d;
+    J->scales = factor.whitening * J_scales;
   }
-  return factor.whitening * Eigen::Vector3d(off.x(), off.y(), yaw);
+  return factor.whitening * (told - factor.measured.log());
 }
 
 }  // namespace waymark

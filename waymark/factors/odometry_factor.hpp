@@ -45,11 +45,13 @@ struct OdometryJacobians {
 /// The motion once scaled: where B is by the wheels, seen from A.
 [[nodiscard]] SE2 scaled_motion(const OdometryFactor& factor, const OdometryScales& scales);
 
-/// Whitened residual: x, y [m] of B's origin and its heading [rad] less those of the scaled motion, in base
-/// axes at the motion's end. A wheel does not see slip (y += slip dx dyaw / duration); pictures that are late
-/// saw the motion of a little earlier (less latency * rate_change, to first order), and turning that is told
-/// ahead of the way, that of earlier still. Heading is about the z
-/// axis of base at A; height and tilts do not enter.
+/// Whitened residual: the twist (x, y [m], heading [rad]) that wheels should tell of the motion from A to B
+/// less the one they told. Scales and slip are applied to the motion between the poses, for the wheels are
+/// what errs: a number fitted to a measured turn is drawn towards zero by the noise of that turn (errors in
+/// variables; Fuller, "Measurement Error Models", 1987, section 1.1). A wheel does not see slip
+/// (y += slip dx dyaw / duration); pictures that are late saw the motion of a little earlier (less latency *
+/// rate_change, to first order), and turning that is told ahead of the way, that of earlier still. Heading is
+/// about the z axis of base at A; height and tilts do not enter.
 [[nodiscard]] Eigen::Vector3d odometry_residual(const OdometryFactor& factor, const OdometryScales& scales,
                                                 const SE3& map_T_a, const SE3& map_T_b,
                                                 OdometryJacobians* J = nullptr);

@@ -41,6 +41,15 @@ PosePriorFactor prior_of(const MountingBelief& belief) {
   return {centre, whitening_of(from_coordinate_covariance(centre, P).covariance)};
 }
 
+/// Errors of a pose by tags are turns about the tags: the farther its base is from them, the more it seems to
+/// rise and sink. With heights as sure as a floor is even, the base is drawn to where they move least, which
+/// is nearer to the tags (the poses are unknowns that grow in number with the observations: Neyman and Scott,
+/// "Consistent estimates based on partially consistent observations", 1948). The force goes with the square.
+void doubt_heights(Bundle& bundle) {
+  constexpr double kLess = 4;
+  for (OnFloorTerm& term : bundle.on_floor) term.factor.height_sigma_m *= kLess;
+}
+
 /// The focal length of the first camera near what is given; all other numbers of cameras stay.
 void free_focal_length(double share, Bundle& bundle) {
   bundle.intrinsics.resize(bundle.cameras.size());
@@ -85,6 +94,7 @@ std::optional<MountingEstimate> estimate_mounting(LapBundle& lap, int max_iterat
   const MountingBelief belief = given.value_or(MountingBelief{.base_T_cam = cam.value});
   if (cam.fixed) {
     cam.fixed = false;
+    doubt_heights(lap.bundle);
     lap.bundle.priors.push_back({lap.cam, prior_of(belief)});
   }
   if (belief.focal_share > 0 && lap.bundle.intrinsics.empty())

@@ -110,17 +110,21 @@ void find_odometry_noise(LapBundle& lap, int max_iterations, const BundleProgres
 
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting) {
-  const auto keep = [&](const std::array<bool, 6>& confirmed) {
-    for (std::size_t i = 0; i < confirmed.size(); ++i) {
-      mounting.untold[i] = mounting.untold[i] || (mounting.out[i] && !confirmed[i]);
-      mounting.out[i] = mounting.out[i] && confirmed[i];
+  if (!mounting.stands_out()) return;
+  const std::array<bool, 6> halves = confirmed_by_halves(freed, assumed, max_iterations, progress);
+  const auto keep = [&](const std::array<bool, 6>& out) {
+    for (std::size_t i = 0; i < halves.size(); ++i) {
+      const bool kept = out[i] && halves[i];
+      mounting.untold[i] = !kept && (mounting.untold[i] || mounting.out[i]);
+      mounting.out[i] = kept;
     }
   };
-  if (!mounting.stands_out()) return;
-  keep(confirmed_by_halves(freed, assumed, max_iterations, progress));
+  const std::array<bool, 6> first = mounting.out;
+  keep(first);
   if (!mounting.stands_out()) return;
   find_odometry_noise(freed, max_iterations, progress);
   const MountingBelief belief{.base_T_cam = assumed};
+  // With the noise that the wheels show, a number may stand out that did not before.
   if (const auto again = estimate_mounting(freed, max_iterations, progress, belief)) keep(again->out);
 }
 

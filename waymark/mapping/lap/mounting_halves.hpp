@@ -10,7 +10,9 @@ namespace waymark::internal {
 /// lower the chi-square of the other, both ways together, against what was assumed (twofold cross-validation:
 /// Stone, "Cross-Validatory Choice and Assessment of Statistical Predictions", J. Royal Statistical Society B
 /// 36(2), 1974). Errors that the noise model does not have, such as those that corners of one tag share,
-/// differ from half to half and do not pass. `freed` is where the estimate ended; it is searched further.
+/// differ from half to half and do not pass. Where any number passes, those count that stand out with the
+/// noise that the wheels show and that the halves confirm, also such as did not stand out before. `freed` is
+/// where the estimate ended; it is searched further.
 void keep_confirmed(LapBundle& freed, const SE3& assumed, int max_iterations, const BundleProgress& progress,
                     MountingEstimate& mounting);
 

@@ -198,6 +198,38 @@ TEST(Bundle, OdometryScalesAreFound) {
   EXPECT_GT(covariance(bundle).scales[0](0, 0), 0);
 }
 
+TEST(Bundle, NoiseOfTheTurnsDrawsNoScaleTowardsZero) {
+  // Straight on, now and then a bend: most of what the wheels tell of turning is noise.
+  constexpr double kYaw = 0.9;
+  constexpr double kSlip_s = 0.08;
+  constexpr double kDt_s = 0.1;
+  const Eigen::Vector3d sigma(5e-4, 5e-4, 0.01);
+  Bundle bundle;
+  bundle.odometry_scales.push_back({.sigma = {1, 1, 1, 1, 1, 1}});
+  Random random(10);
+  SE2 at;
+  PoseIndex before = bundle.add({}, true);
+  for (int k = 0; k < 4000; ++k) {
+    const double speed_m_s = k % 20 < 10 ? 0.3 : 0.6;
+    const double turn = k % 100 < 20 ? 0.03 : 0;
+    const double way = speed_m_s * kDt_s;
+    at = at * SE2::exp({way, kSlip_s * way * turn / kDt_s, turn});
+    const PoseIndex here =
+        bundle.add(SE3(SO3::exp({0, 0, at.yaw()}), Eigen::Vector3d(at.x(), at.y(), 0)), true);
+    const Eigen::Vector3d noise(random.normal(), random.normal(), random.normal());
+    const SE2::Tangent told = SE2::Tangent(way, 0, turn / kYaw) + sigma.cwiseProduct(noise);
+    bundle.odometry.push_back({before, here, 0, {SE2::exp(told), sigma.cwiseInverse().asDiagonal(), kDt_s}});
+    before = here;
+  }
+  ASSERT_TRUE(solve(bundle).usable());
+  const OdometryScales& found = bundle.odometry_scales[0].value;
+  const auto spread = OdometryScales::of(covariance(bundle).scales[0].diagonal().cwiseSqrt());
+  EXPECT_NEAR(found.yaw, kYaw, 3 * spread.yaw);
+  EXPECT_NEAR(found.slip_s, kSlip_s, 3 * spread.slip_s);
+  EXPECT_LT(spread.yaw, 0.02);
+  EXPECT_LT(spread.slip_s, 0.005);
+}
+
 TEST(Bundle, NothingToDoIsSaid) {
   Bundle empty;
   EXPECT_FALSE(solve(empty).usable());
