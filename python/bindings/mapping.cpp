@@ -12,7 +12,7 @@
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/jobs/json_line.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 
 namespace waymark::python {
 namespace {

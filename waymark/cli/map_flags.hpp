@@ -6,7 +6,7 @@
 
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/options_flags.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/map_scene.hpp"
 
 namespace waymark::cli {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/stopwatch.hpp"
 
 /// The parts of map_recording().

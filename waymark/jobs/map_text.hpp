@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/map_scene.hpp"
 #include "waymark/jobs/map_video.hpp"
 

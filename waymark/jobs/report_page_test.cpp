@@ -6,7 +6,7 @@
 
 #include "tests/support/recorded_lap.hpp"
 #include "waymark/jobs/localize_log.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/report_side_by_side.hpp"
 
 namespace waymark {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/live/replay_route.hpp"
 #include "waymark/live/teach_lap.hpp"
 

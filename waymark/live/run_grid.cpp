@@ -9,7 +9,7 @@
 #include "waymark/config/faults_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/live/replay_route.hpp"
 #include "waymark/live/teach_lap.hpp"

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/live/inputs.hpp"
 #include "waymark/live/lap_recording.hpp"
 #include "waymark/live/live_replay.hpp"

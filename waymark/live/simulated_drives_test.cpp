@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/data.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/jobs/profile_table.hpp"
 #include "waymark/live/explore_world.hpp"
 #include "waymark/live/replay_route.hpp"

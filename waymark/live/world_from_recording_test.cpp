@@ -9,7 +9,7 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/config/world_file.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/live/teach_lap.hpp"
 
 namespace waymark {

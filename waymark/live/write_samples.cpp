@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/config/text_file.hpp"
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 #include "waymark/live/sample_pictures.hpp"
 #include "waymark/live/teach_lap.hpp"
 

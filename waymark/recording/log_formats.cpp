@@ -76,6 +76,7 @@ OpenedLog open_old_bag(std::unique_ptr<ByteSource> source, const LogOptions& /*o
 }
 
 /// THE table of formats, in the order in which they are tried. A format more is a row here, and its reader.
+/// CSV comes last: it takes any text with a comma in its first line.
 constexpr std::array kFormats = {
     FormatRow{LogFormat::Mcap, "mcap", "MCAP", false, begins_as_mcap, open_mcap_log},
     FormatRow{LogFormat::Rosbag2, "rosbag2", "rosbag2 (.db3, bag folder)", false, begins_as_rosbag2,

@@ -1,4 +1,4 @@
-#include "waymark/jobs/map_lap.hpp"
+#include "waymark/jobs/map_recording.hpp"
 
 #include <array>
 
