@@ -270,6 +270,27 @@ class Refusals(Wire):
         self.assertRegex(self.refused(limo.path), r"\(process \d+\) uses the serial port")
 
 
+class WithoutOrders(Wire):
+    """`waymark limo robot PORT < /dev/null`, the first look of docs/howto/limo.md."""
+
+    def look(self, port, code):
+        done = subprocess.run([PROGRAM, "limo", "robot", port], capture_output=True, text=True, timeout=40, stdin=subprocess.DEVNULL)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done.stdout + done.stderr
+
+    def test_it_asks_until_limo_obeys_and_ends(self):
+        limo = Limo()
+        began = time.monotonic()
+        self.assertIn("LIMO obeys", self.look(limo.path, 0))
+        self.assertEqual([c for c in limo.commands(began) if c[1] or c[2]], [], "nothing moved")
+
+    def test_a_port_on_which_nobody_speaks_is_an_error(self):
+        master, slave = os.openpty()
+        self.addCleanup(os.close, master)
+        self.addCleanup(os.close, slave)
+        self.assertIn("LIMO does not answer: no byte came", self.look(os.ttyname(slave), 1))
+
+
 class Doctor(Wire):
     def lines(self, port):
         done = subprocess.run([PROGRAM, "doctor", "--robot", f"limo:{port}", "--json"], capture_output=True, text=True, timeout=60)

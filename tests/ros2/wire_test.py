@@ -326,13 +326,27 @@ class Simulated(Wire):
     def call(self, service):
         return self.start(PEER, "call", 20, service).communicate(timeout=40)[0]
 
+    def test_commands_of_a_recording_are_left_out_unless_asked_for(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        topics = ("--topics", "/cmd_vel", "--from", "2", "--to", "3")
+        played = self.run_program("play", lap, "--ros2", *topics)
+        self.assertEqual((played.returncode, played.stdout), (0, "0 messages published\n"), played.stderr)
+        self.assertIn("/cmd_vel was left out: velocity commands move a robot", played.stderr)
+        self.assertEqual(self.run_program("play", lap, "--commands").returncode, 2)
+        looped = self.run_program("ros2", "relay", "--from", "/cmd_vel", "--to", "cmd_vel")
+        self.assertEqual(looped.returncode, 2, looped.stderr)
+        self.assertIn("would come back to where they came from", looped.stderr)
+
     @LONG
     def test_a_recording_is_played_to_the_network(self):
         lap = self.folder / "lap.mcap"
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
         recorder = self.start(PEER, "record", 10)
         time.sleep(1)
-        self.assertIn("messages published", self.succeeds("play", lap, "--ros2", "--to", 8))
+        played = self.run_program("play", lap, "--ros2", "--commands", "--to", 8)
+        self.assertEqual(played.returncode, 0, played.stderr)
+        self.assertIn("messages published", played.stdout)
         words = recorder.communicate(timeout=60)[0].split()
         seen = dict(zip(words[0:10:2], words[1:10:2]))
         self.assertGreater(int(seen["odometry"]), 50, words)

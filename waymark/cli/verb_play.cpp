@@ -22,6 +22,9 @@ struct PlayArgs {
     app.add_flag(
         "--ros2", ros2,
         "Publish the messages on the network of ROS 2 instead of printing them (ROS_DOMAIN_ID counts)");
+    app.add_flag(
+        "--commands", commands,
+        "With --ros2: also publish recorded velocity commands, which move a robot that listens to them");
     app.add_flag("--json", json, "One JSON object a line instead of words");
   }
 
@@ -30,21 +33,26 @@ struct PlayArgs {
   bool messages = false;
   bool json = false;
   bool ros2 = false;
+  bool commands = false;
   LogPart part{};
 };
 
 Status play_to_ros2(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
   const auto bus = open_bus();
   if (!bus) return tl::unexpected(bus.error());
-  LogPublisher publisher(**bus);
+  LogPublisher publisher(**bus, args.commands);
   const auto publish = [&](const LogChannel& channel, const LogMessage& message) {
     return publisher.publish(channel, message);
   };
   const Status status = play_messages(log, selection, args.speed, publish, interrupted);
+  const Status stopped = publisher.stop();
+  for (const std::string& topic : publisher.left_out())
+    console.say(topic +
+                " was left out: velocity commands move a robot that listens. --commands publishes them");
   for (const std::string& topic : publisher.passed_over())
     console.say(topic + " was passed over: not of ROS");
   console.print(fmt::format("{} messages published\n", publisher.published()));
-  return status;
+  return status ? stopped : status;
 }
 
 ExitCode play(const PlayArgs& args, Console& console) {
@@ -53,6 +61,13 @@ ExitCode play(const PlayArgs& args, Console& console) {
                       fmt::format("{} is no speed", args.speed),
                       {.key = "--speed"},
                       "1 is as it was, 0 as fast as possible."});
+    return ExitCode::Usage;
+  }
+  if (args.commands && !args.ros2) {
+    console.say(Error{ErrorCode::InvalidArgument,
+                      "nothing is published without --ros2",
+                      {.key = "--commands"},
+                      "Add --ros2, or leave it out."});
     return ExitCode::Usage;
   }
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
@@ -83,7 +98,8 @@ Verb play_verb() {
       .help =
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
-Keys of --json: docs/reference/cli.md.
+Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
+is given, and zero follows them at the end.
 
 Exit code: 0 played to the end, 1 not a recording or not readable, 2 wrong usage, 130 stopped by Ctrl-C.
 

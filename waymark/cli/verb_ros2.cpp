@@ -75,7 +75,9 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   const auto bus = open_bus(*options);
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
   const Status status = relay_commands(**bus, args.relay, interrupted);
-  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+  if (status) return ExitCode::Ok;
+  const bool usage = status.error().code == ErrorCode::InvalidArgument;
+  return console.failed(status.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
 }
 
 Verb ros2_relay_verb() {

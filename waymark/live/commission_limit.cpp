@@ -1,5 +1,6 @@
 #include "waymark/live/commission_limit.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -28,8 +29,13 @@ std::optional<std::string> lacks_commission(const RobotSetup& setup, const Robot
       shell_word(setup.robot_path));
 }
 
-VelocityCommand slowed(const VelocityCommand& command, double most_m_s) {
-  const double share = std::abs(command.speed_m_s) > most_m_s ? most_m_s / std::abs(command.speed_m_s) : 1;
+VelocityCommand slowed(const VelocityCommand& command, double most_m_s, const MotionLimits& limits) {
+  double share = 1;
+  const auto bound = [&share](double value, double most) {
+    if (std::abs(value) > most) share = std::min(share, most / std::abs(value));
+  };
+  bound(command.speed_m_s, std::min(most_m_s, limits.speed_m_s));
+  bound(command.yaw_rate_rad_s, limits.yaw_rate_rad_s);
   return {share * command.speed_m_s, share * command.yaw_rate_rad_s};
 }
 

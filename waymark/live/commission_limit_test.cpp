@@ -45,12 +45,26 @@ TEST(CommissionLimit, SaysWhyAFirstDriveDoesNotCount) {
   EXPECT_NE(lacks_commission(robot, {})->find("did not pass (stop.kill)"), std::string::npos);
 }
 
+constexpr MotionLimits kLimits{.speed_m_s = 1, .yaw_rate_rad_s = 2};
+
 TEST(CommissionLimit, SlowsOnTheSameArc) {
-  const VelocityCommand slow = slowed({.speed_m_s = -0.6, .yaw_rate_rad_s = 1}, 0.15);
+  const VelocityCommand slow = slowed({.speed_m_s = -0.6, .yaw_rate_rad_s = 1}, 0.15, kLimits);
   EXPECT_DOUBLE_EQ(slow.speed_m_s, -0.15);
   EXPECT_DOUBLE_EQ(slow.yaw_rate_rad_s, 0.25);
   const VelocityCommand turn{.yaw_rate_rad_s = 1};
-  EXPECT_EQ(slowed(turn, 0.15), turn);
+  EXPECT_EQ(slowed(turn, 0.15, kLimits), turn);
+}
+
+TEST(CommissionLimit, KeepsWithinTheRobotsLimits) {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  const VelocityCommand fast = slowed({.speed_m_s = 9, .yaw_rate_rad_s = -9}, kAny, kLimits);
+  EXPECT_DOUBLE_EQ(fast.speed_m_s, 1);
+  EXPECT_DOUBLE_EQ(fast.yaw_rate_rad_s, -1) << "the same arc";
+  const VelocityCommand spin = slowed({.speed_m_s = 0.1, .yaw_rate_rad_s = 20}, kAny, kLimits);
+  EXPECT_DOUBLE_EQ(spin.speed_m_s, 0.01);
+  EXPECT_DOUBLE_EQ(spin.yaw_rate_rad_s, 2);
+  const VelocityCommand calm{.speed_m_s = 0.9, .yaw_rate_rad_s = 1.9};
+  EXPECT_EQ(slowed(calm, kAny, kLimits), calm);
 }
 
 }  // namespace

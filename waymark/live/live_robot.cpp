@@ -83,6 +83,7 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup
   std::unique_ptr<LiveRobot> opened(new LiveRobot(std::move(*robot), std::move(source), std::move(*finder),
                                                   std::move(cameras), setup.process.listen_only,
                                                   std::move(control)));
+  opened->limits_ = setup.simulated.model.limits;
   if (!setup.process.listen_only) opened->limited_ = lacks_commission(setup, hello);
   return opened;
 }
@@ -93,10 +94,10 @@ double LiveRobot::speed_limit_m_s() const {
 
 Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   listener.on_text = [this](const std::string& text) { control_.note("robot: " + printable(text)); };
-  listener.decide = [decide = std::move(listener.decide), most_m_s = speed_limit_m_s()](Duration uptime,
-                                                                                        SensorTime now) {
+  listener.decide = [this, decide = std::move(listener.decide), most_m_s = speed_limit_m_s()](
+                        Duration uptime, SensorTime now) {
     Result<DriverDecision> decision = decide(uptime, now);
-    if (decision) decision->command = slowed(decision->command, most_m_s);
+    if (decision) decision->command = slowed(decision->command, most_m_s, limits_);
     return decision;
   };
   auto end = loop_.drive(listener);

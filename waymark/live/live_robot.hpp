@@ -41,6 +41,7 @@ class LiveRobot {
   TagFinder finder_;
   RobotLoop loop_;
   JobControl control_;
+  MotionLimits limits_{};                 ///< of the robot's file
   std::optional<std::string> limited_{};  ///< to a speed, and why
 };
 

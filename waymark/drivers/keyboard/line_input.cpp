@@ -40,7 +40,7 @@ Result<OperatorRequest> LineInput::read(Duration uptime, SensorTime /*now*/, Ope
   }
   if (moved == Moved::Ended) request.events.push_back(OperatorEvent::Quit);
   constexpr Duration kHold = std::chrono::milliseconds(500);
-  if (uptime - commanded_at_ <= kHold) request.command = command_;
+  if (commanded_at_ && uptime - *commanded_at_ <= kHold) request.command = command_;
   return request;
 }
 
@@ -50,6 +50,8 @@ void LineInput::obey(const std::string& line, Duration uptime, OperatorState sta
   if (line == "go") request.events.push_back(E::Go);
   if (line == "stop") request.events.push_back(E::Stop);
   if (line == "quit") request.events.push_back(E::Quit);
+  if (line == "go" || line == "stop")
+    commanded_at_.reset();  // what was said before it does not move what follows
   if (line == "go" || line == "stop" || line == "quit" || line.empty()) return;
   const std::optional<VelocityCommand> command = parse_drive(line);
   if (!command) {

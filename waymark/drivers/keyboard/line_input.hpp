@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "waymark/drivers/watchdog/lines.hpp"
@@ -8,7 +9,8 @@
 namespace waymark {
 
 /// A program as the operator: "go", "stop", "quit", "drive 0.3 -0.1" (metres a second, radians a second), a
-/// line each. Its end ends the session; when it is silent for half a second it drives no more.
+/// line each. Its end ends the session; when it is silent for half a second, and with "go" and "stop",
+/// what it said before drives no more.
 class LineInput final : public OperatorInput {
  public:
   /// The descriptor is read without waiting, and stays the caller's.
@@ -28,7 +30,7 @@ class LineInput final : public OperatorInput {
   int descriptor_;
   LineSplitter lines_{1024};
   VelocityCommand command_{};
-  Duration commanded_at_{};
+  std::optional<Duration> commanded_at_{};
 };
 
 }  // namespace waymark

@@ -48,6 +48,17 @@ TEST_F(Lines, DriveForHalfASecond) {
   EXPECT_EQ(input.read(milliseconds(1550), {}, S::Teaching)->command, VelocityCommand{});
 }
 
+TEST_F(Lines, DriveNothingThatFollowsAStopOrAGo) {
+  LineInput input(ends_[0]);
+  say("drive 0.3 0\nstop\n");
+  EXPECT_EQ(input.read(seconds(1), {}, S::Teaching)->command, VelocityCommand{});
+  say("drive 0.3 0\ngo\n");
+  EXPECT_EQ(input.read(seconds(2), {}, S::Idle)->command, VelocityCommand{});
+  EXPECT_EQ(input.read(seconds(2), {}, S::Teaching)->command, VelocityCommand{});
+  say("stop\ndrive 0.2 0\n");
+  EXPECT_EQ(input.read(seconds(3), {}, S::Teaching)->command, (VelocityCommand{0.2, 0}));
+}
+
 TEST_F(Lines, StopAReplayAsSticksDo) {
   LineInput input(ends_[0]);
   say("drive 0 0\n");

@@ -37,10 +37,12 @@ class LimoRobot {
     if (Status opened = open_beside(); !opened) return opened;
     const CommandSender sender([this](const VelocityCommand& asked) { send(asked); }, wire_);
     began_ = steady_now();
-    while (open_ && !sender.ended() && !wire_.should_stop()) {
+    // An input that ended before LIMO obeys (`< /dev/null`) ends this afterwards.
+    while (open_ && !(sender.ended() && (greeted_ || sender.said_bye())) && !wire_.should_stop()) {
       if (Status heard = hear(); !heard) return heard;
-      if (!greeted_)
-        if (Status status = look(); !status) return status;
+      if (greeted_) continue;
+      if (sender.ended()) ask_again();
+      if (Status status = look(); !status) return status;
     }
     return {};
   }
@@ -52,6 +54,14 @@ class LimoRobot {
     if (beside_.open()) return {};
     return fail(ErrorCode::NotFound, "there is no such named pipe", {.source = options_.beside},
                 "Make it: mkfifo " + options_.beside);
+  }
+
+  /// In place of the sender, whose input has ended.
+  void ask_again() {
+    constexpr Duration kEvery = std::chrono::milliseconds(50);
+    if (wire_.listen_only || steady_now() - asked_at_ < kEvery) return;
+    asked_at_ = steady_now();
+    send({});
   }
 
   /// On the thread of the sender.
@@ -188,6 +198,7 @@ class LimoRobot {
   std::mutex mutex_{};
   CommandGate gate_;  ///< behind the mutex
   Duration began_{};
+  Duration asked_at_{};
   std::uint64_t bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t skipped_ = 0;

@@ -41,7 +41,7 @@ void CommandSender::run() {
     lines.add(bytes);
     while (const auto line = lines.next()) {
       const RobotOrderLine order = parse_order_line(line->text);
-      over = over || order.kind == RobotOrderLine::Kind::Bye;
+      if (order.kind == RobotOrderLine::Kind::Bye) said_bye_ = over = true;
       if (order.kind == RobotOrderLine::Kind::Velocity) repeat.offer(order.command, steady_now());
     }
     if (over) break;

@@ -25,6 +25,8 @@ class CommandSender {
 
   /// The input ended, or said that it is over.
   [[nodiscard]] bool ended() const { return ended_; }
+  /// The input said that it is over.
+  [[nodiscard]] bool said_bye() const { return said_bye_; }
   /// While held, zero is sent whatever the orders are: for a robot that is not heard any more.
   void hold(bool held) { held_ = held; }
 
@@ -35,6 +37,7 @@ class CommandSender {
   int input_;
   bool listen_only_;
   std::atomic<bool> held_ = false;
+  std::atomic<bool> said_bye_ = false;
   std::atomic<bool> ended_ = false;
   std::atomic<bool> stop_ = false;
   std::thread thread_;

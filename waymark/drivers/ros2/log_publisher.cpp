@@ -1,6 +1,10 @@
 #include "waymark/drivers/ros2/log_publisher.hpp"
 
+#include <chrono>
+
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/recording/cdr.hpp"
+#include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
 namespace waymark {
@@ -20,15 +24,34 @@ Status LogPublisher::publish(const LogChannel& channel, const LogMessage& messag
     passed_over_.insert(channel.topic);
     return {};
   }
+  const std::string& type = converted->channel->channel.type;
+  const bool stamped = type == ros2::TwistStamped::kType;
+  const bool moves = stamped || type == ros2::Twist::kType;
+  if (moves && !commands_) {
+    left_out_.insert(channel.topic);
+    return {};
+  }
   auto known = publishers_.find(channel.topic);
   if (known == publishers_.end()) {
     const LogChannel& as_ros2 = converted->channel->channel;
     const auto made = bus_.advertise(dds_topic(as_ros2.topic, as_ros2.type), qos_of(as_ros2));
     if (!made) return tl::unexpected(made.error());
     known = publishers_.emplace(channel.topic, *made).first;
+    if (moves) moving_[known->second] = stamped;
   }
   ++published_;
   return bus_.publish(known->second, converted->data);
+}
+
+Status LogPublisher::stop() {
+  for (const auto& [publisher, stamped] : moving_) {
+    const auto now =
+        std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
+    const ros2::TwistStamped zero = ros2::to_ros(StampedCommand{SensorTime(now), {}});
+    const auto bytes = stamped ? cdr::encode(zero) : cdr::encode(zero.twist);
+    if (Status status = bus_.publish(publisher, bytes); !status) return status;
+  }
+  return {};
 }
 
 }  // namespace waymark

@@ -13,19 +13,27 @@ namespace waymark {
 /// writes them. /tf_static and camera_info are kept for late joiners.
 class LogPublisher {
  public:
-  explicit LogPublisher(Bus& bus) : bus_(bus) {}
+  /// Velocity commands move a robot that listens to them: they are published where `commands` says so.
+  LogPublisher(Bus& bus, bool commands) : bus_(bus), commands_(commands) {}
 
   /// A message that is not of ROS is passed over. Fails where the network refuses it.
   Status publish(const LogChannel& channel, const LogMessage& message);
+  /// Zero on every topic on which velocity commands were published.
+  Status stop();
   [[nodiscard]] std::uint64_t published() const { return published_; }
+  /// Topics of velocity commands that were left out.
+  [[nodiscard]] const std::set<std::string>& left_out() const { return left_out_; }
   /// Topics that were passed over: not of ROS, or damaged.
   [[nodiscard]] const std::set<std::string>& passed_over() const { return passed_over_; }
 
  private:
   Bus& bus_;
+  bool commands_;
   CdrChannels channels_{[](LogProblem::Kind, const std::string&, const Error&) {}};
   std::map<std::string, std::size_t> publishers_{};  ///< by topic
+  std::map<std::size_t, bool> moving_{};             ///< publishers of commands; whether of TwistStamped
   std::set<std::string> passed_over_{};
+  std::set<std::string> left_out_{};
   std::uint64_t published_ = 0;
 };
 

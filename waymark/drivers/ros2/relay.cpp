@@ -31,6 +31,10 @@ std::vector<std::uint8_t> encode_command(bool stamped, const VelocityCommand& co
 }  // namespace
 
 Status relay_commands(Bus& bus, const RelayOptions& options, const std::function<bool()>& should_stop) {
+  if (dds_topic(options.from, ros2::Twist::kType).topic == dds_topic(options.to, ros2::Twist::kType).topic)
+    return fail(ErrorCode::InvalidArgument,
+                "the commands would come back to where they came from, and a robot would never stop",
+                {.key = "--to"}, "Name two topics: --from /waymark/cmd_vel --to /cmd_vel.");
   const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
   const auto in = bus.subscribe(dds_topic(options.from, type), {.reliable = false, .depth = 1});
   if (!in) return tl::unexpected(in.error());
