@@ -48,6 +48,7 @@ function(waymark_room name)
   list(FILTER tests INCLUDE REGEX "_test\\.cpp$")
 
   # A room in a room (drivers/simulated) is the target waymark_drivers_simulated.
+  set(room ${name})
   string(REPLACE "/" "_" name ${name})
   string(REPLACE "/" "_" ROOM_USES "${ROOM_USES}")
   set(target waymark_${name})
@@ -56,6 +57,7 @@ function(waymark_room name)
     add_library(${target} STATIC ${sources})
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     waymark_compile_together(${target} ${sources})
+    waymark_size_of_room(${target} ${room})
     if(NOT name STREQUAL "base")  # which knows no Eigen
       waymark_precompile(${target} waymark_precompiled)
     endif()

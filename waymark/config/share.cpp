@@ -76,4 +76,10 @@ Result<fs::path> find_shared(std::string_view folder, const std::string& name) {
               suggestion(name, names) + " Or give the path of a .yaml file.");
 }
 
+std::string named_beside(const fs::path& file, const std::string& name) {
+  const fs::path there = file.parent_path() / name;
+  std::error_code ignored;
+  return name.ends_with(".yaml") && fs::is_regular_file(there, ignored) ? there.string() : name;
+}
+
 }  // namespace waymark

@@ -18,4 +18,8 @@ namespace waymark {
 /// not there, with the nearest one. O(files in the folder).
 [[nodiscard]] Result<std::filesystem::path> find_shared(std::string_view folder, const std::string& name);
 
+/// What a file means by the name of another one: a relative path ending in .yaml is looked for beside it
+/// first; anything else is as it is.
+[[nodiscard]] std::string named_beside(const std::filesystem::path& file, const std::string& name);
+
 }  // namespace waymark

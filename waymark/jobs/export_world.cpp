@@ -19,7 +19,9 @@ Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
   const SdfFiles sdf = write_sdf_world(job.world, job.robot);
   Result<StagedFolder> folder = StagedFolder::open(job.folder);
   if (!folder) return tl::unexpected(folder.error());
-  ExportWorldReport report{.notes = sdf.notes, .tags = sdf.textures.size()};
+  ExportWorldReport report{
+      .notes = sdf.notes, .tags = sdf.textures.size(), .anchor = to_string(job.world.anchor)};
+  if (const MappedTag* anchor = job.world.tags.find(job.world.anchor)) report.tag_size_m = anchor->size_m;
   const std::pair<const char*, std::string> texts[] = {
       {"world.sdf", sdf.world},
       {"robot.yaml", job.robot_yaml},
@@ -42,10 +44,12 @@ Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
 std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder) {
   return fmt::format(
       "{0}: a world with {1} tags, a robot and its profile\n"
-      "Start Gazebo Fortress with it: ign gazebo {2}\n"
-      "Drive in it:                   waymark teach --robot gazebo:{3} --driver keyboard -o lap.mcap\n",
+      "Start Gazebo Fortress with it: ign gazebo -r {2}\n"
+      "Drive in it:                   waymark teach --robot gazebo:{3} --driver keyboard --anchor {4} "
+      "--tag-size-m {5:g} "
+      "-o lap.mcap\n",
       folder.string(), report.tags, shell_word((folder / "world.sdf").string()),
-      shell_word((folder / "gazebo.yaml").string()));
+      shell_word((folder / "gazebo.yaml").string()), report.anchor, report.tag_size_m);
 }
 
 nlohmann::ordered_json to_json(const ExportWorldReport& report) {

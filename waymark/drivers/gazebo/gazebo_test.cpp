@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
+#include "waymark/config/text_file.hpp"
 #include "waymark/drivers/bridge/simulation_watch.hpp"
 #include "waymark/drivers/gazebo/gazebo_bridge.hpp"
 #include "waymark/drivers/gazebo/gazebo_robot.hpp"
@@ -21,6 +23,15 @@ TEST(GazeboProfile, TheOneThatComesWithWaymarkNamesEveryTopicOnce) {
   ASSERT_TRUE(profile) << to_string(profile.error());
   EXPECT_EQ(subscriptions_of(*profile).size(), 8U);
   EXPECT_TRUE(find_shared("robots", profile->robot));
+}
+
+TEST(GazeboProfile, FindsTheRobotBesideIt) {
+  const auto folder = testing::fresh_folder("gazebo_profile");
+  ASSERT_TRUE(write_text_file(folder / "robot.yaml", "robot: {}\n"));
+  ASSERT_TRUE(write_text_file(folder / "gazebo.yaml", "robot: robot.yaml\nodometry_topic: /odom\n"));
+  const auto profile = find_gazebo_profile((folder / "gazebo.yaml").string());
+  ASSERT_TRUE(profile) << to_string(profile.error());
+  EXPECT_EQ(profile->robot, (folder / "robot.yaml").string()) << "from whatever folder it is read";
 }
 
 TEST(GazeboProfile, SaysWhatIsWrong) {

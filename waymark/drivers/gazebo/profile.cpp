@@ -40,7 +40,9 @@ Result<GazeboProfile> find_gazebo_profile(const std::string& name) {
   if (!path) return tl::unexpected(path.error());
   const auto text = read_text_file(*path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
-  return parse_gazebo_profile(*text, path->string());
+  auto profile = parse_gazebo_profile(*text, path->string());
+  if (profile) profile->robot = named_beside(*path, profile->robot);
+  return profile;
 }
 
 std::vector<GazeboSubscription> subscriptions_of(const GazeboProfile& profile) {

@@ -43,7 +43,9 @@ Result<Ros2Profile> find_ros2_profile(const std::string& name) {
   if (!path) return tl::unexpected(path.error());
   const auto text = read_text_file(*path, kMostBytes);
   if (!text) return tl::unexpected(text.error());
-  return parse_ros2_profile(*text, path->string());
+  auto profile = parse_ros2_profile(*text, path->string());
+  if (profile) profile->robot = named_beside(*path, profile->robot);
+  return profile;
 }
 
 std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {

@@ -1,0 +1,37 @@
+# A release is compiled for speed (-O3) where a robot waits for it, and for size in the rooms that read options and files, print and draw.
+# What nobody calls is left out of the programs.
+set(WAYMARK_SMALL_ROOMS cli config jobs live media plot sdf server drivers/bridge drivers/dds drivers/fastdds drivers/gamepad drivers/gazebo
+  drivers/gstreamer drivers/ignition drivers/keyboard drivers/limo drivers/mbot drivers/process drivers/ros2 drivers/v4l2 drivers/watchdog)
+set(WAYMARK_MEDIUM_ROOMS recording mapping/calibration mapping/scene evaluation)  # -O2
+set(WAYMARK_QUICK_ROOMS geometry camera samples tags pose factors mapping/optimization mapping/lap mapping/calibration mapping/scene localization replay
+  simulation evaluation pipeline runtime codecs recording drivers/simulated)
+
+set(WAYMARK_FOR_SIZE OFF)
+if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE MATCHES "^(Release|RelWithDebInfo)$" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT WAYMARK_SANITIZE AND NOT APPLE)
+  set(WAYMARK_FOR_SIZE ON)
+  add_compile_options(-ffunction-sections -fdata-sections)
+endif()
+
+# waymark_size_of_room(TARGET ROOM)
+function(waymark_size_of_room target room)
+  if(WAYMARK_FOR_SIZE AND room IN_LIST WAYMARK_SMALL_ROOMS)
+    target_compile_options(${target} PRIVATE -Os)
+  elseif(WAYMARK_FOR_SIZE AND room IN_LIST WAYMARK_MEDIUM_ROOMS)
+    target_compile_options(${target} PRIVATE -O2)
+  endif()
+endfunction()
+
+# waymark_size_of_program(TARGET): a template that a quick and a small room have in common (of Eigen, of the standard library) is taken from
+# whoever comes first, so the quick rooms do.
+function(waymark_size_of_program target)
+  if(NOT WAYMARK_FOR_SIZE)
+    return()
+  endif()
+  set(files "")
+  foreach(room IN LISTS WAYMARK_QUICK_ROOMS)
+    string(REPLACE "/" "_" name waymark_${room})
+    list(APPEND files $<TARGET_FILE:${name}>)
+  endforeach()
+  list(JOIN files "," files)
+  target_link_options(${target} PRIVATE -Wl,--gc-sections -Wl,-z,pack-relative-relocs -Wl,--whole-archive,${files},--no-whole-archive)
+endfunction()
