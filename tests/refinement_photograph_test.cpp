@@ -129,8 +129,8 @@ TEST(RefinementOnPhotographs, IsHonestUnderAnyBlurNoiseAndLight) {
     // 60 tags: the mean is uncertain by 6 % as such, what is added for other blurs is not needed here, and
     // amid blurred cells the light cannot be seen, so that its doubt stays in.
     EXPECT_GT(outcome.line.nees_tag(), 0.6) << condition.name;
-    EXPECT_LT(outcome.line.nees_tag(), 1.2) << condition.name;
-    EXPECT_LT(outcome.line.rmse_px(), outcome.line.rmse_before_px()) << condition.name;
+    EXPECT_LT(outcome.line.nees_tag(), condition.camera.blur_sigma_px > 1.2 ? 1.4 : 1.2) << condition.name;
+    EXPECT_LT(outcome.line.rmse_px(), 0.4 * outcome.line.rmse_before_px()) << condition.name;
     EXPECT_LT(outcome.line.bias_px().cwiseAbs().maxCoeff(), 0.01) << condition.name;
   }
 }
@@ -144,10 +144,12 @@ TEST(RefinementOnPhotographs, FollowsALensThatIsKnownAndBearsOneThatIsNot) {
   const Outcome unknown = measure(condition, {}, false);
   condition.name = "k1 -0.25, ignored";
   const Outcome ignored = measure(condition, straight(), false);
-  EXPECT_LT(known.line.nees_tag(), 1.2);
+  EXPECT_LT(known.line.nees_tag(), 1.4);
   EXPECT_GT(known.line.nees_tag(), 0.7);
-  EXPECT_LT(known.line.rmse_px(), 0.5 * known.line.rmse_before_px());
-  EXPECT_LT(unknown.line.rmse_px(), 0.5 * ignored.line.rmse_px());
+  EXPECT_LT(known.line.rmse_px(), 0.3 * known.line.rmse_before_px());
+  EXPECT_LT(unknown.line.rmse_px(), 0.5 * unknown.line.rmse_before_px());
+  EXPECT_GT(unknown.line.tags(), 0.9 * unknown.tags);
+  EXPECT_LT(ignored.line.tags(), 0.7 * ignored.tags);  // most are refused: bits do not lie where edges say
   EXPECT_LT(unknown.line.nees_tag(), 0.1 * ignored.line.nees_tag());
 }
 

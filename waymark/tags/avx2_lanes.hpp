@@ -7,8 +7,8 @@
 
 namespace waymark::refinement {
 
-/// kLanes floats in one register, with the operators and members of Eigen's arrays that the sums over a band
-/// use.
+/// kLanes floats in one register, with the operators and members of Eigen's arrays that the sums over
+/// pixels use.
 struct Avx2Lanes {
   __m256 v;
 
@@ -24,6 +24,7 @@ struct Avx2Lanes {
   [[nodiscard]] Avx2Lanes abs() const { return _mm256_andnot_ps(_mm256_set1_ps(-0.0F), v); }
   [[nodiscard]] Avx2Lanes square() const { return v * v; }
   [[nodiscard]] Avx2Lanes inverse() const { return _mm256_set1_ps(1.0F) / v; }
+  [[nodiscard]] Avx2Lanes rsqrt() const { return _mm256_set1_ps(1.0F) / _mm256_sqrt_ps(v); }
   [[nodiscard]] float sum() const {
     const __m128 four = _mm256_castps256_ps128(v) + _mm256_extractf128_ps(v, 1);
     const __m128 two = four + _mm_movehl_ps(four, four);

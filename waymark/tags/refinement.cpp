@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <optional>
 
 #include <Eigen/Cholesky>
 
 #include "waymark/samples/corners.hpp"
-#include "waymark/tags/corner_covariance.hpp"
-#include "waymark/tags/expected_bends.hpp"
-#include "waymark/tags/light.hpp"
+#include "waymark/tags/tag_fit.hpp"
 
 namespace waymark {
 namespace {
@@ -19,10 +16,12 @@ using Eigen::Vector2d;
 using namespace refinement;
 
 constexpr int kMaxPasses = 4;
-constexpr int kMaxIterations = 6;
-constexpr double kPassSettledPx = 0.1;   ///< corners that moved less than this need no new look at the image
-constexpr double kFirstSettledPx = 0.1;  ///< a step of the first pass, with a wide band, that is good enough
-constexpr double kSettledPx = 0.01;      ///< a step after which the next one is far below what noise allows
+// Of a fit to believe, shares of the step; what covers a border pulls harder than noise, and is seen.
+constexpr double kMostExcess = 2.5;
+constexpr double kSeenSystematic = 0.005;
+constexpr double kSeenResidual = 0.01;
+constexpr double kMostSystematic = 0.025;
+constexpr double kNearPx = 0.5;  ///< corners that moved less than this need no new look at the image
 
 /// Twice the signed area of the smallest triangle of three consecutive corners; > 0 for a convex clockwise
 /// quad.
@@ -57,96 +56,68 @@ bool cut_by_border(const ImageView& image, const TagDetection& detection, double
   });
 }
 
-/// Gauss-Newton on the pixels of the bands as they are; nothing when too few are left.
-std::optional<TagSolve> iterate(const Priors& priors, bool first_pass, TagBands& tag, TagEstimate& estimate) {
-  const double settled_px = first_pass ? kFirstSettledPx : kSettledPx;
-  std::optional<TagSolve> solve;
-  bool covered = true;  // until a look at the slices finds none to drop
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    double cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
-    if (covered && iteration > 0) {
-      const DroppedSlices dropped = drop_outliers(tag);
-      if (!dropped.enough_left) return std::nullopt;
-      covered = dropped.pixels > 0;
-      if (covered) cost = linearize_all(estimate.edges, estimate.light_per_px, tag);
-    }
-    double pixels = 0;
-    for (const NormalEquations& normal : tag.normals) pixels += normal.pixels();
-    constexpr double kQuantisation = 1.0 / 12.0;
-    estimate.noise_variance = std::max(kQuantisation, cost / std::max(1.0, pixels - kParametersOfTag));
-    if (!first_pass) {
-      estimate.light_per_px +=
-          light_information(tag, estimate.light_per_px, estimate.noise_variance).step_per_px;
-    }
-    solve.emplace(tag.normals, priors, estimate);
-    const double moved = solve->apply(estimate);
-    if (iteration > 0 && !covered && moved < settled_px) break;
-  }
-  return solve;
-}
-
-Eigen::Matrix<double, 8, 1> displacements(const TagEstimate& estimate) {
-  Eigen::Matrix<double, 8, 1> both;
-  for (int k = 0; k < 4; ++k) both.segment<2>(2 * k) = estimate.edges[static_cast<std::size_t>(k)].head<2>();
-  return both;
-}
-
-double largest_shift(const Quad& from, const Quad& to, const std::array<EdgeFrame, 4>& edges) {
+double largest_shift(const Quad& from, const Quad& to) {
   double largest = 0;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Vector2d moved = to[k] - from[k];
-    largest = std::max(
-        {largest, std::abs(edges[k].normal.dot(moved)), std::abs(edges[(k + 3) % 4].normal.dot(moved))});
+    const Vector2d along = (to[(k + 1) % 4] - to[k]).normalized();
+    const Vector2d normal(along.y(), -along.x());
+    largest = std::max({largest, std::abs(normal.dot(to[k] - from[k])),
+                        std::abs(normal.dot(to[(k + 1) % 4] - from[(k + 1) % 4]))});
   }
   return largest;
 }
 
-void start(const RefinementOptions& options, const TagBands& tag, TagEstimate& estimate) {
-  const double inner = level_at_rim(tag, false);
-  estimate.mean << inner, level_at_rim(tag, true) - inner, std::log(options.blur_px);
-  for (EdgeVector& x : estimate.edges) x << EdgeVector::Zero().head<kOwn>(), estimate.mean;
-}
-
-RefinementOutcome fit(const ImageView& image, const TagDetection& detection, const RefinementOptions& options,
-                      const CameraModel* camera, RefinedCorners& result) {
-  const std::array<Surroundings, 4> near = tag_surroundings(detection.tag);
-  const int cells = near[0].cells;
-  TagBands tag;
-  TagEstimate estimate;
-  Priors priors;
-  priors.blur_px = options.blur_px;
+RefinementOutcome fit_pattern(const ImageView& image, const TagDetection& detection,
+                              const RefinementOptions& options, const CameraModel* camera,
+                              RefinedCorners& result) {
+  TagFit fit;
+  start_fit(detection, options, camera, fit);
   Quad corners = detection.corners_px;
-  std::optional<TagSolve> solve;
-  double blur_px = options.blur_px;
+  if (!(smallest_cell_px(corners, fit.pattern.pattern.cells) >= options.min_cell_px)) {
+    return RefinementOutcome::TooSmall;
+  }
   bool settled = false;
   for (int pass = 0; pass < kMaxPasses && !settled; ++pass) {
-    tag.edges = edge_frames(corners, cells);
-    for (const EdgeFrame& edge : tag.edges) {
-      if (!(edge.cell_px >= options.min_cell_px)) return RefinementOutcome::TooSmall;
+    const Look seen = look(image, options, corners, pass == 0, fit);
+    if (!seen.usable) return RefinementOutcome::TooLittleSeen;
+    const Quad before = corners;
+    corners = corners_of(fit);
+    if (!std::ranges::all_of(corners, [](const Vector2d& corner) { return corner.allFinite(); }) ||
+        smallest_triangle(corners) < 1.0) {
+      return RefinementOutcome::PoorFit;
     }
-    priors.bend_sigma_px = expect_bends(camera, options.curvature_per_px, tag.edges);
-    if (!read_bands(image, near, blur_px, pass == 0, tag)) return RefinementOutcome::TooLittleSeen;
-    if (pass == 0) start(options, tag, estimate);
-    for (EdgeVector& x : estimate.edges) x.head<2>().setZero();  // the corners have moved there
-    solve = iterate(priors, pass == 0, tag, estimate);
-    if (!solve) return RefinementOutcome::TooLittleSeen;
-    const Eigen::Matrix<double, 8, 1> moved = intersection(tag.edges) * displacements(estimate);
-    if (!moved.allFinite()) return RefinementOutcome::PoorFit;
-    for (std::size_t k = 0; k < 4; ++k) corners[k] += moved.segment<2>(2 * static_cast<Eigen::Index>(k));
-    if (smallest_triangle(corners) < 1.0) return RefinementOutcome::PoorFit;
-    if (largest_shift(detection.corners_px, corners, tag.edges) > options.max_shift_px) {
+    if (largest_shift(detection.corners_px, corners) > options.max_shift_px) {
       return RefinementOutcome::MovedTooFar;
     }
-    blur_px = std::exp(estimate.mean[kLogBlur - kOwn]);
-    settled = pass > 0 && displacements(estimate).cwiseAbs().maxCoeff() < kPassSettledPx;
+    settled = seen.settled && largest_shift(before, corners) < std::min(kNearPx, seen.reach_px);
   }
+  if (!settled) return RefinementOutcome::PoorFit;
+  const Certainty certainty = certainty_of(fit, options.model_error_px);
+  const bool pulled = certainty.excess > kMostExcess && certainty.residual > kSeenResidual;
+  if (certainty.systematic > (pulled ? kSeenSystematic : kMostSystematic)) return RefinementOutcome::PoorFit;
   result.corners_px = corners;
-  result.blur_px = blur_px;
-  result.contrast = estimate.mean[kStep - kOwn];
-  result.noise = std::sqrt(estimate.noise_variance);
-  result.covariance_px2 = corner_covariance(*solve, estimate, tag, options.model_error_px);
-  result.pixels = tag.pixels;
-  return settled ? RefinementOutcome::Refined : RefinementOutcome::PoorFit;
+  result.blur_px = std::exp(fit.pattern.x[kLogBlur]);
+  result.contrast = (fit.pattern.pattern.white_at(-1, 0) > 0.5F ? 1 : -1) * fit.pattern.x[kStepPlane];
+  result.noise = std::sqrt(residual_variance(fit.pattern));
+  result.pixels = fit.pattern.pixels.pixels;
+  result.covariance_px2 = certainty.covariance_px2;
+  return RefinementOutcome::Refined;
+}
+
+/// Cells by which the detector's corners may be off, standard deviation, where a fit says no more than that
+/// something is wrong: what covers or lights a part of a tag moves its corners in proportion to its size.
+double doubted_cells(RefinementOutcome outcome) {
+  switch (outcome) {
+    case RefinementOutcome::CutByBorder:
+      return 1;
+    case RefinementOutcome::MovedTooFar:
+    case RefinementOutcome::TooLittleSeen:
+      return 0.3;
+    case RefinementOutcome::PoorFit:
+      return 0.1;
+    default:
+      return 0;
+  }
 }
 
 RefinementOutcome judge(const TagDetection& detection, const RefinementOptions& options,
@@ -191,15 +162,16 @@ RefinedCorners refine_corners(const ImageView& image, const TagDetection& detect
   RefinedCorners result;
   double unrefined_sigma_px = options.unrefined_sigma_px;
   const bool known = usable(image, detection);
+  const double cell_px =
+      known ? mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border : 0.0;
   if (known && cut_by_border(image, detection, options.border_px)) {
     result.outcome = RefinementOutcome::CutByBorder;
-    const double cell_px = mean_side_px(detection.corners_px) / family(detection.tag.family).width_at_border;
-    unrefined_sigma_px = std::max(unrefined_sigma_px, cell_px);
   } else if (known) {
-    result.outcome = fit(image, detection, options, camera, result);
+    result.outcome = fit_pattern(image, detection, options, camera, result);
   }
   if (result.refined()) result.outcome = judge(detection, options, result);
   if (result.refined()) return result;
+  if (known) unrefined_sigma_px = std::max(unrefined_sigma_px, doubted_cells(result.outcome) * cell_px);
   RefinedCorners kept;
   kept.outcome = result.outcome;
   kept.corners_px = detection.corners_px;

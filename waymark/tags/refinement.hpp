@@ -80,8 +80,9 @@ enum class RefinementOutcome : std::uint8_t {
 [[nodiscard]] std::string_view to_string(RefinementOutcome outcome);
 
 /// Corners with their uncertainty. Always usable: where the fit was not, these are the corners that were
-/// given, with the covariance of unrefined_sigma_px. Of a tag that the border of the image cuts all four are
-/// known to a cell only: so much of its black border may be missing.
+/// given, with the covariance of unrefined_sigma_px, or of a share of a cell where that is more and something
+/// seems to cover the tag or to shine on it. Of a tag that the border of the image cuts all four are known to
+/// a cell only: so much of its black border may be missing.
 struct RefinedCorners {
   RefinementOutcome outcome = RefinementOutcome::UnusableQuad;
   std::array<Eigen::Vector2d, 4> corners_px{};                 ///< TL, TR, BR, BL, pixel centres at +1/2
@@ -95,15 +96,15 @@ struct RefinedCorners {
   [[nodiscard]] bool refined() const { return outcome == RefinementOutcome::Refined; }
 };
 
-/// Fits the four border edges of a tag to the pixels of the original image and intersects them: each edge is
-/// a step blurred by a Gaussian, amid the bits its family prints next to it; positions, levels and blur by
-/// Gauss-Newton, all four edges at once. The covariance is that of the least squares estimate with the noise
-/// the residuals show, plus an allowance for what the model leaves out. Docs:
-/// docs/concepts/corner_refinement.md.
+/// Fits the pattern of a tag, all of its cells, to the pixels of the original image: homography, levels of
+/// black and white as planes, growth of white, an elliptic blur and what sharpening leaves of it, by
+/// Gauss-Newton. The covariance is that of the least squares estimate with the noise and the correlation that
+/// the residuals show. Docs: docs/concepts/corner_refinement.md.
 ///
 /// With `camera`, edges are bent as its distortion bends straight lines; corners stay in distorted pixels.
 ///
-/// Pure, re-entrant, no allocation. O(pixels along the border), tens of microseconds.
+/// Pure, re-entrant, no allocation; some 350 kB of stack. O(pixels of the tag, at most some 1500), tens of
+/// microseconds.
 [[nodiscard]] RefinedCorners refine_corners(const ImageView& image, const TagDetection& detection,
                                             const RefinementOptions& options = {},
                                             const CameraModel* camera = nullptr);

@@ -48,8 +48,8 @@ TEST(TagFinder, RefinesWhatIsFound) {
   ASSERT_TRUE(first.corner_covariance_px2);
   EXPECT_LT(first.corner_covariance_px2->diagonal().maxCoeff(), 0.05 * 0.05);
   EXPECT_EQ(found->detections[1].corners_px, elsewhere.corners_px);
-  EXPECT_EQ(found->detections[1].corner_covariance_px2,
-            CornerCovariance(0.25 * CornerCovariance::Identity()));
+  // Half a pixel, or more where the fit says that something else is there.
+  EXPECT_GE(found->detections[1].corner_covariance_px2->diagonal().minCoeff(), 0.25);
   ASSERT_EQ(found->refinements.size(), 2U);
   EXPECT_EQ(found->refinements[0], RefinementOutcome::Refined);
   EXPECT_NE(found->refinements[1], RefinementOutcome::Refined);

@@ -4,111 +4,200 @@
 #include <cmath>
 #include <cstddef>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
+
+#include "waymark/samples/corners.hpp"
+#include "waymark/tags/tag_steps.hpp"
 
 namespace waymark::refinement {
 namespace {
 
-constexpr int kMeanStep = kStep - kOwn;
-constexpr int kMeanLogBlur = kLogBlur - kOwn;
+using Eigen::Vector2d;
 
-double precision(double sigma) { return 1.0 / (sigma * sigma); }
+/// Homography from the square of -1 to 1 to the quad (Heckbert, "Fundamentals of texture mapping and image
+/// warping", 1989, section 2.2.3), its last entry 1.
+Eigen::Matrix3d homography_of_square(const Quad& q) {
+  const Vector2d u = q[1] - q[2];
+  const Vector2d v = q[3] - q[2];
+  const Vector2d s = q[0] - q[1] + q[2] - q[3];
+  const double det = u.x() * v.y() - u.y() * v.x();
+  const double g = (s.x() * v.y() - s.y() * v.x()) / det;
+  const double h = (u.x() * s.y() - u.y() * s.x()) / det;
+  Eigen::Matrix3d H;
+  H << q[1].x() - q[0].x() + g * q[1].x(), q[3].x() - q[0].x() + h * q[3].x(), q[0].x(),  //
+      q[1].y() - q[0].y() + g * q[1].y(), q[3].y() - q[0].y() + h * q[3].y(), q[0].y(),   //
+      g, h, 1.0;
+  Eigen::Matrix3d unit;  // -1 to 1 becomes 0 to 1
+  unit << 0.5, 0, 0.5, 0, 0.5, 0.5, 0, 0, 1;
+  H *= unit;
+  return H / H(2, 2);
+}
+
+void set_corners(const Quad& corners, TagFit& fit) {
+  TagPixels& pixels = fit.pattern.pixels;
+  pixels.middle_px = 0.25 * (corners[0] + corners[1] + corners[2] + corners[3]);
+  pixels.unit_px = 0.5 * mean_side_px(corners);
+  Quad scaled;
+  for (std::size_t k = 0; k < 4; ++k)
+    scaled[k] = (fit.straightening.straight(corners[k]) - pixels.middle_px) / pixels.unit_px;
+  const Eigen::Matrix3d H = homography_of_square(scaled);
+  for (int i = 0; i < 8; ++i) fit.pattern.x[i] = H(i / 3, i % 3);
+}
+
+PixelLimits pixel_limits(const TagFit& fit, const Quad& corners) {
+  const TagVector& x = fit.pattern.x;
+  PixelLimits limits;
+  limits.blur_px = std::exp(x[kLogBlur]) * (1 + 0.5 * std::hypot(x[kStretch], x[kStretch + 1]));
+  limits.cell_px = smallest_cell_px(corners, fit.pattern.pattern.cells);
+  limits.blur_cells = limits.blur_px / limits.cell_px;
+  limits.outside_cells = std::clamp(std::max(2.5, 3.5 * limits.blur_px) / limits.cell_px, 0.3, 0.9);
+  return limits;
+}
+
+/// How far lines may bend that should be straight: by a tenth of what the camera's lens does to them; without
+/// a camera by what an unknown lens may. That one has its centre somewhere near the image's middle and bends
+/// lines in proportion to their distance from there: `curvature_per_px` at the image's corners.
+void expect_bends(const ImageView& image, double curvature_per_px, const Quad& corners, TagFit& fit) {
+  constexpr double kDoubtInDistortion = 0.1;
+  constexpr double kDoubtInCentre = 0.25;  // share of half the image's diagonal
+  const TagPixels& pixels = fit.pattern.pixels;
+  auto& sigma = fit.pattern.priors.lens;
+  const Vector2d half_px(0.5 * image.width, 0.5 * image.height);
+  const Vector2d from_middle = pixels.middle_px - half_px;
+  const double radius = from_middle.norm();
+  fit.pattern.radial = radius > 1 ? Vector2d(from_middle / radius) : Vector2d(1, 0);
+  if (fit.straightening.moves()) {
+    double shift_px = 0;
+    for (const Vector2d& corner : corners)
+      shift_px = std::max(shift_px, fit.straightening.shift(corner).norm());
+    sigma.fill(kDoubtInDistortion * shift_px / (2 * pixels.unit_px));
+    return;
+  }
+  const double share = radius / half_px.norm();
+  const double bend = 0.5 * curvature_per_px * pixels.unit_px;
+  sigma = {bend * (share + kDoubtInCentre), bend * kDoubtInCentre, bend * share,
+           bend * pixels.unit_px / half_px.norm()};
+}
+
+/// What the residuals of neighbouring pixels have in common: standard deviation [grey level].
+double systematic_residual(const PatternFit& fit) {
+  double squares = 0;  // of sums over clusters
+  double pixels = 0;
+  double pixels2 = 0;
+  for (std::size_t b = 0; b < static_cast<std::size_t>(fit.pixels.blocks); ++b) {
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const auto weight = static_cast<double>(fit.pixels.block[b].cluster_weight[lane]);
+      const auto sum = static_cast<double>(fit.blocks[b].gradient[kBlackPlane][lane]);
+      const double count = weight * static_cast<double>(fit.blocks[b].pixels[lane]);
+      squares += sum * sum;
+      pixels += count;
+      pixels2 += count * count;
+    }
+  }
+  // Noise alone leaves squares of `pixels` times its variance.
+  const double excess = squares - pixels * residual_variance(fit);
+  return std::sqrt(std::max(0.0, excess / std::max(1.0, pixels2 - pixels)));
+}
 
 }  // namespace
 
-TagSolve::TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& priors,
-                   const TagEstimate& at) {
-  const double step = std::max(1.0, std::abs(at.mean[kMeanStep]));
-  tie_ << precision(priors.inner_level * step), precision(priors.step * step), precision(priors.log_blur);
-  const double scale = 1.0 / at.noise_variance;
-  CommonMatrix mean_information = CommonMatrix::Zero();
-  Common mean_gradient = Common::Zero();
-  // An edge that is not seen at all keeps its place within a pixel or so; data outweigh this a thousandfold.
-  constexpr double kFaint = 0.1;
-  constexpr double kNegligible = 1e-4;
+Quad corners_of(const TagFit& fit) {
+  Quad corners;
   for (std::size_t k = 0; k < 4; ++k) {
-    const EdgeVector& x = at.edges[k];
-    EdgeMatrix information = scale * normals[k].information;
-    EdgeVector gradient = scale * normals[k].gradient;
-    const auto expect = [&](int i, double value, double weight) {
-      information(i, i) += weight;
-      gradient[i] += weight * (value - x[i]);
-    };
-    expect(kFrom, 0.0, kFaint);
-    expect(kTo, 0.0, kFaint);
-    expect(kBend, 0.0, precision(std::max(priors.bend_sigma_px[k], kNegligible)));
-    expect(kBeyond, 0.0, precision(priors.beyond * step));
-
-    Edge& edge = edges_[k];
-    const Coupling cross = information.topRightCorner<kOwn, kCommon>();
-    edge.own_covariance = information.topLeftCorner<kOwn, kOwn>().inverse();
-    edge.own_by_common = edge.own_covariance * cross;
-    edge.own_step = edge.own_covariance * gradient.head<kOwn>();
-    CommonMatrix common = information.bottomRightCorner<kCommon, kCommon>();
-    common -= cross.transpose() * edge.own_by_common;
-    common.diagonal() += tie_;
-    edge.common_covariance = common.inverse();
-    const Common from_mean = at.mean - x.tail<kCommon>();
-    const Common pull =
-        gradient.tail<kCommon>() - cross.transpose() * edge.own_step + Common(tie_.cwiseProduct(from_mean));
-    edge.common_step = edge.common_covariance * pull;
-    // Setting the derivative by the mean to zero: sum over edges of tie (mean - common) = 0.
-    mean_information.diagonal() += tie_;
-    mean_information -= tie_.asDiagonal() * edge.common_covariance * tie_.asDiagonal();
-    mean_gradient += tie_.cwiseProduct(edge.common_step - from_mean);
+    const Vector2d place = place_of_corner(fit.pattern, static_cast<int>(k));
+    corners[k] =
+        fit.straightening.distorted(fit.pattern.pixels.middle_px + fit.pattern.pixels.unit_px * place);
   }
-  const double blur_precision = precision(priors.mean_log_blur);
-  mean_information(kMeanLogBlur, kMeanLogBlur) += blur_precision;
-  mean_gradient[kMeanLogBlur] += blur_precision * (std::log(priors.blur_px) - at.mean[kMeanLogBlur]);
-  mean_covariance_ = mean_information.inverse();
-  mean_step_ = mean_covariance_ * mean_gradient;
+  return corners;
 }
 
-double TagSolve::apply(TagEstimate& estimate) const {
-  std::array<EdgeVector, 4> steps;
-  double moved = 0;
-  double blurred = std::abs(mean_step_[kMeanLogBlur]);
+double smallest_cell_px(const Quad& corners, int cells) {
+  double least = 1e300;
   for (std::size_t k = 0; k < 4; ++k) {
-    const Edge& edge = edges_[k];
-    const Common common = edge.common_step + edge.common_covariance * tie_.cwiseProduct(mean_step_);
-    steps[k] << edge.own_step - edge.own_by_common * common, common;
-    moved = std::max(moved, steps[k].head<2>().cwiseAbs().maxCoeff());
-    blurred = std::max(blurred, std::abs(steps[k][kLogBlur]));
+    const Vector2d a = corners[(k + 1) % 4] - corners[k];
+    const Vector2d b = corners[(k + 3) % 4] - corners[k];
+    const double area = std::abs(a.x() * b.y() - a.y() * b.x());
+    least = std::min({least, area / a.norm(), area / b.norm()});
   }
-  constexpr double kLongestPx = 1.0;
-  constexpr double kLargestLogBlur = 0.5;
-  const double shorten =
-      std::min({1.0, kLongestPx / std::max(moved, 1e-9), kLargestLogBlur / std::max(blurred, 1e-9)});
-  for (std::size_t k = 0; k < 4; ++k) estimate.edges[k] += shorten * steps[k];
-  estimate.mean += shorten * mean_step_;
-  // Narrower than a pixel's own box or wider than a band can hold means lost; stay where the model makes
-  // sense.
-  const auto keep = [](double& log_blur) { log_blur = std::clamp(log_blur, std::log(0.25), std::log(4.0)); };
-  keep(estimate.mean[kMeanLogBlur]);
-  for (EdgeVector& x : estimate.edges) keep(x[kLogBlur]);
-  return moved;
+  return least / cells;
 }
 
-Eigen::Matrix<double, 8, 8> TagSolve::displacement_covariance() const {
-  Eigen::Matrix<double, 8, 8> covariance;
-  for (int k = 0; k < 4; ++k) {
-    const Edge& row = edges_[static_cast<std::size_t>(k)];
-    const Eigen::Matrix<double, 2, kCommon> by_mean =
-        row.own_by_common.topRows<2>() * row.common_covariance * tie_.asDiagonal();
-    for (int l = k; l < 4; ++l) {
-      const Edge& column = edges_[static_cast<std::size_t>(l)];
-      Eigen::Matrix2d block = by_mean * mean_covariance_ * tie_.asDiagonal() * column.common_covariance *
-                              column.own_by_common.topRows<2>().transpose();
-      if (k == l) {
-        block += row.own_covariance.topLeftCorner<2, 2>();
-        block += row.own_by_common.topRows<2>() * row.common_covariance *
-                 row.own_by_common.topRows<2>().transpose();
-      }
-      covariance.block<2, 2>(2 * k, 2 * l) = block;
-      covariance.block<2, 2>(2 * l, 2 * k) = block.transpose();
+void start_fit(const TagDetection& detection, const RefinementOptions& options, const CameraModel* camera,
+               TagFit& fit) {
+  fit.pattern.pattern = tag_pattern(detection.tag);
+  if (camera != nullptr)
+    fit.straightening = Straightening::of(*camera, detection.corners_px).value_or(Straightening());
+  fit.pattern.priors.blur_px = options.blur_px;
+  fit.pattern.x[kLogBlur] = std::log(options.blur_px);
+  set_corners(detection.corners_px, fit);
+}
+
+bool read_tag(const ImageView& image, const Quad& corners, TagFit& fit) {
+  return read_pixels(image, fit.pattern.pattern, fit.straightening, homography_of(fit.pattern.x),
+                     pixel_limits(fit, corners), fit.pattern.pixels);
+}
+
+Look look(const ImageView& image, const RefinementOptions& options, const Quad& corners, bool first,
+          TagFit& fit) {
+  PatternFit& pattern = fit.pattern;
+  const PixelLimits limits = pixel_limits(fit, corners);
+  if (!read_tag(image, corners, fit)) return {};
+  if (first) {
+    expect_bends(image, options.curvature_per_px, corners, fit);
+    constexpr double kLostInBlur = 1.6;
+    pattern.x.segment<6>(kBlackPlane).setZero();
+    pattern.x[kBlackPlane] = pattern.pixels.black;
+    pattern.x[kStepPlane] =
+        (pattern.pixels.white - pattern.pixels.black) / std::max(0.3, 1 - kLostInBlur * limits.blur_cells);
+  }
+  Look look = iterate(!first, fit);
+  constexpr double kMoreBlur = 1.3;  // then other pixels matter
+  look.settled =
+      look.moved_px < kSettledPx && pixel_limits(fit, corners).blur_px < kMoreBlur * limits.blur_px;
+  // So far may a pixel be from where it was read until another line of cells matters to it.
+  look.reach_px = (pattern.pixels.steps > 2 ? 0.4 : 0.2) * limits.cell_px;
+  return look;
+}
+
+Certainty certainty_of(const TagFit& fit, double model_error_px) {
+  const PatternFit& pattern = fit.pattern;
+  Eigen::Matrix<double, 8, kTagParameters> J = corners_by_parameters(pattern) * pattern.pixels.unit_px;
+  const Quad corners = corners_of(fit);
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    const Eigen::Matrix2d bent =
+        fit.straightening.distorted_by_straight(corners[static_cast<std::size_t>(k)]);
+    J.middleRows<2>(2 * k) = (bent * J.middleRows<2>(2 * k)).eval();
+  }
+  const Eigen::Matrix<double, kTagParameters, 8> gain = fit.solver.solve(J.transpose());
+  Matrix8 covariance = J * gain;
+  // How much more the clusters pull than independent noise of their pixels would have them (Huber, "The
+  // behavior of maximum likelihood estimates under nonstandard conditions", Berkeley Symposium 1967; here as
+  // one factor).
+  Matrix8 pulls = Matrix8::Zero();
+  const Eigen::Matrix<float, 8, kTagParameters> by =
+      (gain.transpose() / pattern.noise_variance).cast<float>();
+  for (std::size_t b = 0; b < static_cast<std::size_t>(pattern.pixels.blocks); ++b) {
+    const Eigen::Map<const Eigen::Matrix<float, kShared + 1, kLanes, Eigen::RowMajor>> gradient(
+        pattern.blocks[b].gradient[0]);
+    Eigen::Matrix<float, 8, kLanes> pull = by.leftCols<kShared>() * gradient.topRows<kShared>();
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int side = pattern.pixels.block[b].side[lane];
+      if (side >= 0) pull.col(lane) += by.col(kRim + side) * gradient(kShared, lane);
     }
+    pulls += (pull * pull.transpose()).cast<double>();
   }
-  return covariance;
+  const Eigen::LLT<Matrix8> whiten(covariance);
+  const double scale = pattern.noise_variance / residual_variance(pattern);
+  const double excess = scale * whiten.solve(pulls).trace() / 8;
+  constexpr double kChance = 0.92;  // the pulls of so few clusters swing by some 0.2
+  covariance *= std::max(1.0, kChance * excess) * (residual_variance(pattern) / pattern.noise_variance);
+  covariance.diagonal().array() += model_error_px * model_error_px;
+  const double step = std::max(1.0, std::abs(pattern.x[kStepPlane]));
+  return {.covariance_px2 = 0.5 * (covariance + covariance.transpose()),
+          .excess = excess,
+          .residual = std::sqrt(residual_variance(pattern)) / step,
+          .systematic = systematic_residual(pattern) / step};
 }
 
 }  // namespace waymark::refinement

@@ -2,67 +2,57 @@
 
 #include <array>
 
-#include <Eigen/Core>
-
-#include "waymark/tags/edge_model.hpp"
+#include "waymark/samples/tag_detection.hpp"
+#include "waymark/tags/pattern_fit.hpp"
+#include "waymark/tags/refinement.hpp"
+#include "waymark/tags/straightening.hpp"
 
 namespace waymark::refinement {
 
-/// What is assumed before looking: how far the edges of one tag may differ, and how far the blur may lie
-/// from `blur_px`. Standard deviations.
-struct Priors {
-  double inner_level = 0.03;  ///< of an edge from the mean of the tag, share of the step
-  double step = 0.05;         ///< of an edge from the mean of the tag, share of the step
-  double log_blur = 0.1;      ///< of an edge from the mean of the tag
-  double blur_px = 0.65;
-  double mean_log_blur = 0.5;             ///< of the tag from ln(blur_px)
-  double beyond = 1.0;                    ///< step beyond the ring outside, share of the step
-  std::array<double, 4> bend_sigma_px{};  ///< kBend of each edge around 0; 0: known exactly
+/// What the fit of one tag works on; some 400 kB, meant for the stack of one call; only what the tag needs of
+/// it is touched.
+struct TagFit {
+  Straightening straightening;
+  PatternFit pattern;
+  Eigen::LLT<TagMatrix> solver;  ///< of pattern.information
 };
 
-/// Current estimate of all four edges.
-struct TagEstimate {
-  std::array<EdgeVector, 4> edges;         ///< of TL-TR, TR-BR, BR-BL, BL-TL
-  Eigen::Matrix<double, kCommon, 1> mean;  ///< means of kInnerLevel, kStep, kLogBlur
-  double noise_variance = 25;              ///< [grey level^2]
-  /// How the light falls off across the tag: grey levels are 1 + light_per_px . (px - middle) times those of
-  /// even light. Estimated beside the rest, where the model is flat.
-  Eigen::Vector2d light_per_px = Eigen::Vector2d::Zero();
+/// Puts the pattern of a tag where a detection has it.
+void start_fit(const TagDetection& detection, const RefinementOptions& options, const CameraModel* camera,
+               TagFit& fit);
+
+/// The corners at the current estimate, in pixels of the image.
+[[nodiscard]] Quad corners_of(const TagFit& fit);
+
+/// Smallest side of a cell at any corner [px].
+[[nodiscard]] double smallest_cell_px(const Quad& corners, int cells);
+
+/// Reads the pixels where the tag is thought to be, at `corners`. False when too few are in the image.
+[[nodiscard]] bool read_tag(const ImageView& image, const Quad& corners, TagFit& fit);
+
+/// What became of a look at the pixels.
+struct Look {
+  bool usable = false;   ///< enough pixels were left, and the steps were numbers
+  bool settled = false;  ///< the last step was small, and the pixels read are those that matter
+  double reach_px = 0;   ///< corners that have moved less since the pixels were read need no other look
+  double moved_px = 0;   ///< largest displacement of a corner by the last step
 };
 
-/// Four edges solved together: what they nearly share is drawn towards a common mean (a hierarchical linear
-/// model), so that short edges borrow levels and blur from long ones. The common part is eliminated edge by
-/// edge, no matrix is larger than 4 x 4.
-class TagSolve {
- public:
-  TagSolve(const std::array<NormalEquations, 4>& normals, const Priors& priors, const TagEstimate& at);
+/// Reads the pixels where the tag is thought to be, at `corners`, and fits it to them: `first` only to find
+/// the place, from few pixels.
+[[nodiscard]] Look look(const ImageView& image, const RefinementOptions& options, const Quad& corners,
+                        bool first, TagFit& fit);
 
-  /// Moves the estimate by the Gauss-Newton step, shortened where it is wild; the largest displacement moved
-  /// [px].
-  double apply(TagEstimate& estimate) const;
-
-  /// Covariance of (kFrom, kTo) of the four edges [px^2].
-  [[nodiscard]] Eigen::Matrix<double, 8, 8> displacement_covariance() const;
-
- private:
-  using Own = Eigen::Matrix<double, kOwn, 1>;
-  using Common = Eigen::Matrix<double, kCommon, 1>;
-  using OwnMatrix = Eigen::Matrix<double, kOwn, kOwn>;
-  using CommonMatrix = Eigen::Matrix<double, kCommon, kCommon>;
-  using Coupling = Eigen::Matrix<double, kOwn, kCommon>;
-
-  struct Edge {
-    OwnMatrix own_covariance;        ///< given the common parameters
-    Coupling own_by_common;          ///< minus the change of own parameters with the common ones
-    CommonMatrix common_covariance;  ///< given the mean
-    Own own_step;                    ///< given no change of the common parameters
-    Common common_step;
-  };
-
-  std::array<Edge, 4> edges_;
-  Common tie_;  ///< precision of an edge's common parameters around the mean
-  CommonMatrix mean_covariance_;
-  Common mean_step_;
+/// How sure the corners are.
+struct Certainty {
+  Matrix8
+      covariance_px2;     ///< of the least squares estimate with the noise and correlation the residuals show
+  double excess = 1;      ///< variance by which clusters of pixels pull, over what their noise explains
+  double residual = 0;    ///< root mean square, share of the step
+  double systematic = 0;  ///< what the residuals of neighbouring pixels have in common, share of the step
 };
+
+/// `model_error_px` is added to each corner.
+[[nodiscard]] Certainty certainty_of(const TagFit& fit, double model_error_px);
 
 }  // namespace waymark::refinement
