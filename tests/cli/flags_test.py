@@ -44,6 +44,7 @@ WITHOUT_EFFECT = {
     **{(verb, flag): f"{NEEDS[verb]} {PROCESS} {flag} {value}".replace("--world circuit24", "")
        for verb in ("teach",) for flag, value in (("--images", ""), ("--faults", "faults.yaml"), ("--wander-m", "0.1"), ("--wander-time-s", "2"),
                                                   ("--overlap-m", "2"))},
+    ("play", "--commands"): "lap.mcap --commands",
     ("teach", "--seed"): f"-o lap.mcap {PROCESS} --driver keyboard --seed 3",
     ("teach", "--second-speed-m-s"): f"{NEEDS['teach']} --driver keyboard --second-speed-m-s 0.2",
     ("teach", "--record-images"): f"{NEEDS['teach']} --record-images jpeg",

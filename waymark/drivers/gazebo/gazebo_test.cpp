@@ -14,7 +14,7 @@ namespace waymark {
 namespace {
 
 using std::chrono::milliseconds;
-using testing::Test;
+using ::testing::Test;
 
 SensorTime at_ms(int ms) { return SensorTime(milliseconds(1000 + ms)); }
 
