@@ -334,9 +334,22 @@ class Simulated(Wire):
         self.assertEqual((played.returncode, played.stdout), (0, "0 messages published\n"), played.stderr)
         self.assertIn("/cmd_vel was left out: velocity commands move a robot", played.stderr)
         self.assertEqual(self.run_program("play", lap, "--commands").returncode, 2)
+        for interrupted in (False, True):
+            echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel", "--seconds", "8", stdout=subprocess.PIPE)
+            time.sleep(1)
+            end = "30" if interrupted else "3"
+            play = self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2", "--to", end, stdout=subprocess.PIPE)
+            if interrupted:
+                time.sleep(2.5)
+                play.send_signal(signal.SIGINT)
+            self.assertIn("messages published", play.communicate(timeout=30)[0])
+            self.assertEqual(play.returncode, 130 if interrupted else 0)
+            speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
+            self.assertGreater(max(speeds), 0.1, "it was published")
+            self.assertEqual(speeds[-1], 0, "zero is the last")
         looped = self.run_program("ros2", "relay", "--from", "/cmd_vel", "--to", "cmd_vel")
         self.assertEqual(looped.returncode, 2, looped.stderr)
-        self.assertIn("would come back to where they came from", looped.stderr)
+        self.assertIn("--from and --to name the same topic", looped.stderr)
 
     @LONG
     def test_a_recording_is_played_to_the_network(self):

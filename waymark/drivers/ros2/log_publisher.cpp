@@ -1,10 +1,7 @@
 #include "waymark/drivers/ros2/log_publisher.hpp"
 
-#include <chrono>
-
 #include "waymark/drivers/dds/ros_names.hpp"
-#include "waymark/recording/cdr.hpp"
-#include "waymark/recording/ros2_convert.hpp"
+#include "waymark/drivers/ros2/velocity_message.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
 namespace waymark {
@@ -44,13 +41,8 @@ Status LogPublisher::publish(const LogChannel& channel, const LogMessage& messag
 }
 
 Status LogPublisher::stop() {
-  for (const auto& [publisher, stamped] : moving_) {
-    const auto now =
-        std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
-    const ros2::TwistStamped zero = ros2::to_ros(StampedCommand{SensorTime(now), {}});
-    const auto bytes = stamped ? cdr::encode(zero) : cdr::encode(zero.twist);
-    if (Status status = bus_.publish(publisher, bytes); !status) return status;
-  }
+  for (const auto& [publisher, stamped] : moving_)
+    if (Status status = publish_zero(bus_, publisher, stamped); !status) return status;
   return {};
 }
 

@@ -1,6 +1,7 @@
 #include "waymark/drivers/ros2/relay.hpp"
 
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/ros2/velocity_message.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
@@ -22,19 +23,13 @@ Result<VelocityCommand> decode_command(bool stamped, std::span<const std::uint8_
   return ros2::from_ros(message).command;
 }
 
-std::vector<std::uint8_t> encode_command(bool stamped, const VelocityCommand& command) {
-  const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
-  const ros2::TwistStamped message = ros2::to_ros(StampedCommand{SensorTime(now), command});
-  return stamped ? cdr::encode(message) : cdr::encode(message.twist);
-}
-
 }  // namespace
 
 Status relay_commands(Bus& bus, const RelayOptions& options, const std::function<bool()>& should_stop) {
   if (dds_topic(options.from, ros2::Twist::kType).topic == dds_topic(options.to, ros2::Twist::kType).topic)
     return fail(ErrorCode::InvalidArgument,
-                "the commands would come back to where they came from, and a robot would never stop",
-                {.key = "--to"}, "Name two topics: --from /waymark/cmd_vel --to /cmd_vel.");
+                "--from and --to name the same topic: the relay would repeat its own commands for ever",
+                {.key = "--to"}, "Name two topics, for example --from /waymark/cmd_vel --to /cmd_vel.");
   const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
   const auto in = bus.subscribe(dds_topic(options.from, type), {.reliable = false, .depth = 1});
   if (!in) return tl::unexpected(in.error());
@@ -48,9 +43,10 @@ Status relay_commands(Bus& bus, const RelayOptions& options, const std::function
     if (command) repeat.offer(*command, steady_now());
     const auto due = repeat.due(steady_now());
     if (!due) continue;
-    if (Status status = bus.publish(*out, encode_command(options.stamped, *due)); !status) return status;
+    if (Status status = bus.publish(*out, velocity_message_now(*due, options.stamped)); !status)
+      return status;
   }
-  return bus.publish(*out, encode_command(options.stamped, {}));
+  return publish_zero(bus, *out, options.stamped);
 }
 
 }  // namespace waymark

@@ -6,6 +6,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/codecs/image_codec.hpp"
+#include "waymark/drivers/ros2/velocity_message.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/recording/sample_reader.hpp"
@@ -180,8 +181,7 @@ Status RobotBridge::compare_camera(std::span<const std::uint8_t> bytes) {
 }
 
 std::vector<std::uint8_t> RobotBridge::command(const VelocityCommand& command, SensorTime now) const {
-  const ros2::TwistStamped stamped = ros2::to_ros(StampedCommand{now, command});
-  return profile_.command_stamped ? cdr::encode(stamped) : cdr::encode(stamped.twist);
+  return velocity_message({now, command}, profile_.command_stamped);
 }
 
 }  // namespace waymark
