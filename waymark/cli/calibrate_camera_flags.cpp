@@ -34,7 +34,7 @@ Status check_target_flags(const CalibrateCameraArgs& args) {
   Status status;
   for (const Flag& flag : flags)
     if (status && std::ranges::find(flag.of, kind) == flag.of.end())
-      status = refuse_flag(args.app, flag.name, fmt::format("the target {} has no such thing", kind),
+      status = refuse_flag(args.app, flag.name, fmt::format("this has no effect on the target {}", kind),
                            fmt::format("Leave it out, or choose --target {}.", fmt::join(flag.of, " or ")));
   return status;
 }

@@ -89,7 +89,7 @@ Status check_style_flags(const BoardArgs& args, bool squares) {
                 {.key = "style"}, suggestion(args.style, styles));
   const char* hint = squares ? "Leave it out, or choose --style separate or aprilgrid."
                              : "Leave it out, or choose --style chessboard or charuco.";
-  const std::string why = fmt::format("the style {} has no such thing", args.style);
+  const std::string why = fmt::format("this has no effect on the style {}", args.style);
   Status status;
   for (const char* flag :
        {"--square-size-m", "--marker-size-m", "--dictionary", "--legacy-pattern", "--tiled"})

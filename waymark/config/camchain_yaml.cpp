@@ -59,7 +59,6 @@ Result<std::array<std::int64_t, 2>> read_resolution(const YamlCursor& cursor) {
   if (const auto two = cursor.exactly_numbers(2); !two) return tl::unexpected<Error>(two.error());
   std::array<std::int64_t, 2> sides{};
   for (std::size_t i = 0; i < sides.size(); ++i) {
-    constexpr std::int64_t kLargestSide = 1'000'000;
     const auto side = cursor.children()[i].integer(1, kLargestSide);
     if (!side) return tl::unexpected<Error>(side.error());
     sides.at(i) = *side;

@@ -11,6 +11,9 @@
 /// What the formats of camera files share. For the .cpp files of camera_file only.
 namespace waymark::internal {
 
+/// A side of an image in a camera file is no larger [px].
+inline constexpr std::int64_t kLargestSide = 1'000'000;
+
 /// Intrinsics as files have them: pixel centres at integers.
 struct FileIntrinsics {
   double fx = 0, fy = 0, cx = 0, cy = 0;

@@ -12,8 +12,6 @@ namespace waymark {
 namespace internal {
 namespace {
 
-constexpr std::int64_t kLargestSide = 1'000'000;
-
 /// A matrix {rows, cols, data}: its numbers row by row, and where they stand.
 struct FileMatrix {
   YamlCursor data;

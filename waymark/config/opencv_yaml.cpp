@@ -14,8 +14,6 @@ namespace waymark {
 namespace internal {
 namespace {
 
-constexpr std::int64_t kLargestSide = 1'000'000;
-
 /// The first of these keys that is there.
 std::optional<YamlCursor> find_any(const YamlCursor& root, const std::vector<const char*>& keys) {
   for (const char* key : keys)

@@ -113,7 +113,7 @@ TEST(ProfileTable, GapsBecomeFaultsBetweenTheSamples) {
   EXPECT_EQ(options.faults[1].kind, FaultKind::OdometryLost);
 }
 
-TEST(ProfileTable, LatencyIsThatOfTheMostHeardCamera) {
+TEST(ProfileTable, NoLatencyIsKnownWhereMessagesWereRecordedAtTheirStamps) {
   EXPECT_EQ(image_latency_of("/nowhere/lap.mcap", {}), std::nullopt);
   EXPECT_EQ(image_latency_of(lap(), {}), std::nullopt) << "recorded at its stamps";
 }
