@@ -26,7 +26,7 @@ Result<YamlCursor> at_any(const YamlCursor& root, const std::vector<const char*>
   return root.at(keys.front());
 }
 
-Result<std::int64_t> side_of(const YamlCursor& root, const char* key) {
+Result<std::int64_t> required_side(const YamlCursor& root, const char* key) {
   const auto side = root.find(key);
   if (side) return side->integer(1, kLargestSide);
   return root.fail_here(
@@ -49,9 +49,9 @@ bool looks_like_opencv(const YamlCursor& root) {
 }
 
 Result<NamedCamera> read_opencv(const YamlCursor& root) {
-  const auto width = side_of(root, "image_width");
+  const auto width = required_side(root, "image_width");
   if (!width) return tl::unexpected(width.error());
-  const auto height = side_of(root, "image_height");
+  const auto height = required_side(root, "image_height");
   if (!height) return tl::unexpected(height.error());
   const auto fisheye = is_fisheye(root);
   if (!fisheye) return tl::unexpected(fisheye.error());
