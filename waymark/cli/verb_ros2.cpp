@@ -47,7 +47,7 @@ Verb ros2_robot_verb() {
 standard input and publishes them (docs/formats/robot-process.md). `waymark teach --robot ros2:limo` starts it behind
 its watchdog. Alone it shows whether a robot is heard.
 
-The hello comes when odometry was heard and no commands of another program for 0.4 s; the input counts from then on.
+The hello comes when odometry was heard and no commands of another program for 1.5 s; the input counts from then on.
 
 Exit code: 0 its input ended, 1 no odometry within 12 s, another program commands the robot, or no
 module for ROS 2; 2 wrong usage.

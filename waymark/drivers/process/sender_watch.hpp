@@ -12,8 +12,10 @@ namespace waymark {
 /// anything is sent to it: two senders make a robot obey both in turn.
 class SenderWatch {
  public:
-  /// `shares`: others may command it as well, nothing is listened for.
-  explicit SenderWatch(bool shares) : listen_(shares ? Duration(0) : kListen) {}
+  /// `shares`: others may command it as well, nothing is listened for. `listen`: for how long; by default ten
+  /// commands of another Waymark.
+  explicit SenderWatch(bool shares, Duration listen = std::chrono::milliseconds(400))
+      : listen_(shares ? Duration(0) : listen) {}
 
   /// The robot said something at this time of the steady clock.
   void hear_robot(Duration now) {
@@ -31,8 +33,6 @@ class SenderWatch {
                              const std::string& start) const;
 
  private:
-  static constexpr Duration kListen = std::chrono::milliseconds(400);  // ten commands of another Waymark
-
   Duration listen_;
   std::optional<Duration> robot_since_{};
   int commands_ = 0;

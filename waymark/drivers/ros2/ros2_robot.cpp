@@ -25,6 +25,8 @@ namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kLookAgain = std::chrono::seconds(1);
+/// A peer that was not discovered at once is so with its next announcement, a second later.
+constexpr Duration kListen = std::chrono::milliseconds(1500);
 
 SensorTime wall_clock() {
   return SensorTime(
@@ -43,7 +45,7 @@ class Ros2Robot {
         options_(options),
         bridge_(profile, robot, pictures_in_memory()),
         uses_(uses_of(profile)),
-        senders_(options.share_commands) {}
+        senders_(options.share_commands, kListen) {}
 
   Status run() {
     if (Status status = join(); !status) return status;

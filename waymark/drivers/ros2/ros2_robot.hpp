@@ -15,7 +15,7 @@ struct Ros2RobotOptions {
 };
 
 /// Is the process of a robot that speaks ROS 2 (docs/formats/robot-process.md): subscribes what its profile
-/// names, publishes its commands, until the input ends. The hello comes 0.4 s after the first
+/// names, publishes its commands, until the input ends. The hello comes 1.5 s after the first
 /// odometry; before it nothing is sent, and the input is not read. Fails, and says what is on the network
 /// instead, when no odometry came, and when another program commands the robot.
 [[nodiscard]] Status run_ros2_robot(const Ros2Profile& profile, const RobotDescription& robot,
