@@ -6,6 +6,7 @@
 
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
+#include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/trajectories.hpp"
 #include "waymark/codecs/image_file.hpp"
@@ -62,6 +63,7 @@ void bind_descriptions(py::module_& m) {
       },
       "The line a driver follows, (n, 2) [m].");
   world.def_readonly("path_closed", &World::path_closed);
+  def_packed(world);
   py::class_<RobotDescription> robot(m, "RobotDescription", "A robot's body, camera, mounting and limits.");
   robot.def(
       "to_yaml", [](const RobotDescription& r) { return to_yaml(r); },
@@ -83,6 +85,7 @@ void bind_descriptions(py::module_& m) {
       "Distance of left and right wheels [m].");
   robot.def_property_readonly(
       "wheel_radius_m", [](const RobotDescription& r) { return r.model.wheel_radius_m; }, "[m]");
+  def_packed(robot);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "python/bindings/sample_cast.hpp"
 #include "python/bindings/states.hpp"
 #include "python/bindings/trajectories.hpp"
+#include "python/bindings/values.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/jobs/localize_log.hpp"
@@ -152,6 +153,7 @@ void bind_localization(py::module_& m) {
   localizer.def(
       "smoothed", [](const Localizer& l) { return listed(l.smoothed()); },
       "The run in hindsight as Trajectory, when the method is smoother; else empty.");
+  refuse_pickle(localizer, "it holds the state of a running filter; pickle its estimate()");
   m.def("methods", &localization_methods, "The names of the methods.");
   m.def("localize", &localize, py::arg("samples"), py::arg("map"), py::arg("robot"),
         py::arg("method") = "riekf",

@@ -8,6 +8,7 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/jobs.hpp"
 #include "python/bindings/options.hpp"
+#include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/tag_ids.hpp"
 #include "python/bindings/trajectories.hpp"
@@ -89,6 +90,7 @@ void bind_mapping(py::module_& m) {
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "What was written.");
   report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");
+  def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
          "map` does. progress(words, "

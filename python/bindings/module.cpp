@@ -2,6 +2,7 @@
 
 #include "python/bindings/errors.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/values.hpp"
 
 namespace {
 
@@ -41,5 +42,6 @@ PYBIND11_MODULE(_waymark, m) {
     pybind11::module_ inner = pybind11::hasattr(m, room.name) ? m.attr(room.name).cast<pybind11::module_>()
                                                               : m.def_submodule(room.name);
     room.bind(inner);
+    waymark::python::refuse_uninitialised(inner);
   }
 }

@@ -7,6 +7,7 @@
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
+#include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/states.hpp"
 #include "waymark/pose/multi_tag_pose.hpp"
@@ -24,10 +25,11 @@ TagPose one_tag(const TagDetection& detection, double size_m, const CameraModel&
 MultiTagPose camera_pose(const std::vector<TagDetection>& detections, const TagMap& map,
                          const CameraModel& camera, const py::kwargs& given) {
   const auto options = options_of<MultiTagOptions>(given);
+  const TagMap unchanging = map;  // another thread may change it meanwhile
   Result<MultiTagPose> found;
   {
     const py::gil_scoped_release release;
-    found = estimate_camera_pose(detections, map, camera, options);
+    found = estimate_camera_pose(detections, unchanging, camera, options);
   }
   return value_of(std::move(found));
 }
@@ -89,6 +91,7 @@ void bind_results(py::module_& m) {
       "(index of the detection, reason in words) of each detection that was not used.");
   multi.def_property_readonly("usable", &MultiTagPose::usable);
   multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous);
+  def_packed(multi);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "python/bindings/errors.hpp"
 #include "python/bindings/log_reader.hpp"
 #include "python/bindings/rooms.hpp"
+#include "python/bindings/values.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
@@ -140,17 +141,19 @@ void bind_writer(py::module_& m) {
   writer.def("close", &Writer::close, "Ends the file with its summary. Again: nothing happens.");
   writer.def("__enter__", [](const py::object& self) { return self; });
   writer.def("__exit__", [](Writer& self, const py::args&) { self.close(); });
+  refuse_pickle(writer, "it writes an open file");
 }
 
 }  // namespace
 
 void bind_recording(py::module_& m) {
   m.doc() = "Recordings: MCAP, rosbag2, ROS 1 bags, LCM logs and CSV tables read, MCAP written.";
-  py::class_<LogReader>(m, "Iterator",
-                        "Messages or samples of a recording, read ahead by a thread as they are asked for.")
-      .def("__iter__", [](const py::object& self) { return self; })
-      .def("__next__", &LogReader::next)
-      .def("close", &LogReader::close, "Ends the reading. Again: nothing happens.");
+  py::class_<LogReader> iterator(
+      m, "Iterator", "Messages or samples of a recording, read ahead by a thread as they are asked for.");
+  iterator.def("__iter__", [](const py::object& self) { return self; });
+  iterator.def("__next__", &LogReader::next);
+  iterator.def("close", &LogReader::close, "Ends the reading. Again: nothing happens.");
+  refuse_pickle(iterator, "it reads an open file; open the recording again");
   const auto topics = py::arg("topics") = py::none();
   const auto from = py::arg("from_ns") = py::none();
   const auto to = py::arg("to_ns") = py::none();
@@ -183,6 +186,7 @@ void bind_recording(py::module_& m) {
       },
       topics, from, to, "Iterator of (topic, type, log time [ns], bytes as they lie in the file).");
   recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}); });
+  refuse_pickle(recording, "it holds an open file; pickle its path and open it again");
   bind_writer(m);
 }
 

@@ -9,6 +9,7 @@
 #include "python/bindings/detector.hpp"
 #include "python/bindings/errors.hpp"
 #include "python/bindings/options.hpp"
+#include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/sample_cast.hpp"
 #include "waymark/jobs/replay_setup.hpp"
@@ -165,6 +166,7 @@ void bind_replay(py::module_& m) {
   step.def_readonly("reason", &ReplayStep::reason, "Of a refusal, a stop, or a pause; else None.");
   step.def_readonly("estimate", &ReplayStep::estimate, "LocalizationEstimate; None before the first.");
   step.def_readonly("driven_m", &ReplayStep::driven_m, "Along the route since the start [m].");
+  def_packed(step);
   m.def("drive", &drive_robot, py::arg("map"), py::arg("robot"), py::arg("route") = "", py::arg("laps") = 1.0,
         py::arg("method") = "riekf", py::arg("controller") = "follower", py::arg("timeout_s") = 600.0,
         py::arg("period_s") = 0.05, py::arg("detector") = static_cast<const PythonDetector*>(nullptr),

@@ -13,6 +13,7 @@
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/simulator.hpp"
 #include "python/bindings/tag_ids.hpp"
+#include "python/bindings/values.hpp"
 #include "waymark/config/robot_file.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/simulation/photograph.hpp"
@@ -123,6 +124,7 @@ void bind_simulation(py::module_& m) {
   simulator.def_property_readonly("now_ns", &Simulator::now_ns, "The robot's clock [ns].");
   simulator.def_property_readonly("true_map_T_base", &Simulator::truth,
                                   "SE2; for whoever judges, never for an estimator.");
+  refuse_pickle(simulator, "it holds a running robot; make another one of the same world, robot and seed");
 }
 
 }  // namespace waymark::python

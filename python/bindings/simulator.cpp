@@ -39,6 +39,7 @@ Sample Simulator::next() {
   Sample sample;
   {
     const py::gil_scoped_release release;
+    const std::scoped_lock lock(mutex_);
     sample = robot_->next();
     auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr || !camera_) return sample;
@@ -59,7 +60,18 @@ std::vector<Sample> Simulator::advance(double seconds) {
 void Simulator::command(double speed_m_s, double yaw_rate_rad_s) {
   if (!std::isfinite(speed_m_s) || !std::isfinite(yaw_rate_rad_s))
     refuse("command", "a number is not finite");
+  const std::scoped_lock lock(mutex_);
   check(robot_->command({speed_m_s, yaw_rate_rad_s}));
+}
+
+std::int64_t Simulator::now_ns() const {
+  const std::scoped_lock lock(mutex_);
+  return robot_->now().time_since_epoch().count();
+}
+
+SE2 Simulator::truth() const {
+  const std::scoped_lock lock(mutex_);
+  return robot_->true_map_T_base();
 }
 
 }  // namespace waymark::python

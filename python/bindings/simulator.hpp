@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -11,7 +12,8 @@
 
 namespace waymark::python {
 
-/// A simulated robot that Python asks for its samples. One thread at a time, which the GIL sees to.
+/// A simulated robot that Python asks for its samples. Of several threads one at a time: the GIL is released
+/// while the robot moves.
 class Simulator {
  public:
   Simulator(const World& world, const RobotDescription& robot, const SimulatedRobotOptions& options,
@@ -20,10 +22,11 @@ class Simulator {
   Sample next();
   std::vector<Sample> advance(double seconds);
   void command(double speed_m_s, double yaw_rate_rad_s);
-  [[nodiscard]] std::int64_t now_ns() const { return robot_->now().time_since_epoch().count(); }
-  [[nodiscard]] SE2 truth() const { return robot_->true_map_T_base(); }
+  [[nodiscard]] std::int64_t now_ns() const;
+  [[nodiscard]] SE2 truth() const;
 
  private:
+  mutable std::mutex mutex_;  ///< whoever has it never waits for the GIL
   std::unique_ptr<SimulatedRobot> robot_;
   std::unique_ptr<DetectingCamera> camera_;
 };

@@ -5,6 +5,17 @@
 #include "waymark/base/suggest.hpp"
 
 namespace waymark::python {
+namespace {
+
+/// pybind11 asks this for memory where an argument is an object without a value, and would read what is
+/// there.
+void* refuse_memory(std::size_t /*size*/) {
+  throw py::type_error(
+      "an object without a value: its __init__() was not called. Make objects by their class, such as SE3()");
+}
+
+}  // namespace
+
 void finish_value(const py::object& cls, const std::vector<std::string>& names) {
   const py::module_ shared = py::module_::import("waymark._same");
   py::setattr(cls, "_fields", py::tuple(py::cast(names)));
@@ -17,6 +28,24 @@ void finish_value(const py::object& cls, const std::vector<std::string>& names) 
 void finish_state(const py::object& cls) {
   py::setattr(cls, "__eq__", py::module_::import("waymark._same").attr("equals_by_state"));
   py::setattr(cls, "__hash__", py::none());
+}
+
+void refuse_pickle(const py::object& cls, const std::string& reason) {
+  py::setattr(cls, "__reduce__",
+              py::cpp_function(
+                  [reason](const py::object& self) -> py::object {
+                    throw py::type_error("a " + std::string(py::str(py::type::of(self).attr("__name__"))) +
+                                         " can be neither pickled nor copied: " + reason);
+                  },
+                  py::is_method(cls), py::name("__reduce__")));
+}
+
+void refuse_uninitialised(const py::module_& room) {
+  for (const auto& [name, value] : py::cast<py::dict>(room.attr("__dict__"))) {
+    if (!PyType_Check(value.ptr())) continue;
+    auto* const info = py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr()));
+    if (info != nullptr) info->operator_new = &refuse_memory;
+  }
 }
 
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given) {

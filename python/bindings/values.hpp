@@ -19,6 +19,12 @@ void finish_value(const py::object& cls, const std::vector<std::string>& names);
 /// Gives a class whose pickle is its state == by that state, and no hash.
 void finish_state(const py::object& cls);
 
+/// Lets pickle and copy refuse a class, with the reason: "it holds an open file".
+void refuse_pickle(const py::object& cls, const std::string& reason);
+
+/// Lets every use of an object of the room's classes whose __init__() was not called raise TypeError.
+void refuse_uninitialised(const py::module_& room);
+
 /// Sets the attributes that the keywords name; TypeError for one that is not among `names`.
 void set_attributes(const py::object& self, const py::object& cls, const py::kwargs& given);
 
