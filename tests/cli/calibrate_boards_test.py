@@ -23,7 +23,7 @@ FULL = bool(os.environ.get("WAYMARK_FULL"))  # every picture is left out once; e
 MODULE_MISSING = "no module for calibration boards"
 
 
-def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=1.0):
+def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=1.0, fisheye=None):
     """Pictures of a sheet by a camera with a known lens; the focal length and centre that OpenCV's convention has."""
     width, height, f, cx, cy = round(960 * scale_px), round(720 * scale_px), 820.0 * scale_px, 485.3 * scale_px, 352.6 * scale_px
     distortion = np.array([-0.12, 0.05, 0.0, 0.0, 0.0])
@@ -31,7 +31,8 @@ def photographs(sheet_px, metres_across, count, folder, rng, warm=0.8, scale_px=
     scale = metres_across / cols  # m a pixel of the sheet
     K = np.array([[f, 0, cx], [0, f, cy], [0, 0, 1]])
     u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
-    rays = cv2.undistortPoints(np.stack([u.ravel(), v.ravel()], axis=1).reshape(-1, 1, 2), K, distortion).reshape(-1, 2)
+    pixels = np.stack([u.ravel(), v.ravel()], axis=1).reshape(-1, 1, 2)
+    rays = (cv2.undistortPoints(pixels, K, distortion) if fisheye is None else cv2.fisheye.undistortPoints(pixels, K, np.array(fisheye))).reshape(-1, 2)
     rays = np.hstack([rays, np.ones((len(rays), 1))])
     big = cv2.GaussianBlur(sheet_px, (0, 0), 1.2)
     for i in range(count):
@@ -197,6 +198,24 @@ class Formats(InFolder):
             self.assertEqual(outcome.code, 0, f"{name}: {outcome.err}")
             tags.append(outcome.out)
         self.assertEqual(len(set(tags)), 1)
+
+
+    def test_an_automatic_lens_is_one_that_the_file_holds(self):
+        """A fisheye, whose lens PhotonVision's files do not hold."""
+        words = PrintedBoards.CHARUCO
+        self.run_here("tags", "board", "--style", "charuco", *words, "--dpi", DPI, "-o", "sheet.png")
+        page = cv2.imread(str(self.folder / "sheet.png"), cv2.IMREAD_GRAYSCALE)
+        (self.folder / "photos").mkdir()
+        photographs(page, 0.297, 8, self.folder / "photos", np.random.default_rng(5), scale_px=2 / 3, fisheye=(-0.08, 0.02, 0.0, 0.0))
+        chosen = {}
+        for name in ("a.yaml", "b.json"):
+            outcome = self.run_here("calibrate", "camera", "photos", "--target", "charuco", *words, "-o", name, "--json")
+            self.assertEqual(outcome.code, 0, outcome.err)
+            self.assertTrue((self.folder / name).exists())
+            chosen[name] = json.loads(outcome.out)
+            self.assertEqual("not tried, because the format photonvision does not hold it: --lens equidistant" in outcome.err, name == "b.json")
+        tried = {name: {trial["lens"] for trial in found["lenses"]} for name, found in chosen.items()}
+        self.assertEqual(tried["a.yaml"] - tried["b.json"], {"equidistant"})
 
 
 class WrongWords(InFolder):

@@ -192,8 +192,8 @@ CalibrateCameraArgs::CalibrateCameraArgs(CLI::App& verb)
   add_flag(verb, "--recursive", job.recursive, "Search folders for pictures recursively", kMore);
   add_target_flags(verb, job.target);
   add_option(verb, "--lens NAME", job.lens,
-             "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (the simplest whose "
-             "cross-validation error is as low as the best)",
+             "Distortion model: none, radtan4, radtan5, rational8, equidistant, or auto (of those that the "
+             "output's format holds the simplest whose cross-validation error is as low as the best)",
              one_of({"auto", "none", "radtan4", "radtan5", "rational8", "equidistant"}), kShown);
   add_output_flags(verb, job, json);
 }

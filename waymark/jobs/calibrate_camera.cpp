@@ -150,6 +150,7 @@ Result<SeenPictures> from_detections(const std::string& path) {
 
 Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, const CalibrationTarget& target,
                                                const TagFinder& finder, const JobControl& control) {
+  if (const std::string words = words_of_untried_lenses(job); !words.empty()) control.note(words);
   const TagFinder reader = no_tags();
   Result<SeenPictures> seen =
       job.detections.empty() ? PictureChoice(job, target, control).read(target.is_board() ? reader : finder)
@@ -157,10 +158,11 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
   if (!seen) return tl::unexpected(seen.error());
   if (seen->names.empty()) return fail(ErrorCode::NotFound, "no picture could be read");
   const auto lens = lens_model(job.lens);  // nothing: auto
+  const CameraCalibrationOptions options = fit_options(job);
   Result<CameraCalibration> found =
-      target.is_board() ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, job.options)
-                        : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px,
-                                           lens, job.options);
+      target.is_board()
+          ? calibrate_camera(seen->marks, seen->width_px, seen->height_px, lens, options)
+          : calibrate_camera(seen->detections, target.tags(), seen->width_px, seen->height_px, lens, options);
   if (!found) return tl::unexpected(found.error());
   if (auto words = target.words_of_marker_size(std::move(seen->marker_shares)))
     found->advice.push_back(*std::move(words));

@@ -41,6 +41,11 @@ struct CalibrateCameraReport {
 /// is read.
 [[nodiscard]] Status check_outputs(const CalibrateCameraJob& job);
 
+/// How the camera of a job is fitted: with `auto` only lenses that the format of the output holds.
+[[nodiscard]] CameraCalibrationOptions fit_options(const CalibrateCameraJob& job);
+/// Which lenses `auto` leaves out for the sake of the format, in words; empty: none.
+[[nodiscard]] std::string words_of_untried_lenses(const CalibrateCameraJob& job);
+
 /// Finds the target, its tags with the finder, where pictures are given, and fits the camera.
 [[nodiscard]] Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job,
                                                              const CalibrationTarget& target,

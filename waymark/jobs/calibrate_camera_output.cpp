@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "waymark/config/calibration_file.hpp"
@@ -62,14 +63,13 @@ Status write_ours(const CalibrateCameraJob& job, const CalibrateCameraReport& re
   return write_calibration(job.output, calibration);
 }
 
-/// Tried on a camera with that lens; "auto" may still choose one that the format does not hold.
-Status check_format_holds_lens(const CalibrateCameraJob& job) {
-  const auto lens = lens_model(job.lens);
-  if (!lens || job.output.empty() || format_of(job) == "waymark") return {};
+/// Whether the output can hold the lens: tried on a camera with it.
+Status check_format_holds(const CalibrateCameraJob& job, LensModel lens) {
+  if (job.output.empty() || format_of(job) == "waymark") return {};
   constexpr int kSide_px = 100;
-  Eigen::VectorXd parameters = Eigen::VectorXd::Zero(std::ssize(parameter_names(*lens)));
+  Eigen::VectorXd parameters = Eigen::VectorXd::Zero(std::ssize(parameter_names(lens)));
   parameters.head<4>().setConstant(kSide_px);
-  const auto camera = camera_of(*lens, parameters, kSide_px, kSide_px);
+  const auto camera = camera_of(lens, parameters, kSide_px, kSide_px);
   if (!camera) return tl::unexpected(camera.error());
   const auto text =
       text_as(format_of(job), {.name = "cam0", .camera = *camera}, {.found = {.camera = *camera}});
@@ -93,7 +93,25 @@ Status check_outputs(const CalibrateCameraJob& job) {
     if (const Status writable = output.empty() ? Status() : check_new_file(output, job.force); !writable)
       return writable;
   }
-  return check_format_holds_lens(job);
+  const auto lens = lens_model(job.lens);
+  return lens ? check_format_holds(job, *lens) : Status();
+}
+
+CameraCalibrationOptions fit_options(const CalibrateCameraJob& job) {
+  CameraCalibrationOptions options = job.options;
+  for (const LensModel lens : lens_models())
+    if (check_format_holds(job, lens)) options.lenses.push_back(lens);
+  return options;
+}
+
+std::string words_of_untried_lenses(const CalibrateCameraJob& job) {
+  std::vector<std::string_view> untried;
+  if (lens_model(job.lens)) return {};
+  for (const LensModel lens : lens_models())
+    if (!check_format_holds(job, lens)) untried.push_back(to_string(lens));
+  if (untried.empty()) return {};
+  return fmt::format("not tried, because the format {} does not hold it: --lens {}", format_of(job),
+                     fmt::join(untried, ", "));
 }
 
 Status write_camera_calibration(const CalibrateCameraJob& job, const CalibrateCameraReport& report) {

@@ -105,7 +105,7 @@ TEST(DetectionsText, PosesHaveBothSolutionsAndErrorsTheirWords) {
   const std::vector<TagDetection> tags = {square(3, 50, 40), square(4, 150, 40)};
   TagPose pose;
   pose.best.cam_T_tag = SE3(SO3(), {0.1, -0.2, 2});
-  pose.best.covariance = 1e-6 * Matrix6::Identity();
+  pose.best.covariance = 1e-6 * PoseCovariance::Identity();
   pose.best.rms_px = 0.1;
   pose.other = pose.best;
   pose.other->rms_px = 0.4;

@@ -206,10 +206,11 @@ Result<CameraCalibration> calibrate_with(Search search, LensModel lens,
   return found;
 }
 
-/// With the lens, or with that of all which foretells as well as the best with the fewest numbers.
+/// With the lens, or with that of the options' which foretells as well as the best with the fewest numbers.
 Result<CameraCalibration> calibrate(const Search& search, std::optional<LensModel> lens,
                                     const CameraCalibrationOptions& options) {
-  const std::vector<LensModel> lenses = lens ? std::vector{*lens} : lens_models();
+  const std::vector<LensModel>& choice = options.lenses.empty() ? lens_models() : options.lenses;
+  const std::vector<LensModel> lenses = lens ? std::vector{*lens} : choice;
   std::vector<CameraCalibration> found;
   std::vector<LensTrial> trials;
   std::optional<Error> error;

@@ -24,6 +24,7 @@ struct CameraCalibrationOptions {
   double gate_sigma = 4;
   double better_by = 0.02;
   int folds = 5;
+  std::vector<LensModel> lenses{};  ///< to choose from where none is given; empty: all. No field
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

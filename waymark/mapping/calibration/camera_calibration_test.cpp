@@ -123,6 +123,21 @@ TEST(CameraCalibration, ChoosesTheLensThatForetellsAndSaysHowWell) {
   EXPECT_TRUE(found.advice.empty()) << found.advice.front();
 }
 
+TEST(CameraCalibration, ChoosesAmongTheLensesThatItMay) {
+  Random random(3);
+  const auto seen = pictures(fisheye(), random, 0.1, 15, 40);
+  const auto any = calibrate_camera(seen, board(), kWidth, kHeight).value();
+  EXPECT_EQ(any.lens, LensModel::Equidistant);
+  EXPECT_EQ(any.trials.size(), lens_models().size());
+  CameraCalibrationOptions options;
+  options.lenses = {LensModel::Radtan4, LensModel::Rational8};
+  const auto some = calibrate_camera(seen, board(), kWidth, kHeight, {}, options).value();
+  EXPECT_NE(some.lens, LensModel::Equidistant);
+  ASSERT_EQ(some.trials.size(), 2U);
+  EXPECT_EQ(some.trials.front().lens, LensModel::Radtan4);
+  EXPECT_GT(some.held_out_rms_px, any.held_out_rms_px);
+}
+
 TEST(CameraCalibration, LeavesOutTagsThatAreElsewhere) {
   Random random(4);
   auto views = pictures(webcam(), random, 0.1, 12, 40);
