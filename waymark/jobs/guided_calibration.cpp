@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/picture_files.hpp"
@@ -15,6 +16,26 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+ordered_json parts_of(const GuideStatus& status, const CoverageOptions& options) {
+  ordered_json parts = ordered_json::array();
+  for (std::size_t i = 0; i < status.coverage.corners.size(); ++i)
+    parts.push_back({{"part", image_part_names().at(i)},
+                     {"corners", status.coverage.corners.at(i)},
+                     {"corners_wanted", options.corners_each_part},
+                     {"corners_in_picture", status.in_picture.at(i)}});
+  return parts;
+}
+
+ordered_json tilts_of(const GuideStatus& status, const CoverageOptions& options) {
+  ordered_json tilts = ordered_json::array();
+  for (const auto& [tilt, edge] : tilts_with_edges())
+    tilts.push_back({{"nearer_edge", edge},
+                     {"views", status.coverage.tilts.at(static_cast<std::size_t>(tilt))},
+                     {"views_wanted", options.views_each_tilt}});
+  return tilts;
+}
 
 }  // namespace
 
@@ -32,6 +53,20 @@ std::string to_text(const GuideStatus& status) {
                                 "; wanted: {}",
                                 fmt::join(status.missing.begin(),
                                           status.missing.begin() + static_cast<std::ptrdiff_t>(told), "; "));
+}
+
+ordered_json to_json(const GuideStatus& status, const GuideOptions& options) {
+  ordered_json json{{"picture", to_string(status.picture)},
+                    {"views", status.coverage.views},
+                    {"views_wanted", options.coverage.views}};
+  if (status.held_out_rms_px) json["held_out_rms_px"] = *status.held_out_rms_px;
+  if (status.focal_share) json["focal_sigma_share"] = *status.focal_share;
+  json["focal_sigma_share_wanted"] = options.focal_share;
+  json["parts"] = parts_of(status, options.coverage);
+  json["tilts"] = tilts_of(status, options.coverage);
+  json["missing"] = status.missing;
+  json["good_enough"] = status.good_enough;
+  return json;
 }
 
 GuidedCalibration::GuidedCalibration(const CalibrateCameraJob& job, const CalibrationTarget& target,
@@ -71,6 +106,7 @@ Result<bool> GuidedCalibration::take(SensorTime stamp, const ImageView& image) {
   auto found = target_.find(image, finder_);
   if (!found) return tl::unexpected(found.error());
   marks_ = std::move(found->marks);
+  status_.in_picture = corners_by_part(marks_, image.width, image.height);
   explain_absence(stamp, image);
   status_.picture = capture_.take(stamp, image, marks_);
   if (status_.picture != CaptureVerdict::New) return false;
@@ -152,7 +188,7 @@ Result<CalibrateCameraReport> GuidedCalibration::finish() const {
   if (views_.empty())
     return fail(ErrorCode::NotFound, "no view was taken", {},
                 status_.absence.empty() ? "Hold the board still and in focus." : status_.absence);
-  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), job_.options);
+  auto found = calibrate_camera(views_, width_px_, height_px_, lens_model(job_.lens), fit_options(job_));
   if (!found) return tl::unexpected(found.error());
   if (auto words = target_.words_of_marker_size(marker_shares_)) found->advice.push_back(*std::move(words));
   return CalibrateCameraReport{

@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "waymark/jobs/calibrate_camera.hpp"
 #include "waymark/mapping/calibration/view_capture.hpp"
@@ -35,6 +38,7 @@ struct GuideOptions {
 struct GuideStatus {
   CaptureVerdict picture{};  ///< what became of the last picture
   ViewCoverage coverage{};
+  std::array<int, 9> in_picture{};          ///< corners in each ninth of the last picture
   std::vector<std::string> missing{};       ///< views, in words; empty: none
   std::optional<double> held_out_rms_px{};  ///< of the calibration with the views so far
   std::optional<double> focal_share{};      ///< standard deviation of its focal length, as a share of it
@@ -42,8 +46,12 @@ struct GuideStatus {
   bool good_enough = false;
 };
 
-/// "7 views, 0.21 px, focal length +- 0.3 %: tilt the board, its left edge nearer to the camera".
+/// "7 views, 0.21 px, focal length +- 0.3 %; hold still; wanted: tilt the board, its left edge nearer to the
+/// camera; hold it where it was not yet: top left, top".
 [[nodiscard]] std::string to_text(const GuideStatus& status);
+
+/// What is there and what is wanted, of each part of the picture and each tilt (docs/formats/live.md).
+[[nodiscard]] nlohmann::ordered_json to_json(const GuideStatus& status, const GuideOptions& options);
 
 /// Takes views from the pictures of a camera until they tell it well enough.
 class GuidedCalibration {

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 
 #include "waymark/jobs/detect_all.hpp"
 #include "waymark/live/camera_address.hpp"
@@ -73,8 +74,10 @@ Status from_camera(const GuidedRun& run, GuidedCalibration& guided, const JobCon
     const auto taken = guided.take(seen.frame.stamp, seen.frame.image);
     if (!taken) return tl::unexpected(taken.error());
     const bool told = teller.tell(seen.frame.stamp, *taken);
-    if (page != nullptr && told) page->say(to_text(guided.status()));
-    if (page != nullptr) page->show(seen, {});
+    if (page == nullptr) return {};
+    if (told) page->say(to_text(guided.status()));
+    page->guide(to_json(guided.status(), run.options), *taken);
+    page->show(seen, {});
     return {};
   };
   watch.on_words = [&](const std::string& words) { control.note(words); };
@@ -109,6 +112,7 @@ Status from_files(const GuidedRun& run, GuidedCalibration& guided, const JobCont
 }  // namespace
 
 Result<CalibrateCameraReport> calibrate_guided(const GuidedRun& run, const JobControl& control) {
+  if (const std::string words = words_of_untried_lenses(run.job); !words.empty()) control.note(words);
   GuidedCalibration guided(run.job, run.target, run.finder, run.options, run.folder);
   const auto resumed = guided.resume(control);
   if (!resumed) return tl::unexpected(resumed.error());

@@ -61,6 +61,11 @@ void CameraPage::show(const CameraPicture& seen, const PoseList& poses) {
 
 void CameraPage::say(const std::string& words) { words_ = words; }
 
+void CameraPage::guide(ordered_json status, bool at_once) {
+  guide_ = std::move(status);
+  if (at_once) text_sent_ = {};
+}
+
 void CameraPage::count(SensorTime stamp) {
   if (last_) {
     const double period_s = to_seconds(stamp - *last_);
@@ -145,16 +150,18 @@ void CameraPage::publish_text(const CameraPicture& seen, const PoseList& poses) 
     tags.push_back(std::move(tag));
   }
   const CameraCounts counts = camera_.counts();
-  feed_.show_text(kText, json_line({{"camera", camera_.description()},
-                                    {"rate_hz", period_s_ > 0 ? 1 / period_s_ : 0},
-                                    {"age_ms", 1e3 * to_seconds(seen.age)},
-                                    {"dropped", counts.dropped},
-                                    {"lost", counts.lost},
-                                    {"damaged", counts.damaged},
-                                    {"recording", recorder_ ? recording_ : std::string()},
-                                    {"said", words_},
-                                    {"tags", std::move(tags)},
-                                    {"controls", controls_}}));
+  ordered_json text{{"camera", camera_.description()},
+                    {"rate_hz", period_s_ > 0 ? 1 / period_s_ : 0},
+                    {"age_ms", 1e3 * to_seconds(seen.age)},
+                    {"dropped", counts.dropped},
+                    {"lost", counts.lost},
+                    {"damaged", counts.damaged},
+                    {"recording", recorder_ ? recording_ : std::string()},
+                    {"said", words_},
+                    {"tags", std::move(tags)},
+                    {"controls", controls_}};
+  if (!guide_.is_null()) text["guide"] = guide_;
+  feed_.show_text(kText, json_line(text));
 }
 
 }  // namespace waymark

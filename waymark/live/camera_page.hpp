@@ -23,6 +23,9 @@ class CameraPage {
 
   /// Shows a picture and does what viewers asked for. An order that fails is said on the page.
   void show(const CameraPicture& seen, const PoseList& poses);
+  /// How far a guided calibration is, beside the pictures that are shown from now on; `at_once`: with the
+  /// next.
+  void guide(nlohmann::ordered_json status, bool at_once);
   /// Words of the camera, for its viewers.
   void say(const std::string& words);
   /// Ends a recording that runs; its name, if there was one.
@@ -44,6 +47,7 @@ class CameraPage {
   std::string recording_{};  ///< the file; kept after its end
   std::string words_{};
   nlohmann::ordered_json controls_{};
+  nlohmann::ordered_json guide_{};  ///< null: no calibration
   SensorTime controls_read_{};
   SensorTime text_sent_{};
   std::optional<SensorTime> last_{};

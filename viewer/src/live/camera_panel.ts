@@ -1,3 +1,5 @@
+import { GuidePanel, type GuideStatus } from "./guide_panel";
+
 /** What the program says of a live camera that is shown without a robot (docs/formats/live.md, camera.json). */
 export interface CameraStatus {
   readonly camera: string;
@@ -10,6 +12,7 @@ export interface CameraStatus {
   readonly said?: string;
   readonly tags?: readonly CameraTag[];
   readonly controls?: readonly CameraControl[];
+  readonly guide?: GuideStatus;
 }
 export interface CameraControl {
   readonly name: string;
@@ -59,6 +62,7 @@ const byId = <T extends HTMLElement>(id: string): T => document.getElementById(i
 export class CameraPanel {
   private readonly sliders = new Map<string, HTMLInputElement>();
   private controls = new Map<string, CameraControl>();
+  private readonly guide = new GuidePanel();
   private may = false;
 
   constructor(private readonly say: (message: object) => void) {
@@ -81,6 +85,7 @@ export class CameraPanel {
     record.setAttribute("aria-pressed", String(Boolean(status.recording)));
     record.textContent = status.recording ? "End the recording" : "Record";
     for (const control of status.controls ?? []) if (shownControls.includes(control.name)) this.showControl(control);
+    if (status.guide) this.guide.show(status.guide);
     const posed = (status.tags ?? []).some((tag) => tag.pose);
     byId("devicetags").hidden = !posed;
     if (posed) byId("devicerows").replaceChildren(...status.tags!.map((tag) => row(rowOf(tag))));

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "waymark/base/fields.hpp"
@@ -26,6 +27,9 @@ struct ViewCoverage {
   std::array<int, 5> tilts{};    ///< views by BoardTilt
 };
 
+/// How many corners of a picture are in each of its ninths, row by row from the top left.
+[[nodiscard]] std::array<int, 9> corners_by_part(const TargetPicture& marks, int width_px, int height_px);
+
 void add_view(ViewCoverage& coverage, const TargetPicture& marks, const SE3& target_T_cam, int width_px,
               int height_px);
 
@@ -48,6 +52,9 @@ struct CoverageOptions {
 /// What is missing, in words for who holds the board, most important first; empty: nothing.
 [[nodiscard]] std::vector<std::string> missing_views(const ViewCoverage& coverage,
                                                      const CoverageOptions& options = {});
+
+/// The tilts that are asked for, with the edge that is nearer: "left", "right", "upper", "lower".
+[[nodiscard]] const std::array<std::pair<BoardTilt, const char*>, 4>& tilts_with_edges();
 
 /// "top left", … "bottom right": the ninths of a picture.
 [[nodiscard]] const std::array<const char*, 9>& image_part_names();
