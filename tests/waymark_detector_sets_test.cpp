@@ -66,8 +66,8 @@ struct Expected {
 class RenderedSet : public ::testing::TestWithParam<Expected> {};
 INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
                          ::testing::Values(Expected{"mixed", 10, 0.55}, Expected{"single", 6, 0.7},
-                                           Expected{"grid", 2, 0.95}, Expected{"shadow", 1, 0.8},
-                                           Expected{"bar", 1, 0.6}, Expected{"inverted", 1, 0.9}),
+                                           Expected{"grid", 2, 0.95}, Expected{"shadow", 2, 0.9},
+                                           Expected{"bar", 2, 0.7}, Expected{"inverted", 1, 0.9}),
                          [](const auto& info) { return std::string(info.param.set); });
 
 TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {

@@ -60,6 +60,20 @@ float fit_of(const std::vector<float>& profile, int width, float missing, bool f
   return sum;
 }
 
+/// The quad with a side made parallel to the one opposite, at its mean distance from it.
+Quad with_side_parallel(const Quad& quad, std::size_t side) {
+  const std::size_t next = (side + 1) % 4;
+  const Eigen::Vector2f& from = quad[(side + 3) % 4];
+  const Eigen::Vector2f& to = quad[(side + 2) % 4];
+  const float a = cross_at(from, to, quad[side]);
+  const float b = cross_at(from, to, quad[next]);
+  if (a == 0 || b == 0) return quad;
+  Quad out = quad;
+  out[side] = from + 0.5F * (a + b) / a * (quad[side] - from);
+  out[next] = to + 0.5F * (a + b) / b * (quad[next] - to);
+  return out;
+}
+
 }  // namespace
 
 bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
@@ -77,52 +91,57 @@ bool homography(const Quad& q, int width, Eigen::Matrix3f& px_H_cell) {
   return true;
 }
 
-Quad with_side_moved(const Quad& quad, const MisplacedSide& moved, int width) {
+Quad with_side_moved(const Quad& quad, std::size_t side, float by_cells, int width) {
   Eigen::Matrix3f px_H_cell;
   if (!homography(quad, width, px_H_cell)) return quad;
   const auto w = static_cast<float>(width);
-  const float by = moved.missing * w / (w - moved.missing);  // in cells of the quad as it is
+  const float by = by_cells * w / (w - by_cells);  // in cells of the quad as it is
   Quad out = quad;
   const std::array<Eigen::Vector2f, 4> corner = {Eigen::Vector2f(0, 0), Eigen::Vector2f(w, 0),
                                                  Eigen::Vector2f(w, w), Eigen::Vector2f(0, w)};
   const std::array<Eigen::Vector2f, 4> outwards = {Eigen::Vector2f(0, -by), Eigen::Vector2f(by, 0),
                                                    Eigen::Vector2f(0, by), Eigen::Vector2f(-by, 0)};
-  for (const std::size_t i : {moved.side, (moved.side + 1) % 4}) {
-    const Eigen::Vector2f cell = corner.at(i) + outwards.at(moved.side);
+  for (const std::size_t i : {side, (side + 1) % 4}) {
+    const Eigen::Vector2f cell = corner.at(i) + outwards.at(side);
     const Eigen::Vector3f p = px_H_cell * Eigen::Vector3f(cell.x(), cell.y(), 1);
     out[i] = p.head<2>() / p.z();
   }
   return out;
 }
 
-std::optional<MisplacedSide> BitGrid::misplaced_side(const ImageView& image, const Quad& quad,
-                                                     const ReadableFamily& family, bool inverted) {
+MisplacedSides BitGrid::misplaced_sides(const ImageView& image, const Quad& quad,
+                                        const ReadableFamily& family, bool inverted) {
   constexpr float kLeast = -0.6F;
-  constexpr float kMost = 1.8F;
+  constexpr float kMost = 2.0F;
   constexpr float kStep = 0.1F;
   constexpr float kInPlace = 0.15F;
   constexpr float kBetter = 1.15F;
+  MisplacedSides found;
   Eigen::Matrix3f px_H_cell;
-  if (!homography(quad, family.width, px_H_cell)) return std::nullopt;
-  const CellView view(image, px_H_cell, sign_of(family, inverted));
-  float best = 0;
-  float as_it_is = 0;
-  MisplacedSide found;
+  std::array<float, 2> as_it_is{};
+  if (!homography(quad, family.width, px_H_cell)) return found;
   for (int axis = 0; axis < 2; ++axis) {
-    changes_across(view, family.width, axis, profile_);
-    const float here = fit_of(profile_, family.width, 0, false);
-    as_it_is += here;
-    for (const bool far : {false, true}) {
-      for (float missing = kLeast; missing < kMost; missing += kStep) {
-        const float gain = fit_of(profile_, family.width, missing, far) - here;
-        if (gain <= best) continue;
-        best = gain;
-        const std::size_t near_side = axis == 0 ? 3 : 0;
-        found = {far ? (near_side + 2) % 4 : near_side, missing};
-      }
-    }
+    changes_across(CellView(image, px_H_cell, sign_of(family, inverted)), family.width, axis, profile_);
+    as_it_is.at(static_cast<std::size_t>(axis)) = fit_of(profile_, family.width, 0, false);
   }
-  if (std::abs(found.missing) < kInPlace || as_it_is + best < kBetter * as_it_is) return std::nullopt;
+  const float least = (kBetter - 1) * (as_it_is[0] + as_it_is[1]);
+  for (std::size_t side = 0; side < 4; ++side) {
+    MisplacedSide best{with_side_parallel(quad, side), side, 0, 0};
+    if (!homography(best.quad, family.width, px_H_cell)) continue;
+    const std::size_t axis = 1 - side % 2;
+    changes_across(CellView(image, px_H_cell, sign_of(family, inverted)), family.width,
+                   static_cast<int>(axis), profile_);
+    const bool far = side == 1 || side == 2;
+    for (float missing = kLeast; missing < kMost; missing += kStep) {
+      const float fit = fit_of(profile_, family.width, missing, far) - as_it_is.at(axis);
+      if (fit > best.fit) best = {best.quad, side, missing, fit};
+    }
+    const bool moved = best.quad[side] != quad[side] || std::abs(best.missing) >= kInPlace;
+    if (moved && best.fit >= least) found.sides.at(found.count++) = best;
+  }
+  const auto end = found.sides.begin() + static_cast<std::ptrdiff_t>(found.count);
+  std::sort(found.sides.begin(), end,
+            [](const MisplacedSide& a, const MisplacedSide& b) { return a.fit > b.fit; });
   return found;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "waymark/image/image.hpp"
@@ -14,17 +14,26 @@ namespace waymark::search {
 
 /// One side of a quad that is not where the border of the tag has it.
 struct MisplacedSide {
+  Quad quad{};           ///< with this side made parallel to the one opposite
   std::size_t side = 0;  ///< after this corner
   float missing = 0;     ///< [cell] what lies between it and the border's side; negative: it lies outside
+  float fit = 0;         ///< how well the changes inside lie where cells end
+};
+
+/// The sides that fit clearly better elsewhere, best first. Two or more where a whole cell is missing, which
+/// may be at either end.
+struct MisplacedSides {
+  std::array<MisplacedSide, 4> sides{};
+  std::size_t count = 0;
 };
 
 /// Where the changes between the cells inside a quad say that its sides are.
 class BitGrid {
  public:
-  /// Which side of the quad would have to move, and by how much, so that the changes inside lie where cells
-  /// end; nothing where they do as it is. Looks at the inside only, in steps of a quarter of a cell.
-  [[nodiscard]] std::optional<MisplacedSide> misplaced_side(const ImageView& image, const Quad& quad,
-                                                            const ReadableFamily& family, bool inverted);
+  /// For each side, how far it would have to move so that the changes inside lie where cells end. Looks at
+  /// the inside only, in steps of a quarter of a cell.
+  [[nodiscard]] MisplacedSides misplaced_sides(const ImageView& image, const Quad& quad,
+                                               const ReadableFamily& family, bool inverted);
 
   /// Moves the corners of a tag that was read so that the steps between its cells lie where they should. The
   /// border's own sides count where they agree with the bits: what covers one moves no corner. Does nothing
@@ -53,6 +62,6 @@ class BitGrid {
 };
 
 /// The quad with a side moved so many cells outwards, in the plane of the tag.
-[[nodiscard]] Quad with_side_moved(const Quad& quad, const MisplacedSide& side, int width);
+[[nodiscard]] Quad with_side_moved(const Quad& quad, std::size_t side, float by_cells, int width);
 
 }  // namespace waymark::search

@@ -1,6 +1,9 @@
 #include "waymark/tags/bit_grid.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -71,33 +74,59 @@ TEST_P(BitGridOf, ASideOfTheQuadThatTheBitsContradictIsMovedToWhereTheySayItIs) 
     const float off = round % 2 == 0 ? 0.5F : -0.5F;
     TagDetection tag{
         .tag = scene.tag,
-        .corners_px = corners_of(with_side_moved(quad_of(scene.truth), {side, off}, scene.family.width))};
+        .corners_px = corners_of(with_side_moved(quad_of(scene.truth), side, off, scene.family.width))};
     ASSERT_GT(max_corner_error_px(tag.corners_px, scene.truth), 3);
     ASSERT_TRUE(grid.settle(scene.image, scene.family, false, tag)) << round;
     EXPECT_LT(max_corner_error_px(tag.corners_px, scene.truth), 0.75) << round << ", side " << side;
   }
 }
 
+/// Distance of the corners from where they are, with a side found misplaced put back.
+double error_put_back_px(const Scene& scene, const MisplacedSide& found) {
+  const Quad back = with_side_moved(found.quad, found.side, found.missing, scene.family.width);
+  return max_corner_error_px(corners_of(back), scene.truth);
+}
+
+/// Whether a side is among those found, and the corners are near their place once it is put back.
+bool found_near(const Scene& scene, const MisplacedSides& found, std::size_t side, double within_px) {
+  return std::any_of(
+      found.sides.begin(), found.sides.begin() + static_cast<std::ptrdiff_t>(found.count),
+      [&](const MisplacedSide& at) { return at.side == side && error_put_back_px(scene, at) < within_px; });
+}
+
 TEST(BitGrid, FindsTheSideThatIsMisplacedAndWhereItShouldBe) {
   Random random(11);
   BitGrid grid;
   int missed = 0;
+  for (int round = 0; round < 60; ++round) {
+    const Scene scene(FamilyId::Tag36h11, round, random);
+    EXPECT_EQ(grid.misplaced_sides(scene.image, quad_of(scene.truth), scene.family, false).count, 0U)
+        << round;
+    const auto side = static_cast<std::size_t>(round % 4);
+    // A whole cell may be missing at either end.
+    const float missing = std::array<float, 3>{-0.4F, 1.0F, 1.3F}.at(static_cast<std::size_t>(round % 3));
+    const Quad seen = with_side_moved(quad_of(scene.truth), side, -missing, scene.family.width);
+    const auto found = grid.misplaced_sides(scene.image, seen, scene.family, false);
+    missed += found_near(scene, found, side, 5.5) ? 0 : 1;
+  }
+  EXPECT_LE(missed, 2);
+}
+
+TEST(BitGrid, ASideThatEndsInASlantIsMadeParallelFirst) {
+  Random random(13);
+  BitGrid grid;
+  int missed = 0;
   for (int round = 0; round < 40; ++round) {
     const Scene scene(FamilyId::Tag36h11, round, random);
-    EXPECT_FALSE(grid.misplaced_side(scene.image, quad_of(scene.truth), scene.family, false)) << round;
     const auto side = static_cast<std::size_t>(round % 4);
-    const float missing = round % 3 == 0 ? -0.4F : 1.0F;
-    const Quad seen = with_side_moved(quad_of(scene.truth), {side, -missing}, scene.family.width);
-    const auto found = grid.misplaced_side(scene.image, seen, scene.family, false);
-    if (!found) {
-      ++missed;
-      continue;
-    }
-    EXPECT_EQ(found->side, side) << round;
-    const Quad back = with_side_moved(seen, *found, scene.family.width);
-    EXPECT_LT(max_corner_error_px(corners_of(back), scene.truth), 3.5) << round;
+    Quad seen = quad_of(scene.truth);
+    seen[side] = with_side_moved(seen, side, -0.7F, scene.family.width)[side];
+    const std::size_t next = (side + 1) % 4;
+    seen[next] = with_side_moved(quad_of(scene.truth), side, -1.9F, scene.family.width)[next];
+    const auto found = grid.misplaced_sides(scene.image, seen, scene.family, false);
+    missed += found_near(scene, found, side, 8) ? 0 : 1;
   }
-  EXPECT_LE(missed, 1);
+  EXPECT_LE(missed, 2);
 }
 
 }  // namespace

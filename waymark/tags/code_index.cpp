@@ -50,4 +50,12 @@ std::optional<NearestCode> CodeIndex::find(std::uint64_t code) const {
   return best;
 }
 
+std::optional<int> CodeIndex::find_exact(std::uint64_t code, std::uint64_t known) const {
+  const auto fits = [&](std::uint64_t other) { return ((other ^ code) & known) == 0; };
+  const auto found = std::ranges::find_if(codes_, fits);
+  if (found == codes_.end() || std::find_if(found + 1, codes_.end(), fits) != codes_.end())
+    return std::nullopt;
+  return static_cast<int>(found - codes_.begin());
+}
+
 }  // namespace waymark::search

@@ -24,6 +24,9 @@ class CodeIndex {
   /// The nearest code within max_distance; of equally near ones the lowest number.
   [[nodiscard]] std::optional<NearestCode> find(std::uint64_t code) const;
 
+  /// The code that has these bits where `known` has ones. None where several have. O(codes).
+  [[nodiscard]] std::optional<int> find_exact(std::uint64_t code, std::uint64_t known) const;
+
  private:
   /// Numbers of the codes by the value of one piece of their bits.
   struct Piece {

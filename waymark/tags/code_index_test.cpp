@@ -39,5 +39,20 @@ TEST(CodeIndex, FindsWhatALookAtEveryCodeFinds) {
   }
 }
 
+TEST(CodeIndex, FindsTheOnlyCodeWithTheKnownBits) {
+  Random random(12);
+  const Family& kind = family(FamilyId::Tag36h11);
+  const CodeIndex index(kind, 0);
+  for (int round = 0; round < 40; ++round) {
+    const auto number = static_cast<int>(random.index(kind.codes.size()));
+    const std::uint64_t code = kind.codes[static_cast<std::size_t>(number)];
+    std::uint64_t known = (std::uint64_t{1} << 36U) - 1;
+    for (int i = 0; i < 6; ++i) known &= ~(std::uint64_t{1} << random.index(36));  // fewer than the 11 apart
+    EXPECT_EQ(index.find_exact(code ^ ~known, known), number);
+    EXPECT_FALSE(index.find_exact(code ^ (known & ~(known - 1)), known)) << "a known bit is wrong";
+  }
+  EXPECT_FALSE(index.find_exact(0, 0)) << "every code has no known bit wrong";
+}
+
 }  // namespace
 }  // namespace waymark::search

@@ -1,11 +1,25 @@
 // From the levels of a tag's cells to its code.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
+#include "waymark/tags/shadow_edge.hpp"
 #include "waymark/tags/tag_reader.hpp"
 
 namespace waymark::search {
+namespace {
+
+TagDetection turned(const Quad& quad, std::size_t turn, const TagId& tag, int hamming, float margin) {
+  TagDetection detection;
+  detection.tag = tag;
+  detection.hamming = hamming;
+  detection.decision_margin = margin;
+  for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = quad[(i + turn) % 4].cast<double>();
+  return detection;
+}
+
+}  // namespace
 
 /// Distances of the cells from the threshold, after each was moved away from the mean of its neighbours.
 void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, float amount) {
@@ -30,52 +44,101 @@ void TagReader::sharpen(const ReadableFamily& family, const Levels& levels, floa
 }
 
 /// Whether the bits that would have to be wrong are ones that were nearly undecided. `margin`: mean distance
-/// of the bits from the threshold, wrong ones counted as negative.
+/// of the known bits from the threshold, wrong ones counted as negative.
 bool TagReader::believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
-                           float& margin) const {
+                           std::uint64_t known_bits, float& margin) const {
   constexpr float kUndecided = 0.8F;  // of the mean distance of the right bits
   float right = 0;
   float wrong = 0;
   int wrong_count = 0;
+  int known_count = 0;
   const std::vector<std::uint16_t>& cells = family.cells[turn];
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    const bool is_wrong = ((wrong_bits >> (cells.size() - 1 - k)) & 1U) != 0;
+    const std::size_t bit = cells.size() - 1 - k;
+    if (((known_bits >> bit) & 1U) == 0) continue;
+    ++known_count;
+    const bool is_wrong = ((wrong_bits >> bit) & 1U) != 0;
     const float distance = std::abs(distances_[cells[k]]);
     (is_wrong ? wrong : right) += distance;
     wrong_count += is_wrong ? 1 : 0;
   }
-  const auto count = static_cast<float>(cells.size());
+  const auto count = static_cast<float>(std::max(1, known_count));
   margin = (right - wrong) / count;
   const float mean_right = right / std::max(1.0F, count - static_cast<float>(wrong_count));
   return wrong <= kUndecided * mean_right * static_cast<float>(wrong_count);
 }
 
-std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFamily& family) {
-  // In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
-  // bright one, inverted or not.
+/// In the signed levels the border is always low. A bit that is 1 is printed unlike a dark border and like a
+/// bright one, inverted or not.
+std::uint64_t TagReader::code_of(const ReadableFamily& family, std::size_t turn) const {
   const bool one_is_high = !family.bright_border;
+  std::uint64_t code = 0;
+  for (const std::uint16_t at : family.cells[turn]) {
+    const bool high = distances_[at] > 0;
+    code = (code << 1U) | (high == one_is_high ? 1U : 0U);
+  }
+  return code;
+}
+
+std::optional<TagDetection> TagReader::decode(const Quad& quad, const ReadableFamily& family) {
   std::optional<TagDetection> best;
   for (std::size_t turn = 0; turn < 4; ++turn) {
-    std::uint64_t code = 0;
-    for (const std::uint16_t at : family.cells[turn]) {
-      const bool high = distances_[at] > 0;
-      code = (code << 1U) | (high == one_is_high ? 1U : 0U);
-    }
+    const std::uint64_t code = code_of(family, turn);
     const std::optional<NearestCode> near = family.codes.find(code);
     if (!near || (best && near->distance >= best->hamming)) continue;
     const std::uint64_t wrong =
         code ^ waymark::family(family.id).codes[static_cast<std::size_t>(near->number)];
     float margin = 0;
-    if (!believable(family, turn, wrong, margin) || !(margin >= static_cast<float>(options_.min_margin)))
+    if (!believable(family, turn, wrong, ~std::uint64_t{0}, margin) ||
+        !(margin >= static_cast<float>(options_.min_margin)))
       continue;
-    TagDetection detection;
-    detection.tag = {family.id, near->number};
-    detection.hamming = near->distance;
-    detection.decision_margin = margin;
-    for (std::size_t i = 0; i < 4; ++i) detection.corners_px[i] = quad[(i + turn) % 4].cast<double>();
-    best = detection;
+    best = turned(quad, turn, {family.id, near->number}, near->distance, margin);
   }
   return best;
+}
+
+std::optional<TagDetection> TagReader::decode_in_shadow(const Quad& quad, const ReadableFamily& family) {
+  constexpr float kSharpening = 0.25F;
+  const auto edge =
+      find_shadow_edge({levels_, family.width, family.margin}, static_cast<float>(options_.min_contrast));
+  if (!edge) return std::nullopt;
+  for (int y = -family.margin; y < family.width + family.margin; ++y) {
+    for (int x = -family.margin; x < family.width + family.margin; ++x) {
+      float& level = cell(family, x, y);
+      level = edge->in_the_light(level, x, y);
+    }
+  }
+  sharpen(family, {{edge->border[1], 0, 0}, {edge->around[1], 0, 0}}, kSharpening);
+  return decode(quad, family);
+}
+
+std::optional<TagDetection> TagReader::decode_beside(const Quad& quad, const ReadableFamily& family,
+                                                     std::size_t covered) {
+  constexpr int kLeastDistance = 5;  // of two codes, by the bits that are left
+  const int side = side_of(family);
+  const auto next_to_it = [&](std::uint16_t at) {
+    const int x = at % side - family.margin;
+    const int y = at / side - family.margin;
+    const std::array<int, 4> depth = {y, family.width - 1 - x, family.width - 1 - y, x};
+    return depth.at(covered) <= 1;
+  };
+  for (std::size_t turn = 0; turn < 4; ++turn) {
+    std::uint64_t known = 0;
+    int left_out = 0;
+    for (const std::uint16_t at : family.cells[turn]) {
+      const bool out = next_to_it(at);
+      known = (known << 1U) | (out ? 0U : 1U);
+      left_out += out ? 1 : 0;
+    }
+    if (waymark::family(family.id).min_hamming - left_out < kLeastDistance) return std::nullopt;
+    const std::optional<int> number = family.codes.find_exact(code_of(family, turn), known);
+    float margin = 0;
+    if (!number || !believable(family, turn, 0, known, margin) ||
+        !(margin >= static_cast<float>(options_.min_margin)))
+      continue;
+    return turned(quad, turn, {family.id, *number}, 0, margin);
+  }
+  return std::nullopt;
 }
 
 int TagReader::changes_inside(const ReadableFamily& family) const {

@@ -192,6 +192,7 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
     if (found && (!best || found->hamming < best->hamming)) best = found;
     if ((best && best->hamming <= 1) || (!best && progress.changes < kFewChanges)) break;
   }
+  if (!best && progress.changes >= kFewChanges) best = decode_in_shadow(quad, family);
   return best;
 }
 
@@ -210,7 +211,9 @@ std::optional<TagDetection> TagReader::read_covered(const ImageView& image, cons
   }
   sample_inside(image, family);
   sharpen(family, levels, kSharpening);
-  return decode(quad, family);
+  std::optional<TagDetection> found = decode(quad, family);
+  if (!found) found = decode_beside(quad, family, covered);
+  return found;
 }
 
 }  // namespace waymark::search

@@ -85,8 +85,14 @@ class TagReader {
   void sample_inside(const ImageView& image, const ReadableFamily& family);
   void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
   std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
+  /// With the levels of the cells on both sides of a shadow's edge made one; nothing where there is none.
+  std::optional<TagDetection> decode_in_shadow(const Quad& quad, const ReadableFamily& family);
+  /// Without the bits next to a side, which is covered: all others must be right.
+  std::optional<TagDetection> decode_beside(const Quad& quad, const ReadableFamily& family,
+                                            std::size_t covered);
+  [[nodiscard]] std::uint64_t code_of(const ReadableFamily& family, std::size_t turn) const;
   [[nodiscard]] bool believable(const ReadableFamily& family, std::size_t turn, std::uint64_t wrong_bits,
-                                float& margin) const;
+                                std::uint64_t known_bits, float& margin) const;
   [[nodiscard]] float sample(const ImageView& image, float u, float v) const;
   [[nodiscard]] float& cell(const ReadableFamily& family, int x, int y);
 

@@ -217,12 +217,15 @@ bool TagSearch::read_varied(const ImageView& image, const Attempt& attempt) {
 /// outside, where it ends. The bits inside say which side, and where it should be.
 bool TagSearch::read_covered(const ImageView& image, const Quad& quad) {
   for (const Wanted& wanted : wanted_) {
-    const auto side = grid_.misplaced_side(image, quad, *wanted.family, wanted.inverted);
-    if (!side) continue;
-    for (const float off : {0.0F, 0.2F, -0.2F, 0.4F, -0.4F}) {
-      const Quad whole = with_side_moved(quad, {side->side, side->missing + off}, wanted.family->width);
-      const auto tag = reader_.read_covered(image, whole, *wanted.family, wanted.inverted, side->side);
-      if (tag && keep(image, wanted, *tag)) return true;
+    const ReadableFamily& family = *wanted.family;
+    const MisplacedSides misplaced = grid_.misplaced_sides(image, quad, family, wanted.inverted);
+    for (std::size_t i = 0; i < misplaced.count; ++i) {
+      const MisplacedSide& at = misplaced.sides[i];
+      for (const float off : {0.0F, 0.2F, -0.2F, 0.4F, -0.4F}) {
+        const Quad whole = with_side_moved(at.quad, at.side, at.missing + off, family.width);
+        const auto tag = reader_.read_covered(image, whole, family, wanted.inverted, at.side);
+        if (tag && keep(image, wanted, *tag)) return true;
+      }
     }
   }
   return false;
