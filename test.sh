@@ -142,7 +142,7 @@ full_part() {  # full_part NAME: one part of --full
   case "$1" in
     tests) run_short_tests && house_rules ;;
     pose) long_tests '^waymark_(tags|pose|mapping_.*|refinement_.*|rendered_pose|scene_camera_detection|calibrate_photograph|sheet)_tests$' ;;
-    map) long_tests '^(waymark_(map_.*|recording|calibrate_accuracy)_tests|full_map)$' ;;
+    map) long_tests '^(waymark_(map_.*|recording|jobs)_tests|full_map)$' ;;
     localize) long_tests '^(waymark_localization.*_tests|full_localize)$' ;;
     replay) long_tests '^(waymark_(replay.*|pipeline|runtime)_tests|full_replay)$' ;;
     python) long_tests '^full_python$' ;;

@@ -240,5 +240,20 @@ TEST(Bundle, NothingToDoIsSaid) {
   EXPECT_FALSE(stopped.usable());
 }
 
+TEST(Bundle, ACovarianceThatCannotBeFoundIsNotZero) {
+  Bundle bundle;
+  const PoseIndex first = bundle.add({});
+  Matrix6 whitening = 1e12 * Matrix6::Identity();
+  for (int i = 0; i < 20; ++i) {
+    const SE3 step(SO3::exp({0.1, 0.2, 0.3}), Eigen::Vector3d(1000, 10, 1));
+    const PoseIndex next = bundle.add(bundle.poses.back().value * step);
+    bundle.relatives.push_back({next - 1, next, {step, {}, whitening}});
+  }
+  const BundleCovariance P = covariance(bundle);
+  EXPECT_FALSE(P.undetermined.empty());
+  for (PoseIndex i : P.undetermined) EXPECT_GT(P.poses[i].diagonal().maxCoeff(), 1e3) << i;
+  EXPECT_GT(P.poses[first].diagonal().minCoeff(), 0);
+}
+
 }  // namespace
 }  // namespace waymark
