@@ -68,7 +68,7 @@ void say_what_priors_suffer(const SceneMap& map, std::vector<std::string>& words
     words.push_back(
         fmt::format("{} is {:.4f} m and {:.2f} deg from where it is given, {:.1f} sigma: the rest "
                     "contradicts it",
-                    name, off.translation().norm(), off.rotation().log().norm(), r.norm()));
+                    name, off.translation().norm(), to_degrees(off.rotation().log().norm()), r.norm()));
   };
   for (std::size_t c = 0; c < map.scene.cameras.size(); ++c)
     check("camera " + map.scene.cameras[c].name, map.problem.cameras[c], map.scene.cameras[c].body_T_cam);
