@@ -249,6 +249,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
                                            const TagMap& target, int width_px, int height_px,
                                            std::optional<LensModel> lens,
                                            const CameraCalibrationOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   std::vector<TargetPicture> marks;
   marks.reserve(pictures.size());
   for (const auto& detections : pictures) marks.push_back(target_marks(detections, target));
@@ -263,6 +264,7 @@ Result<CameraCalibration> calibrate_camera(const std::vector<std::vector<TagDete
 Result<CameraCalibration> calibrate_camera(const std::vector<TargetPicture>& pictures, int width_px,
                                            int height_px, std::optional<LensModel> lens,
                                            const CameraCalibrationOptions& options) {
+  if (Status status = check_ranges(options); !status) return tl::unexpected(status.error());
   const auto views = views_of(pictures, options.corner_sigma_px);
   if (!views) return tl::unexpected(views.error());
   return calibrate({.start = internal::start_from_plane(*views),
