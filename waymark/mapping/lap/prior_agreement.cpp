@@ -154,12 +154,13 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
 }
 
 bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied) {
-  if (!is_measured(prior.map)) return false;
-  const BundleCovariance known = covariance(lap.bundle);
-  const Matrices printed = covariance_of_print(lap.bundle, kPrinted_m);
-  const bool changed =
-      tie_more(prior, printed, known, lap, tied) || untie_worst(prior, printed, known, lap, tied);
-  if (changed) tell(prior, lap, tied);
+  bool changed = false;
+  if (is_measured(prior.map)) {
+    const BundleCovariance known = covariance(lap.bundle);
+    const Matrices printed = covariance_of_print(lap.bundle, kPrinted_m);
+    changed = tie_more(prior, printed, known, lap, tied) || untie_worst(prior, printed, known, lap, tied);
+  }
+  tell(prior, lap, tied);  // by where the poses are now
   return changed;
 }
 

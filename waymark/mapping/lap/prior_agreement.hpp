@@ -26,7 +26,7 @@ void find_agreeing(const LapPrior& prior, const TagMap& now, const LapBundle& la
 /// is untied, for good, that is farthest from where the lap and all other tags have it (the residual without
 /// its own datum: Cook and Weisberg, "Residuals and Influence in Regression", 1982, section 2.2), if farther
 /// than both can be wrong by. False where nothing changed; else the bundle is to be solved again, at most
-/// twice for each tag.
+/// twice for each tag. TiedPrior::words say how far tags are by where the poses are when it is called.
 [[nodiscard]] bool revise_agreement(const LapPrior& prior, LapBundle& lap, TiedPrior& tied);
 
 }  // namespace waymark::internal
