@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <string>
 
@@ -130,6 +131,52 @@ TEST(Mismatch, IsSaidInWords) {
       mismatches({{false, scan, {}}}, {{true, scan, best_effort, {}}, {true, scan, best_effort, {}}}).size(),
       1U)
       << "each is said once";
+}
+
+/// What a bus has discovered, and nothing else.
+class FoundBus final : public Bus {
+ public:
+  std::vector<std::string> others{};
+  std::vector<BusEndpoint> found{};
+
+  Result<std::size_t> advertise(const BusTopic&, const TopicQos&) override { return std::size_t{0}; }
+  Result<std::size_t> subscribe(const BusTopic&, const TopicQos&) override { return std::size_t{0}; }
+  void unsubscribe(std::size_t) override {}
+  Status publish(std::size_t, std::span<const std::uint8_t>) override { return {}; }
+  Status reply(std::size_t, std::span<const std::uint8_t>, const RequestIdentity&) override { return {}; }
+  std::optional<BusMessage> next(Duration) override { return std::nullopt; }
+  [[nodiscard]] bool more() const override { return false; }
+  [[nodiscard]] int matched_subscriptions(std::size_t) const override { return 0; }
+  [[nodiscard]] int matched_publishers(std::size_t) const override { return 0; }
+  [[nodiscard]] std::uint64_t dropped(std::size_t) const override { return 0; }
+  [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return found; }
+  [[nodiscard]] std::vector<std::string> participants() const override { return others; }
+};
+
+TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
+  FoundBus bus;
+  EXPECT_EQ(searched({.domain = 3, .localhost_only = true}, bus),
+            "domain 3 on 127.0.0.1: no other participant");
+  EXPECT_EQ(searched({.interfaces = {"10.0.0.2"}, .peers = {"10.0.0.9"}}, bus),
+            "domain 0 on 10.0.0.2 and at 10.0.0.9: no other participant");
+  bus.others = {"/robot"};
+  bus.found = {{true, dds_topic("/odom", "a/msg/B"), {}, {}},
+               {false, dds_topic("/odom", "a/msg/B"), {}, {}},
+               {true, {"rq/startRequest", "x"}, {}, {}}};
+  EXPECT_EQ(searched({.localhost_only = true}, bus),
+            "domain 0 on 127.0.0.1: 1 other participant, 1 topic (/odom)")
+      << "a topic once, and no service";
+  bus.others.emplace_back("/another");
+  for (int i = 10; i < 30; ++i)
+    bus.found.push_back({true, dds_topic("/a" + std::to_string(i), "a/msg/B"), {}, {}});
+  const std::string words = searched({.localhost_only = true}, bus);
+  EXPECT_NE(words.find("2 other participants, 21 topics (/a10, "), std::string::npos) << words;
+  EXPECT_NE(words.find("/a21, …)"), std::string::npos) << words;
+}
+
+TEST(InterfaceAddresses, AreIPv4OfThisMachine) {
+  for (const std::string& address : interface_addresses())
+    EXPECT_EQ(std::count(address.begin(), address.end(), '.'), 3) << address;
 }
 
 }  // namespace
