@@ -219,7 +219,12 @@ template <class T>
   if constexpr (std::is_default_constructible_v<T>) {
     return T();
   } else {
-    return T{.camera = value_of(CameraModel::make(PinholeRadtan{1, 1, 0.5, 0.5}, 1, 1))};
+    const CameraModel camera = value_of(CameraModel::make(PinholeRadtan{1, 1, 0.5, 0.5}, 1, 1));
+    if constexpr (std::is_same_v<T, RobotDescription>) {
+      return {.model = {}, .camera = camera};
+    } else {
+      return {.camera = camera};
+    }
   }
 }
 
