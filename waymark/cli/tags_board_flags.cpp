@@ -108,11 +108,7 @@ Result<std::pair<plot::SquareBoardLayout, plot::FileFormat>> BoardFlags::plan_sq
   given("--margin-m", options.margin_m);
   const auto format = paper.apply(options);
   if (!format) return tl::unexpected(format.error());
-  if (const Status usable = check_board(options.board); !usable) return tl::unexpected(usable.error());
-  auto markers = printed_markers(options.board);
-  if (!markers) return tl::unexpected(markers.error());
-  options.markers = *std::move(markers);
-  auto layout = plot::layout_square_board(options);
+  auto layout = plan_square_board(options);
   if (!layout) return tl::unexpected(layout.error());
   return std::pair(*std::move(layout), *format);
 }

@@ -1,7 +1,4 @@
-#include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
@@ -10,9 +7,7 @@
 #include "waymark/cli/failure.hpp"
 #include "waymark/cli/tags_board_flags.hpp"
 #include "waymark/cli/verb.hpp"
-#include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/json_line.hpp"
-#include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/tag_prints.hpp"
 #include "waymark/jobs/write_pages.hpp"
 
@@ -37,31 +32,14 @@ ExitCode draw_squares(const BoardFlags& args, Console& console) {
   return ExitCode::Ok;
 }
 
-/// The target file must not replace another one.
-Status check_target(const PlannedBoard& planned, const BoardFlags& args) {
-  if (planned.kalibr_target.empty()) return {};
-  return check_new_file(std::filesystem::path(args.paper.output).replace_extension(".yaml"),
-                        args.paper.force);
-}
-
-/// board.yaml beside board.pdf.
-void write_target(const PlannedBoard& planned, WrittenPages& written) {
-  if (planned.kalibr_target.empty() || !written.status) return;
-  const std::string path = std::filesystem::path(written.files.front()).replace_extension(".yaml").string();
-  const std::vector<std::uint8_t> bytes(planned.kalibr_target.begin(), planned.kalibr_target.end());
-  written.status = write_bytes(path, bytes);
-  if (written.status) written.files.push_back(path);
-}
-
 ExitCode draw(const BoardFlags& args, Console& console) {
   if (const Status effective = args.check_style(); !effective) return fail_usage(effective.error(), console);
   if (args.squares()) return draw_squares(args, console);
   const auto planned = args.plan();
   if (!planned) return fail_usage(planned.error(), console);
-  if (const Status free = check_target(*planned, args); !free) return fail_writing(free.error(), console);
-  WrittenPages written = write_pages({plot::draw_board(planned->layout)}, args.paper.files(planned->format),
-                                     control_from(console));
-  write_target(*planned, written);
+  PageFiles files = args.paper.files(planned->format);
+  files.target = planned->kalibr_target;
+  const WrittenPages written = write_pages({plot::draw_board(planned->layout)}, files, control_from(console));
   if (args.paper.json) console.print(json_line(to_json(planned->layout, written.files)));
   if (!written.status) return fail_writing(written.status.error(), console);
   if (!args.paper.json) console.print(to_text(planned->layout, written.files));

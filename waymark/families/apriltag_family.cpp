@@ -1,5 +1,6 @@
 #include "waymark/families/apriltag_family.hpp"
 
+#include <apriltag/apriltag.h>
 #include <apriltag/tag16h5.h>
 #include <apriltag/tag25h9.h>
 #include <apriltag/tag36h10.h>

@@ -3,13 +3,13 @@
 
 #include <memory>
 
-#include <apriltag/apriltag.h>
-
 #include "waymark/families/family.hpp"
+
+struct apriltag_family;  // of <apriltag/apriltag.h>
 
 namespace waymark {
 
-using AprilTagFamily = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
+using AprilTagFamily = std::unique_ptr<apriltag_family, void (*)(apriltag_family*)>;
 
 /// AprilTag 3's table of a family, made anew.
 [[nodiscard]] AprilTagFamily make_apriltag_family(FamilyId id);

@@ -1,5 +1,7 @@
 #include "waymark/families/family_table.hpp"
 
+#include <apriltag/apriltag.h>
+
 #include <cstddef>
 
 #include "waymark/families/apriltag_family.hpp"

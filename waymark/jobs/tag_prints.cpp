@@ -25,6 +25,14 @@ Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board) 
   return markers;
 }
 
+Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options) {
+  if (const Status usable = check_board(options.board); !usable) return tl::unexpected(usable.error());
+  auto markers = printed_markers(options.board);
+  if (!markers) return tl::unexpected(markers.error());
+  options.markers = *std::move(markers);
+  return plot::layout_square_board(options);
+}
+
 std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files) {
   const plot::BoardOptions& options = layout.options;
   std::string text = fmt::format("{}: {} board of {} x {} tags, {} of {:g} m, 1 page {}\n", files.front(),

@@ -16,6 +16,10 @@ namespace waymark {
 /// Loads OpenCV, which has the dictionaries.
 [[nodiscard]] Result<std::vector<plot::Cells>> printed_markers(const CalibrationBoard& board);
 
+/// A chessboard or a ChArUco board with its markers on its pages. Errors: those of check_board(),
+/// printed_markers() and layout_square_board().
+[[nodiscard]] Result<plot::SquareBoardLayout> plan_square_board(plot::SquareBoardOptions options);
+
 [[nodiscard]] std::string to_text(const plot::BoardLayout& layout, const std::vector<std::string>& files);
 [[nodiscard]] nlohmann::ordered_json to_json(const plot::BoardLayout& layout,
                                              const std::vector<std::string>& files);

@@ -27,6 +27,9 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
   const std::size_t files = format == plot::FileFormat::Pdf ? 1 : pages.size();
   for (std::size_t i = 0; i < files && written.status; ++i)
     written.status = check_new_file(page_path(to.path, i + 1, files), to.replace);
+  const std::string target =
+      std::filesystem::path(page_path(to.path, 1, files)).replace_extension(".yaml").string();
+  if (written.status && !to.target.empty()) written.status = check_new_file(target, to.replace);
   if (!written.status) return written;
   for (std::size_t i = 0; i < files; ++i) {
     written.status = control.go_on();
@@ -40,6 +43,10 @@ WrittenPages write_pages(const std::vector<plot::Drawing>& pages, const PageFile
     if (!written.status) return written;
     written.files.push_back(file);
   }
+  if (to.target.empty()) return written;
+  const std::vector<std::uint8_t> bytes(to.target.begin(), to.target.end());
+  written.status = write_bytes(target, bytes);
+  if (written.status) written.files.push_back(target);
   return written;
 }
 

@@ -26,6 +26,7 @@ struct PageFiles {
   double dpi = 300;  ///< of PNG
   bool replace =
       false;  ///< files that are there; else they are an error (Unwritable), and nothing is written
+  std::string target{};  ///< words of a file (.yaml) beside the first page; empty: none
 };
 
 /// Writes pages to one PDF, or to an SVG or PNG each. Stops at the first that fails, or once it is cancelled.

@@ -1,6 +1,10 @@
 #include "waymark/jobs/write_pages.hpp"
 
+#include <filesystem>
+
 #include <gtest/gtest.h>
+
+#include "tests/support/data.hpp"
 
 namespace waymark {
 namespace {
@@ -18,6 +22,24 @@ TEST(WritePages, StopsWithoutAFileOnceItIsCancelled) {
   const WrittenPages written = write_pages({plot::Drawing{}}, {plot::FileFormat::Svg, "never.svg"}, control);
   EXPECT_FALSE(written.status);
   EXPECT_TRUE(written.files.empty());
+}
+
+TEST(WritePages, WritesATargetBesideThePageAndReplacesNone) {
+  const std::filesystem::path folder = testing::fresh_folder("write_pages");
+  plot::Drawing page;
+  page.width_mm = page.height_mm = 10;
+  PageFiles to{plot::FileFormat::Svg, (folder / "board.svg").string()};
+  to.target = "target_type: 'aprilgrid'\n";
+  const WrittenPages written = write_pages({page}, to, {});
+  ASSERT_TRUE(written.status) << to_string(written.status.error());
+  ASSERT_EQ(written.files.size(), 2U);
+  EXPECT_EQ(written.files[1], (folder / "board.yaml").string());
+  EXPECT_EQ(std::filesystem::file_size(written.files[1]), to.target.size());
+  ASSERT_TRUE(std::filesystem::remove(written.files[0]));
+  const WrittenPages again = write_pages({page}, to, {});
+  ASSERT_FALSE(again.status);
+  EXPECT_NE(to_string(again.status.error()).find("board.yaml"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(written.files[0])) << "no page without its target";
 }
 
 TEST(WritePages, NamesTheFolderThatIsNotThere) {
