@@ -24,7 +24,7 @@ Installs what it needs (Debian packages, said by name), builds, and runs
                       replay         Monte Carlo runs of replay, an hour of exploring, robots that are processes
                       python         the wheel in a virtual environment, mypy, the labs as notebooks, the exercise of the Academy at length
                       site           the site with its pages that work in the browser (WebAssembly by emscripten), used in Chromium
-                      sanitizers     all tests under the address and undefined behaviour sanitizers
+                      sanitizers     all tests under the address and undefined behaviour sanitizers, those of the Python package too
                       threads        the thread sanitizer
                       fuzz           all fuzzers, two minutes each
                       tidy           clang-tidy with its analyzer on every file
@@ -147,7 +147,10 @@ full_part() {  # full_part NAME: one part of --full
     replay) long_tests '^(waymark_(replay.*|pipeline|runtime)_tests|full_replay)$' ;;
     python) long_tests '^full_python$' ;;
     site) waymark_install "${WAYMARK_WEB_PACKAGES[@]}" && tools/build_web.sh && long_tests '^full_site$' ;;
-    sanitizers) build asan-ubsan && run_tests asan-ubsan -LE slow_under_sanitizers ;;
+    sanitizers)
+      build asan-ubsan && run_tests asan-ubsan -LE slow_under_sanitizers || return 1
+      step "full: sanitizers, Python: bad input, buffers, lifetime, threads, fork, pickles"
+      build asan-python waymark_python && run_tests asan-python -L python_sanitized ;;
     threads)
       mapfile -t programs < <(git grep -l 'TEST.*Threads' -- 'waymark/*_test.cpp' | sed 's|/[^/]*$|_tests|; s|/|_|g' | sort -u)
       build tsan "${programs[@]}" && run_tests tsan -L threads ;;
