@@ -204,6 +204,7 @@ class Alone(Wire):
         self.assertIn("/model/limo/odometry: another program publishes this topic already, at tcp://127.0.0.1:", words)
 
         first, lines = self.robot()
+        wire_driver.say_hello(first)
         self.until(lambda: lines)
         drive = [PROGRAM, "gazebo", "robot", "limo"]
         code, out, words = wire_driver.end_of(drive, self.environment)
@@ -218,7 +219,13 @@ class Alone(Wire):
         self.simulation()
         checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok"] * 3, checks)
-        _, lines = self.robot()
+        listener, heard = self.robot()
+        wire_driver.say_hello(listener, listen_only=True)
+        self.until(lambda: heard)
+        checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
+        self.assertEqual(checks["commands"]["level"], "ok", "who only listens is no driver")
+        first, lines = self.robot()
+        wire_driver.say_hello(first)
         self.until(lambda: lines)
         checks = wire_driver.doctor(PROGRAM, "gazebo:limo", self.environment)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)

@@ -30,12 +30,12 @@ WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
 class Robot:
     """The process of a LIMO, told `speed` and `rate` twenty times a second."""
 
-    def __init__(self, port, *words, program=(PROGRAM,)):
+    def __init__(self, port, *words, program=(PROGRAM,), tells=True):
         self.process = subprocess.Popen([*program, "limo", "robot", port, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, text=True)
         self.lines, self.words = [], []
         self.order = (0.0, 0.0)
-        self.tells = True
+        self.tells = tells
         self.threads = [threading.Thread(target=work, daemon=True) for work in (self.listen, self.listen_to_words, self.tell)]
         for thread in self.threads:
             thread.start()
@@ -91,8 +91,8 @@ class Wire(unittest.TestCase):
                 with contextlib.suppress(OSError, AttributeError):  # an order that was not read
                     pipe.close()
 
-    def robot(self, limo, *words, greeted=True):
-        robot = Robot(limo.path, *words)
+    def robot(self, limo, *words, greeted=True, tells=True):
+        robot = Robot(limo.path, *words, tells=tells)
         self.ends.append(robot.process)
         self.threads += robot.threads
         if greeted:
@@ -218,6 +218,8 @@ class Faults(Wire):
         limo.speaks = False
         self.stops_within(limo, silent, 0.35)  # 0.25 s from the last feedback, commands are 40 ms apart
         self.assertTrue(until(lambda: "nothing was heard" in robot.said(), 1), robot.said())
+        self.assertTrue(until(lambda: "LIMO sends nothing any more, not a single frame: is it on" in robot.said(), 3), robot.said())
+        self.assertNotIn("heading comes from the wheels", robot.said())
 
     def test_an_error_of_a_motor_is_zero_with_words(self):
         limo = Limo()
@@ -237,6 +239,7 @@ class Faults(Wire):
         self.assertEqual(robot.process.wait(5), 1)
         print(f"cut cable: the process ended after {1e3 * (time.monotonic() - cut):.0f} ms")
         self.assertTrue(until(lambda: "serial port is gone" in robot.said(), 1), robot.said())
+        self.assertRegex(robot.of("log")[-1]["text"], "serial port is gone.* Check the cable", "for whoever drives, too")
 
     def test_orders_that_cease_are_zero(self):
         limo = Limo()
@@ -254,6 +257,46 @@ class Faults(Wire):
         killed = time.monotonic()
         os.kill(driver.pid, signal.SIGKILL)
         self.stops_within(limo, killed, 0.25)
+
+
+class Listens(Wire):
+    """Somebody drives LIMO by its remote control, and wants to know where it is."""
+
+    def listen(self, limo, process):
+        self.ends.append(process)
+        line = json.loads(process.stdout.readline())
+        self.assertEqual(line["type"], "hello")
+        heard = {json.loads(process.stdout.readline())["type"] for _ in range(100)}
+        self.assertLessEqual({"odometry", "imu"}, heard)
+        wire_driver.drain(process)
+        time.sleep(0.5)
+        process.stdin.close()
+        process.wait(10)
+        self.assertEqual(limo.frames, [], "nothing is sent, neither at the end")
+        self.assertEqual(limo.control_mode, 0)
+
+    def test_behind_a_watchdog_that_only_listens_limo_is_not_taken(self):
+        """As `waymark localize --robot "process:waymark limo robot PORT"` starts it."""
+        limo = Limo()
+        self.listen(limo, subprocess.Popen([WATCHDOG, "--listen", f"{PROGRAM} limo robot {limo.path}"], stdin=subprocess.PIPE,
+                                           stdout=subprocess.PIPE, text=True))
+
+    def test_a_robot_is_localised_and_stays_with_its_remote_control(self):
+        limo = Limo()
+        chart = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/map"
+        done = subprocess.run([PROGRAM, "localize", "--robot", f"process:{PROGRAM} limo robot {limo.path}", "--map", chart, "--duration-s", "2"],
+                              capture_output=True, text=True, timeout=60, stdin=subprocess.DEVNULL)
+        self.assertIn("LIMO is heard", done.stderr)
+        self.assertEqual(limo.frames, [], done.stderr)
+
+    def test_command_mode_comes_with_the_first_order(self):
+        limo = Limo()
+        robot = self.robot(limo, tells=False)
+        self.assertEqual(limo.frames, [], "nobody has asked for anything")
+        robot.tells = True
+        self.assertTrue(until(lambda: limo.control_mode == 1), robot.said())
+        self.assertEqual(limo.frames[0][1], MODE)
+        self.drives(limo, robot)
 
 
 class Refusals(Wire):
@@ -324,6 +367,18 @@ class Doctor(Wire):
         code, _, words = wire_driver.end_of([PROGRAM, "limo", "robot", port])
         self.assertEqual(code, 1)
         self.assertIn(f"waymark (process {driver.pid}) uses the serial port", words)
+
+    def test_ctrl_c_ends_it(self):
+        limo = Limo()
+        doctor = subprocess.Popen([PROGRAM, "doctor", "--robot", f"limo:{limo.path}"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.ends.append(doctor)
+        time.sleep(0.5)  # it listens to LIMO for 1.5 s, and tries the processor for two more
+        pressed = time.monotonic()
+        doctor.send_signal(signal.SIGINT)
+        words = doctor.communicate(timeout=20)[1]
+        self.assertEqual(doctor.returncode, 130, words)
+        self.assertLess(time.monotonic() - pressed, 1)
+        self.assertIn("stopped before all checks were made", words)
 
     def test_usage_errors_are_told_from_failed_checks(self):
         for robot in ("nobody:here", "limo:"):

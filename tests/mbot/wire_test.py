@@ -109,6 +109,18 @@ class Robot(Lcm):
         self.assertIn("no odometry came on MBOT_ODOMETRY; nothing was heard", done.stderr)
         self.assertLess(time.monotonic() - began, 20)
 
+    def test_who_listens_by_its_hello_sends_nothing(self):
+        peer = self.start(PEER, "robot", self.url, 30)
+        robot = self.robot()
+        wire_driver.say_hello(robot, listen_only=True)
+        self.lines(robot, 60)
+        wire_driver.drain(robot)
+        wire_driver.move(robot, 0.3, -0.1)
+        robot.stdin.close()
+        self.assertEqual(robot.wait(20), 0)
+        peer.kill()
+        self.assertEqual(COMMAND.findall(peer.stdout.read()), [], "neither zero")
+
     def test_a_killed_driver_stops_the_robot(self):
         """Drives through the watchdog, kills the driver with SIGKILL: the peer sees the last moving command within 0.25 s."""
         peer = self.start(PEER, "robot", self.url, 30)
@@ -262,8 +274,7 @@ class Simulated(Lcm):
         self.assertIn(f"an MBot sends its odometry at this address already: waymark (process {sim.pid} on ", words)
 
         first = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
-        first.stdout.readline()
-        wire_driver.drain(first)
+        wire_driver.greet(first)
         code, out, words = wire_driver.end_of([PROGRAM, "mbot", "robot", self.url])
         self.assertEqual((code, out), (1, ""), words)
         self.assertIn(f"another program commands this robot, waymark (process {first.pid} on ", words)
@@ -275,8 +286,7 @@ class Simulated(Lcm):
         self.assertIn("nothing was heard", wire_driver.doctor(PROGRAM, "mbot:" + self.url)["robot"]["words"])
         self.simulated("--world", "mbot-square")
         first = self.start(PROGRAM, "mbot", "robot", self.url, stdin=subprocess.PIPE)
-        first.stdout.readline()
-        wire_driver.drain(first)
+        wire_driver.greet(first)
         checks = wire_driver.doctor(PROGRAM, "mbot:" + self.url)
         self.assertEqual([checks[check]["level"] for check in ("robot", "clock", "commands")], ["ok", "ok", "fail"], checks)
         self.assertIn("it is simulated", checks["robot"]["words"])

@@ -16,6 +16,19 @@ def drain(process):
     threading.Thread(target=lambda: [None for _ in process.stdout], daemon=True).start()
 
 
+def greet(robot):
+    """Waits for the hello of the process of a robot and answers as one that drives: it sends zero from then on."""
+    robot.stdout.readline()
+    drain(robot)
+    say_hello(robot)
+
+
+def say_hello(robot, **more):
+    """The first line to the process of a robot, as the watchdog writes it."""
+    robot.stdin.write(json.dumps({"type": "hello", "protocol_version": 1, "command_timeout_s": 0.25, **more}) + "\n")
+    robot.stdin.flush()
+
+
 def move(robot, speed_m_s, yaw_rate_rad_s, commands=20):
     """Drives the process of a robot for a second, by its own lines."""
     for i in range(commands):

@@ -72,12 +72,15 @@ struct RelayArgs {
 ExitCode relay(const RelayArgs& args, Console& console) {
   const auto options = args.network.options("waymark_relay");
   if (!options) return console.failed(options.error(), ExitCode::Usage);
+  if (Status possible = check_relay(args.relay); !possible)
+    return console.failed(possible.error(), ExitCode::Usage);
   const auto bus = open_bus(*options);
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
-  const Status status = relay_commands(**bus, args.relay, interrupted);
-  if (status) return ExitCode::Ok;
-  const bool usage = status.error().code == ErrorCode::InvalidArgument;
-  return console.failed(status.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
+  console.say(words_of(args.relay, options->domain));
+  const auto counts = relay_commands(**bus, args.relay, interrupted);
+  if (!counts) return console.failed(counts.error(), ExitCode::SomeFailed);
+  console.say(words_of(*counts));
+  return ExitCode::Ok;
 }
 
 Verb ros2_relay_verb() {

@@ -67,6 +67,7 @@ class FakeBus final : public Bus {
   [[nodiscard]] std::uint64_t dropped(std::size_t /*subscription*/) const override { return 0; }
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return {}; }
   [[nodiscard]] std::vector<std::string> participants() const override { return {}; }
+  [[nodiscard]] std::string participant_of(const Guid& /*endpoint*/) const override { return {}; }
 
  private:
   Network& network_;

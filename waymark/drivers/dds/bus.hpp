@@ -80,7 +80,7 @@ struct BusEndpoint {
   bool publishes = false;
   BusTopic name{};
   TopicQos qos{};  ///< reliable and transient_local only
-  std::array<std::uint8_t, 12> participant{};
+  Guid guid{};
 };
 
 /// A participant: one program on the network, with as many publishers and subscriptions as it needs. All
@@ -113,6 +113,8 @@ class Bus {
   [[nodiscard]] virtual std::vector<BusEndpoint> endpoints() const = 0;
   /// Names of the other participants.
   [[nodiscard]] virtual std::vector<std::string> participants() const = 0;
+  /// The name of the participant that has this publisher or subscription; empty: none that was discovered.
+  [[nodiscard]] virtual std::string participant_of(const Guid& endpoint) const = 0;
 
  protected:
   Bus() = default;

@@ -20,11 +20,18 @@ BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
                        .name = {proxy.topicName().to_string(), proxy.typeName().to_string()}};
   endpoint.qos.reliable = proxy.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS;
   endpoint.qos.transient_local = proxy.m_qos.m_durability.kind != dds::VOLATILE_DURABILITY_QOS;
-  std::copy_n(proxy.guid().guidPrefix.value, endpoint.participant.size(), endpoint.participant.begin());
+  endpoint.guid = bytes_of(proxy.guid());
   return endpoint;
 }
 
 }  // namespace
+
+Guid bytes_of(const rtps::GUID_t& guid) {
+  Guid bytes{};
+  std::copy_n(guid.guidPrefix.value, 12, bytes.begin());
+  std::copy_n(guid.entityId.value, 4, bytes.begin() + 12);
+  return bytes;
+}
 
 std::vector<BusEndpoint> Discovered::endpoints() const {
   const std::lock_guard lock(mutex_);
@@ -38,6 +45,15 @@ std::vector<std::string> Discovered::participants() const {
   std::vector<std::string> all;
   for (const auto& [guid, name] : participants_) all.push_back(name);
   return all;
+}
+
+/// What one participant has begins with the twelve bytes of its own identity.
+std::string Discovered::participant_of(const waymark::Guid& endpoint) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::ranges::find_if(participants_, [&](const auto& entry) {
+    return std::equal(endpoint.begin(), endpoint.begin() + 12, entry.first.guidPrefix.value);
+  });
+  return found == participants_.end() ? std::string() : found->second;
 }
 
 void Discovered::set(const Guid& guid, bool present, BusEndpoint endpoint) {

@@ -11,11 +11,14 @@
 
 namespace waymark {
 
+[[nodiscard]] Guid bytes_of(const eprosima::fastrtps::rtps::GUID_t& guid);
+
 /// What others publish and subscribe to, as the threads of discovery report it.
 class Discovered final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const;
   [[nodiscard]] std::vector<std::string> participants() const;
+  [[nodiscard]] std::string participant_of(const waymark::Guid& endpoint) const;
 
   void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;

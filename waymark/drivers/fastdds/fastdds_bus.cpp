@@ -26,13 +26,6 @@ namespace {
 
 namespace dds = eprosima::fastdds::dds;
 
-Guid bytes_of(const eprosima::fastrtps::rtps::GUID_t& guid) {
-  Guid bytes{};
-  std::copy_n(guid.guidPrefix.value, 12, bytes.begin());
-  std::copy_n(guid.entityId.value, 4, bytes.begin() + 12);
-  return bytes;
-}
-
 /// As rmw_fastrtps does: the reader of the client where the request names it, else its writer.
 RequestIdentity identity_of(const dds::SampleInfo& info) {
   const auto& related = info.related_sample_identity.writer_guid();
@@ -81,6 +74,9 @@ class FastddsBus final : public Bus {
   }
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return discovered_.endpoints(); }
   [[nodiscard]] std::vector<std::string> participants() const override { return discovered_.participants(); }
+  [[nodiscard]] std::string participant_of(const Guid& endpoint) const override {
+    return discovered_.participant_of(endpoint);
+  }
 
  private:
   Result<dds::Topic*> topic(const BusTopic& name);

@@ -1,10 +1,13 @@
 #include "waymark/drivers/fastdds/participant_qos.hpp"
 
+#include <array>
 #include <memory>
 #include <string_view>
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fmt/format.h>
+#include <unistd.h>
 
 namespace waymark {
 namespace {
@@ -58,11 +61,18 @@ void set_common(Qos& q, const TopicQos& qos) {
   q.data_sharing().off();
 }
 
+/// "waymark_robot (process 4711 on limo-7)": of several that are called alike it says which.
+std::string name_for_people(const std::string& node) {
+  std::array<char, 65> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  return fmt::format("{} (process {} on {})", node, getpid(), host.data());
+}
+
 }  // namespace
 
 dds::DomainParticipantQos participant_qos(const BusOptions& options) {
   dds::DomainParticipantQos qos;
-  qos.name(options.node.c_str());
+  qos.name(name_for_people(options.node).c_str());
   const std::string enclave = "enclave=" + options.enclave + ";";  // what rmw looks for in a participant
   qos.user_data().setValue(std::vector<std::uint8_t>(enclave.begin(), enclave.end()));
   const auto udp = std::make_shared<UDPv4TransportDescriptor>();

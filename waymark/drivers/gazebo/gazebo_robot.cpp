@@ -37,16 +37,17 @@ class GazeboRobot {
     const auto send = [this](const VelocityCommand& command) {
       (void)link_.publish(publisher_, StampedCommand{.command = command});
     };
-    EarlyInput early(wire_.input);
+    EarlyInput early(wire_);
     std::optional<CommandSender> sender;
     const Duration began = steady_now();
     while (status && talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       if (const auto message = link_.next(kSlice)) receive(*message);
       const Duration now = steady_now();
+      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
       if (!sender && senders_.done(now)) {
         status = greet();
         if (!status) break;
-        sender.emplace(send, wire_);
+        sender.emplace(send, wire_, early.role());
       }
       if (sender) sender->hold(watch_.silent(now));
       if (const std::string words = watch_.take_words(now); !words.empty()) talk_.say(words);
@@ -71,10 +72,10 @@ class GazeboRobot {
   Status greet() {
     const auto others = link_.publishers(profile_.command_topic);
     const std::string who = others.empty() ? "" : fmt::format("at {}", fmt::join(others, ", "));
-    if (Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE"); !alone)
-      return alone;
+    const Status alone = senders_.alone(profile_.command_topic, who, "gazebo robot PROFILE");
+    if (!alone && !listens_) return alone;
     link_.unsubscribe(profile_.command_topic);  // what comes there from now on is ours, too
-    if (!wire_.listen_only) {
+    if (!listens_) {
       const auto publisher = link_.advertise(profile_.command_topic, StampedCommand{});
       if (!publisher) return tl::unexpected(publisher.error());
       publisher_ = *publisher;
@@ -103,7 +104,7 @@ class GazeboRobot {
       return fail(ErrorCode::NotFound,
                   fmt::format("neither odometry on {} nor a clock came any more", profile_.odometry_topic),
                   {.source = "Gazebo"}, "Did the simulation end?");
-    if (!wire_.listen_only && waited > options_.report_after && !link_.heard(publisher_))
+    if (!listens_ && waited > options_.report_after && !link_.heard(publisher_))
       talk_.say_once(fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
     return {};
   }
@@ -137,6 +138,7 @@ class GazeboRobot {
   std::size_t publisher_ = 0;
   std::vector<GazeboSubscription> subscriptions_{};
   bool said_ = false;
+  bool listens_ = false;  ///< somebody else drives
 };
 
 }  // namespace

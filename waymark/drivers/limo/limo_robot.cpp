@@ -20,6 +20,7 @@ namespace {
 
 constexpr int kSlice_ms = 20;
 constexpr double kLowBatteryVolts = 10.5;
+constexpr Duration kUnasked = std::chrono::seconds(1);
 
 class LimoRobot {
  public:
@@ -39,6 +40,7 @@ class LimoRobot {
     began_ = steady_now();
     // An input that ended before LIMO obeys (`< /dev/null`) ends this afterwards.
     while (open_ && !(sender.ended() && (greeted_ || sender.said_bye())) && !wire_.should_stop()) {
+      role_ = sender.role() == InputRole::Unknown && sender.ended() ? InputRole::Drives : sender.role();
       if (Status heard = hear(); !heard) return heard;
       if (greeted_) continue;
       if (sender.ended()) ask_again();
@@ -59,7 +61,7 @@ class LimoRobot {
   /// In place of the sender, whose input has ended.
   void ask_again() {
     constexpr Duration kEvery = std::chrono::milliseconds(50);
-    if (wire_.listen_only || steady_now() - asked_at_ < kEvery) return;
+    if (role_ == InputRole::Listens || steady_now() - asked_at_ < kEvery) return;
     asked_at_ = steady_now();
     send({});
   }
@@ -84,21 +86,27 @@ class LimoRobot {
     std::array<pollfd, 2> fds{{{port_.number(), POLLIN, 0}, {beside_.number(), POLLIN, 0}}};
     (void)poll(fds.data(), fds.size(), kSlice_ms);
     std::string bytes;
-    if (read_some(port_.number(), bytes) == Moved::Ended)
-      return fail(ErrorCode::Unreadable,
-                  "the serial port is gone: LIMO is not heard and cannot be stopped by it",
-                  {.source = options_.port}, "Check the cable, and that LIMO is on.");
+    if (read_some(port_.number(), bytes) == Moved::Ended) return cut();
     bytes_ += bytes.size();
     reader_.add({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
     const Duration arrived = steady_now();
     while (const auto frame = reader_.next()) receive(*frame, arrived);
     pass_beside();
-    say_words();
+    say_words(arrived);
     return {};
+  }
+
+  /// Whoever drives is told, too.
+  Status cut() {
+    const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
+    const char* advice = "Check the cable, and that LIMO is on.";
+    if (greeted_) say(fmt::format("{}: {}. {}", options_.port, words, advice));
+    return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
   }
 
   void receive(const LimoFrame& frame, Duration arrived) {
     ++frames_;
+    frame_at_ = arrived;
     const bool lost = std::exchange(skipped_, reader_.skipped()) != reader_.skipped();
     LimoDrive drive{};
     {
@@ -135,11 +143,13 @@ class LimoRobot {
                   state->drive == LimoDrive::Ackermann
                       ? "Add --robot-file limo-ackermann, or turn the latches."
                       : "Add --robot-file limo, or turn the latches.");
-    if (gate_.ready() || (wire_.listen_only && gate_.heard())) {
+    const Duration waited = steady_now() - began_;
+    // Nobody has asked LIMO for anything yet, and may wait for the hello before the first command.
+    const bool unasked = role_ == InputRole::Unknown && waited >= kUnasked;
+    if (gate_.ready() || ((unasked || role_ == InputRole::Listens) && gate_.heard())) {
       greet(state->battery_V);
       return {};
     }
-    const Duration waited = steady_now() - began_;
     if (waited >= options_.give_up_after)
       return fail(ErrorCode::NotFound, "LIMO does not answer: " + heard(), {.source = options_.port},
                   "Is it on, is this the port of its mainboard, is the remote control off?");
@@ -161,21 +171,35 @@ class LimoRobot {
   void greet(double battery_V) {
     write(to_line(RobotHello{.name = name_, .simulated = options_.simulated}));
     greeted_ = true;
-    say(fmt::format("LIMO {}, battery {:.1f} V{}", wire_.listen_only ? "is heard" : "obeys", battery_V,
+    say(fmt::format("LIMO {}, battery {:.1f} V{}", gate_.ready() ? "obeys" : "is heard", battery_V,
                     battery_V < kLowBatteryVolts ? ": low" : ""));
   }
 
-  void say_words() {
+  void say_words(Duration now) {
     std::vector<std::string> words;
     {
       const std::scoped_lock lock(mutex_);
       words = gate_.take_words();
     }
-    if (wire_.listen_only) words.clear();  // they are about commands
+    if (role_ == InputRole::Listens) words.clear();  // they are about commands
     for (const std::string& word : words) say(word);
-    const bool hears_imu = bridge_.hears_imu(SensorTime(steady_now()));
-    if (greeted_ && heard_imu_ && !hears_imu)
-      say("LIMO's IMU is not heard: the heading comes from the wheels");
+    if (greeted_) say_of_silence(now);
+  }
+
+  /// Of LIMO, or of its IMU alone.
+  void say_of_silence(Duration now) {
+    constexpr Duration kFrame = std::chrono::milliseconds(100);  // five of its motion
+    constexpr Duration kFrozen = std::chrono::seconds(1);
+    const Duration silent = now - frame_at_;
+    if (silent > kFrozen && !std::exchange(frozen_, true))
+      say(fmt::format(
+          "{}: LIMO sends nothing any more, not a single frame: is it on, is its mainboard's cable "
+          "plugged in? Switch it off and on where it hangs",
+          options_.port));
+    if (silent > kFrame) return;
+    frozen_ = false;
+    const bool hears_imu = bridge_.hears_imu(SensorTime(now));
+    if (heard_imu_ && !hears_imu) say("LIMO's IMU is not heard: the heading comes from the wheels");
     heard_imu_ = hears_imu;
   }
 
@@ -202,6 +226,9 @@ class LimoRobot {
   std::uint64_t bytes_ = 0;
   std::uint64_t frames_ = 0;
   std::uint64_t skipped_ = 0;
+  Duration frame_at_{};  ///< when the newest frame came
+  bool frozen_ = false;
+  InputRole role_ = InputRole::Unknown;
   bool reported_ = false;
   bool greeted_ = false;
   bool heard_imu_ = true;

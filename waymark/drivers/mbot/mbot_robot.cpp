@@ -20,6 +20,7 @@ namespace {
 
 constexpr Duration kSlice = std::chrono::milliseconds(50);
 constexpr Duration kSilence = std::chrono::milliseconds(200);  // five messages of odometry
+constexpr Duration kGone = std::chrono::seconds(2);
 constexpr const char* kCommandChannel = "MBOT_VEL_CMD";
 /// Of the messages of mbot_lcm_base: what is sensed, the robot's time, and who else drives; and ours.
 constexpr const char* kChannels =
@@ -64,20 +65,22 @@ class MbotRobot {
       // One that is not sent is repeated soon; the robot's own watchdog sees what is missing.
       (void)(*link)->publish(kCommandChannel, own_.make(silent() ? VelocityCommand{} : command));
     };
-    EarlyInput early(wire_.input);
+    EarlyInput early(wire_);
     std::optional<CommandSender> sender;
     began_ = steady_now();
     while (open_ && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       auto message = (*link)->next(kSlice);
       if (!message) return tl::unexpected(message.error());
       if (*message) receive(std::move(**message));
+      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
       if (!greeted_ && senders_.done(steady_now())) {
-        if (Status alone = senders_.alone(kCommandChannel, driver_, "mbot robot"); !alone) return alone;
+        if (!listens_)
+          if (Status alone = senders_.alone(kCommandChannel, driver_, "mbot robot"); !alone) return alone;
         greet();
-        sender.emplace(send, wire_);
+        sender.emplace(send, wire_, early.role());
       }
       if (Status status = look(); !status) return status;
-      if (greeted_) presence_.publish(**link, kDriverChannel);
+      if (sender && sender->role() == InputRole::Drives) presence_.publish(**link, kDriverChannel);
     }
     return {};
   }
@@ -121,18 +124,14 @@ class MbotRobot {
   void notice_driver(const LcmMessage& message) {
     if (!greeted_ && mbot::decode<mbot::Twist2D>(message.payload)) senders_.hear_command();
     const auto utime = mbot::utime_of(message.payload);
-    if (wire_.listen_only || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
+    if (listens_ || !utime || own_.has(*utime) || std::exchange(driven_, true)) return;
     say("another program sends MBOT_VEL_CMD as well: the robot obeys both in turn, end the other one");
   }
 
   /// Before the first odometry what is there, and how long it takes; later when it ceases.
   Status look() {
     if (greeted_) {
-      if (!silent())
-        quiet_ = false;
-      else if (!std::exchange(quiet_, true))
-        say(wire_.listen_only ? "no odometry for 0.2 s"
-                              : "no odometry for 0.2 s: zero is sent until there is some again");
+      say_of_silence();
       return {};
     }
     const Duration waited = steady_now() - began_;
@@ -145,6 +144,19 @@ class MbotRobot {
           "Is the robot on and its LCM server running, and does the address let messages out of it (ttl=1)?");
     if (!std::exchange(reported_, true)) wire_.say("no odometry on MBOT_ODOMETRY yet; " + found);
     return {};
+  }
+
+  void say_of_silence() {
+    const Duration silent = steady_now() - newest_odometry_.load();
+    if (silent <= kSilence) return void(quiet_ = gone_ = false);
+    if (!std::exchange(quiet_, true))
+      say(listens_ ? "no odometry for 0.2 s"
+                   : "no odometry for 0.2 s: zero is sent until there is some again");
+    if (silent > kGone && !std::exchange(gone_, true))
+      say(fmt::format(
+          "no odometry at {} for 2 s: is the robot on, do its programs run, is the network (cable, "
+          "Wi-Fi) up on both sides?",
+          options_.address.empty() ? "the usual address" : options_.address));
   }
 
   void say(const std::string& words) {
@@ -165,8 +177,10 @@ class MbotRobot {
   std::vector<std::string> newest_lines_{};  ///< of the message before the hello: what it told waited for it
   bool greeted_ = false;
   bool quiet_ = false;
+  bool gone_ = false;
   bool open_ = true;
   bool driven_ = false;
+  bool listens_ = false;  ///< somebody else drives
   bool simulated_ = false;
   std::string driver_{};  ///< another Waymark that commands the robot
   bool reported_ = false;

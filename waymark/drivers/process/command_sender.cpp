@@ -5,7 +5,6 @@
 
 #include <poll.h>
 
-#include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark {
@@ -14,10 +13,24 @@ namespace {
 constexpr int kFarewells = 4;
 constexpr Duration kFarewell = std::chrono::milliseconds(20);
 
+InputRole role_at_first(const RobotWire& wire) {
+  return wire.listen_only ? InputRole::Listens : InputRole::Unknown;
+}
+
 }  // namespace
 
-CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire)
-    : send_(std::move(send)), input_(wire.input), listen_only_(wire.listen_only) {
+InputRole role_after(InputRole role, const RobotOrderLine& order) {
+  if (role != InputRole::Unknown) return role;
+  if (order.kind == RobotOrderLine::Kind::Velocity) return InputRole::Drives;
+  if (order.kind != RobotOrderLine::Kind::Hello) return role;
+  return order.listen_only ? InputRole::Listens : InputRole::Drives;
+}
+
+CommandSender::CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire,
+                             InputRole role)
+    : send_(std::move(send)),
+      input_(wire.input),
+      role_(role == InputRole::Unknown ? role_at_first(wire) : role) {
   never_wait(input_);
   thread_ = std::thread([this] { run(); });
 }
@@ -32,7 +45,7 @@ void CommandSender::run() {
   LineSplitter lines;
   while (!stop_ && !ended_) {
     const auto command = repeat.due(steady_now());
-    if (command && !listen_only_) send_(held_ ? VelocityCommand{} : *command);
+    if (command && role_ == InputRole::Drives) send_(held_ ? VelocityCommand{} : *command);
     pollfd ready{input_, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(repeat.wait(steady_now())).count();
     (void)poll(&ready, 1, static_cast<int>(ms));
@@ -41,27 +54,33 @@ void CommandSender::run() {
     lines.add(bytes);
     while (const auto line = lines.next()) {
       const RobotOrderLine order = parse_order_line(line->text);
+      role_ = role_after(role_, order);
       if (order.kind == RobotOrderLine::Kind::Bye) said_bye_ = over = true;
       if (order.kind == RobotOrderLine::Kind::Velocity) repeat.offer(order.command, steady_now());
     }
     if (over) break;
   }
-  for (int i = 0; i < kFarewells && !listen_only_; ++i) {
+  for (int i = 0; i < kFarewells && role_ == InputRole::Drives; ++i) {
     send_({});
     std::this_thread::sleep_for(kFarewell);
   }
   ended_ = true;
 }
 
-EarlyInput::EarlyInput(int input) : input_(input) { never_wait(input_); }
+EarlyInput::EarlyInput(const RobotWire& wire) : input_(wire.input), role_(role_at_first(wire)) {
+  never_wait(input_);
+}
 
 bool EarlyInput::said_bye() {
   std::string bytes;
   (void)read_some(input_, bytes);
   lines_.add(bytes);
   bool bye = false;
-  while (const auto line = lines_.next())
-    bye = bye || parse_order_line(line->text).kind == RobotOrderLine::Kind::Bye;
+  while (const auto line = lines_.next()) {
+    const RobotOrderLine order = parse_order_line(line->text);
+    role_ = role_after(role_, order);
+    bye = bye || order.kind == RobotOrderLine::Kind::Bye;
+  }
   return bye;
 }
 

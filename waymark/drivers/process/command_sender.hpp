@@ -5,19 +5,24 @@
 #include <thread>
 
 #include "waymark/drivers/process/command_repeat.hpp"
+#include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/process/robot_wire.hpp"
 #include "waymark/drivers/watchdog/lines.hpp"
 
 namespace waymark {
 
+/// The role after an order: a hello or a velocity decides it, once.
+[[nodiscard]] InputRole role_after(InputRole role, const RobotOrderLine& order);
+
 /// Sends the orders that come on an input (docs/formats/robot-process.md), on a thread of its own that
 /// waits for nobody else, at least 25 times a second; zero when they cease, and four times zero when the
-/// input ends.
+/// input ends. Nothing is sent before the input said that it drives, and never where it only listens.
 class CommandSender {
  public:
-  /// `send` puts a command on the robot's wire; it is called on the thread of the sender, and never where the
-  /// wire only listens. The wire's input is read without waiting from now on.
-  CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire);
+  /// `send` puts a command on the robot's wire; it is called on the thread of the sender. `role`: what the
+  /// input said before (EarlyInput). The wire's input is read without waiting from now on.
+  CommandSender(std::function<void(const VelocityCommand&)> send, const RobotWire& wire,
+                InputRole role = InputRole::Unknown);
   /// Stops the robot.
   ~CommandSender();
   CommandSender(const CommandSender&) = delete;
@@ -27,6 +32,7 @@ class CommandSender {
   [[nodiscard]] bool ended() const { return ended_; }
   /// The input said that it is over.
   [[nodiscard]] bool said_bye() const { return said_bye_; }
+  [[nodiscard]] InputRole role() const { return role_; }
   /// While held, zero is sent whatever the orders are: for a robot that is not heard any more.
   void hold(bool held) { held_ = held; }
 
@@ -35,7 +41,7 @@ class CommandSender {
 
   std::function<void(const VelocityCommand&)> send_;
   int input_;
-  bool listen_only_;
+  std::atomic<InputRole> role_;
   std::atomic<bool> held_ = false;
   std::atomic<bool> said_bye_ = false;
   std::atomic<bool> ended_ = false;
@@ -47,14 +53,17 @@ class CommandSender {
 /// of `< /dev/null` is there from the beginning.
 class EarlyInput {
  public:
-  /// `input` is read without waiting from now on.
-  explicit EarlyInput(int input);
+  /// The wire's input is read without waiting from now on.
+  explicit EarlyInput(const RobotWire& wire);
 
   /// Whether it said by now that it is over (a "bye").
   [[nodiscard]] bool said_bye();
+  /// What it said by now that it is there for.
+  [[nodiscard]] InputRole role() const { return role_; }
 
  private:
   int input_;
+  InputRole role_;
   LineSplitter lines_{};
 };
 

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/printable.hpp"
+
 namespace waymark {
 
 Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& command,
@@ -40,10 +42,18 @@ Result<std::unique_ptr<ProcessRobot>> ProcessRobot::start(const RobotCommand& co
               "Its first line is {\"type\":\"hello\",…}; does it flush standard output?");
 }
 
+/// Why its process ended, where the last that it said is for people.
+Error ProcessRobot::with_last_words(Error error) const {
+  if (last_words_.empty()) return error;
+  error.message += ", and said last: " + printable(last_words_);
+  error.hint.clear();
+  return error;
+}
+
 Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   if (waiting_.empty()) {
     auto lines = wire_->read(most);
-    if (!lines) return tl::unexpected(lines.error());
+    if (!lines) return tl::unexpected(with_last_words(lines.error()));
     const Duration now = steady_now();
     for (Line& line : *lines) waiting_.push_back({std::move(line), now});
   }
@@ -52,6 +62,8 @@ Result<std::optional<RobotMessage>> ProcessRobot::next_message(Duration most) {
   waiting_.pop_front();
   auto message = reader_.read(arrived.line);
   if (!message || !*message) return message;
+  const auto* log = std::get_if<RobotLog>(&**message);
+  last_words_ = log != nullptr ? log->text : std::string();
   if (const auto* sample = std::get_if<Sample>(&**message)) {
     clock_.receive(stamp_of(*sample), arrived.at);
     newest_ = std::max(newest_.value_or(stamp_of(*sample)), stamp_of(*sample));

@@ -52,6 +52,7 @@ class ProcessRobot final : public Source, public Robot {
                std::vector<std::string> cameras)
       : wire_(std::move(wire)), reader_("process:" + command.text(), std::move(cameras)) {}
   [[nodiscard]] Result<std::optional<RobotMessage>> next_message(Duration most);
+  [[nodiscard]] Error with_last_words(Error error) const;
 
   std::unique_ptr<WatchedProcess> wire_;
   RobotMessageReader reader_;
@@ -62,6 +63,7 @@ class ProcessRobot final : public Source, public Robot {
   };
   std::deque<Arrived> waiting_{};
   std::deque<std::string> texts_{};
+  std::string last_words_{};            ///< where a log line is the newest
   std::optional<SensorTime> newest_{};  ///< stamp of a sample
   ArrivalClock clock_{};
   RobotStep step_{};

@@ -36,6 +36,18 @@ TEST(ProcessRobot, SaysWhatItSensesUntilItEnds) {
   EXPECT_FALSE((*robot)->command({0.1, 0}));
 }
 
+TEST(ProcessRobot, WhatItSaidLastStandsInTheReasonOfItsEnd) {
+  auto robot = ProcessRobot::start(
+      std::string(kHello) + R"(echo '{"type":"log","text":"the port is gone. Check the cable."}'; exit 1)",
+      kHere);
+  ASSERT_TRUE(robot) << to_string(robot.error());
+  Result<std::optional<RobotEvent>> end = (*robot)->next(seconds(20));
+  for (int i = 0; i < 20 && end; ++i) end = (*robot)->next(seconds(20));
+  ASSERT_FALSE(end);
+  EXPECT_THAT(to_string(end.error()),
+              HasSubstr("ended with exit code 1, and said last: the port is gone. Check the cable."));
+}
+
 TEST(ProcessRobot, AnswersTheStepOfARobotInLockstep) {
   // It echoes what it is told as a log line.
   auto robot = ProcessRobot::start(

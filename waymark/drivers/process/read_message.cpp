@@ -234,7 +234,11 @@ RobotOrderLine parse_order_line(const std::string& text) {
     const auto found = object.find(key);
     return found != object.end() && found->is_number() ? found->get<double>() : 0.0;
   };
-  if (type == "hello") order.kind = RobotOrderLine::Kind::Hello;
+  if (type == "hello") {
+    order.kind = RobotOrderLine::Kind::Hello;
+    const auto found = object.find("listen_only");
+    order.listen_only = found != object.end() && found->is_boolean() && found->get<bool>();
+  }
   if (type == "bye") order.kind = RobotOrderLine::Kind::Bye;
   if (type != "velocity") return order;
   order.kind = RobotOrderLine::Kind::Velocity;

@@ -85,6 +85,7 @@ struct RobotOrderLine {
   VelocityCommand command{};
   std::int64_t step = 0;
   bool by_watchdog = false;
+  bool listen_only = false;  ///< of a hello: no velocity will come, somebody else drives
 };
 [[nodiscard]] RobotOrderLine parse_order_line(const std::string& text);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -12,6 +13,14 @@ struct RobotWire {
   std::function<void(const std::string& words)> say;   ///< for people, before the hello
   std::function<bool()> should_stop = [] { return false; };
   bool listen_only = false;  ///< somebody else drives: nothing is sent to the robot
+};
+
+/// What the program at the other end of the input is there for. Nothing is sent to the robot before it
+/// drives.
+enum class InputRole : std::uint8_t {
+  Unknown,  ///< it has said nothing yet
+  Drives,   ///< by its hello, or by its first velocity
+  Listens,  ///< by its hello ("listen_only"), or by RobotWire::listen_only
 };
 
 }  // namespace waymark

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -15,10 +16,22 @@ struct RelayOptions {
   CommandRepeatOptions repeat{};
 };
 
+struct RelayCounts {
+  std::uint64_t received = 0;  ///< commands, passed on
+  std::uint64_t ceased = 0;    ///< times that they ceased, and zero was published in their place
+};
+
+/// For people: what it does, and in the end what it did.
+[[nodiscard]] std::string words_of(const RelayOptions& options, int domain);
+[[nodiscard]] std::string words_of(const RelayCounts& counts);
+
+/// Fails where both topics are one.
+[[nodiscard]] Status check_relay(const RelayOptions& options);
+
 /// The watchdog of a robot that does not stop by itself, to be run on that robot: passes velocity commands on
 /// from one topic to another and publishes zero when none came for 0.25 s, until should_stop() says so; then
 /// zero.
-[[nodiscard]] Status relay_commands(Bus& bus, const RelayOptions& options,
-                                    const std::function<bool()>& should_stop);
+[[nodiscard]] Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
+                                                 const std::function<bool()>& should_stop);
 
 }  // namespace waymark

@@ -7,16 +7,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "waymark/drivers/bridge/simulation_watch.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
 #include "waymark/drivers/process/sender_watch.hpp"
+#include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
@@ -50,18 +51,19 @@ class Ros2Robot {
   Status run() {
     if (Status status = join(); !status) return status;
     const auto send = [this](const VelocityCommand& command) {
-      (void)bus_->publish(publisher_, bridge_.command(command, now()));
+      (void)bus_->publish(*publisher_, bridge_.command(command, now()));
     };
-    EarlyInput early(wire_.input);
+    EarlyInput early(wire_);
     std::optional<CommandSender> sender;
     began_ = steady_now();
     while (talk_.open() && !(sender ? sender->ended() : early.said_bye()) && !wire_.should_stop()) {
       const auto message = bus_->next(kSlice);
       if (message) receive(*message);
+      listens_ = (sender ? sender->role() : early.role()) == InputRole::Listens;
       if (!sender && senders_.done(steady_now())) {
-        if (Status alone = look_for_others(); !alone) return alone;
+        if (Status ready = prepare_commands(); !ready) return ready;
         greet();
-        sender.emplace(send, wire_);
+        sender.emplace(send, wire_, early.role());
       }
       if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
       if (const std::string words = watch_.take_words(steady_now()); !words.empty()) talk_.say(words);
@@ -80,25 +82,23 @@ class Ros2Robot {
     auto bus = open_bus(bus_options_);
     if (!bus) return tl::unexpected(bus.error());
     bus_ = std::move(*bus);
-    const TopicUse commands = command_use(profile_);
-    if (!wire_.listen_only) {
-      const auto publisher = bus_->advertise(commands.name, commands.qos);
-      if (!publisher) return tl::unexpected(publisher.error());
-      publisher_ = *publisher;
-    }
     for (Ros2Subscription& one : subscriptions_of(profile_)) {
       const auto number = bus_->subscribe(dds_topic(one.topic, one.type), one.qos);
       if (!number) return tl::unexpected(number.error());
       subscriptions_.emplace(*number, std::move(one));
     }
-    const auto others = bus_->subscribe(commands.name, {.reliable = false, .depth = 1});
+    const auto others = bus_->subscribe(command_use(profile_).name, {.reliable = false, .depth = 1});
     if (!others) return tl::unexpected(others.error());
     commands_ = *others;
-    return {};
+    return names_.join(*bus_);
   }
 
   void receive(const BusMessage& message) {
-    if (message.subscription == commands_) return senders_.hear_command();
+    if (names_.take(message)) return;
+    if (message.subscription == commands_) {
+      commanders_.insert(message.identity.guid);
+      return senders_.hear_command();
+    }
     const auto from = subscriptions_.find(message.subscription);
     if (from == subscriptions_.end()) return;
     if (from->second.topic == profile_.odometry_topic) count_robot(message);
@@ -153,22 +153,34 @@ class Ros2Robot {
   }
 
   Status look_for_others() {
-    const auto nodes = bus_->participants();
-    const std::string who = nodes.empty() ? "" : fmt::format("one of the nodes {}", fmt::join(nodes, ", "));
+    const std::string who = names_.of(commanders_, *bus_);
     if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
       return alone;
     if (heard_from_.size() > 1 && !options_.share_commands)
       return fail(ErrorCode::InvalidArgument, two_robots(), {.source = "ROS 2"},
                   "One command would move both. Give each a ROS_DOMAIN_ID, or a namespace and the topics of "
                   "its profile.");
+    return {};
+  }
+
+  /// The publisher of commands, where nobody else commands the robot. Who only listens has none.
+  Status prepare_commands() {
+    if (!listens_)
+      if (Status alone = look_for_others(); !alone) return alone;
     bus_->unsubscribe(commands_);  // what comes there from now on is ours, too
+    if (listens_) return {};
+    const TopicUse commands = command_use(profile_);
+    const auto publisher = bus_->advertise(commands.name, commands.qos);
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = *publisher;
+    advertised_ = steady_now();
     return {};
   }
 
   void greet() {
     talk_.greet(name_, profile_.use_sim_time, profile_.simulated);
     say_clock();
-    if (!profile_.stops_by_itself && !wire_.listen_only)
+    if (!profile_.stops_by_itself && !listens_)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
           "ros2 "
@@ -198,8 +210,8 @@ class Ros2Robot {
     if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
-      if (talk_.greeted() && !wire_.listen_only && bus_->matched_subscriptions(publisher_) == 0 &&
-          waited > options_.report_after)
+      if (publisher_ && now - advertised_ > options_.report_after &&
+          bus_->matched_subscriptions(*publisher_) == 0)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
@@ -233,7 +245,11 @@ class Ros2Robot {
   SimulationWatch watch_{};
   std::atomic<std::int64_t> simulated_ns_ = 0;
   std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
-  std::size_t publisher_ = 0;
+  PublisherNames names_{};
+  std::set<Guid> commanders_{};  ///< others that command the robot
+  std::optional<std::size_t> publisher_{};
+  Duration advertised_{};
+  bool listens_ = false;                                     ///< somebody else drives
   std::size_t commands_ = 0;                                 ///< subscription of what others command
   std::map<std::size_t, Ros2Subscription> subscriptions_{};  ///< by number
   bool compressed_ = false;

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "waymark/drivers/dds/ros_graph.hpp"
+#include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
@@ -71,6 +74,51 @@ TEST(MessageText, RefusesWhatItCannotRead) {
   names.resize(200, 0xff);  // a list of 4 thousand million transforms
   EXPECT_FALSE(message_text(ros2::TFMessage::kType, names));
   EXPECT_FALSE(message_text(ros2::Joy::kType, names));
+}
+
+/// A network on which one program was discovered.
+class OneProgram final : public Bus {
+ public:
+  Result<std::size_t> advertise(const BusTopic& /*topic*/, const TopicQos& /*qos*/) override { return 0U; }
+  Result<std::size_t> subscribe(const BusTopic& /*topic*/, const TopicQos& /*qos*/) override { return 0U; }
+  void unsubscribe(std::size_t /*subscription*/) override {}
+  Status publish(std::size_t /*publisher*/, std::span<const std::uint8_t> /*bytes*/) override { return {}; }
+  Status reply(std::size_t /*publisher*/, std::span<const std::uint8_t> /*bytes*/,
+               const RequestIdentity& /*to*/) override {
+    return {};
+  }
+  std::optional<BusMessage> next(Duration /*most*/) override { return std::nullopt; }
+  [[nodiscard]] bool more() const override { return false; }
+  [[nodiscard]] int matched_subscriptions(std::size_t /*publisher*/) const override { return 0; }
+  [[nodiscard]] int matched_publishers(std::size_t /*subscription*/) const override { return 0; }
+  [[nodiscard]] std::uint64_t dropped(std::size_t /*subscription*/) const override { return 0; }
+  [[nodiscard]] std::vector<BusEndpoint> endpoints() const override {
+    const BusTopic commands = dds_topic("/cmd_vel", "geometry_msgs/msg/Twist");
+    return {
+        {true, commands, {}, Guid{1}}, {false, commands, {}, Guid{2}}, {true, {"rt/odom", ""}, {}, Guid{3}}};
+  }
+  [[nodiscard]] std::vector<std::string> participants() const override { return {program}; }
+  [[nodiscard]] std::string participant_of(const Guid& /*endpoint*/) const override { return program; }
+
+  std::string program = "teleop";
+};
+
+TEST(PublisherNames, AreThoseOfNodesWhereNodesSayWhatTheyHave) {
+  OneProgram bus;
+  EXPECT_EQ(publishers_of(dds_topic("/cmd_vel", "geometry_msgs/msg/Twist"), bus), (std::set<Guid>{Guid{1}}));
+  for (const char* distro : {"humble", "jazzy"}) {
+    PublisherNames names;
+    names.add(ros_node_description(distro, "nav2")->bytes({.publishers = {Guid{1}, Guid{5}}}));
+    EXPECT_EQ(names.of({Guid{1}, Guid{5}}, bus), "/nav2") << distro;
+    EXPECT_EQ(names.of({Guid{1}, Guid{7}}, bus), "/nav2, teleop") << distro;
+  }
+  PublisherNames none;
+  std::vector<std::uint8_t> hostile = {0, 1, 0, 0};
+  hostile.resize(100, 0xff);
+  none.add(hostile);
+  EXPECT_EQ(none.of({Guid{1}}, bus), "teleop");
+  bus.program = "/";  // what programs of ROS call themselves: their enclave
+  EXPECT_EQ(none.of({Guid{1}}, bus), "");
 }
 
 TEST(TopicTools, ListWhoUsesATopic) {
