@@ -1,3 +1,4 @@
+#include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/live/doctor_job.hpp"
 
@@ -38,8 +39,9 @@ struct DoctorArgs {
 };
 
 ExitCode examine(const DoctorArgs& args, Console& console) {
-  const auto lines = run_doctor(args.job);
+  const auto lines = run_doctor(args.job, interrupted);
   if (!lines) {
+    if (interrupted()) return console.failed(lines.error(), ExitCode::Interrupted);
     const bool usage = lines.error().code == ErrorCode::InvalidArgument;
     return console.failed(lines.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
   }
@@ -60,7 +62,7 @@ tell. Robot: its port (is it there, who may open it, who has it) or its network 
 rate of its odometry, the difference of its clock, who else commands it, battery, errors. Devices: serial ports and
 gamepads, and whether this user may open them. Disk: the room for recordings. Processor: the loop of a robot runs for two seconds on drawn pictures.
 
-Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage.
+Exit code: 0 nothing failed, 1 a check failed, 2 wrong usage, 130 ended by Ctrl-C.
 
 Examples:
   waymark doctor

@@ -69,7 +69,7 @@ std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) 
   return lines;
 }
 
-DoctorLine check_live_camera(const std::string& address) {
+DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled) {
   DoctorLine line{.key = "camera", .words = address};
   const auto failed = [&](const Error& error) {
     line.level = DoctorLevel::Fail;
@@ -84,7 +84,7 @@ DoctorLine check_live_camera(const std::string& address) {
   SensorTime first{};
   SensorTime last{};
   Duration end = steady_now() + kFirst;
-  while (steady_now() < end && !(*camera)->ended()) {
+  while (steady_now() < end && !(*camera)->ended() && !cancelled()) {
     const auto event = (*camera)->next(std::chrono::milliseconds(100));
     if (!event) return failed(event.error());
     if (!*event) continue;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,9 @@
 
 /// Checks of a computer before a drive (`waymark doctor`).
 namespace waymark {
+
+/// Whether somebody wants the checks to end; asked ten times a second or more often.
+using DoctorCancelled = std::function<bool()>;
 
 enum class DoctorLevel : std::uint8_t { Ok, Warn, Fail };
 /// "ok", "warn", "fail".
@@ -27,7 +31,7 @@ struct DoctorLine {
 
 /// Opens the camera of an address and takes pictures for a second: whether they come, at which rate, and what
 /// the driver says of them.
-[[nodiscard]] DoctorLine check_live_camera(const std::string& address);
+[[nodiscard]] DoctorLine check_live_camera(const std::string& address, const DoctorCancelled& cancelled);
 
 /// Whether the file calibrates a camera, what it could not determine, and how old it is; `now`: the clock of
 /// files.
@@ -53,7 +57,8 @@ struct LoopTrialResult {
 };
 
 /// Runs the loop of a robot (RobotLoop) on drawn pictures with four tags, in real time.
-[[nodiscard]] Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial);
+[[nodiscard]] Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial,
+                                               const DoctorCancelled& cancelled);
 [[nodiscard]] DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result);
 
 }  // namespace waymark

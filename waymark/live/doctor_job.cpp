@@ -27,25 +27,26 @@ DoctorLine calibration_line(const std::string& file) {
 
 }  // namespace
 
-Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job) {
+Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCancelled& cancelled) {
   std::vector<DoctorLine> lines = check_cameras(list_cameras());
   if (!job.robot.empty()) {
-    auto found = check_robot(job.robot);
+    auto found = check_robot(job.robot, cancelled);
     if (!found) return tl::unexpected(found.error());
     lines.insert(lines.begin(), found->begin(), found->end());
   }
   for (DoctorLine& line : check_devices()) lines.push_back(std::move(line));
-  for (const std::string& source : job.sources) lines.push_back(check_live_camera(source));
+  for (const std::string& source : job.sources) lines.push_back(check_live_camera(source, cancelled));
   const std::string calibration = calibration_file(job);
   lines.push_back(calibration_line(calibration));
   if (job.tag.distance_m > 0)
     for (const std::string& source : job.sources)
-      lines.push_back(check_tag_size(source, calibration, job.tag));
+      lines.push_back(check_tag_size(source, calibration, job.tag, cancelled));
   lines.push_back(check_disk(job.folder));
   const auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
-  const auto tried = try_loop(*finder, job.trial);
+  const auto tried = try_loop(*finder, job.trial, cancelled);
   if (!tried) return tl::unexpected(tried.error());
+  if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
   lines.push_back(check_processor(job.trial, *tried));
   return lines;
 }

@@ -17,8 +17,9 @@ struct DoctorJob {
 };
 
 /// All checks of a computer, in the order in which they are read. Takes two seconds for the loop and one for
-/// each camera. Fails where there is no such robot, or nothing can be detected.
-[[nodiscard]] Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job);
+/// each camera. Fails where there is no such robot, nothing can be detected, or it was cancelled.
+[[nodiscard]] Result<std::vector<DoctorLine>> run_doctor(
+    const DoctorJob& job, const DoctorCancelled& cancelled = [] { return false; });
 
 /// Whether one of the checks failed.
 [[nodiscard]] bool any_failed(const std::vector<DoctorLine>& lines);

@@ -66,9 +66,9 @@ std::vector<DoctorLine> check_limo(const std::string& port, const LimoHeard& hea
   return lines;
 }
 
-std::vector<DoctorLine> check_limo(const std::string& port) {
+std::vector<DoctorLine> check_limo(const std::string& port, const DoctorCancelled& cancelled) {
   constexpr Duration kListen = std::chrono::milliseconds(1500);
-  const auto heard = listen_to_limo(port, kListen);
+  const auto heard = listen_to_limo(port, kListen, cancelled);
   if (heard) return check_limo(port, *heard);
   return {{"robot", DoctorLevel::Fail, port + ": " + heard.error().message, heard.error().hint}};
 }

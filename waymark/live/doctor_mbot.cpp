@@ -18,11 +18,11 @@ constexpr const char* kMbotHowTo = "docs/howto/mbot.md";
 /// What comes on all channels while it listens.
 class MbotListener {
  public:
-  Status listen(LcmLink& link, Duration most) {
+  Status listen(LcmLink& link, Duration most, const DoctorCancelled& cancelled) {
     if (Status status = link.subscribe(".*"); !status) return status;
     const Duration until = steady_now() + most;
-    while (steady_now() < until) {
-      const auto message = link.next(until - steady_now());
+    while (steady_now() < until && !cancelled()) {
+      const auto message = link.next(std::min(kDoctorSlice, until - steady_now()));
       if (!message) return tl::unexpected(message.error());
       if (*message) receive(**message);
     }
@@ -54,11 +54,11 @@ class MbotListener {
 
 }  // namespace
 
-std::vector<DoctorLine> check_mbot(const std::string& address) {
+std::vector<DoctorLine> check_mbot(const std::string& address, const DoctorCancelled& cancelled) {
   constexpr Duration kListen = std::chrono::milliseconds(1500);
   const auto link = open_lcm(address);
   MbotListener listener;
-  const Status status = link ? listener.listen(**link, kListen) : tl::unexpected(link.error());
+  const Status status = link ? listener.listen(**link, kListen, cancelled) : tl::unexpected(link.error());
   if (!status) return {{"robot", DoctorLevel::Fail, status.error().message, status.error().hint}};
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kMbotHowTo);
   if (listener.simulated()) lines.front().words += "; it is simulated";

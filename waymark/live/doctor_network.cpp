@@ -42,6 +42,13 @@ DoctorLine commands_line(const NetworkHeard& heard, const std::string& howto) {
             fmt::format("another program commands this robot on {}{}", heard.commands,
                         heard.driver.empty() ? "" : ": " + heard.driver),
             "End that program; two drivers make a robot obey both in turn."};
+  if (heard.silent_publishers > 0)
+    return {"commands", DoctorLevel::Warn,
+            fmt::format("{} {} on {} as well, and sent nothing in {:.1f} s{}",
+                        heard.silent_publishers == 1 ? "another program" : "other programs",
+                        heard.silent_publishers == 1 ? "publishes" : "publish", heard.commands,
+                        heard.listened_s, heard.silent_names.empty() ? "" : ": " + heard.silent_names),
+            "End what drives the robot by itself; a drive is refused while it sends commands."};
   if (!heard.hears_commands)
     return {"commands", DoctorLevel::Fail, "nobody subscribes to " + heard.commands + ": it would not move",
             howto};

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,6 +9,7 @@
 #include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
+#include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/doctor_network.hpp"
 #include "waymark/recording/cdr.hpp"
@@ -36,7 +38,7 @@ class Ros2Listener {
     heard_.commands = profile.command_topic;
   }
 
-  Status listen(Duration most) {
+  Status listen(Duration most, const DoctorCancelled& cancelled) {
     constexpr TopicQos kAny{.reliable = false, .depth = 100};
     const auto odometry = bus_.subscribe(dds_topic(profile_.odometry_topic, ros2::Odometry::kType), kAny);
     if (!odometry) return tl::unexpected(odometry.error());
@@ -44,15 +46,17 @@ class Ros2Listener {
     if (!commands) return tl::unexpected(commands.error());
     const auto battery = bus_.subscribe(dds_topic("/battery_state", BatteryBegin::kType), kAny);
     if (!battery) return tl::unexpected(battery.error());
+    if (Status joined = names_.join(bus_); !joined) return joined;
     const Duration until = steady_now() + most;
-    while (steady_now() < until) {
-      const auto message = bus_.next(until - steady_now());
-      if (!message) continue;
-      heard_.others_commands += message->subscription == *commands ? 1 : 0;
+    while (steady_now() < until && !cancelled()) {
+      const auto message = bus_.next(std::min(kDoctorSlice, until - steady_now()));
+      if (!message || names_.take(*message)) continue;
+      if (message->subscription == *commands) hear_command(*message);
       if (message->subscription == *odometry) hear_odometry(message->bytes);
       if (message->subscription == *battery) hear_battery(message->bytes);
     }
     heard_.listened_s = to_seconds(most);
+    name_drivers();
     const auto endpoints = bus_.endpoints();
     heard_.hears_commands = std::ranges::any_of(endpoints, [&](const BusEndpoint& endpoint) {
       return !endpoint.publishes && endpoint.name.topic == command_use(profile_).name.topic;
@@ -62,6 +66,16 @@ class Ros2Listener {
   [[nodiscard]] NetworkHeard& heard() { return heard_; }
 
  private:
+  void hear_command(const BusMessage& message) {
+    ++heard_.others_commands;
+    drivers_.insert(message.identity.guid);
+  }
+  void name_drivers() {
+    heard_.driver = names_.of(drivers_, bus_);
+    const std::set<Guid> all = publishers_of(command_use(profile_).name, bus_);
+    heard_.silent_publishers = static_cast<int>(all.size());
+    heard_.silent_names = names_.of(all, bus_);
+  }
   void hear_odometry(std::span<const std::uint8_t> bytes) {
     const auto odometry = cdr::decode<ros2::Odometry>(bytes);
     if (!odometry) return;
@@ -81,6 +95,8 @@ class Ros2Listener {
   Bus& bus_;
   const Ros2Profile& profile_;
   NetworkHeard heard_{};
+  PublisherNames names_{};
+  std::set<Guid> drivers_{};  ///< publishers of commands that came
 };
 
 /// Who is there, and which of the profile's topics cannot be heard.
@@ -99,7 +115,7 @@ std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, co
 
 }  // namespace
 
-std::vector<DoctorLine> check_ros2(const std::string& profile) {
+std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCancelled& cancelled) {
   constexpr Duration kListen = std::chrono::seconds(3);
   const auto failed = [](const Error& error) {
     return std::vector<DoctorLine>{{"robot", DoctorLevel::Fail, to_string(error), kRos2HowTo}};
@@ -113,7 +129,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile) {
   const auto bus = open_bus(options);
   if (!bus) return failed(bus.error());
   Ros2Listener listener(**bus, *found);
-  if (Status status = listener.listen(kListen); !status) return failed(status.error());
+  if (Status status = listener.listen(kListen, cancelled); !status) return failed(status.error());
   listener.heard().there = searched(options, **bus);
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
   for (DoctorLine& line : peer_lines(**bus, options, *found)) lines.push_back(std::move(line));

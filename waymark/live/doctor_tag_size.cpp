@@ -74,7 +74,7 @@ DoctorLine check_tag_size(std::span<const TagDetection> detections, const Camera
 }
 
 DoctorLine check_tag_size(const std::string& address, const std::filesystem::path& calibration,
-                          const TagSizeTrial& trial) {
+                          const TagSizeTrial& trial, const DoctorCancelled& cancelled) {
   const auto camera = read_camera(calibration);
   if (!camera) return warning(to_string(camera.error()), "waymark calibrate camera --help");
   const auto finder = make_tag_finder();
@@ -85,6 +85,7 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
   CameraWatch watch;
   watch.duration_s = kLook_s;
   watch.camera = &camera->camera;
+  watch.should_stop = cancelled;
   watch.on_picture = [&](CameraPicture& picture) {
     detections.insert(detections.end(), picture.found.detections.begin(), picture.found.detections.end());
     return Status();

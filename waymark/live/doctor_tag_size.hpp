@@ -26,6 +26,6 @@ struct TagSizeTrial {
 
 /// The same of a live camera, whose pictures are looked at for a second; `calibration` is its file.
 [[nodiscard]] DoctorLine check_tag_size(const std::string& address, const std::filesystem::path& calibration,
-                                        const TagSizeTrial& trial);
+                                        const TagSizeTrial& trial, const DoctorCancelled& cancelled);
 
 }  // namespace waymark

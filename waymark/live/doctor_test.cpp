@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "waymark/live/doctor_job.hpp"
 #include "waymark/live/doctor_network.hpp"
 
 namespace waymark {
@@ -87,6 +88,13 @@ TEST(Doctor, JudgesWhatWasHeardOfARobotOnANetwork) {
   heard.others_commands = 20;
   EXPECT_EQ(level_of(heard, "commands"), "fail");
   heard.others_commands = 0;
+  heard.silent_publishers = 1;
+  heard.silent_names = "/teleop";
+  EXPECT_EQ(level_of(heard, "commands"), "warn") << "it may begin to";
+  EXPECT_THAT(to_text(network_lines(heard, "docs")),
+              HasSubstr("another program publishes on /cmd_vel as well"));
+  EXPECT_THAT(to_text(network_lines(heard, "docs")), HasSubstr("/teleop"));
+  heard.silent_publishers = 0;
   heard.hears_commands = false;
   EXPECT_EQ(level_of(heard, "commands"), "fail");
   heard.odometries = 8;
@@ -111,7 +119,8 @@ TEST(Doctor, JudgesDiskAndProcessor) {
 TEST(Doctor, TheTrialOfTheLoopFindsTagsAndMeasuresItself) {
   const auto finder = make_tag_finder();
   ASSERT_TRUE(finder);
-  const auto result = try_loop(*finder, {.width = 320, .height = 240, .rate_hz = 20, .seconds = 0.5});
+  const auto result =
+      try_loop(*finder, {.width = 320, .height = 240, .rate_hz = 20, .seconds = 0.5}, [] { return false; });
   ASSERT_TRUE(result);
   EXPECT_GT(result->pictures, 0);
   EXPECT_LE(result->pictures, 11);

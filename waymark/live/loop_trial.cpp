@@ -86,7 +86,8 @@ double thread_seconds() {
 
 }  // namespace
 
-Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial) {
+Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial,
+                                 const DoctorCancelled& cancelled) {
   DrawnCamera source(trial);
   StandingRobot robot;
   RobotLoop loop(source, robot, real_time(), {.finder = &finder}, {.timeout_s = trial.seconds});
@@ -97,6 +98,7 @@ Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial
       delays_ms.push_back(1e3 * to_seconds(steady_now() - stamp_of(sample).time_since_epoch()));
     return Status();
   };
+  listener.should_stop = cancelled;
   listener.decide = [](Duration, SensorTime) { return Result<DriverDecision>(DriverDecision{}); };
   const double began_s = thread_seconds();
   const auto end = loop.drive(listener);

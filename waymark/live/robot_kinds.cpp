@@ -116,7 +116,7 @@ Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup
   return {};
 }
 
-Result<std::vector<DoctorLine>> check_robot(const std::string& robot) {
+Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const DoctorCancelled& cancelled) {
   std::vector<std::string> names;
   for (const RobotKind& kind : kKinds) {
     if (kind.check == nullptr) continue;
@@ -124,7 +124,7 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot) {
     if (robot.starts_with(begin)) {
       const auto start = kind.start(robot.substr(begin.size()), "");  // fails on an address that is none
       if (!start) return tl::unexpected(start.error());
-      return kind.check(robot.substr(begin.size()));
+      return kind.check(robot.substr(begin.size()), cancelled);
     }
     names.push_back(begin + std::string(kind.address));
   }

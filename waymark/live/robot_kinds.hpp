@@ -30,7 +30,7 @@ struct RobotKind {
   Result<RobotStart> (*start)(const std::string& address, const std::string& robot_file);
   /// What `waymark doctor` finds at the address, without moving the robot; null: nothing but what the other
   /// checks find.
-  std::vector<DoctorLine> (*check)(const std::string& address) = nullptr;
+  std::vector<DoctorLine> (*check)(const std::string& address, const DoctorCancelled& cancelled) = nullptr;
 };
 
 /// All of them.
@@ -49,6 +49,7 @@ struct RobotKind {
 
 /// The lines of `waymark doctor` for a robot `KIND:ADDRESS`. Fails where there is no such kind, or one that
 /// has no checks.
-[[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot);
+[[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot,
+                                                          const DoctorCancelled& cancelled);
 
 }  // namespace waymark

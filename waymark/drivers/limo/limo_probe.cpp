@@ -6,7 +6,8 @@
 
 namespace waymark {
 
-Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen) {
+Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
+                                 const std::function<bool()>& cancelled) {
   constexpr int kSliceMs = 20;
   const auto opened = open_serial_port(port);
   if (!opened) return tl::unexpected(opened.error());
@@ -15,7 +16,7 @@ Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen) {
   std::uint64_t motions = 0;
   std::uint64_t gyros = 0;
   const Duration until = steady_now() + listen;
-  while (steady_now() < until) {
+  while (steady_now() < until && !cancelled()) {
     pollfd ready{opened->number(), POLLIN, 0};
     (void)::poll(&ready, 1, kSliceMs);
     std::string bytes;

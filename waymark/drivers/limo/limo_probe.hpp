@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,8 +19,9 @@ struct LimoHeard {
   std::optional<LimoState> state{};  ///< the newest
 };
 
-/// Opens the port and listens for so long. Sends nothing: a LIMO that somebody drives is left alone. Errors:
-/// as open_serial_port(); Unreadable where the port is cut.
-[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen);
+/// Opens the port and listens for so long, or until it is `cancelled`. Sends nothing: a LIMO that somebody
+/// drives is left alone. Errors: as open_serial_port(); Unreadable where the port is cut.
+[[nodiscard]] Result<LimoHeard> listen_to_limo(const std::string& port, Duration listen,
+                                               const std::function<bool()>& cancelled);
 
 }  // namespace waymark
