@@ -99,8 +99,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   TeachSetup setup{.camera = *lap.setup.camera,
                    .base_T_cam = *lap.setup.base_T_cam,
                    .more_cameras = lap.setup.more_cameras};
-  const std::optional<std::string> recorded = metadata(lap, lap_facts::kTagSize);
-  const auto size = overrides.tag_size_m ? overrides.tag_size_m : parse_number(recorded.value_or(""));
+  const auto size = tag_size_of(lap, overrides);
   if (!size)
     return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
                 "Give --tag-size-m, the side of the black square.");
@@ -108,6 +107,11 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
   return setup;
+}
+
+std::optional<double> tag_size_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  if (overrides.tag_size_m) return overrides.tag_size_m;
+  return parse_number(metadata(lap, lap_facts::kTagSize).value_or(""));
 }
 
 Result<std::optional<World>> true_world(const RecordedLap& lap) {
@@ -149,7 +153,8 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
   Result<RecordedLap> lap =
       read_lap(**log, find, finder != nullptr ? TagSource::Pictures : TagSource::AsRecorded, choice);
   if (lap)
-    for (const std::string& note : lap->setup.chosen.notes) control.note("note: " + note);
+    for (const auto* notes : {&lap->setup.chosen.notes, &lap->notes})
+      for (const std::string& note : *notes) control.note("note: " + note);
   return lap;
 }
 

@@ -42,6 +42,9 @@ struct SetupOverrides {
 /// against the tag's y, x along the tag's z.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
+/// The side of the black square of its tags, where somebody or the recording says so.
+[[nodiscard]] std::optional<double> tag_size_of(const RecordedLap& lap, const SetupOverrides& overrides);
+
 /// The world a recording was made in, if it says so.
 [[nodiscard]] Result<std::optional<World>> true_world(const RecordedLap& lap);
 

@@ -1,5 +1,11 @@
 #include "waymark/recording/recorded_lap.hpp"
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
 namespace waymark {
 namespace {
 
@@ -10,6 +16,29 @@ void keep(const Sample& sample, RecordedLap& lap) {
   if (const auto* imu = std::get_if<ImuSample>(&sample)) lap.imu.push_back(*imu);
   if (const auto* truth = std::get_if<TruthPose>(&sample))
     lap.truth.push_back({truth->stamp, truth->map_T_base});
+}
+
+template <class Frame>
+void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
+  constexpr Duration kJump = std::chrono::seconds(1);
+  std::size_t late = 0;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const Duration behind = frames[i - 1].stamp - frames[i].stamp;
+    if (behind > kJump) return;
+    late += behind > Duration(0) ? 1 : 0;
+  }
+  if (late > 0) {
+    std::ranges::stable_sort(frames, {}, &Frame::stamp);
+    notes.push_back(
+        fmt::format("{} pictures were recorded after later ones: put in the order of their stamps", late));
+  }
+  std::map<std::string, SensorTime> newest;
+  const std::size_t again = std::erase_if(frames, [&](const Frame& frame) {
+    const auto [entry, is_first] = newest.try_emplace(frame.camera, frame.stamp);
+    return !is_first && std::exchange(entry->second, frame.stamp) == frame.stamp;
+  });
+  if (again > 0)
+    notes.push_back(fmt::format("{} pictures have the stamp of another of the same camera: left out", again));
 }
 
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
@@ -26,6 +55,11 @@ Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {
 }
 
 }  // namespace
+
+void order_frames(RecordedLap& lap) {
+  put_in_order(lap.frames, lap.notes);
+  put_in_order(lap.tag_poses, lap.notes);
+}
 
 Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,
                              const CameraChoice& choice) {
@@ -56,6 +90,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   }
   if (status && lap.frames.empty() && lap.tag_poses.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());
+  order_frames(lap);
   lap.setup.problems = std::move(damaged);
   for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);
   return lap;

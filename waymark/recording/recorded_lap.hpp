@@ -20,7 +20,13 @@ struct RecordedLap {
   std::vector<ImuSample> imu{};
   Trajectory truth{};                                ///< empty when nobody knew it
   std::map<std::string, std::string> attachments{};  ///< their bytes, by name
+  std::vector<std::string> notes{};                  ///< what was put in order or left out, in words
 };
+
+/// Puts pictures that were recorded up to a second out of order in the order of their stamps, and leaves out
+/// those that have the stamp of another of the same camera; what was done stands among the notes. A clock
+/// that went back by more is left as it is: what came before and after it has no order.
+void order_frames(RecordedLap& lap);
 
 /// Finds the tags of a picture, where a recording holds pictures only.
 using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;

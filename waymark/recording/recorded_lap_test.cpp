@@ -9,6 +9,7 @@
 namespace waymark {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
@@ -86,6 +87,44 @@ TEST(ReadLap, EverythingAMapNeedsIsThere) {
   EXPECT_NEAR(lap->setup.base_T_cam->translation().z(), 0.2, 1e-12);
   EXPECT_THAT(lap->setup.problems, IsEmpty());
   EXPECT_EQ(lap->odometry.back().stamp, ms(1000));
+}
+
+std::vector<int> stamps_ms(const RecordedLap& lap) {
+  std::vector<int> all;
+  for (const TagFrame& frame : lap.frames)
+    all.push_back(static_cast<int>(frame.stamp.time_since_epoch() / std::chrono::milliseconds(1)));
+  return all;
+}
+
+TEST(ReadLap, PicturesThatCameLateArePutInOrderAndRepeatedOnesLeftOut) {
+  Bytes file;
+  auto recorder = SampleRecorder::open(memory_sink(file), {});
+  ASSERT_TRUE(recorder);
+  int now = 0;
+  for (const int stamp : {10, 30, 20, 40, 40, 50}) {
+    now += 10;
+    ASSERT_TRUE(recorder->add(Odometry{ms(now), SE2(0.001 * now, 0, 0), 1, 0}));
+    ASSERT_TRUE(recorder->add(TagFrame{.stamp = ms(stamp)}));
+  }
+  ASSERT_TRUE(recorder->close());
+  const auto lap = lap_of(file);
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  EXPECT_THAT(stamps_ms(*lap), ElementsAre(10, 20, 30, 40, 50));
+  ASSERT_EQ(lap->notes.size(), 2U);
+  EXPECT_THAT(lap->notes[0], HasSubstr("1 pictures were recorded after later ones"));
+  EXPECT_THAT(lap->notes[1], HasSubstr("1 pictures have the stamp of another"));
+}
+
+TEST(ReadLap, PicturesOfAClockThatWentBackStayAsTheyCame) {
+  RecordedLap lap;
+  for (const int stamp : {9000, 9010, 10, 20}) lap.frames.push_back({.stamp = ms(stamp)});
+  order_frames(lap);
+  EXPECT_THAT(stamps_ms(lap), ElementsAre(9000, 9010, 10, 20));
+  EXPECT_THAT(lap.notes, IsEmpty());
+  RecordedLap two;
+  for (const char* camera : {"left", "right"}) two.frames.push_back({.stamp = ms(10), .camera = camera});
+  order_frames(two);
+  EXPECT_EQ(two.frames.size(), 2U) << "of two cameras at one moment";
 }
 
 TEST(ReadLap, PicturesAreSearchedOnlyWhereThereAreNoTags) {

@@ -16,6 +16,10 @@ RobotLoop::RobotLoop(Source& source, Robot& robot, Pacing pacing, PictureSearch 
 
 Status RobotLoop::receive(Sample sample, const RobotListener& listener) {
   if (!first_) first_ = stamp_of(sample);
+  if (!order_.pass(sample)) {
+    if (const auto words = order_.take_words()) listener.on_text(*words);
+    return {};
+  }
   auto* picture = std::get_if<CameraFrame>(&sample);
   if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
   pictures_.push(std::move(*picture));

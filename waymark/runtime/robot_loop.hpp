@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "waymark/runtime/frame_order.hpp"
 #include "waymark/runtime/pacing.hpp"
 #include "waymark/runtime/picture_queue.hpp"
 #include "waymark/samples/mounted_camera.hpp"
@@ -92,6 +93,7 @@ class RobotLoop {
   Pacing pacing_;
   PictureSearch search_;
   RobotLoopOptions options_;
+  FrameOrder order_{};
   PictureQueue pictures_{};
   std::map<std::string, TagSequence> sequences_{};  ///< of each camera, by its name
   bool due_ = false;

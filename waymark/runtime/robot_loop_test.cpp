@@ -113,6 +113,31 @@ struct Driver {
   std::vector<std::string> texts{};
 };
 
+TEST(RobotLoop, LeavesOutPicturesThatAreStampedBeforeEarlierOnes) {
+  FakeRobot robot;
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  const auto says = [&](int ms, int stamp_ms, const std::string& camera) {
+    robot.says(milliseconds(ms), Sample(picture(milliseconds(stamp_ms), 1, camera)));
+  };
+  says(100, 90, "left");
+  says(200, 80, "left");   // out of order
+  says(300, 85, "right");  // another camera has an order of its own
+  says(400, 190, "left");
+  says(9000, 8990, "left");
+  says(9100, 100, "left");  // a clock that jumped is not hidden
+  Driver driver{.decisions = 200};
+  RobotLoop loop(robot, robot, robot.pacing(false), {.finder = &finder});
+  ASSERT_TRUE(loop.drive(driver.listener()));
+  std::vector<SensorTime> stamps;
+  for (const TagFrame& frame : driver.all<TagFrame>()) stamps.push_back(frame.stamp);
+  const std::vector<SensorTime> expected = {at(milliseconds(90)), at(milliseconds(85)), at(milliseconds(190)),
+                                            at(milliseconds(8990)), at(milliseconds(100))};
+  EXPECT_EQ(stamps, expected);
+  ASSERT_EQ(driver.texts.size(), 1U);
+  EXPECT_EQ(driver.texts.front(),
+            "1 picture of the camera 'left' was left out: stamped 0.010 s before an earlier one");
+}
+
 TEST(RobotLoop, DecidesTwentyTimesASecondAndNothingBeforeTheFirstSample) {
   FakeRobot robot;
   robot.clock = seconds(1000);
