@@ -6,6 +6,22 @@
 #include "waymark/live/replay_route.hpp"
 
 namespace waymark {
+namespace {
+
+/// "stopped: a stick was moved" and "stopped by the operator" without what stands before them already.
+std::string without_stopped(std::string reason) {
+  for (const std::string_view begin : {"stopped: ", "stopped "})
+    if (reason.starts_with(begin)) return reason.substr(begin.size());
+  return reason;
+}
+
+}  // namespace
+
+std::string with_reason(std::string_view state, std::string_view reason) {
+  if (reason.empty()) return std::string(state);
+  if (reason.starts_with(state)) return std::string(reason);
+  return fmt::format("{}: {}", state, reason);
+}
 
 std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   const ReplayEnd& end = report.end;
@@ -20,7 +36,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
     return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
                                           "map. Is it the map of this place?"
                                         : "never knew where it is: no two tags of the map were seen at once";
-  if (!end.reason.empty()) return "stopped " + where + ": " + end.reason;
+  if (!end.reason.empty()) return "stopped " + where + ": " + without_stopped(end.reason);
   return "ran out of time " + where;
 }
 

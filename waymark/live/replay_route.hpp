@@ -85,6 +85,9 @@ void judge(const RobotSetup& setup, ReplayReport& report);
 [[nodiscard]] Result<ReplayReport> replay_route(const RobotSetup& setup, const ReplayJob& job,
                                                 const JobControl& control);
 
+/// A state and why: "stopped: a tag is near". A reason that begins with the state stands alone.
+[[nodiscard]] std::string with_reason(std::string_view state, std::string_view reason);
+
 /// How it ended, in words: "stopped after 3.10 m of a route of 17.40 m: …". `stopped_by`: who cancels.
 [[nodiscard]] std::string ending(const ReplayReport& report, std::string_view stopped_by = "its caller");
 /// The same with stops, stations and the judgement, a line each.

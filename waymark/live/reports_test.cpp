@@ -100,6 +100,22 @@ TEST(ReplayReportText, WhatNeverKnewItsPlaceSaysWhetherTagsWereSeen) {
   EXPECT_FALSE(succeeded(report));
 }
 
+TEST(ReplayReportText, SaysOnceThatItStopped) {
+  ReplayReport report;
+  report.end.state = ReplayState::Stopped;
+  report.end.driven_m = 1;
+  report.route_length_m = 3;
+  for (const auto& [reason, words] : {std::pair{"stopped: a stick was moved", "a stick was moved"},
+                                      {"stopped by the operator", "by the operator"},
+                                      {"a tag is near", "a tag is near"}}) {
+    report.end.reason = reason;
+    EXPECT_EQ(ending(report), std::string("stopped after 1.00 m of a route of 3.00 m: ") + words);
+  }
+  EXPECT_EQ(with_reason("stopped", "stopped: a stick was moved"), "stopped: a stick was moved");
+  EXPECT_EQ(with_reason("stopped", "a tag is near"), "stopped: a tag is near");
+  EXPECT_EQ(with_reason("done", ""), "done");
+}
+
 TEST(DemoReportText, HasRowsOnlyForWhatWasCompared) {
   DemoReport report;
   EXPECT_THAT(to_text(report), Not(HasSubstr("rmse")));

@@ -136,8 +136,7 @@ class SessionTasks final : public OperatorTasks {
   }
 
   void on_state(const Operator& session, const OperatorButtons& buttons) override {
-    const std::string& reason = session.reason();
-    control_.note(fmt::format("{}{}{}. {}", to_string(session.state()), reason.empty() ? "" : ": ", reason,
+    control_.note(fmt::format("{}. {}", with_reason(to_string(session.state()), session.reason()),
                               session.prompt(buttons)));
   }
   void on_decision(const Operator& session, const OperatorInput& input) override {
