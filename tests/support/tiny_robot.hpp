@@ -31,8 +31,12 @@ class TrustingMethod final : public LocalizationMethod {
     odom_T_base_ = odometry.odom_T_base;
     estimate_ = LocalizationEstimate{.stamp = odometry.stamp, .map_T_base = map_T_odom_ * odom_T_base_};
     estimate_->covariance = Eigen::Matrix3d::Identity() * 1e-6;
+    estimate_->certain = confirmed_;
   }
+  /// One of many metres of deviation is confirmed by no tag.
   bool restart_from(const GivenPose& given) override {
+    confirmed_ = given.covariance.trace() < 10;
+    if (estimate_) estimate_->certain = confirmed_;
     map_T_odom_ = given.map_T_base * odom_T_base_.inverse();
     return true;
   }
@@ -40,6 +44,7 @@ class TrustingMethod final : public LocalizationMethod {
 
  private:
   bool lost_;
+  bool confirmed_ = true;
   SE2 map_T_odom_{};
   SE2 odom_T_base_{};
   std::optional<LocalizationEstimate> estimate_{};

@@ -32,6 +32,7 @@ struct Robot {
   double seconds = 10;
   double laser_x_m = 0;
   Random random{3};
+  std::size_t in_view = 8;  ///< points
 
   void drive(RiekfLocalizer& filter, double duration_s, bool sees = true) {
     for (int i = 0; i < std::lround(duration_s * 50); ++i) {
@@ -48,6 +49,7 @@ struct Robot {
  private:
   void observe(RiekfLocalizer& filter) {
     for (const LandmarkPoint& point : points()) {
+      if (static_cast<std::size_t>(point.number) > in_view) continue;
       const Eigen::Vector2d p = (truth * SE2(laser_x_m, 0, 0)).inverse() * point.map_p;
       filter.add(RangeBearing{at(seconds), point.number, p.norm() + 0.03 * random.normal(),
                               std::atan2(p.y(), p.x()) + 0.026 * random.normal()});
@@ -137,6 +139,26 @@ TEST(APoseThatIsGivenInTheMiddle, IsGivenUpWhenTagsContradict) {
   EXPECT_EQ(certain_and_wrong, 0);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
+}
+
+// What is said of it is what happened: one tag refutes a pose and gives none, two give another.
+TEST(APoseThatIsGivenInTheMiddle, IsNotCalledLocalisedBeforeTwoTagsAgree) {
+  RiekfLocalizer filter = filter_of();
+  Robot robot;
+  robot.drive(filter, 3);
+  robot.in_view = 1;
+  filter.restart_from({robot.truth * SE2(1, 1, 1), Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal()});
+  robot.drive(filter, 1);
+  EXPECT_FALSE(filter.estimate()->certain);
+  EXPECT_TRUE(says(filter, "do not agree with the pose that was given: the robot is not localised"))
+      << ::testing::PrintToString(filter.problems());
+  robot.in_view = 8;
+  robot.drive(filter, 2);
+  EXPECT_TRUE(filter.estimate()->certain);
+  EXPECT_TRUE(
+      says(filter, "do not agree with the pose that was given: the robot was localised from the tags"))
+      << ::testing::PrintToString(filter.problems());
+  EXPECT_FALSE(says(filter, "lost and found"));
 }
 
 TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {

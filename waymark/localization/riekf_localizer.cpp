@@ -250,9 +250,11 @@ std::vector<std::string> RiekfLocalizer::problems() const {
       "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
       "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)
-    all.emplace_back(
-        "the tags that were seen do not agree with the assumed start: the robot was localised from the tags "
-        "alone");
+    all.push_back(fmt::format("the tags that were seen do not agree with {}: the robot {}",
+                              tracker_.restarts() > 0 ? "the pose that was given" : "the assumed start",
+                              tracker_.state().mode == TrackMode::Certain
+                                  ? "was localised from the tags alone"
+                                  : "is not localised, as no two tags that agree were seen since"));
   if (latency_ != given_latency_)
     all.push_back(fmt::format(
         "the camera latency is {:.3f} s by the innovations, not {:.3f} s: that is used since it was found. "

@@ -79,9 +79,9 @@ void Replayer::accept(SensorTime stamp) {
 void Replayer::pause(std::string reason) { pause_ = std::move(reason); }
 
 void Replayer::restart_from(const GivenPose& given) {
-  pause(method_->restart_from(given)
-            ? "its pose was given: look at the robot, then resume"
-            : "a pose was given, which this method does not take: look at the robot, then resume");
+  given_ = method_->restart_from(given);
+  pause(given_ ? "its pose was given: look at the robot, then resume"
+               : "a pose was given, which this method does not take: look at the robot, then resume");
 }
 
 void Replayer::resume() {
@@ -196,6 +196,9 @@ std::string Replayer::alarm() const {
   if (!watch_.alarm().empty()) return watch_.alarm();
   if (!silence_.empty()) return silence_;
   if (!doubts_) return {};
+  if (given_)
+    return "the tags that are seen do not confirm the pose that was given: give it again, or put the robot "
+           "where two tags are in view";
   std::string words = "what is seen contradicts where the robot believes to be: was it carried?";
   const std::vector<std::string> problems = method_->problems();
   if (!problems.empty()) words += " (" + problems.front() + ")";
@@ -304,6 +307,7 @@ ReplayStep Replayer::step(SensorTime now) {
   const bool known = certain(step.estimate);
   doubts_ = knew_ && !known;
   knew_ = knew_ || known;
+  given_ = given_ && !known;
   if (!known) step.estimate.reset();  // a guess drives no wheels
   watch_.tick(now);
   const double dt_s = last_step_ ? to_seconds(now - *last_step_) : kUsualPeriod_s;

@@ -138,6 +138,7 @@ class Replayer {
   std::string pause_{};
   bool knew_ = false;        ///< a certain estimate was there once
   bool doubts_ = false;      ///< and is not now
+  bool given_ = false;       ///< since somebody said where it is
   bool unsure_ = false;      ///< it stands for want of a position
   bool find_ahead_ = false;  ///< after resume()
   int stops_ = 0;
