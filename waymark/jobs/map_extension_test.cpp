@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr TagId tag(int number) { return {FamilyId::Tag36h11, number}; }
 
@@ -199,6 +200,20 @@ TEST(MapPoses, TheMapStandsWhereTheLapBegan) {
       1.8, 0.05)
       << "distances are those of the place";
   EXPECT_THAT(report.warnings, IsEmpty());
+}
+
+TEST(MapPoses, TheTagsAreAsLargeAsTheRecordingSays) {
+  MapReport report;
+  RecordedLap lap = lap_of_poses();
+  lap.setup.metadata[lap_facts::kMetadata][lap_facts::kTagSize] = "0.054";
+  const auto map = map_poses(lap, {.lap = "lap.log"}, report);
+  ASSERT_TRUE(map) << to_string(map.error());
+  for (const auto& [id, mapped] : map->tags.tags) EXPECT_EQ(mapped.size_m, 0.054) << to_string(id);
+  EXPECT_THAT(report.lap.warnings, Not(Contains(HasSubstr("how large its tags are"))));
+  MapJob job{.lap = "lap.log"};
+  job.overrides.tag_size_m = 0.08;
+  EXPECT_EQ(map_poses(lap, job, report)->tags.tags.begin()->second.size_m, 0.08)
+      << "who says it knows better";
 }
 
 TEST(MapPoses, WhatOnlyCornersCouldDoIsRefused) {

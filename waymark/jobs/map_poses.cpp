@@ -27,7 +27,8 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
                 "this recording holds poses of tags and no corners: its map stands where the lap began", {},
                 "Leave out --anchor, --anchor-pose and --extend.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
-  lap.sizes.default_size_m = job.overrides.tag_size_m;
+  lap.sizes.default_size_m = tag_size_of(recorded, job.overrides);
+  if (Status status = lap.sizes.check(); !status) return tl::unexpected(status.error());
   if (recorded.setup.base_T_cam) {
     lap.base_T_cam = *recorded.setup.base_T_cam;
   } else {
