@@ -14,14 +14,27 @@
 
 namespace waymark {
 
+namespace {
+
+/// Of a world that names none, its first tag.
+void name_anchor(const World& world, ExportWorldReport& report) {
+  const auto& tags = world.tags.tags;
+  auto anchor = tags.find(world.anchor);
+  if (anchor == tags.end()) anchor = tags.begin();
+  if (anchor == tags.end()) return;
+  report.anchor = to_string(anchor->first);
+  report.tag_size_m = anchor->second.size_m;
+}
+
+}  // namespace
+
 Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
   if (Status status = check_new_folder(job.folder); !status) return tl::unexpected(status.error());
   const SdfFiles sdf = write_sdf_world(job.world, job.robot);
   Result<StagedFolder> folder = StagedFolder::open(job.folder);
   if (!folder) return tl::unexpected(folder.error());
-  ExportWorldReport report{
-      .notes = sdf.notes, .tags = sdf.textures.size(), .anchor = to_string(job.world.anchor)};
-  if (const MappedTag* anchor = job.world.tags.find(job.world.anchor)) report.tag_size_m = anchor->size_m;
+  ExportWorldReport report{.notes = sdf.notes, .tags = sdf.textures.size()};
+  name_anchor(job.world, report);
   const std::pair<const char*, std::string> texts[] = {
       {"world.sdf", sdf.world},
       {"robot.yaml", job.robot_yaml},
@@ -42,14 +55,16 @@ Result<ExportWorldReport> export_world(const ExportWorldJob& job) {
 }
 
 std::string to_text(const ExportWorldReport& report, const std::filesystem::path& folder) {
-  return fmt::format(
-      "{0}: a world with {1} tags, a robot and its profile\n"
-      "Start Gazebo Fortress with it: ign gazebo -r {2}\n"
-      "Drive in it:                   waymark teach --robot gazebo:{3} --driver keyboard --anchor {4} "
-      "--tag-size-m {5:g} "
-      "-o lap.mcap\n",
-      folder.string(), report.tags, shell_word((folder / "world.sdf").string()),
-      shell_word((folder / "gazebo.yaml").string()), report.anchor, report.tag_size_m);
+  const std::string text = fmt::format(
+      "{}: a world with {} tags, a robot and its profile\n"
+      "Start Gazebo Fortress with it: ign gazebo -r {}\n",
+      folder.string(), report.tags, shell_word((folder / "world.sdf").string()));
+  if (report.anchor.empty())
+    return text + "Drive in it:                   not taught: it has no tag to be the anchor\n";
+  return text + fmt::format(
+                    "Drive in it:                   waymark teach --robot gazebo:{} --driver keyboard "
+                    "--anchor {} --tag-size-m {:g} -o lap.mcap\n",
+                    shell_word((folder / "gazebo.yaml").string()), report.anchor, report.tag_size_m);
 }
 
 nlohmann::ordered_json to_json(const ExportWorldReport& report) {

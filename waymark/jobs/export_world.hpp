@@ -24,8 +24,8 @@ struct ExportWorldReport {
   std::vector<std::string> files{};
   std::vector<std::string> notes{};  ///< what Gazebo shows otherwise
   std::size_t tags = 0;
-  std::string anchor{};  ///< of the world, and its size: what teaching in it has to be told
-  double tag_size_m = 0;
+  std::string anchor{};   ///< what teaching in it has to be told; empty: the world has no tag
+  double tag_size_m = 0;  ///< of the anchor
 };
 
 /// Writes world.sdf with the bitmaps of its tags (write_sdf_world()), robot.yaml, and gazebo.yaml, the
