@@ -85,9 +85,8 @@ CommissionLine command_line(const std::vector<MotionReading>& readings, const Ax
     line.mend = std::string(axis.command) + " where the robot's program obeys it";
     return line;
   }
-  constexpr double kLow = 0.7;
-  constexpr double kHigh = 1.4;
-  if (all.size >= kLow && all.size <= kHigh) return line;
+  constexpr double kFar = 0.1;
+  if (std::abs(all.size - 1) <= kFar) return line;
   line.verdict = V::Warn;
   line.words = fmt::format("{} by {:.2f} of what was commanded", axis.does, all.size);
   line.mend = "waymark calibrate robot (a replay learns it, too)";

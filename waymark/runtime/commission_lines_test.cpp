@@ -162,6 +162,22 @@ TEST(Commission, EachSignAxisAndUnitIsNamed) {
   }
 }
 
+TEST(Commission, ACommandThatIsObeyedByAnotherSizeIsSaid) {
+  const auto command = [](double turns_by) {
+    FewLines robot({.turns_by = turns_by});
+    return judge_turn(robot.turn(), model(), Ground::Floor).front();
+  };
+  for (const double turns_by : {0.85, 1.15}) {
+    const CommissionLine line = command(turns_by);
+    EXPECT_EQ(line.key, "command.yaw_rate_rad_s");
+    EXPECT_EQ(line.verdict, CommissionVerdict::Warn) << turns_by;
+    EXPECT_NE(line.words.find(turns_by < 1 ? "turns left by 0.8" : "turns left by 1.1"), std::string::npos)
+        << line.words;
+    EXPECT_NE(line.mend.find("waymark calibrate robot"), std::string::npos) << line.mend;
+  }
+  EXPECT_EQ(command(0.95).verdict, CommissionVerdict::Ok);
+}
+
 TEST(Commission, LiftedWheelsAreJudgedWithoutGyroAndTags) {
   const Wrong gyro_stands{.odometry =
                               [](Odometry& o) {
