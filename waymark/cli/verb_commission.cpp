@@ -1,13 +1,10 @@
 #include <cctype>
 
-#include <poll.h>
-#include <unistd.h>
-
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/live/commission.hpp"
 #include "waymark/live/own_robot.hpp"
+#include "waymark/live/typed_line.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -34,34 +31,17 @@ struct CommissionArgs {
   bool json = false;
 };
 
-/// A line of standard input. Fails at its end, and on Ctrl-C.
-Result<std::string> typed_line() {
-  std::string line;
-  while (!interrupted()) {
-    pollfd ready{STDIN_FILENO, POLLIN, 0};
-    constexpr int kSlice_ms = 100;
-    if (poll(&ready, 1, kSlice_ms) <= 0) continue;
-    char typed = 0;
-    if (read(STDIN_FILENO, &typed, 1) != 1)
-      return fail(ErrorCode::InvalidArgument, "nobody answers at standard input", {.key = "--yes"},
-                  "Give --yes where no person is there, and the robot is where it may drive.");
-    if (typed == '\n') return line;
-    line += typed;
-  }
-  return fail(ErrorCode::Unreadable, "stopped");
-}
-
 CommissionPerson person_at(Console& console) {
   CommissionPerson person;
   person.there = true;
   person.ready = [&console](const std::string& words) -> Status {
     console.say(words + " Then press Enter (Ctrl-C ends).");
-    const auto line = typed_line();
+    const auto line = typed_line(interrupted);
     return line ? Status() : tl::unexpected(line.error());
   };
   person.saw = [&console](const std::string& question) -> Seen {
     console.say(question + " y or n, Enter where you did not see it");
-    const auto line = typed_line();
+    const auto line = typed_line(interrupted);
     if (!line || line->empty()) return {};
     const int answer = std::tolower(static_cast<unsigned char>(line->front()));
     return answer == 'y' ? Seen(true) : answer == 'n' ? Seen(false) : Seen();
