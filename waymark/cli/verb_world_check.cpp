@@ -41,7 +41,8 @@ Verb world_check_verb() {
       .sentence = "Whether a robot can drive a good lap in a world",
       .help =
           R"(Drives the world's line exactly, without noise, and looks: how near the hull comes to a tag, and from how
-much of the way the camera sees two tags or more.
+much of the way the camera sees two tags or more. Names tags that overlap, and tags that hide each other from
+a part of the way.
 
 Exit code: 0 a good lap is possible, 1 it is not, 2 wrong usage or a world that cannot be read.
 

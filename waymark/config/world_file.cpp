@@ -79,9 +79,10 @@ Result<World> parse_world(std::string_view text, const std::string& source) {
   const Result<YamlNode> tree = parse_yaml(text, source, internal::kWorldLimits);
   if (!tree) return tl::unexpected(tree.error());
   const YamlCursor root(*tree, source);
-  if (Status status = root.check_keys({"name", "robot", "tag_family", "tag_size_m", "tag_margin_cells",
-                                       "two_sided_board_m", "anchor_id", "tags", "panels", "walls",
-                                       "occluders", "keep_outs", "floor", "path_closed", "path_m"});
+  if (Status status =
+          root.check_keys({"name", "robot", "tag_family", "tag_size_m", "tag_margin_cells",
+                           "two_sided_board_m", "corners_through_paper", "anchor_id", "tags", "panels",
+                           "walls", "occluders", "keep_outs", "floor", "path_closed", "path_m"});
       !status) {
     return tl::unexpected(status.error());
   }
@@ -103,13 +104,13 @@ std::string to_yaml(const World& world) {
   const MappedTag* anchor = world.tags.find(world.anchor);
   const double size_m = anchor == nullptr ? 0.16 : anchor->size_m;
   std::string text =
-      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}{}anchor_id: {}\ntags:\n",
+      fmt::format("name: {}\ntag_family: {}\ntag_size_m: {}\n{}{}{}anchor_id: {}\ntags:\n",
                   yaml_text(world.name), family(world.anchor.family).name, size_m,
                   world.tag_margin_cells != World{}.tag_margin_cells
                       ? fmt::format("tag_margin_cells: {}\n", world.tag_margin_cells)
                       : "",
                   world.tag_board_m > 0 ? fmt::format("two_sided_board_m: {}\n", world.tag_board_m) : "",
-                  world.anchor.number);
+                  world.corners_through_paper ? "corners_through_paper: true\n" : "", world.anchor.number);
   for (const auto& [id, tag] : world.tags.tags) {
     const Eigen::Vector3d& place = tag.map_T_tag.translation();
     const Eigen::Vector3d to_reader = tag.map_T_tag.rotation() * -Eigen::Vector3d::UnitZ();

@@ -108,6 +108,7 @@ TEST(WorldFile, WhatIsWrittenReadsBack) {
   turned = turned * SE3(SO3::from_rpy(0, 0, 2), Eigen::Vector3d::Zero());
   world->occluders = {{.centre_m = {1, 2, 0.3}, .yaw_rad = 0.5, .size_m = {0.6, 0.4, 0.5}}};
   world->tag_margin_cells = 0.5;
+  world->corners_through_paper = true;
   const auto back = parse_world(to_yaml(*world), "written");
   ASSERT_TRUE(back) << to_string(back.error());
   EXPECT_EQ(back->name, "circuit24");
@@ -121,6 +122,7 @@ TEST(WorldFile, WhatIsWrittenReadsBack) {
   EXPECT_LT((back->occluders[0].size_m - world->occluders[0].size_m).norm(), 1e-3);
   EXPECT_NEAR(back->occluders[0].yaw_rad, 0.5, 1e-3);
   EXPECT_EQ(back->tag_margin_cells, 0.5);
+  EXPECT_TRUE(back->corners_through_paper);
   ASSERT_EQ(back->path_m.size(), world->path_m.size());
   EXPECT_LT((back->path_m.back() - world->path_m.back()).norm(), 1e-4);
 }

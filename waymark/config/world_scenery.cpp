@@ -153,6 +153,11 @@ Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, Worl
   world.tag_margin_cells = value.optional_within("tag_margin_cells", world.tag_margin_cells, 0, 20);
   world.tag_board_m = value.optional_within("two_sided_board_m", world.tag_board_m, 0, 1);
   Status status = value.status();
+  if (const auto through = root.find("corners_through_paper"); status && through) {
+    const Result<bool> told = through->boolean();
+    if (!told) return tl::unexpected(told.error());
+    world.corners_through_paper = *told;
+  }
   if (status)
     status = each(root, "panels",
                   [&](const YamlCursor& entry) { return read_panel(entry, family, size_m, world); });

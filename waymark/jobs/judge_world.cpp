@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -18,18 +19,31 @@ namespace {
 constexpr double kSmallestTagMetres = 0.01;
 constexpr double kLargestTagMetres = 2;
 
+/// Tags that overlap, the first of them by name.
+std::vector<std::string> overlaps_in_words(const WorldCheck& check) {
+  constexpr std::size_t kMost = 5;
+  std::vector<std::string> words;
+  for (const auto& [a, b] : check.overlapping) {
+    if (words.size() == kMost) {
+      words.push_back(fmt::format("{} more pairs of tags overlap", check.overlapping.size() - kMost));
+      break;
+    }
+    words.push_back(
+        fmt::format("{} and {} overlap: one covers the other; move one of them", to_string(a), to_string(b)));
+  }
+  return words;
+}
+
 /// What may be meant, but hardly is.
-std::vector<std::string> doubts_about(const World& world) {
-  std::vector<std::string> doubts;
+std::vector<std::string> doubts_about(const World& world, const WorldCheck& check) {
   for (const auto& [id, tag] : world.tags.tags) {
     const double size = tag.size_m;
     if (size >= kSmallestTagMetres && size <= kLargestTagMetres) continue;
-    doubts.push_back(fmt::format("{} is {:g} m large: {}", to_string(id), size,
-                                 size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
-                                                          : "no camera reads that; sizes are in metres"));
-    break;  // once is enough
+    return {fmt::format("{} is {:g} m large: {}", to_string(id), size,
+                        size > kLargestTagMetres ? "were millimetres meant? Sizes are in metres"
+                                                 : "no camera reads that; sizes are in metres")};
   }
-  return doubts;
+  return overlaps_in_words(check);
 }
 
 Trajectory as_trajectory(const std::vector<SE3>& poses) {
@@ -52,13 +66,39 @@ plot::Series view_axes(const std::vector<SE3>& map_T_cam, double length_m, plot:
   return series;
 }
 
+/// Tags that hide each other along a part of the line, those that do so longest first.
+std::string hidden_in_words(std::vector<HiddenTag> hidden) {
+  constexpr std::size_t kMost = 5;
+  std::ranges::stable_sort(hidden, std::ranges::greater{}, &HiddenTag::from_m);
+  std::string words;
+  for (std::size_t i = 0; i < std::min(hidden.size(), kMost); ++i)
+    words += fmt::format("hidden                     {} behind {}, from {:.2f} m of the way\n",
+                         to_string(hidden[i].tag), to_string(hidden[i].by), hidden[i].from_m);
+  if (hidden.size() > kMost)
+    words += fmt::format("                           and {} pairs more\n", hidden.size() - kMost);
+  return words;
+}
+
+nlohmann::ordered_json pairs_to_json(const WorldCheck& check) {
+  nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+  for (const auto& [a, b] : check.overlapping) pairs.push_back({to_string(a), to_string(b)});
+  return pairs;
+}
+
+nlohmann::ordered_json hidden_to_json(const WorldCheck& check) {
+  nlohmann::ordered_json hidden = nlohmann::ordered_json::array();
+  for (const HiddenTag& tag : check.hidden)
+    hidden.push_back({{"tag", to_string(tag.tag)}, {"by", to_string(tag.by)}, {"from_m", tag.from_m}});
+  return hidden;
+}
+
 }  // namespace
 
 Result<WorldVerdict> judge_world(const World& world, const RobotModel& robot, const CameraModel& camera,
                                  const TagCameraOptions& tag_camera) {
   const Result<WorldCheck> check = check_world(world, robot, camera, tag_camera);
   if (!check) return tl::unexpected(check.error());
-  WorldVerdict verdict{.check = *check, .doubts = doubts_about(world)};
+  WorldVerdict verdict{.check = *check, .doubts = doubts_about(world, *check)};
   verdict.good = verdict.doubts.empty() && check->min_clearance_m >= kGoodLapClearance_m &&
                  check->two_tags_fraction >= kGoodLapTwoTags;
   return verdict;
@@ -78,6 +118,8 @@ nlohmann::ordered_json to_json(const WorldVerdict& verdict, const World& world, 
           {"fewest_tags", c.fewest_tags},
           {"sharpest_left_1_m", c.sharpest_left_1_m},
           {"sharpest_right_1_m", c.sharpest_right_1_m},
+          {"overlapping_tags", pairs_to_json(c)},
+          {"hidden_tags", hidden_to_json(c)},
           {"warnings", verdict.doubts},
           {"good", verdict.good}};
 }
@@ -115,11 +157,11 @@ std::string to_text(const WorldVerdict& verdict, const World& world, const Robot
       "{}: {} tags, {} of {:.2f} m, driven by a {} exactly on its line\n"
       "hull to the nearest tag    {:.3f} m ({} from x {:.2f} m, y {:.2f} m; a good lap keeps {} m)\n"
       "two tags or more in view   {:.1f} % of the way (a good lap: {:.0f} %); never fewer than {}\n"
-      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n",
+      "sharpest curves            {:.2f} 1/m to the left, {:.2f} 1/m to the right\n{}",
       world.name, world.tags.tags.size(), world.path_closed ? "a lap" : "a way", c.lap_m, robot.name,
       c.min_clearance_m, nearest_tag(c), c.nearest_place_m.x(), c.nearest_place_m.y(), kGoodLapClearance_m,
       100 * c.two_tags_fraction, 100 * kGoodLapTwoTags, c.fewest_tags, c.sharpest_left_1_m,
-      c.sharpest_right_1_m);
+      c.sharpest_right_1_m, hidden_in_words(c.hidden));
 }
 
 std::string to_text(const OrbitReport& r, const World& world) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "waymark/simulation/tag_occlusion.hpp"
+
 namespace waymark {
 namespace {
 
@@ -13,15 +15,21 @@ double shortest_side(const std::array<Eigen::Vector2d, 4>& corners) {
   return shortest;
 }
 
+/// What tags may be hidden by.
+struct Obstacles {
+  const World& world;
+  std::vector<Screen> screens{};
+};
+
 /// Adds what the camera sees of one tag.
-void see(const World& world, const CameraModel& camera, const SE3& cam_T_map, const TagId& id,
+void see(const Obstacles& obstacles, const CameraModel& camera, const SE3& cam_T_map, const TagId& id,
          const MappedTag& tag, const TagCameraOptions& options, Random& random, TagFrame& frame) {
   const Eigen::Vector3d cam_p_tag = cam_T_map * tag.map_T_tag.translation();
   if (cam_p_tag.z() <= 0 || cam_p_tag.norm() > options.max_range_m) return;
   const auto corners = visible_corners(camera, cam_T_map * tag.map_T_tag, tag.size_m);
   if (!corners) return;
-  if (!(world.walls.empty() && world.occluders.empty()) &&
-      !line_of_sight(world, cam_T_map.inverse().translation(), tag.map_T_tag.translation()))
+  const Eigen::Vector3d eye = cam_T_map.inverse().translation();
+  if (!walls_leave_open(obstacles.world, eye, tag) || hiding_screen(obstacles.screens, eye, tag) != nullptr)
     return;
   if (random.uniform() < options.miss_probability) return;
   const double sigma =
@@ -43,8 +51,9 @@ TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_
                   const TagCameraOptions& options, Random& random) {
   TagFrame frame{.stamp = stamp};
   const SE3 cam_T_map = map_T_cam.inverse();
+  const Obstacles obstacles{world, world.corners_through_paper ? std::vector<Screen>() : screens_of(world)};
   for (const TagCopy& tag : readable_tags(world))
-    see(world, camera, cam_T_map, tag.tag, tag.placed, options, random, frame);
+    see(obstacles, camera, cam_T_map, tag.tag, tag.placed, options, random, frame);
   return frame;
 }
 

@@ -31,7 +31,9 @@ struct TagCameraOptions {
 };
 
 /// What the detector would say of a frame taken from map_T_cam: corners with white noise and the covariance
-/// of that noise. A tag whose middle is hidden behind a wall or furniture is not seen. O(tags).
+/// of that noise. A tag of which a part is hidden behind another tag's paper or a panel, or whose middle or a
+/// corner is hidden behind a wall or furniture, is not seen; papers and panels hide nothing where
+/// World::corners_through_paper says so. O(tags + tags in view * tags).
 [[nodiscard]] TagFrame see_tags(const World& world, const CameraModel& camera, const SE3& map_T_cam,
                                 SensorTime stamp, const TagCameraOptions& options, Random& random);
 

@@ -7,6 +7,7 @@
 #include "waymark/geometry/planar.hpp"
 #include "waymark/samples/visibility.hpp"
 #include "waymark/simulation/path.hpp"
+#include "waymark/simulation/tag_occlusion.hpp"
 
 namespace waymark {
 namespace {
@@ -23,13 +24,16 @@ struct Spot {
 struct Line {
   std::vector<SE3> map_T_base{};
   std::vector<SE3> cam_T_map{};
+  std::vector<Eigen::Vector3d> map_p_eye{};
 };
 
 Line line_of(const World& world, const RobotModel& robot) {
   Line line;
   for (const PathPoint& point : sample_path(world.path_m, world.path_closed, kStepMetres)) {
     line.map_T_base.push_back(lift(point.map_T_path));
-    line.cam_T_map.push_back((line.map_T_base.back() * robot.base_T_cam).inverse());
+    const SE3 map_T_cam = line.map_T_base.back() * robot.base_T_cam;
+    line.cam_T_map.push_back(map_T_cam.inverse());
+    line.map_p_eye.push_back(map_T_cam.translation());
   }
   return line;
 }
@@ -54,7 +58,7 @@ std::vector<std::size_t> points_that_see(const World& world, const Line& line, c
     const Eigen::Vector3d cam_p_tag = line.cam_T_map[i] * place;
     if (cam_p_tag.z() <= 0 || cam_p_tag.norm() > max_range_m) continue;
     if (!visible_corners(camera, line.cam_T_map[i] * tag.map_T_tag, tag.size_m)) continue;
-    if (line_of_sight(world, line.cam_T_map[i].inverse().translation(), place)) points.push_back(i);
+    if (walls_leave_open(world, line.map_p_eye[i], tag)) points.push_back(i);
   }
   return points;
 }
@@ -84,28 +88,53 @@ std::vector<Spot> spots_of(const World& world, const RobotModel& robot, const Ca
   return places;
 }
 
-/// The places taken, in order: each time the one that helps most of the points that still want a tag.
-std::vector<std::size_t> cover(const std::vector<Spot>& places, std::size_t points, int most) {
-  std::vector<int> wants(points, kWanted);
+/// Whether the paper of one spot hides the tag of another where that is seen.
+bool hides_from_line(const Line& line, const Screen& paper, const Spot& spot) {
+  const double reach_m = std::hypot(paper.half_width_m, paper.half_height_m) + spot.tag.size_m;
+  const Eigen::Vector3d middle = paper.screen_T_map.inverse().translation();
+  const Eigen::Vector3d& tag = spot.tag.map_T_tag.translation();
+  return std::ranges::any_of(spot.seen_from, [&](std::size_t p) {
+    const Eigen::Vector3d& eye = line.map_p_eye[p];
+    const Eigen::Vector3d ray = tag - eye;
+    const double along = std::clamp((middle - eye).dot(ray) / ray.squaredNorm(), 0.0, 1.0);
+    return (eye + along * ray - middle).norm() < reach_m && hides(paper, eye, spot.tag);
+  });
+}
+
+/// Whether both tags can be read wherever one alone could be.
+bool get_along(const Line& line, const Spot& a, const Screen& paper_a, const Spot& b, const Screen& paper_b) {
+  const double apart = (a.tag.map_T_tag.translation() - b.tag.map_T_tag.translation()).norm();
+  return apart >= 2 * std::max(a.tag.size_m, b.tag.size_m) && !hides_from_line(line, paper_a, b) &&
+         !hides_from_line(line, paper_b, a);
+}
+
+/// The places taken, in order: each time the one that helps most of the points that still want a tag, of
+/// those that neither hide one that is taken nor are hidden by it.
+std::vector<std::size_t> cover(const std::vector<Spot>& places, const Line& line, const World& world,
+                               int most) {
+  std::vector<int> wants(line.map_T_base.size(), kWanted);
+  std::vector<Screen> papers;
+  for (const Spot& place : places)
+    papers.push_back(paper_of(world.anchor, place.tag, world.tag_margin_cells));
+  std::vector<char> free(places.size(), 1);
   std::vector<std::size_t> taken;
   while (static_cast<int>(taken.size()) < most) {
     std::size_t best = places.size();
     std::ptrdiff_t best_gain = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
+      if (free[i] == 0) continue;
       const auto gain =
           std::ranges::count_if(places[i].seen_from, [&](std::size_t p) { return wants[p] > 0; });
-      const bool free = std::ranges::none_of(taken, [&](std::size_t k) {
-        const Eigen::Vector3d apart =
-            places[k].tag.map_T_tag.translation() - places[i].tag.map_T_tag.translation();
-        return apart.norm() < 2 * places[i].tag.size_m;
-      });
-      if (gain <= best_gain || !free) continue;
+      if (gain <= best_gain) continue;
       best = i;
       best_gain = gain;
     }
     if (best == places.size()) break;
     taken.push_back(best);
     for (const std::size_t p : places[best].seen_from) --wants[p];
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      if (free[i] != 0 && !get_along(line, places[i], papers[i], places[best], papers[best])) free[i] = 0;
+    }
   }
   return taken;
 }
@@ -131,7 +160,7 @@ Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& 
     return fail(ErrorCode::InvalidArgument, "the world has no line to drive", {.source = world.name},
                 "Give three distinct points or more.");
   const std::vector<Spot> places = spots_of(world, robot, camera, line, options);
-  std::vector<std::size_t> taken = cover(places, line.map_T_base.size(), options.most_tags);
+  std::vector<std::size_t> taken = cover(places, line, world, options.most_tags);
   if (taken.empty())
     return fail(ErrorCode::InvalidArgument, "there is no place for a tag beside the line",
                 {.source = world.name}, "Ask for less clearance, or for smaller tags.");

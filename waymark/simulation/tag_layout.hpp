@@ -31,8 +31,9 @@ struct TagLayoutOptions {
 /// takes: the greedy cover of the line's points, twice (Chvatal, "A greedy heuristic for the set-covering
 /// problem", Mathematics of Operations Research 4, 1979). Places stand beside the line and face a point
 /// before it; those in a keep-out area of `world`, behind its walls, or nearer than the clearance are not
-/// taken. The tags of the world go; its anchor becomes the tag seen most from the beginning. Fails on a world
-/// without a line, and when no tag can be placed. O(places * points).
+/// taken, nor are those that hide another tag from a point that would see it. The tags of the world go; its
+/// anchor becomes the tag seen most from the beginning. Fails on a world without a line, and when no tag can
+/// be placed. O(places * points + tags * places * points).
 [[nodiscard]] Result<World> lay_tags(World world, const RobotModel& robot, const CameraModel& camera,
                                      const TagLayoutOptions& options = {});
 

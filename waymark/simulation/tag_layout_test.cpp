@@ -46,6 +46,31 @@ TEST(TagLayout, TwoTagsAreSeenFromEverywhereAndNoneIsNear) {
   EXPECT_NE(std::ranges::find(seen, world->anchor), seen.end());
 }
 
+/// An S whose halves look into each other.
+World winding() {
+  World world{.name = "winding", .path_closed = false};
+  for (int i = 0; i < 120; ++i)
+    world.path_m.emplace_back(0.08 * i, 1.2 * std::sin(2 * std::numbers::pi * i / 40));
+  return world;
+}
+
+TEST(TagLayout, NoTagHidesAnotherFromTheLine) {
+  for (const World& line : {circle(2), circle(1.3), winding()}) {
+    const auto world = lay_tags(line, robot(), camera());
+    ASSERT_TRUE(world) << to_string(world.error());
+    const auto check =
+        check_world(*world, robot(), camera(), {.max_range_m = TagLayoutOptions{}.max_range_m});
+    ASSERT_TRUE(check);
+    std::printf("%s: %zu tags, two in view from %.1f %%\n", line.name.c_str(), world->tags.tags.size(),
+                100 * check->two_tags_fraction);
+    EXPECT_TRUE(check->overlapping.empty());
+    double hidden_m = 0;
+    for (const HiddenTag& tag : check->hidden) hidden_m += tag.from_m;
+    // The layout looks every 5 cm, the check every 2 cm: what is hidden between two points is short.
+    EXPECT_LE(hidden_m, 0.05 * static_cast<double>(check->hidden.size()));
+  }
+}
+
 TEST(TagLayout, KeepsOutOfAreasAndBehindNoWall) {
   World ring = circle(2);
   ring.keep_outs.push_back({{{-1.9, -1.9}, {1.9, -1.9}, {1.9, 1.9}, {-1.9, 1.9}}});

@@ -69,6 +69,8 @@ struct World {
   std::vector<TagCopy> copies{};
   double tag_margin_cells = 1;  ///< white paper around every tag, in cells of the tag
   double tag_board_m = 0;  ///< above 0: every tag is on a board so thick, and printed on its back as well
+  /// The corner camera sees tags that the paper of another tag or a panel hides; pictures hide them.
+  bool corners_through_paper = false;
   std::vector<Panel> panels{};
   std::vector<Wall> walls{};
   std::vector<Occluder> occluders{};
