@@ -46,19 +46,32 @@ def channel_topic(record: bytes) -> tuple[int, str]:
 
 def read(file: pathlib.Path, topic: str = "/waymark/pose") -> tuple[np.ndarray, np.ndarray]:
     """Rows of t_s, x, y, yaw; and 3 x 3 covariances of x, y, yaw in the axes of the map."""
+    read_of = [pose_with_covariance(content) for _, content in messages(file, topic)]
+    return np.array([pose for pose, _ in read_of]), np.array([covariance for _, covariance in read_of])
+
+
+def commands(file: pathlib.Path, topic: str = "/cmd_vel") -> np.ndarray:
+    """Rows of t_s, speed_m_s, yaw_rate_rad_s, of geometry_msgs/TwistStamped."""
+    rows = []
+    for logged_ns, cdr in messages(file, topic):
+        _, _, length = struct.unpack_from("<iII", cdr, 4)
+        twist = struct.unpack_from("<6d", cdr, 4 + (12 + length + 7) // 8 * 8)
+        rows.append([logged_ns * 1e-9, twist[0], twist[5]])
+    return np.array(rows)
+
+
+def messages(file: pathlib.Path, topic: str) -> typing.Iterator[tuple[int, bytes]]:
+    """Log time [ns] and content of the messages of a topic."""
     data = file.read_bytes()
     if not data.startswith(MAGIC):
         raise ValueError(f"{file}: no MCAP file")
-    wanted, poses, covariances = None, [], []
+    wanted = None
     for kind, content in records(data[len(MAGIC):-len(MAGIC)]):
         if kind == OP_CHANNEL:
             number, name = channel_topic(content)
             wanted = number if name == topic else wanted
         elif kind == OP_MESSAGE and struct.unpack_from("<H", content)[0] == wanted:
-            pose, covariance = pose_with_covariance(content[22:])
-            poses.append(pose)
-            covariances.append(covariance)
-    return np.array(poses), np.array(covariances)
+            yield struct.unpack_from("<Q", content, 6)[0], content[22:]
 
 
 def pose_with_covariance(cdr: bytes) -> tuple[list[float], np.ndarray]:

@@ -2,7 +2,7 @@
 """A robot that shares nothing with Waymark's simulator: for `waymark teach|replay --robot "process:tests/plant/robot.py ..."`.
 
 Speaks the protocol of docs/formats/robot-process.md in lockstep. With --teach it drives a lap by itself and passes over the commands that
-come. Where it truly was goes to --truth (CSV), and over the wire only with --send-truth."""
+come; with --send-commands it says by which commands of its own, so that these are recorded. Where it truly was goes to --truth (CSV), and over the wire only with --send-truth."""
 import argparse
 import collections
 import json
@@ -55,6 +55,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--wrong", choices=sorted(wrong_wiring.NAMED), help="a sign, an axis or a unit is swapped")
     parser.add_argument("--teach", type=float, metavar="M_S", help="drive the lap at this speed, whatever is commanded")
     parser.add_argument("--teach-after", type=pathlib.Path, metavar="FILE", help="stand until this file is there")
+    parser.add_argument("--send-commands", action="store_true", help="with --teach: also send command lines, what the teacher decided")
     parser.add_argument("--send-truth", action="store_true", help="also send truth lines, which a scripted driver of Waymark's needs")
     parser.add_argument("--truth", type=pathlib.Path, help="CSV of the true poses and the commands; FILE.done appears when a taught lap is over")
     parser.add_argument("--limit-s", type=float, default=300.0, help="end after this time of the plant")
@@ -144,14 +145,20 @@ class Robot:
         return [motion for at, motion in self.history if abs(at - time_s) < self.camera.half_window_s + 1e-6]
 
     def decide(self, ordered: tuple[float, float]) -> None:
-        self.command = wrong_wiring.obeyed(self.args.wrong, ordered)
-        if self.teacher and self.args.teach_after and not self.args.teach_after.exists():
-            self.command = 0.0, 0.0
-        elif self.teacher:
-            motion = self.history[-1][1]
-            self.command = self.teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, TICKS_ODOMETRY * TICK_S)
-            if self.teacher.done and self.args.truth:
-                self.args.truth.with_suffix(".done").touch()
+        if not self.teacher:
+            self.command = wrong_wiring.obeyed(self.args.wrong, ordered)
+            return
+        self.command = self.taught() if not self.args.teach_after or self.args.teach_after.exists() else (0.0, 0.0)
+        if self.args.send_commands:
+            self.say("command", self.time_s, speed_m_s=self.command[0], yaw_rate_rad_s=self.command[1])
+
+    def taught(self) -> tuple[float, float]:
+        """What the teacher decides now."""
+        motion = self.history[-1][1]
+        command = self.teacher.command(motion.x_m, motion.y_m, motion.yaw_rad, motion.yaw_rate_rad_s, TICKS_ODOMETRY * TICK_S)
+        if self.teacher.done and self.args.truth:
+            self.args.truth.with_suffix(".done").touch()
+        return command
 
 
 class SayingCorners:

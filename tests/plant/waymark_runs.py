@@ -42,7 +42,7 @@ class Place:
 
     def teach(self, options: list[str], speed_m_s: float = 0.3, name: str = "lap", timeout_s: float = 900) -> Run:
         """As a person teaches: the plant drives itself, in real time; a keyboard on which only q is pressed, at the end, stands for the person."""
-        return self.teach_robot(process([*options, "--teach", str(speed_m_s)], self.folder / f"{name}.csv"), name, timeout_s)
+        return self.teach_robot(process([*options, "--teach", str(speed_m_s), "--send-commands"], self.folder / f"{name}.csv"), name, timeout_s)
 
     def teach_robot(self, robot: str, name: str = "lap", timeout_s: float = 900, environment: dict | None = None,
                     anchor: str = str(course.ANCHOR)) -> Run:
@@ -73,7 +73,7 @@ class Place:
         """As fast as the plant thinks: it drives itself all the same, but its recording holds the truth, and the anchor's pose is given."""
         count = int(options[options.index("--tags") + 1]) if "--tags" in options else course.TAGS
         (self.folder / "world.yaml").write_text(course.world_yaml(count))
-        robot = process([*options, "--teach", str(speed_m_s), "--send-truth"], self.folder / f"{name}.csv")
+        robot = process([*options, "--teach", str(speed_m_s), "--send-commands", "--send-truth"], self.folder / f"{name}.csv")
         return self.waymark("teach", "--robot", robot, "--robot-file", "robot.yaml", "--world", "world.yaml", "--driver", "scripted",
                             "-o", f"{name}.mcap", "--json")
 

@@ -20,6 +20,7 @@ Status RobotLoop::receive(Sample sample, const RobotListener& listener) {
     if (const auto words = order_.take_words()) listener.on_text(*words);
     return {};
   }
+  told_commands_ = told_commands_ || std::holds_alternative<StampedCommand>(sample);
   auto* picture = std::get_if<CameraFrame>(&sample);
   if (picture == nullptr || search_.finder == nullptr) return listener.on_sample(sample);
   pictures_.push(std::move(*picture));
@@ -66,7 +67,7 @@ Status RobotLoop::send(const VelocityCommand& command, SensorTime now, const Rob
   if (options_.listen_only) return {};
   last_ = command;
   if (Status status = robot_.command(command); !status) return status;
-  return listener.on_sample(StampedCommand{now, command});
+  return told_commands_ ? Status() : listener.on_sample(StampedCommand{now, command});
 }
 
 Status RobotLoop::decide(const RobotListener& listener, RobotLoopEnd& end) {

@@ -27,7 +27,8 @@ struct DriverDecision {
 /// What becomes of a robot that is driven.
 struct RobotListener {
   /// Every sample in the order in which they came, tags right after the picture they were found in, and the
-  /// commands that were sent. An error ends the drive.
+  /// commands that were sent; of a robot that says itself by which commands it is driven, those instead. An
+  /// error ends the drive.
   std::function<Status(const Sample&)> on_sample = [](const Sample&) { return Status(); };
   /// Asked for a command twenty times a second and right after each picture; in lockstep when the robot asks.
   /// An error ends the drive.
@@ -101,6 +102,7 @@ class RobotLoop {
   Duration next_decision_{};
   std::optional<SensorTime> first_{};
   VelocityCommand last_{};
+  bool told_commands_ = false;  ///< the robot says which commands drive it
 };
 
 }  // namespace waymark

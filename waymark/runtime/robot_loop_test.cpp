@@ -168,6 +168,19 @@ TEST(RobotLoop, HearsEverySampleInOrderAndTheWordsOfTheRobot) {
   EXPECT_TRUE(std::holds_alternative<Odometry>(driver.samples.front()));
 }
 
+TEST(RobotLoop, OfARobotThatSaysWhichCommandsDriveItThoseAreRecorded) {
+  FakeRobot robot;
+  robot.says(milliseconds(1), Sample(StampedCommand{at(milliseconds(1)), {0.2, -0.5}}));
+  robot.says(milliseconds(60), Sample(StampedCommand{at(milliseconds(60)), {0.2, 0.5}}));
+  Driver driver{.decisions = 4};
+  ASSERT_TRUE(RobotLoop(robot, robot, robot.pacing(false)).drive(driver.listener()));
+  const auto recorded = driver.all<StampedCommand>();
+  ASSERT_EQ(recorded.size(), 2U) << "not those that were sent";
+  EXPECT_EQ(recorded[0].command, (VelocityCommand{0.2, -0.5}));
+  EXPECT_EQ(recorded[1].command, (VelocityCommand{0.2, 0.5}));
+  EXPECT_EQ(robot.commands.size(), 4U) << "which are sent all the same";
+}
+
 TEST(RobotLoop, InRealTimeOnlyTheNewestPictureOfEachCameraIsSearched) {
   FakeRobot robot;
   robot.says(milliseconds(1), Sample(picture(milliseconds(1), 1)));

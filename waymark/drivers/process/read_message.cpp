@@ -67,6 +67,13 @@ Sample odometry_of(MessageFields& fields) {
   return odometry;
 }
 
+Sample command_of(MessageFields& fields) {
+  StampedCommand command{.stamp = fields.stamp()};
+  command.command.speed_m_s = fields.number("speed_m_s", -kFast, kFast);
+  command.command.yaw_rate_rad_s = fields.number("yaw_rate_rad_s", -kFast, kFast);
+  return command;
+}
+
 Sample truth_of(MessageFields& fields) {
   const SensorTime stamp = fields.stamp();
   return TruthPose{stamp, lift(pose_of(fields))};
@@ -156,9 +163,11 @@ Sample image_of(MessageFields& fields) {
 using ReadSample = Sample (*)(MessageFields&);
 const std::map<std::string, ReadSample>& sample_types() {
   static const std::map<std::string, ReadSample> kTypes = {
-      {"odometry", odometry_of},  {"truth", truth_of}, {"wheels", wheels_of},   {"imu", imu_of},
-      {"scan", scan_of},          {"image", image_of}, {"gamepad", gamepad_of}, {"detections", detections_of},
-      {"tag_poses", tag_poses_of}};
+      {"odometry", odometry_of},   {"truth", truth_of},
+      {"wheels", wheels_of},       {"imu", imu_of},
+      {"scan", scan_of},           {"image", image_of},
+      {"gamepad", gamepad_of},     {"detections", detections_of},
+      {"tag_poses", tag_poses_of}, {"command", command_of}};
   return kTypes;
 }
 

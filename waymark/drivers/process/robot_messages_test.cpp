@@ -105,7 +105,13 @@ TEST(RobotMessages, ReadWhatTheyWrite) {
   EXPECT_LT((poses_back.tags[0].cam_T_tag.inverse() * cam_T_tag).log().norm(), 1e-12);
   const GamepadState pad{stamp, {0.5F, -1}, {0, 1}};
   EXPECT_EQ(std::get<GamepadState>(reader.sample(to_line(Sample(pad)))).buttons, pad.buttons);
-  EXPECT_EQ(to_line(Sample(StampedCommand{})), "") << "a robot does not say commands";
+  EXPECT_EQ(to_line(Sample(StampedCommand{})), "")
+      << "of the simulated robot, which obeys those that it gets";
+  const auto command = std::get<StampedCommand>(
+      reader.sample(R"({"type":"command","stamp_s":2.5,"speed_m_s":0.3,"yaw_rate_rad_s":-1.25})"
+                    "\n"));
+  EXPECT_EQ(command.stamp, SensorTime(Duration(2'500'000'000)));
+  EXPECT_EQ(command.command, (VelocityCommand{0.3, -1.25}));
 }
 
 TEST(RobotMessages, PosesOfTagsThatAreNoneAreErrors) {
