@@ -138,22 +138,27 @@ TEST(MapOfAPlace, WheelsMayTellTurnsWrongly) {
   }
 }
 
-/// Wheels that skid now more, now less: then a gyro is what to turn by.
-TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
-  const Lap lap = drive(6);
-  LapInput input = lap.input;
+/// As wheels tell it that skid now more, now less: by `share` about `gain`, in periods of five seconds.
+std::vector<Odometry> skidding_by_turns(const std::vector<Odometry>& odometry, double gain, double share) {
   std::vector<Odometry> told;
-  for (std::size_t i = 0; i < lap.input.odometry.size(); ++i) {
-    Odometry sample = lap.input.odometry[i];
+  for (std::size_t i = 0; i < odometry.size(); ++i) {
+    Odometry sample = odometry[i];
     if (i > 0) {
-      SE2::Tangent twist = (lap.input.odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
-      twist[2] /=
-          0.45 + 0.3 * std::sin(2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5);
+      SE2::Tangent twist = (odometry[i - 1].odom_T_base.inverse() * sample.odom_T_base).log();
+      const double phase = 2 * std::numbers::pi * to_seconds(sample.stamp.time_since_epoch()) / 5;
+      twist[2] /= gain + share * std::sin(phase);
       sample.odom_T_base = told.back().odom_T_base * SE2::exp(twist);
     }
     told.push_back(sample);
   }
-  input.odometry = told;
+  return told;
+}
+
+/// Then a gyro is what to turn by.
+TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
+  const Lap lap = drive(6);
+  LapInput input = lap.input;
+  input.odometry = skidding_by_turns(lap.input.odometry, 0.45, 0.3);
   const double by_wheels = worst_of_others(map_of(input), {});
   constexpr double kBias_rad_s = 0.02;
   input.imu = lap.imu;
@@ -163,6 +168,54 @@ TEST(MapOfAPlace, AGyroTurnsForWheelsThatSkid) {
               1000 * worst_of_others(map, {}));
   EXPECT_TRUE(map.turns_by_gyro);
   EXPECT_LT(worst_of_others(map, {}), 0.01);
+}
+
+/// What the turns that odometry told are to be multiplied by: their slope over the true ones, of one.
+double true_turn_scale(const Lap& lap, const std::vector<Odometry>& odometry) {
+  constexpr std::size_t kSecond = 50;  // samples
+  double both = 0;
+  double worth = 0;
+  for (std::size_t i = 0; i + kSecond < odometry.size(); i += kSecond) {
+    const auto a = true_pose(lap, odometry[i].stamp);
+    const auto b = true_pose(lap, odometry[i + kSecond].stamp);
+    if (!a || !b) continue;
+    double told = 0;
+    for (std::size_t k = i; k < i + kSecond; ++k)
+      told += (odometry[k].odom_T_base.inverse() * odometry[k + 1].odom_T_base).log()[2];
+    const double turned = (a->inverse() * *b).log()[5];
+    both += told * turned;
+    worth += turned * turned;
+  }
+  return worth / both;
+}
+
+/// A gyro that comes and goes turns where it is there, and the wheels turn elsewhere.
+TEST(MapOfAPlace, AGyroMayComeAndGo) {
+  struct Case {
+    const char* name;
+    double period_s, without_s, offset_s;
+  };
+  const Lap lap = drive(6);
+  LapInput input = lap.input;
+  input.odometry = skidding_by_turns(lap.input.odometry, 0.45, 0.3);
+  const double truth = true_turn_scale(lap, input.odometry);
+  for (const Case& c : {Case{"all along", 1e3, 0, 0}, Case{"two thirds", 1e3, 20, 20},
+                        Case{"by turns", 4, 1.2, 0}, Case{"with short gaps", 2, 0.4, 0}}) {
+    input.imu.clear();
+    for (const ImuSample& sample : lap.imu) {
+      const double t = to_seconds(sample.stamp.time_since_epoch()) - c.offset_s;
+      if (t < 0 || std::fmod(t, c.period_s) >= c.without_s) input.imu.push_back(sample);
+    }
+    const BundleMap map = map_of(input);
+    std::printf("gyro %s: worst tag %.1f mm, yaw scale %.3f +- %.3f (truth %.3f), %.0f %% without%s\n",
+                c.name, 1000 * worst_of_others(map, {}), map.odometry_scales.yaw,
+                map.odometry_scales_sigma.yaw, truth, 100 * map.without_gyro_share,
+                map.turns_by_gyro ? ", gyro" : "");
+    EXPECT_TRUE(map.turns_by_gyro) << c.name;
+    EXPECT_LT(std::abs(map.odometry_scales.yaw - truth), 3 * map.odometry_scales_sigma.yaw) << c.name;
+    EXPECT_LT(worst_of_others(map, {}), 0.01) << c.name;
+    EXPECT_NEAR(map.without_gyro_share, c.without_s / std::min(c.period_s, 60.0), 0.05) << c.name;
+  }
 }
 
 TEST(MapOfAPlace, ACameraThatSitsElsewhereIsFoundAndUsed) {

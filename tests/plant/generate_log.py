@@ -53,6 +53,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--jitter-s", type=float, default=0.0, help="each picture is stamped so much too early or too late at most, evenly spread")
     parser.add_argument("--second", type=int, nargs=2, action="append", default=[], metavar=("NUMBER", "AS"),
                         help="the tag of this number carries the other one, which another tag has, too")
+    parser.add_argument("--imu-gap", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
+                        help="the table of the gyro has nothing meanwhile")
     parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
     parser.add_argument("--laps", type=float, default=1.0)
     parser.add_argument("--speeds", type=float, nargs="+", default=[0.3], metavar="M_S", help="of the drive, one after the other, ten seconds each")
@@ -119,7 +121,7 @@ def drive(args: argparse.Namespace) -> dict[str, list[str]]:
         motion = plant.motion()
         sensing.encoder_stuck = any(start <= now < start + lasts for start, lasts in args.encoder_stuck)
         sensing.advance(motion, TICK_S)
-        if ticks % 2 == 0:
+        if ticks % 2 == 0 and not any(start <= now < start + lasts for start, lasts in args.imu_gap):
             imu = sensing.imu(motion)
             tables["imu"].append(row(now, *imu["angular_velocity_rad_s"], *imu["linear_acceleration_m_s2"]))
         if ticks % 4 == 0:

@@ -248,6 +248,8 @@ nlohmann::ordered_json to_json(const MapReport& report) {
       {"odometry_distance_scale",
        of_bundle([](const BundleFigures& b) { return b.odometry_scales.distance; })},
       {"odometry_yaw_scale", of_bundle([](const BundleFigures& b) { return b.odometry_scales.yaw; })},
+      {"turns_by_gyro", of_bundle([](const BundleFigures& b) { return b.turns_by_gyro; })},
+      {"without_gyro_fraction", of_bundle([](const BundleFigures& b) { return b.without_gyro_share; })},
       {"wall_s", report.wall_s},
       {"peak_rss_mib", report.peak_rss_mib},
       {"warnings", report.warnings}};

@@ -6,6 +6,18 @@
 #include "waymark/jobs/map_text.hpp"
 
 namespace waymark {
+namespace {
+
+/// What of the lap a gyro covered, where there is one that is missing somewhere.
+std::string gyro_in_words(const BundleFigures& b) {
+  constexpr double kWorthSaying = 0.005;
+  if (b.without_gyro_share < kWorthSaying || b.without_gyro_share == 1) return {};
+  const char* what = b.turns_by_gyro ? "turns there are those of the wheels, with a scale of their own"
+                                     : "turns are those of the odometry all along";
+  return fmt::format("the gyro is missing from {:.0f} % of the lap: {}\n", 100 * b.without_gyro_share, what);
+}
+
+}  // namespace
 
 std::string to_text(const MapReport& report, const std::string& folder) {
   const MappedLap& lap = report.lap;
@@ -37,6 +49,7 @@ std::string to_text(const MapReport& report, const std::string& folder) {
           "(turns)\n",
           b.odometry_scales.distance, b.odometry_scales_sigma.distance, b.odometry_scales.yaw,
           b.odometry_scales_sigma.yaw);
+    text += gyro_in_words(b);
   }
   if (lap.bundle && lap.bundle->loop) {
     const LoopClosure& loop = *lap.bundle->loop;

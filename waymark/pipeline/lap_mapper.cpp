@@ -182,7 +182,8 @@ Result<MappedLap> by_bundle(const TaughtLap& taught, const TeachSetup& setup, co
                                            .mounting = map->mounting,
                                            .mounting_used = map->mounting_used,
                                            .turn_noise = map->turn_noise,
-                                           .turns_by_gyro = map->turns_by_gyro}};
+                                           .turns_by_gyro = map->turns_by_gyro,
+                                           .without_gyro_share = map->without_gyro_share}};
 }
 
 }  // namespace

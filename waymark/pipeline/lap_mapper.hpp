@@ -54,6 +54,7 @@ struct BundleFigures {
   bool mounting_used = false;                  ///< the map rests on it
   std::optional<TurnNoise> turn_noise{};       ///< of the wheels as they were recorded
   bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
+  double without_gyro_share = 0;               ///< of the lap; 1 without any gyro
 };
 
 /// What a lap becomes.

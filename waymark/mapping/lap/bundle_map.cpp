@@ -214,6 +214,20 @@ void scale_by(const internal::RoughOdometry& rough, OdometryScales& scales, Odom
   }
 }
 
+/// The noise of the wheels' turns; and their scale, where a gyro turned for them.
+void tell_turns_of_wheels(const std::vector<Odometry>& odometry, BundleMap& result) {
+  const Trajectory& trajectory = result.trajectory;
+  const std::vector<Matrix6>& P = result.trajectory_covariance;
+  const auto scale = result.turns_by_gyro ? turn_scale(trajectory, P, odometry) : std::nullopt;
+  result.turn_noise = turn_noise(trajectory, P, odometry, scale.value_or(result.odometry_scales.yaw));
+  if (scale && result.turn_noise) {
+    result.odometry_scales.yaw = *scale;
+    result.odometry_scales_sigma.yaw = result.turn_noise->scale_sigma;
+    if (result.mounting) result.mounting->scales.yaw = *scale;
+    if (result.mounting) result.mounting->scales_sigma.yaw = result.turn_noise->scale_sigma;
+  }
+}
+
 std::vector<ObservedFrame> observe_all(const LapInput& input) {
   std::vector<ObservedFrame> observed;
   observed.reserve(input.frames.size());
@@ -285,6 +299,7 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   const internal::RoughOdometry rough = internal::rough_odometry(given, observed);
   LapInput driven = given;
   driven.odometry = rough.odometry;
+  if (rough.turns_by_gyro) driven.other_turns = rough.without_gyro;
   const std::vector<internal::ObservationIndex> second =
       internal::observations_of_duplicate_tags(driven, observed);
   const LapInput input = internal::without(driven, second);
@@ -350,8 +365,8 @@ Result<BundleMap> map_by_bundle(const LapInput& given, const ChainOptions& chain
   scale_by(rough, result.odometry_scales, result.odometry_scales_sigma);
   if (result.mounting) scale_by(rough, result.mounting->scales, result.mounting->scales_sigma);
   result.turns_by_gyro = rough.turns_by_gyro;
-  result.turn_noise =
-      turn_noise(result.trajectory, result.trajectory_covariance, given.odometry, result.odometry_scales.yaw);
+  result.without_gyro_share = given.imu.empty() ? 1 : rough.without_gyro_share;
+  tell_turns_of_wheels(given.odometry, result);
   return result;
 }
 

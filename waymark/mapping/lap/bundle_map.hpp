@@ -64,6 +64,7 @@ struct BundleMap {
   OdometryScales odometry_scales_sigma{0, 0};  ///< standard deviations; 0 without odometry
   std::optional<TurnNoise> turn_noise{};       ///< of the wheels as they were recorded
   bool turns_by_gyro = false;                  ///< the wheels' own turns agreed with the tags clearly worse
+  double without_gyro_share = 0;               ///< of the time of the odometry; 1 without any gyro
   std::array<ResidualRegion, 9> regions{};     ///< by rows, from the upper left
   std::optional<MountingEstimate> mounting{};  ///< where the camera sits by what the lap says
   bool mounting_used = false;                  ///< the map rests on it

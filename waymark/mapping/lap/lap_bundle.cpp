@@ -68,6 +68,12 @@ OdometryFactor odometry_factor(const LapInput& lap, const Wheels& wheels, std::s
   return factor;
 }
 
+/// Whether turns come from something else anywhere between two moments.
+bool turns_otherwise(const LapInput& lap, SensorTime from, SensorTime to) {
+  const auto span = std::ranges::upper_bound(lap.other_turns, from, {}, &TimeSpan::to);
+  return span != lap.other_turns.end() && span->from < to;
+}
+
 constexpr double kHeld = 1e-6;    // by definition, but for rounding
 constexpr double kUnknown = 0.5;  // of a lean [rad]
 
@@ -156,7 +162,7 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
 
   const Wheels wheels = wheels_of(lap);
   fill_by_odometry(wheels.odom_T_base, poses);
-  bundle.odometry_scales.push_back({});
+  bundle.odometry_scales.resize(lap.other_turns.empty() ? 1 : 2);
   result.bases.resize(lap.frames.size());
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     if (!poses[i]) continue;
@@ -168,10 +174,11 @@ LapBundle lap_bundle(const LapInput& lap, const ChainResult& start, const LapMod
     bundle.on_floor.push_back(
         {result.floor, *result.bases[i], {options.floor.height_sigma_m, options.floor.tilt_sigma_rad}});
     if (i == 0 || !result.bases[i - 1] || !wheels.odom_T_base[i - 1] || !wheels.odom_T_base[i]) continue;
-    bundle.odometry.push_back(
-        {*result.bases[i - 1], *result.bases[i], 0, odometry_factor(lap, wheels, i, options)});
+    const bool otherwise = turns_otherwise(lap, lap.frames[i - 1].stamp, lap.frames[i].stamp);
+    bundle.odometry.push_back({*result.bases[i - 1], *result.bases[i], otherwise ? std::size_t{1} : 0,
+                               odometry_factor(lap, wheels, i, options)});
   }
-  bundle.odometry_scales[0].fixed = bundle.odometry.empty();
+  for (BundleScales& scales : bundle.odometry_scales) scales.fixed = bundle.odometry.empty();
   for (std::size_t i = 0; i < lap.frames.size(); ++i) {
     for (std::size_t d = 0; d < lap.frames[i].detections.size(); ++d)
       add_corners(lap, options, {i, d}, result);

@@ -58,6 +58,10 @@ struct LapPrior {
   std::set<TagId> frozen{};  ///< held where the map has them, whatever the lap says
 };
 
+struct TimeSpan {
+  SensorTime from{}, to{};
+};
+
 /// A lap as it goes into bundle adjustment.
 struct LapInput {
   std::vector<TagFrame> frames{};
@@ -70,6 +74,9 @@ struct LapInput {
   std::vector<ImuSample> imu{};               ///< may be empty
   std::optional<LapPrior> prior{};            ///< then the anchor is one of its tags, where it has it
   std::vector<MountedCamera> more_cameras{};  ///< beside the first, whose frames name none of them
+  /// Where the turns of the odometry come from something else than in the rest of it, one after the other;
+  /// they have scales of their own.
+  std::vector<TimeSpan> other_turns{};
 };
 
 /// The bundle of a lap, and where to find what in it.
@@ -101,7 +108,8 @@ struct LapBundle {
 /// its origin is on it, and its heading, mean nothing.
 [[nodiscard]] PosePriorFactor floor_prior(const SE3& map_T_floor, bool lean_known);
 
-/// Unknown: every tag of the start, every base pose, the height of the floor, the scales of odometry. The map
+/// Unknown: every tag of the start, every base pose, the height of the floor, the scales of odometry (the
+/// first of Bundle::odometry_scales; the second, where there is one, of LapInput::other_turns). The map
 /// is level with the floor; the anchor holds its place and its heading, and how it leans is found. Where the
 /// lap extends a map whose floor is not known, the anchor is held and the lean of the floor is found instead.
 /// Frames without a tag are placed by odometry alone. The mountings of the cameras

@@ -9,6 +9,7 @@
 
 #include "waymark/base/order_statistics.hpp"
 #include "waymark/mapping/lap/floor_observations.hpp"
+#include "waymark/mapping/lap/gyro_track.hpp"
 #include "waymark/mapping/lap/odometry_track.hpp"
 
 namespace waymark::internal {
@@ -20,51 +21,6 @@ struct Window {
   SE2::Tangent tags = SE2::Tangent::Zero();
   SE2::Tangent wheels = SE2::Tangent::Zero();
   std::optional<double> gyro_rad{};
-};
-
-/// The integral of a gyro's rate about the floor's normal.
-class GyroTrack {
- public:
-  explicit GyroTrack(const std::vector<ImuSample>& samples) {
-    for (const ImuSample& sample : samples) {
-      const double rate = sample.angular_velocity_rad_s.z();
-      if (!std::isfinite(rate) || (!track_.empty() && sample.stamp <= track_.back().stamp)) continue;
-      double angle_rad = 0;
-      if (!track_.empty()) {
-        const Moment& before = track_.back();
-        angle_rad = before.angle_rad + (before.rate + rate) / 2 * to_seconds(sample.stamp - before.stamp);
-      }
-      track_.push_back({sample.stamp, rate, angle_rad});
-    }
-  }
-
-  /// Nothing outside of its samples, or where some are missing.
-  [[nodiscard]] std::optional<double> turn(SensorTime from, SensorTime to) const {
-    const auto a = at(from);
-    const auto b = at(to);
-    if (!a || !b) return std::nullopt;
-    return *b - *a;
-  }
-
- private:
-  struct Moment {
-    SensorTime stamp{};
-    double rate = 0, angle_rad = 0;
-  };
-
-  [[nodiscard]] std::optional<double> at(SensorTime stamp) const {
-    constexpr double kGap_s = 0.2;
-    const auto after = std::ranges::lower_bound(track_, stamp, {}, &Moment::stamp);
-    if (after == track_.end()) return std::nullopt;
-    if (after->stamp == stamp) return after->angle_rad;
-    if (after == track_.begin()) return std::nullopt;
-    const auto before = std::prev(after);
-    const double gap_s = to_seconds(after->stamp - before->stamp);
-    if (gap_s > kGap_s) return std::nullopt;
-    return std::lerp(before->angle_rad, after->angle_rad, to_seconds(stamp - before->stamp) / gap_s);
-  }
-
-  std::vector<Moment> track_;
 };
 
 /// How the base moved from one frame to another by the tags of both: medians over the tags.
@@ -203,7 +159,7 @@ std::optional<Gyro> fit_gyro(const std::vector<Window>& windows) {
   for (const Window& w : windows) {
     if (w.gyro_rad) pairs.emplace_back(*w.gyro_rad, w.tags[2] + gyro.bias_rad_s * w.duration_s);
   }
-  if (2 * pairs.size() < windows.size() || !scale_of(pairs, kLeastTurn_rad)) return std::nullopt;
+  if (!scale_of(pairs, kLeastTurn_rad)) return std::nullopt;
   gyro.off_rad = median_off(pairs, gyro.scale);
   return gyro;
 }
@@ -223,6 +179,24 @@ std::vector<Odometry> changed(const std::vector<Odometry>& odometry, const Chang
     result.push_back(sample);
   }
   return result;
+}
+
+/// The steps of the odometry that the gyro does not cover, those that follow each other as one.
+void find_gaps(const std::vector<Odometry>& odometry, const GyroTrack& gyro, RoughOdometry& rough) {
+  double missing_s = 0;
+  for (std::size_t i = 1; i < odometry.size(); ++i) {
+    const SensorTime from = odometry[i - 1].stamp;
+    const SensorTime to = odometry[i].stamp;
+    if (!(from < to) || gyro.turn(from, to)) continue;
+    missing_s += to_seconds(to - from);
+    if (!rough.without_gyro.empty() && rough.without_gyro.back().to == from)
+      rough.without_gyro.back().to = to;
+    else
+      rough.without_gyro.push_back({from, to});
+  }
+  if (odometry.size() < 2) return;
+  const double all_s = to_seconds(odometry.back().stamp - odometry.front().stamp);
+  rough.without_gyro_share = all_s > 0 ? missing_s / all_s : 0;
 }
 
 }  // namespace
@@ -246,10 +220,15 @@ RoughOdometry rough_odometry(const LapInput& lap, const std::vector<ObservedFram
   rough.yaw = off(yaw);
   rough.distance = off(distance);
   const auto gyro = fit_gyro(windows);
-  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(turns, yaw.value_or(1));
+  Pairs beside_gyro;
+  for (const Window& w : windows) {
+    if (w.gyro_rad) beside_gyro.emplace_back(w.wheels[2], w.tags[2]);
+  }
+  const GyroTrack track(lap.imu);
+  find_gaps(lap.odometry, track, rough);
+  rough.turns_by_gyro = gyro && gyro->off_rad < kClearlyBetter * median_off(beside_gyro, yaw.value_or(1));
   if (!rough.turns_by_gyro && rough.yaw == 1 && rough.distance == 1) return rough;
   if (rough.turns_by_gyro) rough.yaw = yaw.value_or(1);
-  const GyroTrack track(lap.imu);
   rough.odometry = changed(lap.odometry, [&](SE2::Tangent twist, SensorTime from, SensorTime to) {
     const auto turned = rough.turns_by_gyro ? track.turn(from, to) : std::nullopt;
     const double turn =

@@ -45,21 +45,22 @@ std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
                 a.turned_rad + share * (b.turned_rad - a.turned_rad)};
 }
 
-}  // namespace
+/// What a trajectory and odometry say of the same second of a drive.
+struct Stretch {
+  double way_m = 0;
+  double told_rad = 0;    ///< by odometry
+  double turned_rad = 0;  ///< by the trajectory, but for whole turns
+};
 
-std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
-                                    const std::vector<Odometry>& odometry, double yaw_scale) {
+std::vector<Stretch> stretches_of(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                  const std::vector<Odometry>& odometry) {
   constexpr double kStretch_s = 1;
   constexpr double kLongest_s = 1.5;
   constexpr double kKnown_rad = 0.009;
   constexpr double kLeastWay_m = 0.05;
-  constexpr int kFewest = 10;
-  if (covariance.size() != trajectory.size()) return std::nullopt;
+  if (covariance.size() != trajectory.size()) return {};
   const std::vector<Driven> sums = sums_of(odometry);
-  double squares = 0;
-  double way = 0;
-  double worth = 0;
-  int stretches = 0;
+  std::vector<Stretch> stretches;
   std::optional<Driven> from;
   double from_yaw = 0;
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
@@ -69,22 +70,49 @@ std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vec
     const auto to = at(sums, stamp);
     if (!to) continue;
     const double yaw = project_to_plane(trajectory[i].map_T_base).yaw();
-    if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m) {
-      const double turned = to->turned_rad - from->turned_rad;
-      const double d = to->way_m - from->way_m;
-      const double off = straight(yaw - from_yaw - yaw_scale * turned);
-      squares += off * off;
-      way += d;
-      worth += turned * turned / d;
-      ++stretches;
-    }
+    if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m)
+      stretches.push_back({to->way_m - from->way_m,
+                           to->turned_rad - from->turned_rad, yaw - from_yaw});
     from = to;
     from_yaw = yaw;
   }
-  if (stretches < kFewest) return std::nullopt;
-  TurnNoise noise{.rad_sqrt_m = std::sqrt(squares / way), .stretches = stretches};
+  return stretches;
+}
+
+constexpr std::size_t kFewest = 10;
+
+}  // namespace
+
+std::optional<TurnNoise> turn_noise(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                    const std::vector<Odometry>& odometry, double yaw_scale) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  if (stretches.size() < kFewest) return std::nullopt;
+  double squares = 0;
+  double way = 0;
+  double worth = 0;
+  for (const Stretch& s : stretches) {
+    const double off = straight(s.turned_rad - yaw_scale * s.told_rad);
+    squares += off * off;
+    way += s.way_m;
+    worth += s.told_rad * s.told_rad / s.way_m;
+  }
+  TurnNoise noise{.rad_sqrt_m = std::sqrt(squares / way), .stretches = static_cast<int>(stretches.size())};
   noise.scale_sigma = worth > 0 ? noise.rad_sqrt_m / std::sqrt(worth) : 0;
   return noise;
+}
+
+std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                 const std::vector<Odometry>& odometry) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  double both = 0;
+  double worth = 0;
+  for (const Stretch& s : stretches) {
+    const double turned_rad = straight(s.turned_rad);
+    both += s.told_rad * turned_rad / s.way_m;
+    worth += turned_rad * turned_rad / s.way_m;
+  }
+  if (stretches.size() < kFewest || !(both > 0)) return std::nullopt;
+  return worth / both;
 }
 
 }  // namespace waymark

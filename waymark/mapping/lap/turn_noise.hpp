@@ -22,4 +22,12 @@ struct TurnNoise {
                                                   const std::vector<Matrix6>& covariance,
                                                   const std::vector<Odometry>& odometry, double yaw_scale);
 
+/// The scale of the turns by odometry that fits those of a trajectory best over the same stretches, for a
+/// trajectory whose turns come from something else: the reciprocal of the slope of what odometry told over
+/// how the robot turned, as odometry is what errs (see odometry_residual). The noise of `turn_noise` at that
+/// scale says how well.
+[[nodiscard]] std::optional<double> turn_scale(const Trajectory& trajectory,
+                                               const std::vector<Matrix6>& covariance,
+                                               const std::vector<Odometry>& odometry);
+
 }  // namespace waymark

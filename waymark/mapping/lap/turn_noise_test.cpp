@@ -54,6 +54,23 @@ TEST(TurnNoise, IsWhatWheelsAndTrajectoryDifferInAfterTheScale) {
   }
 }
 
+TEST(TurnNoise, TheScaleOfTheTurnsIsFoundAsWellAsItsNoiseSays) {
+  for (const double scale : {0.2, 1.0, 1.2}) {
+    double squares = 0;
+    constexpr int kDrives = 12;
+    for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
+      const Drive made = drive(scale, 0.02, seed);
+      const auto found = turn_scale(made.trajectory, made.covariance, made.odometry);
+      ASSERT_TRUE(found);
+      const auto noise = turn_noise(made.trajectory, made.covariance, made.odometry, *found);
+      ASSERT_TRUE(noise);
+      squares += std::pow((*found - scale) / noise->scale_sigma, 2);
+    }
+    EXPECT_GT(squares / kDrives, 0.3) << scale;
+    EXPECT_LT(squares / kDrives, 2.2) << scale;
+  }
+}
+
 TEST(TurnNoise, SaysNothingWhereTheHeadingsAreNotKnown) {
   Drive made = drive(1, 0.01, 7);
   for (Matrix6& P : made.covariance) P(5, 5) = 0.1;
