@@ -29,6 +29,7 @@ PROGRAM = ""
 FULL = os.environ.get("WAYMARK_FULL") is not None
 DRIVES = int(os.environ.get("WAYMARK_DRIVES", 50)) if FULL else 1
 FIRST_SEED = int(os.environ.get("WAYMARK_FIRST_SEED", 1))
+ONE_SIDED_DRIVES = 20 if FULL else 4
 # Of the place about which the robot turns: the calibrated base.
 PIVOT_M = kinematic_plant.KinematicOptions().pivot_m
 CAMERA_M = {"mounting_x_m": body.Camera().x_m - PIVOT_M, "mounting_y_m": body.Camera().y_m, "mounting_z_m": body.Camera().z_m}
@@ -40,14 +41,15 @@ LEAST_TOLD = 0.8  # of the drives; to write nothing is right where what was foun
 MOST_CALLED_MOVED = 0.5  # of 24 tags, none of which was; mean of the drives
 
 
-def calibrated(seed: int, by: str, folder: pathlib.Path) -> tuple[dict[str, tuple[float, float]], str]:
+def calibrated(seed: int, by: str, folder: pathlib.Path, *course: str) -> tuple[dict[str, tuple[float, float]], str]:
     """Error and stated deviation of each number that the drive tells, and what was said beside."""
     rng = np.random.default_rng([seed, 11])
     moved = np.clip(rng.standard_normal(3), -2, 2) * 0.01
     turned_deg = np.clip(rng.standard_normal(3), -2, 2) * 1.0
     latency_s, focal = float(rng.uniform(0, 0.06)), float(1 + 0.01 * rng.standard_normal())
     subprocess.run(["/usr/bin/python3", str(GENERATE), str(folder), "--seed", str(seed), "--speeds", "0.25", "0.55", "--latency-s", f"{latency_s:.6f}",
-                    "--focal-scale", f"{focal:.6f}", "--printing", str(seed), "--mounting", *(f"{offset:.6f}" for offset in (*moved, *turned_deg))], check=True)
+                    "--focal-scale", f"{focal:.6f}", "--printing", str(seed), "--mounting", *(f"{offset:.6f}" for offset in (*moved, *turned_deg)), *course],
+                   check=True)
     logs = [str(folder / f"{name}.csv") for name in ("detections", "odometry", "imu")]
     done = subprocess.run([PROGRAM, "calibrate", "robot", *logs, "--map", str(folder / "map.yaml"), "--robot", str(folder / "robot.yaml"), "--by", by,
                            "-o", str(folder / "calibration.yaml"), "--json"], capture_output=True, text=True, check=False)
@@ -94,6 +96,20 @@ class Numbers(unittest.TestCase):
                 if enough and name in always_told:
                     self.assertGreater(rms(values), SMALLEST_RMS - chance)
         self.assertLessEqual(always_told, set(scores))
+
+    def test_the_turning_scale_of_one_sided_bends_is_as_good_as_it_says(self) -> None:
+        """A constant error of the gyro's rate and a wrong scale are nearly the same thing there, and the error wanders."""
+        scores = []
+        for seed in range(FIRST_SEED, FIRST_SEED + ONE_SIDED_DRIVES):
+            with tempfile.TemporaryDirectory() as folder:
+                found, _ = calibrated(seed, "lap", pathlib.Path(folder), "--one-sided")
+            if "yaw_gain" in found:
+                error, sigma = found["yaw_gain"]
+                scores.append(error / sigma)
+                print(f"one-sided, seed {seed}: yaw_gain {error:+.5f} +- {sigma:.5f}", flush=True)
+        if scores:
+            print(f"one-sided: yaw_gain: RMS {rms(scores):.2f}, {len(scores)} of {ONE_SIDED_DRIVES} drives tell it", flush=True)
+            self.assertLess(rms(scores), LARGEST_RMS + 2 / math.sqrt(2 * len(scores)))
 
     def test_by_lap_are_as_good_as_they_say(self) -> None:
         self.check("lap", {"mounting_x_m", "mounting_yaw_rad", "mounting_pitch_rad", "mounting_roll_rad", "focal_scale", "yaw_gain"})

@@ -1,5 +1,5 @@
-"""The course: a closed lap of 16.2 m with curves of both hands, 24 tags, and a gate of 0.84 m; or a recorded line of other people's, with as many
-tags. Frame world: floor z = 0, z up."""
+"""The course: a closed lap of 16.2 m with curves of both hands (or an oval), 24 tags, and a gate of 0.84 m; or a recorded line of other people's,
+with as many tags. Frame world: floor z = 0, z up."""
 import argparse
 import contextlib
 import csv
@@ -37,6 +37,15 @@ class Tag:
 
 
 _recorded: np.ndarray | None = None  # an open line instead of the lap
+_one_sided = False  # the lap is an oval
+
+
+def use_oval() -> None:
+    """From now on the lap bends to the left only."""
+    global _one_sided
+    _one_sided = True
+    _own_lap.cache_clear()
+    _standing.cache_clear()
 
 
 def use_recorded(file: pathlib.Path, most_curvature: float = 3.8) -> None:
@@ -87,7 +96,8 @@ def lap() -> np.ndarray:
 def _own_lap() -> np.ndarray:
     """Counter-clockwise, as long as LAP_M."""
     angle = np.linspace(0, 2 * math.pi, 20001)
-    radius = 1 + 0.24 * np.cos(2 * angle) + 0.07 * np.sin(3 * angle) + 0.04 * np.cos(angle)
+    both_hands = 1 + 0.24 * np.cos(2 * angle) + 0.07 * np.sin(3 * angle) + 0.04 * np.cos(angle)
+    radius = 1 + 0.12 * np.cos(2 * angle) if _one_sided else both_hands
     x, y = radius * np.cos(angle), radius * np.sin(angle)
     way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     scale = LAP_M / way[-1]

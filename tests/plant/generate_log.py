@@ -53,6 +53,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--jitter-s", type=float, default=0.0, help="each picture is stamped so much too early or too late at most, evenly spread")
     parser.add_argument("--second", type=int, nargs=2, action="append", default=[], metavar=("NUMBER", "AS"),
                         help="the tag of this number carries the other one, which another tag has, too")
+    parser.add_argument("--one-sided", action="store_true", help="the lap is an oval, driven to the left")
     parser.add_argument("--imu-gap", type=float, nargs=2, action="append", default=[], metavar=("AT_S", "FOR_S"),
                         help="the table of the gyro has nothing meanwhile")
     parser.add_argument("--no-imu", action="store_true", help="without the table of the gyro")
@@ -204,6 +205,8 @@ def landmarks_csv() -> str:
 
 def main() -> None:
     args = arguments()
+    if args.one_sided:
+        course.use_oval()
     args.folder.mkdir(parents=True, exist_ok=True)
     for name, lines in drive(args).items():
         if name == "imu" and args.no_imu:

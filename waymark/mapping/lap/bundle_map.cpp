@@ -226,6 +226,9 @@ void tell_turns_of_wheels(const std::vector<Odometry>& odometry, BundleMap& resu
     if (result.mounting) result.mounting->scales.yaw = *scale;
     if (result.mounting) result.mounting->scales_sigma.yaw = result.turn_noise->scale_sigma;
   }
+  if (!result.mounting) return;
+  double& sigma = result.mounting->scales_sigma.yaw;
+  sigma = std::max(sigma, turn_scale_sigma(trajectory, P, odometry).value_or(0));
 }
 
 std::vector<ObservedFrame> observe_all(const LapInput& input) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Cholesky>
+
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -47,6 +49,7 @@ std::optional<Driven> at(const std::vector<Driven>& sums, SensorTime stamp) {
 
 /// What a trajectory and odometry say of the same second of a drive.
 struct Stretch {
+  double lasts_s = 0;
   double way_m = 0;
   double told_rad = 0;    ///< by odometry
   double turned_rad = 0;  ///< by the trajectory, but for whole turns
@@ -71,7 +74,7 @@ std::vector<Stretch> stretches_of(const Trajectory& trajectory, const std::vecto
     if (!to) continue;
     const double yaw = project_to_plane(trajectory[i].map_T_base).yaw();
     if (from && to_seconds(stamp - from->stamp) < kLongest_s && to->way_m - from->way_m > kLeastWay_m)
-      stretches.push_back({to->way_m - from->way_m,
+      stretches.push_back({to_seconds(stamp - from->stamp), to->way_m - from->way_m,
                            to->turned_rad - from->turned_rad, yaw - from_yaw});
     from = to;
     from_yaw = yaw;
@@ -113,6 +116,29 @@ std::optional<double> turn_scale(const Trajectory& trajectory, const std::vector
   }
   if (stretches.size() < kFewest || !(both > 0)) return std::nullopt;
   return worth / both;
+}
+
+std::optional<double> turn_scale_sigma(const Trajectory& trajectory, const std::vector<Matrix6>& covariance,
+                                       const std::vector<Odometry>& odometry) {
+  const std::vector<Stretch> stretches = stretches_of(trajectory, covariance, odometry);
+  if (stretches.size() < kFewest) return std::nullopt;
+  Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  double squares = 0;
+  for (const Stretch& s : stretches) {
+    const Eigen::Vector2d row(straight(s.turned_rad), s.lasts_s);
+    A += row * row.transpose();
+    b += s.told_rad * row;
+    squares += s.told_rad * s.told_rad;
+  }
+  constexpr double kAlike = 0.7;
+  const double determinant = A.determinant();
+  const double correlation = A(0, 1) / std::sqrt(A(0, 0) * A(1, 1));
+  if (!(determinant > 0) || !(std::abs(correlation) > kAlike)) return std::nullopt;
+  const Eigen::Vector2d x = A.ldlt().solve(b);  // told turn over true turn, and error of the rate
+  const double left_over = std::max(0.0, squares - b.dot(x)) / static_cast<double>(stretches.size() - 2);
+  const double sigma = std::sqrt(left_over * A(1, 1) / determinant);
+  return sigma / (x[0] * x[0]);
 }
 
 }  // namespace waymark

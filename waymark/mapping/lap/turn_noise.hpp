@@ -30,4 +30,11 @@ struct TurnNoise {
                                                const std::vector<Matrix6>& covariance,
                                                const std::vector<Odometry>& odometry);
 
+/// The standard deviation of that scale where a constant error of the rate is found beside it, by what is
+/// left over in the stretches: on a course that bends to one side only, at one rate, the two are the same
+/// thing.
+[[nodiscard]] std::optional<double> turn_scale_sigma(const Trajectory& trajectory,
+                                                     const std::vector<Matrix6>& covariance,
+                                                     const std::vector<Odometry>& odometry);
+
 }  // namespace waymark

@@ -71,6 +71,41 @@ TEST(TurnNoise, TheScaleOfTheTurnsIsFoundAsWellAsItsNoiseSays) {
   }
 }
 
+/// Bends to the left only, the faster the larger `share`; the odometry's rate has an error that wanders.
+Drive one_sided(double share, std::uint64_t seed) {
+  constexpr double kDt_s = 0.02;
+  Drive made;
+  Random random(seed);
+  SE2 truth;
+  SE2 odom;
+  double bias_rad_s = 0.003;
+  for (int i = 0; i <= 3000; ++i) {
+    const SensorTime stamp(std::chrono::milliseconds(20 * i));
+    made.odometry.push_back({.stamp = stamp, .odom_T_base = odom});
+    if (i % 4 == 2) {
+      made.trajectory.push_back({stamp, lift(truth)});
+      made.covariance.emplace_back(1e-6 * Matrix6::Identity());
+    }
+    bias_rad_s += 0.0006 * std::sqrt(kDt_s) * random.normal();
+    const double rate = 0.13 * (1 + share * std::sin(0.005 * i));
+    odom = odom * SE2::exp({kDt_s * 0.3, 0, kDt_s * (rate + bias_rad_s + 0.02 * random.normal())});
+    truth = truth * SE2::exp({kDt_s * 0.3, 0, kDt_s * rate});
+  }
+  return made;
+}
+
+TEST(TurnNoise, OneSidedBendsAtOneRateDoNotTellTheScale) {
+  const auto sigma = [](double share) {
+    const Drive made = one_sided(share, 3);
+    return turn_scale_sigma(made.trajectory, made.covariance, made.odometry).value();
+  };
+  EXPECT_GT(sigma(0.02), 0.05) << "a wrong scale and an error of the rate are the same thing";
+  EXPECT_LT(sigma(0.6), 0.01);
+  EXPECT_LT(sigma(0.6), sigma(0.2));
+  const Drive both_sides = drive(1, 0.02, 3);
+  EXPECT_FALSE(turn_scale_sigma(both_sides.trajectory, both_sides.covariance, both_sides.odometry));
+}
+
 TEST(TurnNoise, SaysNothingWhereTheHeadingsAreNotKnown) {
   Drive made = drive(1, 0.01, 7);
   for (Matrix6& P : made.covariance) P(5, 5) = 0.1;
