@@ -107,7 +107,8 @@ float ShadowEdge::in_the_light(float level, int x, int y) const {
 std::optional<ShadowEdge> find_shadow_edge(const CellLevels& cells, float min_contrast) {
   constexpr float kExplained = 0.4F;  // what is left of the sum of squares, at most
   constexpr float kLeastLength = 2;   // cells between the ends of the edge
-  if (cells.width < 2 || static_cast<std::size_t>(4 * (cells.width + 1)) > kMostCells) return std::nullopt;
+  const int around = 4 * (cells.width + 1);
+  if (cells.width < 2 || static_cast<std::size_t>(around) > kMostCells) return std::nullopt;
   const Ring ring(cells);
   const std::optional<Arcs> arcs = best_arcs(ring);
   const auto n = static_cast<float>(ring.count);

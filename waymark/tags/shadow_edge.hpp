@@ -15,8 +15,8 @@ struct CellLevels {
   int margin = 1;  ///< [cell]
 
   [[nodiscard]] float at(int x, int y) const {
-    const int side = width + 2 * margin;
-    return levels[static_cast<std::size_t>((y + margin) * side + x + margin)];
+    const int index = (y + margin) * (width + 2 * margin) + x + margin;
+    return levels[static_cast<std::size_t>(index)];
   }
 };
 
