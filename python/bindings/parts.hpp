@@ -50,10 +50,10 @@ void parts(Like<TagCopy> auto& value, auto&& apply) {
   apply(tag, placed);
 }
 void parts(Like<World> auto& value, auto&& apply) {
-  auto& [name, tags, anchor, path_m, path_closed, copies, tag_margin_cells, tag_board_m, panels, walls,
-         occluders, keep_outs, floor] = value;
-  apply(name, tags, anchor, path_m, path_closed, copies, tag_margin_cells, tag_board_m, panels, walls,
-        occluders, keep_outs, floor);
+  auto& [name, tags, anchor, path_m, path_closed, copies, tag_margin_cells, tag_board_m,
+         corners_through_paper, panels, walls, occluders, keep_outs, floor] = value;
+  apply(name, tags, anchor, path_m, path_closed, copies, tag_margin_cells, tag_board_m, corners_through_paper,
+        panels, walls, occluders, keep_outs, floor);
 }
 
 // Robots.
@@ -175,10 +175,10 @@ void parts(Like<MountingEstimate> auto& value, auto&& apply) {
 void parts(Like<BundleFigures> auto& value, auto&& apply) {
   auto& [start_map, start_trajectory, iterations, rms_px, noise_ratio, rejected, left_out, odometry_scales,
          odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-         turns_by_gyro] = value;
+         turns_by_gyro, without_gyro_share] = value;
   apply(start_map, start_trajectory, iterations, rms_px, noise_ratio, rejected, left_out, odometry_scales,
         odometry_scales_sigma, prior_agreeing, moved_m, loop, mounting, mounting_used, turn_noise,
-        turns_by_gyro);
+        turns_by_gyro, without_gyro_share);
 }
 void parts(Like<MappedLap> auto& value, auto&& apply) {
   auto& [map, observations, trajectory, trajectory_covariance, route, frames, frames_without_pose, warnings,

@@ -13,7 +13,8 @@ inline constexpr YamlLimits kWorldLimits{.bytes = std::size_t{1} << 22U, .nodes 
 [[nodiscard]] Result<Eigen::Vector2d> read_point(const YamlCursor& point);
 
 /// What stands in a world beside single tags, each key only where it is there: panels (whose tags join those
-/// of the world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` of tags that name none.
+/// of the world), walls, occluders, keep_outs, floor, tag_margin_cells, corners_through_paper. `size_m` of
+/// tags that name none.
 [[nodiscard]] Status read_scenery(const YamlCursor& root, FamilyId family, double size_m, World& world);
 
 /// Puts a tag into a world; fails on a number that is not in the family or given twice.

@@ -151,6 +151,7 @@ class FoundBus final : public Bus {
   [[nodiscard]] std::uint64_t dropped(std::size_t) const override { return 0; }
   [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return found; }
   [[nodiscard]] std::vector<std::string> participants() const override { return others; }
+  [[nodiscard]] std::string participant_of(const Guid&) const override { return {}; }
 };
 
 TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
