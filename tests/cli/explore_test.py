@@ -149,6 +149,7 @@ class Keyboard(InFolder):
         keyboard, terminal = pty.openpty()
         process = subprocess.Popen([PROGRAM, "run", "--world", "circuit24", "--driver", "keyboard", "--map", "map", "-o", "session", "--json"],
                                    cwd=self.folder, stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)  # so that a failure ends the thread that reads what it says
         said = []
         reader = threading.Thread(target=lambda: said.extend(process.stderr))
         reader.start()
@@ -168,7 +169,7 @@ class Keyboard(InFolder):
         press(b"y", "paused. ")
         press(b"y", "replaying. ")
         time.sleep(1)
-        press(b"b", "stopped: stopped by the operator")
+        press(b"b", "run: stopped by the operator")
         os.write(keyboard, b"q")
         out = process.stdout.read()
         self.assertEqual(process.wait(60), 1, "the replay did not come to its end")

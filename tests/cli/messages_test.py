@@ -49,8 +49,16 @@ class Messages(harness.InFolder):
     def test_a_recording_damaged_all_over_is_told_in_few_lines(self):
         self.assertEqual(self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap").code, 0)
         data = bytearray((self.folder / "lap.mcap").read_bytes())
-        for at in range(5000, len(data), 4096):
-            data[at] ^= 0x55
+        chunks = 0
+        at = 8  # behind the magic bytes; a record is an opcode, its length in 8 bytes, and its content
+        while at + 9 <= len(data) - 8:
+            length = int.from_bytes(data[at + 1:at + 9], "little")
+            if data[at] == 0x06:  # a chunk: its content or, of each second one, the size it unpacks to. With another length nothing could be read beyond it
+                data[at + 9 + (length // 2 if chunks % 2 else 16)] ^= 0x55
+                chunks += 1
+            if data[at] == 0x08:  # an entry of the summary: the file is read without it, place after place
+                data[at + 9] ^= 0x55
+            at += 9 + length
         (self.folder / "torn.mcap").write_bytes(data)
         outcome = self.run_here("info", "torn.mcap")
         self.assertLess(len(outcome.err.splitlines()), 18, outcome.err)

@@ -64,7 +64,7 @@ class Loop(InFolder):
         os.close(terminal)
         self.assertLess(time.monotonic() - begin, 10)
         self.assertEqual(process.returncode, 1, err)
-        self.assertIn("stopped with the space bar", out + err)
+        self.assertIn("stopped with the space bar after ", out + err)
 
     def waymark_stop_is_named(self):
         runtime = os.environ | {"XDG_RUNTIME_DIR": str(self.folder)}

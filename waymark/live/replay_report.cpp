@@ -8,11 +8,12 @@
 namespace waymark {
 namespace {
 
-/// "stopped: a stick was moved" and "stopped by the operator" without what stands before them already.
-std::string without_stopped(std::string reason) {
-  for (const std::string_view begin : {"stopped: ", "stopped "})
-    if (reason.starts_with(begin)) return reason.substr(begin.size());
-  return reason;
+/// "stopped after 2 m: a stick was moved", but "stopped by the operator after 2 m".
+std::string stopped_where(const std::string& where, const std::string& reason) {
+  constexpr std::string_view kState = "stopped: ";
+  if (reason.starts_with("stopped ")) return reason + " " + where;
+  return fmt::format("stopped {}: {}", where,
+                     reason.starts_with(kState) ? reason.substr(kState.size()) : reason);
 }
 
 }  // namespace
@@ -36,7 +37,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
     return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
                                           "map. Is it the map of this place?"
                                         : "never knew where it is: no two tags of the map were seen at once";
-  if (!end.reason.empty()) return "stopped " + where + ": " + without_stopped(end.reason);
+  if (!end.reason.empty()) return stopped_where(where, end.reason);
   return "ran out of time " + where;
 }
 

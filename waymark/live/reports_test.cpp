@@ -105,11 +105,13 @@ TEST(ReplayReportText, SaysOnceThatItStopped) {
   report.end.state = ReplayState::Stopped;
   report.end.driven_m = 1;
   report.route_length_m = 3;
-  for (const auto& [reason, words] : {std::pair{"stopped: a stick was moved", "a stick was moved"},
-                                      {"stopped by the operator", "by the operator"},
-                                      {"a tag is near", "a tag is near"}}) {
+  const std::string where = "after 1.00 m of a route of 3.00 m";
+  for (const auto& [reason, words] :
+       {std::pair{"stopped: a stick was moved", "stopped " + where + ": a stick was moved"},
+        {"stopped by the operator", "stopped by the operator " + where},
+        {"a tag is near", "stopped " + where + ": a tag is near"}}) {
     report.end.reason = reason;
-    EXPECT_EQ(ending(report), std::string("stopped after 1.00 m of a route of 3.00 m: ") + words);
+    EXPECT_EQ(ending(report), words);
   }
   EXPECT_EQ(with_reason("stopped", "stopped: a stick was moved"), "stopped: a stick was moved");
   EXPECT_EQ(with_reason("stopped", "a tag is near"), "stopped: a tag is near");
