@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "waymark/config/calibration_file.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/text_file.hpp"
@@ -18,7 +19,6 @@ using ::testing::HasSubstr;
 class VideoDescription : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(folder_);
     const CameraModel camera =
         CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
     ASSERT_TRUE(
@@ -32,7 +32,7 @@ class VideoDescription : public ::testing::Test {
     return job ? "" : to_string(job.error());
   }
 
-  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "waymark-video-description";
+  std::filesystem::path folder_ = testing::fresh_folder("video-description");
   MapVideoDescription said_{};
 };
 

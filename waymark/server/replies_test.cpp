@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/data.hpp"
 #include "waymark/server/assets.hpp"
 
 namespace waymark {
@@ -38,16 +39,15 @@ std::string header(const HttpReply& reply, std::string_view name) {
 }
 
 /// A file of ten bytes that is offered.
-class Replies : public testing::Test {
+class Replies : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::filesystem::create_directories(folder_);
     std::ofstream(folder_ / "a \"lap\".mcap") << "0123456789";
     offered_.files.push_back({"a \"lap\".mcap", folder_ / "a \"lap\".mcap", OfferedFile::Kind::Recording});
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "waymark_replies";
+  std::filesystem::path folder_ = testing::fresh_folder("replies");
   OfferedThings offered_;
 };
 
@@ -141,8 +141,7 @@ TEST_F(Replies, OnlyOfferedFilesAreThere) {
 
 TEST_F(Replies, ALinkOutOfAnOfferedFolderIsNotFollowed) {
   namespace fs = std::filesystem;
-  const fs::path folder = fs::path(testing::TempDir()) / "waymark-offered";
-  fs::remove_all(folder);
+  const fs::path folder = testing::fresh_folder("offered");
   fs::create_directories(folder / "map");
   std::ofstream(folder / "map" / "map.yaml") << "tags: []";
   fs::create_symlink("/etc/passwd", folder / "map" / "robot.yaml");
