@@ -62,6 +62,7 @@ const char* to_string(DoctorLevel level) {
 
 std::vector<DoctorLine> check_cameras(const std::vector<CameraDevice>& devices) {
   std::vector<DoctorLine> lines;
+  lines.reserve(std::max<std::size_t>(1, devices.size()));
   for (const CameraDevice& device : devices) lines.push_back(check_device(device));
   if (lines.empty())
     lines.push_back({"camera", DoctorLevel::Warn,

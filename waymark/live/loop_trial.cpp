@@ -21,8 +21,8 @@ void draw_tag(Image& image, int id, int left, int top, int cell_px) {
   const int side = static_cast<int>(std::lround(std::sqrt(static_cast<double>(cells.size()))));
   for (int y = 0; y < side * cell_px; ++y)
     for (int x = 0; x < side * cell_px; ++x) {
-      const auto cell = static_cast<std::size_t>((y / cell_px) * side + x / cell_px);
-      image.row(top + y)[left + x] = cells[cell] != 0 ? 200 : 40;
+      const int cell = (y / cell_px) * side + x / cell_px;
+      image.row(top + y)[left + x] = cells[static_cast<std::size_t>(cell)] != 0 ? 200 : 40;
     }
 }
 

@@ -36,6 +36,7 @@ Guid bytes_of(const rtps::GUID_t& guid) {
 std::vector<BusEndpoint> Discovered::endpoints() const {
   const std::lock_guard lock(mutex_);
   std::vector<BusEndpoint> all;
+  all.reserve(endpoints_.size());
   for (const auto& [guid, endpoint] : endpoints_) all.push_back(endpoint);
   return all;
 }
@@ -43,6 +44,7 @@ std::vector<BusEndpoint> Discovered::endpoints() const {
 std::vector<std::string> Discovered::participants() const {
   const std::lock_guard lock(mutex_);
   std::vector<std::string> all;
+  all.reserve(participants_.size());
   for (const auto& [guid, name] : participants_) all.push_back(name);
   return all;
 }
