@@ -25,7 +25,7 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const Duration behind = frames[i - 1].stamp - frames[i].stamp;
     if (behind > kJump) return;
-    late += behind > Duration(0) ? 1 : 0;
+    if (behind > Duration(0)) ++late;
   }
   if (late > 0) {
     std::ranges::stable_sort(frames, {}, &Frame::stamp);
