@@ -55,6 +55,19 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   return frames;
 }
 
+/// Why a map without a tag is none.
+Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
+  std::string message = "no tag is left in the map";
+  if (!map.rejected.empty())
+    message += fmt::format(": {} of {} observations contradict the others", map.rejected.size(),
+                           map.observations.seen.size());
+  const char* distances = job.distances.empty() ? "" : "the distances measured between tags (--distance), ";
+  return {ErrorCode::NotFound,
+          message,
+          {},
+          fmt::format("Check {}the size of the tags and the calibration of the camera.", distances)};
+}
+
 /// The tags that came out.
 MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
   MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
@@ -197,6 +210,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
   report.map = std::move(*map);
   report.corner_chi2_per_dof = corner_chi2_per_dof(report.map);
   report.file = video_map_file(job, *anchors, report.map);
+  if (report.file.tags.tags.empty()) return tl::unexpected(no_tag_left(job, report.map));
   report.trajectory = camera_path(recording.frames, report.map);
   hold_beside(job.prior, *anchors, report);
   list_distances(job, report);

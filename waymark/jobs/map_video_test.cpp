@@ -153,6 +153,18 @@ TEST_F(Walk, WhatIsMissingIsNamedAndNothingIsWritten) {
   EXPECT_FALSE(fs::exists(folder_ / "map"));
 }
 
+TEST_F(Walk, ADistanceThatLeavesNoTagIsAnErrorAndNothingIsWritten) {
+  film(30);
+  if (IsSkipped() || HasFatalFailure()) return;
+  for (int other = 1; other <= 5; ++other)
+    job_.distances.push_back({{FamilyId::Tag36h11, 0}, {FamilyId::Tag36h11, other}, 50.0});
+  const auto refused = map_video(job_, finder_, {});
+  ASSERT_FALSE(refused) << refused->file.tags.tags.size() << " tags";
+  EXPECT_THAT(to_string(refused.error()), HasSubstr("no tag is left in the map"));
+  EXPECT_THAT(to_string(refused.error()), HasSubstr("--distance"));
+  EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
 TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
   film(2);
   if (IsSkipped() || HasFatalFailure()) return;
