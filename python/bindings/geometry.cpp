@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -21,13 +22,27 @@ typename G::Tangent tangent_of(const py::handle& xi) {
   return matrix_of<G::kDof, 1>(xi, "xi");
 }
 
+/// A number of an argument, which must be finite.
+double finite(double number, const char* name) {
+  if (!std::isfinite(number)) refuse(name, "not a finite number");
+  return number;
+}
+
+/// exp(xi); raises InvalidArgument where the numbers are too large for it.
+template <class G>
+G exp_of(const py::object& xi) {
+  const G X = G::exp(tangent_of<G>(xi));
+  if (!X.matrix().allFinite()) refuse("xi", "numbers so large that exp() of them is not finite");
+  return X;
+}
+
 /// exp(), log() and what belongs to it, of one group.
 template <class G>
 void def_lie(py::class_<G>& cls) {
   cls.def(py::init<>(), "The identity.");
   cls.def_static("identity", &G::identity);
   cls.def_static(
-      "exp", [](const py::object& xi) { return G::exp(tangent_of<G>(xi)); }, py::arg("xi"),
+      "exp", &exp_of<G>, py::arg("xi"),
       "Of a tangent (n,): translation [m] first, then rotation [rad], in the parent frame; exp(xi) X is X "
       "moved by xi.");
   cls.def(
@@ -67,11 +82,22 @@ void def_lie(py::class_<G>& cls) {
       py::arg("xi"), "(n, n): exp(xi + d) = exp(xi) exp(right_jacobian(xi) d) to first order in d.");
 }
 
+/// An element of a group would be taken for the rows of its matrix.
+void refuse_elements(const py::object& points, const char* group) {
+  if (py::isinstance<SO2>(points) || py::isinstance<SO3>(points) || py::isinstance<SE2>(points) ||
+      py::isinstance<SE3>(points) || py::isinstance<SE23>(points))
+    throw py::type_error(fmt::format(
+        "points: {} times {} is no product of one group. SE2.lift() gives an SE3, SE3.project_to_plane() an "
+        "SE2, SE3(R, [0, 0, 0]) the motion of a rotation R",
+        group, std::string(py::str(py::type::of(points).attr("__name__")))));
+}
+
 /// Points of the group's space, one (n,) or many (rows, n).
 template <class G>
 void def_act(py::class_<G>& cls) {
   constexpr int kPoint = G::kPointSize;
-  const auto act = [](const G& X, const py::object& points) {
+  const auto act = [name = std::string(py::str(cls.attr("__name__")))](const G& X, const py::object& points) {
+    refuse_elements(points, name.c_str());
     return each_row(points, "points", kPoint, kPoint, [&](const double* in, double* out) {
       using Point = typename G::Point;
       Eigen::Map<Point> result(out);
@@ -122,7 +148,7 @@ SO3 from_quaternion(const py::object& xyzw) {
 
 void bind_rotations(py::module_& m) {
   py::class_<SO2> so2(m, "SO2", "A rotation of the plane, a_R_b. Tangent: the angle [rad], shape (1,).");
-  so2.def(py::init<double>(), py::arg("angle_rad"));
+  so2.def(py::init([](double angle) { return SO2(finite(angle, "angle_rad")); }), py::arg("angle_rad"));
   so2.def_property_readonly("angle", &SO2::angle, "In (-pi, pi] [rad].");
   so2.def("__repr__", [](const SO2& R) { return fmt::format("SO2({:.6g})", R.angle()); });
   def_common(so2);
@@ -136,8 +162,12 @@ void bind_rotations(py::module_& m) {
       py::arg("matrix"), "Of a rotation matrix (3, 3); raises InvalidArgument for one that is none.");
   so3.def_static("from_quaternion", &from_quaternion, py::arg("xyzw"),
                  "Of a quaternion (4,) in the order x, y, z, w, of length 1.");
-  so3.def_static("from_rpy", &SO3::from_rpy, py::arg("roll"), py::arg("pitch"), py::arg("yaw"),
-                 "R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103).");
+  so3.def_static(
+      "from_rpy",
+      [](double roll, double pitch, double yaw) {
+        return SO3::from_rpy(finite(roll, "roll"), finite(pitch, "pitch"), finite(yaw, "yaw"));
+      },
+      py::arg("roll"), py::arg("pitch"), py::arg("yaw"), "R_z(yaw) R_y(pitch) R_x(roll) [rad] (REP 103).");
   so3.def(
       "rpy", [](const SO3& R) { return to_array(R.rpy()); }, "Roll, pitch, yaw (3,) [rad].");
   so3.def(
@@ -153,7 +183,10 @@ void bind_motions(py::module_& m) {
   py::class_<SE2> se2(m, "SE2",
                       "A rigid motion of the plane, a_T_b: the pose of b in a. Tangent (3,): x, y [m], yaw "
                       "[rad] in the parent frame.");
-  se2.def(py::init<double, double, double>(), py::arg("x"), py::arg("y"), py::arg("yaw"));
+  se2.def(py::init([](double x, double y, double yaw) {
+            return SE2(finite(x, "x"), finite(y, "y"), finite(yaw, "yaw"));
+          }),
+          py::arg("x"), py::arg("y"), py::arg("yaw"));
   se2.def_property_readonly("x", &SE2::x, "[m]");
   se2.def_property_readonly("y", &SE2::y, "[m]");
   se2.def_property_readonly("yaw", &SE2::yaw, "In (-pi, pi] [rad].");

@@ -43,5 +43,6 @@ PYBIND11_MODULE(_waymark, m) {
                                                               : m.def_submodule(room.name);
     room.bind(inner);
     waymark::python::refuse_uninitialised(inner);
+    waymark::python::pickle_by_protocol_2(inner);
   }
 }

@@ -40,6 +40,14 @@ void refuse_pickle(const py::object& cls, const std::string& reason) {
                   py::is_method(cls), py::name("__reduce__")));
 }
 
+void pickle_by_protocol_2(const py::module_& room) {
+  const py::object reduce = py::module_::import("waymark._same").attr("reduce_ex");
+  for (const auto& [name, value] : py::cast<py::dict>(room.attr("__dict__")))
+    if (PyType_Check(value.ptr()) &&
+        py::detail::get_type_info(reinterpret_cast<PyTypeObject*>(value.ptr())) != nullptr)
+      py::setattr(value, "__reduce_ex__", reduce);
+}
+
 void refuse_uninitialised(const py::module_& room) {
   for (const auto& [name, value] : py::cast<py::dict>(room.attr("__dict__"))) {
     if (!PyType_Check(value.ptr())) continue;

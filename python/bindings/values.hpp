@@ -22,6 +22,10 @@ void finish_state(const py::object& cls);
 /// Lets pickle and copy refuse a class, with the reason: "it holds an open file".
 void refuse_pickle(const py::object& cls, const std::string& reason);
 
+/// Lets the classes of a room be pickled by protocols 0 and 1, too, as protocol 2 does: those two would make
+/// an object without its value.
+void pickle_by_protocol_2(const py::module_& room);
+
 /// Lets every use of an object of the room's classes whose __init__() was not called raise TypeError.
 void refuse_uninitialised(const py::module_& room);
 

@@ -30,6 +30,10 @@ def reduce(self):
     return rebuild, (type(self), {name: getattr(self, name) for name in self._fields})
 
 
+def reduce_ex(self, protocol):
+    return object.__reduce_ex__(self, max(2, protocol))
+
+
 def equals_by_state(self, other):
     if type(self) is not type(other):
         return NotImplemented
