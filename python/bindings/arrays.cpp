@@ -62,6 +62,11 @@ Doubles doubles(const py::handle& value, const char* name, const std::vector<py:
   return converted;
 }
 
+double finite(double number, const char* name) {
+  if (!std::isfinite(number)) refuse(name, "not a finite number", "Leave out what was not measured.");
+  return number;
+}
+
 ImageView image_view(const py::handle& value, const char* name) {
   if (!py::isinstance<py::array>(value))
     refuse(name, fmt::format("a {} is no picture", type_text(value)),

@@ -24,6 +24,9 @@ enum class Numbers { Finite, Any };
 [[nodiscard]] Doubles doubles(const py::handle& value, const char* name,
                               const std::vector<py::ssize_t>& shape, Numbers numbers = Numbers::Finite);
 
+/// A number of an argument or attribute, which must be finite; else raises InvalidArgument.
+double finite(double number, const char* name);
+
 /// A grey picture of Python, shape (height, width), uint8, where it lies: rows may have gaps, pixels of a row
 /// may not. The array must be kept meanwhile. Raises InvalidArgument for anything else, with what to do.
 [[nodiscard]] ImageView image_view(const py::handle& value, const char* name = "image");

@@ -82,14 +82,16 @@ void bind_camera(py::module_& m) {
   py::class_<CameraModel> camera(
       m, "CameraModel",
       "A lens and an image size, which cannot be changed. Made by pinhole(), fisheye(), read_camera().");
-  camera.def_property_readonly("width_px", &CameraModel::width_px);
-  camera.def_property_readonly("height_px", &CameraModel::height_px);
+  camera.def_property_readonly("width_px", &CameraModel::width_px, "Width of the picture [px].");
+  camera.def_property_readonly("height_px", &CameraModel::height_px, "Height of the picture [px].");
   camera.def_property_readonly("max_angle_rad", &CameraModel::max_angle_rad,
                                "Half the opening of the cone that is seen [rad].");
   camera.def_property_readonly(
       "intrinsics", [](const CameraModel& c) { return to_array(intrinsics_of(c)); },
       "fx, fy, cx, cy [px], then the distortion coefficients in use, shape (n,).");
-  camera.def_property_readonly("intrinsics_names", [](const CameraModel& c) { return intrinsics_names(c); });
+  camera.def_property_readonly(
+      "intrinsics_names", [](const CameraModel& c) { return intrinsics_names(c); },
+      "Names of the numbers of `intrinsics`, in their order: fx, fy, cx, cy, k1 …");
   camera.def_property_readonly(
       "matrix",
       [](const CameraModel& c) {

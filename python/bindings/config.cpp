@@ -51,7 +51,7 @@ RobotDescription robot_named(const std::string& name) {
 
 void bind_descriptions(py::module_& m) {
   py::class_<World> world(m, "World", "A place with tags and a line to drive.");
-  world.def_readonly("name", &World::name);
+  world.def_readonly("name", &World::name, "Name of the world: circuit24.");
   world.def_readwrite("tags", &World::tags, "TagMap; a copy: assign one to change it.");
   world.def_property_readonly(
       "path_m",
@@ -62,13 +62,15 @@ void bind_descriptions(py::module_& m) {
         return array;
       },
       "The line a driver follows, (n, 2) [m].");
-  world.def_readonly("path_closed", &World::path_closed);
+  world.def_readonly("path_closed", &World::path_closed,
+                     "Whether the first point of the path follows the last.");
   def_packed(world);
   py::class_<RobotDescription> robot(m, "RobotDescription", "A robot's body, camera, mounting and limits.");
   robot.def(
       "to_yaml", [](const RobotDescription& r) { return to_yaml(r); },
       "As a robot's file (docs/formats/robot.md).");
-  robot.def_property_readonly("name", [](const RobotDescription& r) { return r.model.name; });
+  robot.def_property_readonly(
+      "name", [](const RobotDescription& r) { return r.model.name; }, "Name of the robot: limo.");
   robot.def_readwrite("camera", &RobotDescription::camera, "CameraModel");
   robot.def_property(
       "base_T_cam", [](const RobotDescription& r) { return r.model.base_T_cam; },

@@ -62,6 +62,8 @@ py::dict score(const PoseList& estimate, const PoseList& reference, const std::s
 
 py::dict compare_maps(const TagMap& estimated, const TagMap& truth) {
   const TagMapErrors errors = tag_map_errors(estimated, truth);
+  if (errors.tags == 0)
+    refuse("estimated", "no tag of it is in the truth", "Compare maps with tags of the same family and ids.");
   py::dict answer;
   answer["tags"] = errors.tags;
   answer["rmse_m"] = errors.rmse_m;
@@ -85,8 +87,10 @@ void bind_evaluation(py::module_& m) {
          "alignment: none, se2, se3, sim3. Options by keyword:\n\n" +
          options_help<TrajectoryScoreOptions>())
             .c_str());
-  m.def("map_errors", &compare_maps, py::arg("estimated"), py::arg("truth"),
-        "Errors of the tags that are in both maps, without alignment, as a dictionary.");
+  m.def(
+      "map_errors", &compare_maps, py::arg("estimated"), py::arg("truth"),
+      "Errors of the tags that are in both maps, without alignment, as a dictionary; raises InvalidArgument "
+      "where there are none.");
   m.def("pose_at", &pose_between, py::arg("trajectory"), py::arg("stamp_ns"), py::arg("max_gap_s") = 0.5,
         "The pose (SE3) between the two about a time; None outside the trajectory or in a gap.");
 }

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -12,6 +13,14 @@
 
 namespace waymark::python {
 namespace {
+
+/// A code of a family; raises InvalidArgument where it has more bits than the family.
+std::uint64_t code_of(const Family& family, std::uint64_t code, const char* name) {
+  const std::size_t bits = family.bits.size();
+  if (bits < 64 && (code >> bits) != 0)
+    refuse(name, fmt::format("{:#x} has more bits than the {} of {}", code, bits, family.name));
+  return code;
+}
 
 FamilyId family_named(const std::string& name) { return value_of(parse_family(name)); }
 
@@ -62,14 +71,16 @@ void bind_families(py::module_& m) {
   m.def(
       "turned",
       [](const std::string& name, std::uint64_t code, int quarter_turns) {
-        return CodeRotation(family(family_named(name))).turned(code, quarter_turns);
+        const Family& found = family(family_named(name));
+        return CodeRotation(found).turned(code_of(found, code, "code"), quarter_turns);
       },
       py::arg("family"), py::arg("code"), py::arg("quarter_turns"),
       "The code as it is read after the print was turned clockwise by quarter_turns * 90 degrees.");
   m.def(
       "min_rotational_distance",
       [](const std::string& name, std::uint64_t a, std::uint64_t b) {
-        return CodeRotation(family(family_named(name))).min_rotational_distance(a, b);
+        const Family& found = family(family_named(name));
+        return CodeRotation(found).min_rotational_distance(code_of(found, a, "a"), code_of(found, b, "b"));
       },
       py::arg("family"), py::arg("a"), py::arg("b"),
       "Smallest Hamming distance between `a` and the four turns of `b`.");

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -22,12 +21,6 @@ typename G::Tangent tangent_of(const py::handle& xi) {
   return matrix_of<G::kDof, 1>(xi, "xi");
 }
 
-/// A number of an argument, which must be finite.
-double finite(double number, const char* name) {
-  if (!std::isfinite(number)) refuse(name, "not a finite number");
-  return number;
-}
-
 /// exp(xi); raises InvalidArgument where the numbers are too large for it.
 template <class G>
 G exp_of(const py::object& xi) {
@@ -40,7 +33,7 @@ G exp_of(const py::object& xi) {
 template <class G>
 void def_lie(py::class_<G>& cls) {
   cls.def(py::init<>(), "The identity.");
-  cls.def_static("identity", &G::identity);
+  cls.def_static("identity", &G::identity, "The element that changes nothing.");
   cls.def_static(
       "exp", &exp_of<G>, py::arg("xi"),
       "Of a tangent (n,): translation [m] first, then rotation [rad], in the parent frame; exp(xi) X is X "
@@ -190,7 +183,8 @@ void bind_motions(py::module_& m) {
   se2.def_property_readonly("x", &SE2::x, "[m]");
   se2.def_property_readonly("y", &SE2::y, "[m]");
   se2.def_property_readonly("yaw", &SE2::yaw, "In (-pi, pi] [rad].");
-  se2.def_property_readonly("rotation", [](const SE2& T) { return T.rotation(); });
+  se2.def_property_readonly(
+      "rotation", [](const SE2& T) { return T.rotation(); }, "The rotation a_R_b, an SO2.");
   se2.def_property_readonly(
       "translation", [](const SE2& T) { return to_array(T.translation()); }, "(2,) [m]");
   se2.def("__repr__",
@@ -209,7 +203,8 @@ void bind_motions(py::module_& m) {
       [](const py::object& a) { return value_of(SE3::try_from_matrix(matrix_of<4, 4>(a, "matrix"))); },
       py::arg("matrix"),
       "Of a homogeneous matrix (4, 4); raises InvalidArgument for one that is no rigid motion.");
-  se3.def_property_readonly("rotation", [](const SE3& T) { return T.rotation(); });
+  se3.def_property_readonly(
+      "rotation", [](const SE3& T) { return T.rotation(); }, "The rotation a_R_b, an SO3.");
   se3.def_property_readonly(
       "translation", [](const SE3& T) { return to_array(T.translation()); }, "(3,) [m]");
   se3.def(

@@ -85,8 +85,11 @@ void bind_mapping(py::module_& m) {
       "route", [](const MapReport& r) { return r.lap.route; }, "Route");
   report.def_property_readonly(
       "trajectory", [](const MapReport& r) { return listed(r.lap.trajectory); }, "Trajectory of the base.");
-  report.def_property_readonly("true_trajectory", [](const MapReport& r) { return listed(r.true_path); });
-  report.def_property_readonly("warnings", [](const MapReport& r) { return r.warnings; });
+  report.def_property_readonly(
+      "true_trajectory", [](const MapReport& r) { return listed(r.true_path); },
+      "The recorded true poses of the base (Trajectory); empty where the recording has none.");
+  report.def_property_readonly(
+      "warnings", [](const MapReport& r) { return r.warnings; }, "What is doubtful about the map, in words.");
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "What was written.");
   report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");

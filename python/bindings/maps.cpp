@@ -130,8 +130,13 @@ void bind_tag_map(py::module_& m) {
   py::class_<MappedTag> tag(m, "MappedTag", "One tag of a map.");
   tag.def_readwrite("map_T_tag", &MappedTag::map_T_tag,
                     "SE3; tag frame: centre, x right, y down, z into the tag.");
-  tag.def_readwrite("size_m", &MappedTag::size_m,
-                    "Side of the square where black border meets white border [m].");
+  tag.def_property(
+      "size_m", [](const MappedTag& t) { return t.size_m; },
+      [](MappedTag& t, double size_m) {
+        if (finite(size_m, "size_m") < 0) refuse("size_m", "a tag has no negative size");
+        t.size_m = size_m;
+      },
+      "Side of the square where black border meets white border [m].");
   tag.def_property(
       "covariance",
       [](const MappedTag& t) -> py::object {
@@ -164,7 +169,10 @@ void bind_tag_map(py::module_& m) {
   map.def(
       "__setitem__",
       [](TagMap& tags, const py::object& name, const MappedTag& tag_there) {
-        tags.tags[tag_of(name)] = tag_there;
+        const TagId id = tag_of(name);
+        if (!(tag_there.size_m > 0))
+          refuse("size_m", to_string(id) + " has no size", "Give MappedTag(map_T_tag=..., size_m=0.16).");
+        tags.tags[id] = tag_there;
       },
       py::arg("tag"), py::arg("mapped"));
   map.def(
@@ -174,11 +182,14 @@ void bind_tag_map(py::module_& m) {
           throw py::key_error(to_string(tag_of(name)) + " is not in the map");
       },
       py::arg("tag"));
-  map.def("keys", [](const TagMap& tags) {
-    std::vector<std::string> names;
-    for (const auto& [id, there] : tags.tags) names.push_back(to_string(id));
-    return names;
-  });
+  map.def(
+      "keys",
+      [](const TagMap& tags) {
+        std::vector<std::string> names;
+        for (const auto& [id, there] : tags.tags) names.push_back(to_string(id));
+        return names;
+      },
+      "Names of the tags, in order of id.");
   map.def("__iter__", [](const py::object& self) { return py::iter(self.attr("keys")()); });
   def_state(map);
   map.def("__repr__", [](const TagMap& tags) { return fmt::format("TagMap({} tags)", tags.tags.size()); });

@@ -1,5 +1,6 @@
 #include <pybind11/pybind11.h>
 
+#include "python/bindings/argument_words.hpp"
 #include "python/bindings/errors.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/values.hpp"
@@ -44,5 +45,6 @@ PYBIND11_MODULE(_waymark, m) {
     room.bind(inner);
     waymark::python::refuse_uninitialised(inner);
     waymark::python::pickle_by_protocol_2(inner);
+    waymark::python::explain_arguments(inner);
   }
 }

@@ -89,8 +89,9 @@ void bind_results(py::module_& m) {
         return rejected;
       },
       "(index of the detection, reason in words) of each detection that was not used.");
-  multi.def_property_readonly("usable", &MultiTagPose::usable);
-  multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous);
+  multi.def_property_readonly("usable", &MultiTagPose::usable, "Whether there is an estimate.");
+  multi.def_property_readonly("ambiguous", &MultiTagPose::ambiguous,
+                              "Whether a second estimate explains the corners nearly as well.");
   def_packed(multi);
 }
 

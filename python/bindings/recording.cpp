@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include "python/bindings/errors.hpp"
+#include "python/bindings/finite_samples.hpp"
 #include "python/bindings/log_reader.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/values.hpp"
@@ -95,10 +98,33 @@ std::vector<std::string> problems_of(const Recording& recording) {
 class Writer {
  public:
   explicit Writer(const std::string& path)
-      : recorder_(
-            value_of(SampleRecorder::open(value_of(create_file(path)), {.library = "waymark python"}))) {}
+      : path_(path),
+        process_(getpid()),
+        recorder_(std::make_unique<SampleRecorder>(
+            value_of(SampleRecorder::open(value_of(create_file(path)), {.library = "waymark python"})))) {}
+  ~Writer() {
+    if (!recorder_) return;
+    if (!is_own()) {
+      leave();
+      return;
+    }
+    const py::error_scope kept;  // of an exception on its way
+    warn();
+    try {
+      close();
+    } catch (const std::exception& failure) {
+      PyErr_SetString(PyExc_OSError, failure.what());
+      PyErr_WriteUnraisable(nullptr);
+    }
+  }
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
 
-  void add(const Sample& sample) { check(open().add(sample)); }
+  void add(const Sample& sample) {
+    if (const char* name = not_finite(sample))
+      refuse(name, "a sample with a number that is not finite", "Leave out what was not measured.");
+    check(open().add(sample));
+  }
   void add_camera(std::int64_t stamp_ns, const CameraModel& camera, const SE3& base_T_cam,
                   const std::string& name) {
     check(open().add_camera(SensorTime(Duration(stamp_ns)), camera, base_T_cam, name));
@@ -111,26 +137,41 @@ class Writer {
   }
   void close() {
     if (!recorder_) return;
-    SampleRecorder closing = std::move(*recorder_);
-    recorder_.reset();
-    check(closing.close());
+    if (!is_own()) return leave();
+    const auto closing = std::move(recorder_);
+    check(closing->close());
   }
 
  private:
   SampleRecorder& open() {
     if (!recorder_) throw py::value_error("the recording is closed");
+    if (!is_own())
+      throw std::runtime_error("a Writer does not survive fork(): write a file of its own in the child");
     return *recorder_;
   }
-  std::optional<SampleRecorder> recorder_;
+  /// In a child after fork() the file belongs to the parent, who ends it: there the recorder is left alone.
+  [[nodiscard]] bool is_own() const { return process_ == getpid(); }
+  void leave() { static_cast<void>(recorder_.release()); }
+  void warn() const {
+    const std::string words = "a Writer of '" + path_ + "' was not closed: use it in a with statement";
+    if (PyErr_WarnEx(PyExc_ResourceWarning, words.c_str(), 1) != 0) PyErr_WriteUnraisable(nullptr);
+  }
+
+  std::string path_;
+  pid_t process_;
+  std::unique_ptr<SampleRecorder> recorder_;
 };
 
 void bind_writer(py::module_& m) {
-  py::class_<Writer> writer(m, "Writer",
-                            "Writes samples as ROS 2 messages into a new MCAP file "
-                            "(docs/formats/recording.md). Use it in a with statement.");
+  py::class_<Writer> writer(
+      m, "Writer",
+      "Writes samples as ROS 2 messages into a new MCAP file "
+      "(docs/formats/recording.md). Use it in a with statement: one that is given up without close() "
+      "ends its file and warns. In a child after fork() it refuses to write.");
   writer.def(py::init<const std::string&>(), py::arg("path"),
              "A new file; raises Unwritable where one stands already.");
-  writer.def("add", &Writer::add, py::arg("sample"), "A sample; its stamp is the log time.");
+  writer.def("add", &Writer::add, py::arg("sample"),
+             "A sample; its stamp is the log time. One with a number that is not finite is refused.");
   writer.def("add_camera", &Writer::add_camera, py::arg("stamp_ns"), py::arg("camera"), py::arg("base_T_cam"),
              py::arg("name") = "cam",
              "The lens and the mounting (SE3) of a camera; before its first picture.");
@@ -161,7 +202,7 @@ void bind_recording(py::module_& m) {
                                   "A recording of any format. Iterating over it gives its samples.");
   recording.def(py::init(&open_recording), py::arg("path"),
                 "Recognised by its first bytes; raises NotFound or Unreadable.");
-  recording.def_readonly("path", &Recording::path);
+  recording.def_readonly("path", &Recording::path, "Path of the file or folder.");
   recording.def_property_readonly(
       "channels", &channels_of,
       "A dictionary of topic, type, encoding and number of messages for each channel.");

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -12,6 +13,7 @@
 #include "python/bindings/packed.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/sample_cast.hpp"
+#include "python/bindings/values.hpp"
 #include "waymark/jobs/replay_setup.hpp"
 #include "waymark/runtime/replay_session.hpp"
 #include "waymark/runtime/robot_loop.hpp"
@@ -40,10 +42,16 @@ const char* word_of(ReplayState state) {
   return "unknown";
 }
 
-/// What drive() is given.
-struct Drive {
+/// A replay of the route of a map's folder, which drives once.
+struct PythonSession {
   MapFolder folder{};
   std::unique_ptr<Replayer> replayer{};
+  bool has_driven = false;
+};
+
+/// What drive() is given.
+struct Drive {
+  PythonSession& session;
   double timeout_s = 600;
   double period_s = 0.05;
   const PythonDetector* detector = nullptr;
@@ -69,7 +77,7 @@ ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
   section("safety", setup.replay.safety);
   section("watch", setup.replay.watch);
   for (const auto& [name, value] : given)
-    throw py::type_error("drive() has no keyword '" + std::string(py::str(name)) + "'");
+    throw py::type_error("a replay has no option '" + std::string(py::str(name)) + "'");
   return setup;
 }
 
@@ -104,10 +112,10 @@ ReplayListener listener_of(const py::object& on_step, PendingException& pending)
 Result<ReplayEnd> run(const Drive& drive, const py::object& robot, const py::object& on_step,
                       PendingException& pending) {
   StepRobot stepped(step_of(robot, pending), Duration(static_cast<std::int64_t>(drive.period_s * 1e9)));
-  ReplaySession session(*drive.replayer, listener_of(on_step, pending));
+  ReplaySession session(*drive.session.replayer, listener_of(on_step, pending));
   PictureSearch search;
   if (drive.detector != nullptr) {
-    const RobotDescription& described = *drive.folder.robot;
+    const RobotDescription& described = *drive.session.folder.robot;
     search = {.finder = &drive.detector->finder,
               .cameras = {{described.camera_name, described.camera, described.model.base_T_cam}}};
   }
@@ -131,18 +139,26 @@ py::dict dict_of(const ReplayEnd& end) {
   return answer;
 }
 
-py::dict drive_robot(const std::string& map, const py::object& robot, const std::string& route, double laps,
-                     const std::string& method, const std::string& controller, double timeout_s,
-                     double period_s, const PythonDetector* detector, const py::object& on_step,
-                     const py::kwargs& given) {
+std::unique_ptr<PythonSession> make_session(const std::string& map, const std::string& route, double laps,
+                                            const std::string& method, const std::string& controller,
+                                            const py::kwargs& given) {
+  auto session =
+      std::make_unique<PythonSession>(PythonSession{.folder = value_of(read_map_folder(map, route))});
+  session->replayer = value_of(make_replayer(session->folder, setup_of(given, laps, method, controller)));
+  return session;
+}
+
+py::dict drive_session(PythonSession& session, const py::object& robot, double timeout_s, double period_s,
+                       const PythonDetector* detector, const py::object& on_step) {
   if (!py::hasattr(robot, "step"))
     throw py::type_error("a robot has a method step(speed_m_s, yaw_rate_rad_s, now_ns)");
   if (!(period_s >= 0.001 && period_s <= 1)) refuse("period_s", "not a period from 0.001 to 1 s");
-  Drive drive{.folder = value_of(read_map_folder(map, route)),
-              .timeout_s = timeout_s,
-              .period_s = period_s,
-              .detector = detector};
-  drive.replayer = value_of(make_replayer(drive.folder, setup_of(given, laps, method, controller)));
+  if (!(timeout_s > 0))
+    refuse("timeout_s", fmt::format("{} is no time to drive", timeout_s), "Give seconds above 0, or inf.");
+  if (session.has_driven)
+    throw py::value_error("this session has driven: make another ReplaySession for the next drive");
+  session.has_driven = true;
+  const Drive drive{.session = session, .timeout_s = timeout_s, .period_s = period_s, .detector = detector};
   PendingException pending;
   Result<ReplayEnd> end;
   {
@@ -153,12 +169,51 @@ py::dict drive_robot(const std::string& map, const py::object& robot, const std:
   return dict_of(value_of(std::move(end)));
 }
 
+py::dict drive_robot(const std::string& map, const py::object& robot, const std::string& route, double laps,
+                     const std::string& method, const std::string& controller, double timeout_s,
+                     double period_s, const PythonDetector* detector, const py::object& on_step,
+                     const py::kwargs& given) {
+  const auto session = make_session(map, route, laps, method, controller, given);
+  return drive_session(*session, robot, timeout_s, period_s, detector, on_step);
+}
+
+constexpr const char* kDriving =
+    "robot.step(speed_m_s, yaw_rate_rad_s, now_ns) obeys the command for one period and returns the samples "
+    "that its sensors measured until now_ns (TagFrame, or CameraFrame where a detector is given; Odometry; "
+    "ImuSample; LaserScan). on_step(now_ns, ReplayStep) sees every decision. However the drive ends, the "
+    "last "
+    "command is zero; an exception of the robot or of on_step ends it and is raised again. Gives a "
+    "dictionary: finished, state, reason, driven_m, stops, frames, lap_s.";
+
+std::string replay_options_help() {
+  return "Dictionaries of options: filter, follower, pursuit, actuators, profile, watch, "
+         "safety:\n\nfollower:\n" +
+         options_help<FollowerOptions>() + "pursuit:\n" + options_help<PurePursuitOptions>() + "safety:\n" +
+         options_help<SafetyOptions>();
+}
+
+void bind_session(py::module_& m) {
+  py::class_<PythonSession> session(m, "ReplaySession",
+                                    "A replay of the route of a map's folder by a robot of one's own, which "
+                                    "is a Python object with a method "
+                                    "step(). It drives once.");
+  session.def(py::init(&make_session), py::arg("map"), py::arg("route") = "", py::arg("laps") = 1.0,
+              py::arg("method") = "riekf", py::arg("controller") = "follower",
+              ("Reads the folder. " + replay_options_help()).c_str());
+  session.def("drive", &drive_session, py::arg("robot"), py::arg("timeout_s") = 600.0,
+              py::arg("period_s") = 0.05, py::arg("detector") = static_cast<const PythonDetector*>(nullptr),
+              py::arg("on_step") = py::none(), kDriving);
+  refuse_pickle(session, "it drives a robot; make it again from the map's folder");
+}
+
 }  // namespace
 
 void bind_replay(py::module_& m) {
   m.doc() = "Drives a robot of one's own along a route (docs/concepts/replay.md).";
   py::class_<ReplayStep> step(m, "ReplayStep", "What is sent to the robot, and why.");
-  step.def_property_readonly("state", [](const ReplayStep& s) { return word_of(s.state); });
+  step.def_property_readonly(
+      "state", [](const ReplayStep& s) { return word_of(s.state); },
+      "waiting, refused, driving, at_station, stopped, finished or incomplete.");
   step.def_property_readonly(
       "speed_m_s", [](const ReplayStep& s) { return s.command.speed_m_s; }, "[m/s]");
   step.def_property_readonly(
@@ -167,22 +222,13 @@ void bind_replay(py::module_& m) {
   step.def_readonly("estimate", &ReplayStep::estimate, "LocalizationEstimate; None before the first.");
   step.def_readonly("driven_m", &ReplayStep::driven_m, "Along the route since the start [m].");
   def_packed(step);
+  bind_session(m);
   m.def("drive", &drive_robot, py::arg("map"), py::arg("robot"), py::arg("route") = "", py::arg("laps") = 1.0,
         py::arg("method") = "riekf", py::arg("controller") = "follower", py::arg("timeout_s") = 600.0,
         py::arg("period_s") = 0.05, py::arg("detector") = static_cast<const PythonDetector*>(nullptr),
         py::arg("on_step") = py::none(),
-        ("Lets a robot repeat the route of a map's folder. robot.step(speed_m_s, yaw_rate_rad_s, now_ns) "
-         "obeys the command for one period "
-         "and returns the samples that its sensors measured until now_ns (TagFrame, or CameraFrame where a "
-         "detector is given; Odometry; "
-         "ImuSample; LaserScan). on_step(now_ns, ReplayStep) sees every decision. However the drive ends, "
-         "the last command is zero; an "
-         "exception of the robot or of on_step ends it and is raised again. Gives a dictionary: finished, "
-         "state, reason, driven_m, stops, "
-         "frames, lap_s. Dictionaries of options: filter, follower, pursuit, actuators, profile, watch, "
-         "safety:\n\nfollower:\n" +
-         options_help<FollowerOptions>() + "pursuit:\n" + options_help<PurePursuitOptions>() + "safety:\n" +
-         options_help<SafetyOptions>())
+        ("ReplaySession(map, route, ...).drive(robot, ...) in one call. " + std::string(kDriving) + " " +
+         replay_options_help())
             .c_str());
 }
 

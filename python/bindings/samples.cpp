@@ -51,8 +51,8 @@ void bind_detection(py::module_& m) {
   cls.def_property_readonly(
       "id", [](const TagDetection& d) { return d.tag.number; }, "Number of the tag in its family.");
   cls.def_readwrite("hamming", &TagDetection::hamming, "Bits corrected.");
-  cls.def_readwrite("decision_margin", &TagDetection::decision_margin,
-                    "Mean distance of the data bits from the threshold of black and white [grey levels].");
+  def_number(cls, "decision_margin", &TagDetection::decision_margin,
+             "Mean distance of the data bits from the threshold of black and white [grey levels].");
   cls.def_property("corners_px", &corners_view, &set_corners,
                    "TL, TR, BR, BL of the printed tag, (4, 2) [px], centres of pixels at + 1/2; the "
                    "detection's own memory.");
@@ -111,7 +111,7 @@ void bind_camera_samples(py::module_& m) {
   def_keyword_init(seen);
   py::class_<TagPoseFrame> poses(m, "TagPoseFrame", "The poses of the tags of one picture.");
   def_stamp(poses);
-  poses.def_readwrite("camera", &TagPoseFrame::camera);
+  poses.def_readwrite("camera", &TagPoseFrame::camera, "Name of the camera.");
   poses.def_readwrite("tags", &TagPoseFrame::tags,
                       "List of SeenTagPose; a copy: assign a list to change it.");
   finish_value(poses, {"stamp_ns", "camera", "tags"});
@@ -123,16 +123,16 @@ void bind_motion_samples(py::module_& m) {
                                 "Where the wheels say the robot went since it was switched on.");
   def_stamp(odometry);
   odometry.def_readwrite("odom_T_base", &Odometry::odom_T_base, "SE2 [m, rad].");
-  odometry.def_readwrite("speed_m_s", &Odometry::speed_m_s, "Along base x [m/s].");
-  odometry.def_readwrite("yaw_rate_rad_s", &Odometry::yaw_rate_rad_s, "About base z [rad/s].");
+  def_number(odometry, "speed_m_s", &Odometry::speed_m_s, "Along base x [m/s].");
+  def_number(odometry, "yaw_rate_rad_s", &Odometry::yaw_rate_rad_s, "About base z [rad/s].");
   finish_value(odometry, {"stamp_ns", "odom_T_base", "speed_m_s", "yaw_rate_rad_s"});
   def_keyword_init(odometry);
 
   py::class_<WheelTicks> wheels(m, "WheelTicks",
                                 "How far each side's wheels have turned since the robot was switched on.");
   def_stamp(wheels);
-  wheels.def_readwrite("left_rad", &WheelTicks::left_rad, "[rad]");
-  wheels.def_readwrite("right_rad", &WheelTicks::right_rad, "[rad]");
+  def_number(wheels, "left_rad", &WheelTicks::left_rad, "[rad]");
+  def_number(wheels, "right_rad", &WheelTicks::right_rad, "[rad]");
   finish_value(wheels, {"stamp_ns", "left_rad", "right_rad"});
   def_keyword_init(wheels);
 
@@ -157,10 +157,10 @@ void bind_motion_samples(py::module_& m) {
   def_stamp(command);
   command.def_property(
       "speed_m_s", [](const StampedCommand& c) { return c.command.speed_m_s; },
-      [](StampedCommand& c, double v) { c.command.speed_m_s = v; }, "[m/s]");
+      [](StampedCommand& c, double v) { c.command.speed_m_s = finite(v, "speed_m_s"); }, "[m/s]");
   command.def_property(
       "yaw_rate_rad_s", [](const StampedCommand& c) { return c.command.yaw_rate_rad_s; },
-      [](StampedCommand& c, double v) { c.command.yaw_rate_rad_s = v; }, "[rad/s]");
+      [](StampedCommand& c, double v) { c.command.yaw_rate_rad_s = finite(v, "yaw_rate_rad_s"); }, "[rad/s]");
   finish_value(command, {"stamp_ns", "speed_m_s", "yaw_rate_rad_s"});
   def_keyword_init(command);
 
@@ -174,19 +174,19 @@ void bind_motion_samples(py::module_& m) {
 void bind_other_samples(py::module_& m) {
   py::class_<RangeBearing> range(m, "RangeBearing", "Distance and direction of a landmark with a number.");
   def_stamp(range);
-  range.def_readwrite("landmark", &RangeBearing::landmark);
-  range.def_readwrite("range_m", &RangeBearing::range_m, "[m]");
-  range.def_readwrite("bearing_rad", &RangeBearing::bearing_rad,
-                      "Counter-clockwise from the sensor's x axis [rad].");
+  range.def_readwrite("landmark", &RangeBearing::landmark, "Number of the landmark.");
+  def_number(range, "range_m", &RangeBearing::range_m, "[m]");
+  def_number(range, "bearing_rad", &RangeBearing::bearing_rad,
+             "Counter-clockwise from the sensor's x axis [rad].");
   finish_value(range, {"stamp_ns", "landmark", "range_m", "bearing_rad"});
   def_keyword_init(range);
 
   py::class_<LaserScan> scan(m, "LaserScan", "One turn of a planar lidar.");
   def_stamp(scan);
-  scan.def_readwrite("angle_min_rad", &LaserScan::angle_min_rad, "Direction of the first ray [rad].");
-  scan.def_readwrite("angle_increment_rad", &LaserScan::angle_increment_rad, "From ray to ray [rad].");
-  scan.def_readwrite("time_increment_s", &LaserScan::time_increment_s, "From ray to ray [s].");
-  scan.def_readwrite("range_min_m", &LaserScan::range_min_m, "[m]");
+  def_number(scan, "angle_min_rad", &LaserScan::angle_min_rad, "Direction of the first ray [rad].");
+  def_number(scan, "angle_increment_rad", &LaserScan::angle_increment_rad, "From ray to ray [rad].");
+  def_number(scan, "time_increment_s", &LaserScan::time_increment_s, "From ray to ray [s].");
+  def_number(scan, "range_min_m", &LaserScan::range_min_m, "[m]");
   scan.def_readwrite("range_max_m", &LaserScan::range_max_m, "[m]");
   scan.def_property(
       "ranges_m",

@@ -2,6 +2,7 @@
 #include <string>
 #include <utility>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -46,6 +47,11 @@ std::unique_ptr<PythonDetector> make(const py::kwargs& given) {
 std::vector<TagDetection> detect(const PythonDetector& self, const py::object& image,
                                  const CameraModel* camera) {
   const ImageView view = image_view(image);
+  if (camera != nullptr && (view.width != camera->width_px() || view.height != camera->height_px()))
+    refuse("camera",
+           fmt::format("a camera of {} x {} pixels and a picture of {} x {}", camera->width_px(),
+                       camera->height_px(), view.width, view.height),
+           "Give the calibration of this size.");
   Result<FoundTags> found;
   {
     const py::gil_scoped_release release;

@@ -7,6 +7,7 @@
 
 #include <pybind11/pybind11.h>
 
+#include "python/bindings/arrays.hpp"
 #include "waymark/base/time.hpp"
 
 namespace waymark::python {
@@ -43,6 +44,15 @@ void def_keyword_init(py::class_<T, Extra...>& cls) {
     }  // the reference is gone before the value gets its owner
     return value;
   }));
+}
+
+/// An attribute that is a finite number.
+template <class T, class Number, class... Extra>
+void def_number(py::class_<T, Extra...>& cls, const char* name, Number T::*member, const char* doc) {
+  cls.def_property(
+      name, [member](const T& value) { return value.*member; },
+      [member, name](T& value, double number) { value.*member = static_cast<Number>(finite(number, name)); },
+      doc);
 }
 
 /// The attribute stamp_ns of a struct with a `stamp`: nanoseconds on the clock of the sensor.

@@ -286,6 +286,21 @@ class Callbacks(unittest.TestCase):
         self.assertEqual(robot.commands[-1][0], robot.commands[-1][0])
         self.assertIn("driving", states)
 
+    def test_a_session_drives_once(self):
+        session = replay.ReplaySession(str(self.map), follower={})
+        for timeout_s in (-1, 0, float("nan")):
+            with self.assertRaisesRegex(errors.InvalidArgument, "timeout_s"):
+                session.drive(Robot(self.map), timeout_s=timeout_s)
+            with self.assertRaisesRegex(errors.InvalidArgument, "timeout_s"):
+                replay.drive(str(self.map), Robot(self.map), timeout_s=timeout_s)
+        self.assertEqual(session.drive(Robot(self.map)), replay.drive(str(self.map), Robot(self.map)))
+        with self.assertRaisesRegex(ValueError, "has driven"):
+            session.drive(Robot(self.map))
+        with self.assertRaisesRegex(TypeError, "pickled"):
+            pickle.dumps(session)
+        with self.assertRaises(TypeError):
+            replay.ReplaySession(str(self.map), folowwer={})
+
     def test_reports_and_steps_round_trip(self):
         report = mapping.map_recording(self.lap, str(pathlib.Path(self.folder.name) / "again"), **ANCHORED)
         for copied in (pickle.loads(pickle.dumps(report)), copy.deepcopy(report)):

@@ -1,0 +1,155 @@
+#!/usr/bin/python3
+"""Wrong arguments are named in words; numbers that are not finite, unknown sizes and sessions that are over are refused; every public name is explained.
+
+usage: wrong_types_test.py     (PYTHONPATH names the package)
+"""
+import gc
+import inspect
+import os
+import pathlib
+import tempfile
+import unittest
+import warnings
+
+import numpy as np
+
+import waymark
+from waymark import camera, config, errors, evaluation, families, geometry, recording, replay, samples, tags
+
+BAD = (float("nan"), float("inf"))
+
+
+def is_explained(doc):
+    """Whether a docstring holds more than signatures."""
+    return any(line.strip() and " -> " not in line and "Overloaded function" not in line for line in (doc or "").splitlines())
+
+
+class Docstrings(unittest.TestCase):
+    def test_every_public_name_is_explained(self):
+        silent = []
+        for room in (getattr(waymark, name) for name in waymark.__all__ if inspect.ismodule(getattr(waymark, name))):
+            for name, value in vars(room).items():
+                if name.startswith("_") or not callable(value):
+                    continue
+                silent += [] if is_explained(value.__doc__) else [f"{room.__name__}.{name}"]
+                for member, attribute in vars(value).items() if inspect.isclass(value) else ():
+                    called = getattr(attribute, "__func__", attribute)
+                    if not member.startswith("_") and (callable(called) or isinstance(called, property)) and not is_explained(called.__doc__):
+                        silent.append(f"{room.__name__}.{name}.{member}")
+        self.assertEqual(silent, [])
+
+
+class Types(unittest.TestCase):
+    def test_an_argument_of_a_wrong_type_is_named_with_what_is_needed_and_given(self):
+        lens = camera.pinhole(64, 48, 50, 50, 32, 24)
+        for call, words in ((lambda: geometry.SE2("a", 0, 0), "SE2(): argument 'x' is 'a' (str): needed is a number"),
+                            (lambda: geometry.SE2(1, 2), "SE2(): lacks the argument 'yaw'. It takes x, y, yaw"),
+                            (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), given are 4"),
+                            (lambda: geometry.SE2(x=1, y=2, jaw=3), "SE2(): has no argument 'jaw'. Known: x, y, yaw"),
+                            (lambda: geometry.SE3(geometry.SE3(), [0, 0, 0]), "SE3(): argument 'rotation' is a SE3: needed is a waymark.geometry.SO3"),
+                            (lambda: camera.pinhole(64.5, 48, 50, 50, 32, 24), "pinhole(): argument 'width_px' is 64.5 (float): needed is a whole number"),
+                            (lambda: camera.pinhole(64, 48, 50, 50, 32, 24, distortion="k1"), "argument 'distortion' is 'k1' (str): needed is a list of a number"),
+                            (lambda: tags.Detector().detect(np.zeros((48, 64), np.uint8), "lens"), "Detector.detect(): argument 'camera' is 'lens' (str)"),
+                            (lambda: samples.visible_corners(lens, None, 0.1), "visible_corners(): argument 'cam_T_tag' is None: needed is a waymark.geometry.SE3"),
+                            (lambda: samples.Odometry(speed_m_s="fast"), "Odometry.speed_m_s is 'fast' (str): needed is a number"),
+                            (lambda: samples.Odometry(stamp_ns=2**70), "Odometry.stamp_ns is too large a whole number"),
+                            (lambda: recording.Recording(3), "Recording(): argument 'path' is 3 (int): needed is a string"),
+                            (lambda: families.bitmap(7), "bitmap(): argument 'tag' is 7 (int): needed is a string"),
+                            (lambda: geometry.SO3.from_rpy(0, 0, [1]), "from_rpy(): argument 'yaw' is a list of 1: needed is a number")):
+            with self.assertRaises(TypeError, msg=words) as raised:
+                call()
+            self.assertIn(words, str(raised.exception))
+            for raw in ("incompatible", "Invoked with", "_waymark", "::"):
+                self.assertNotIn(raw, str(raised.exception))
+
+
+class Numbers(unittest.TestCase):
+    def test_attributes_that_are_not_finite_are_refused(self):
+        for bad in BAD:
+            for kind, name in ((samples.Odometry, "speed_m_s"), (samples.Odometry, "yaw_rate_rad_s"), (samples.WheelTicks, "left_rad"), (samples.WheelTicks, "right_rad"),
+                               (samples.StampedCommand, "speed_m_s"), (samples.StampedCommand, "yaw_rate_rad_s"), (samples.RangeBearing, "range_m"),
+                               (samples.RangeBearing, "bearing_rad"), (samples.LaserScan, "angle_min_rad"), (samples.TagDetection, "decision_margin"), (samples.MappedTag, "size_m")):
+                with self.assertRaises(errors.InvalidArgument, msg=f"{kind} {name}") as raised:
+                    kind(**{name: bad})
+                self.assertEqual(raised.exception.key, name)
+        with self.assertRaisesRegex(errors.InvalidArgument, "negative"):
+            samples.MappedTag(size_m=-0.1)
+        tag_map = samples.TagMap()
+        with self.assertRaisesRegex(errors.InvalidArgument, "tag36h11:3 has no size"):
+            tag_map[3] = samples.MappedTag()
+        self.assertEqual(len(tag_map), 0)
+
+    def test_codes_with_more_bits_than_the_family_are_refused(self):
+        for call in (lambda code: families.turned("tag16h5", code, 1), lambda code: families.min_rotational_distance("tag16h5", 0, code)):
+            call(0xFFFF)
+            with self.assertRaisesRegex(errors.InvalidArgument, "more bits than the 16 of tag16h5"):
+                call(0x10000)
+
+    def test_maps_without_a_common_tag_have_no_errors(self):
+        world = config.read_world("circuit24")
+        self.assertEqual(evaluation.map_errors(world.tags, world.tags)["rmse_m"], 0)
+        for estimated, truth in ((samples.TagMap(), world.tags), (world.tags, samples.TagMap())):
+            with self.assertRaisesRegex(errors.InvalidArgument, "no tag"):
+                evaluation.map_errors(estimated, truth)
+
+    def test_a_camera_of_another_size_is_refused(self):
+        lens = camera.pinhole(64, 48, 50, 50, 32, 24)
+        self.assertEqual(tags.Detector().detect(np.zeros((48, 64), np.uint8), lens), [])
+        with self.assertRaisesRegex(errors.InvalidArgument, "64 x 48 pixels and a picture of 48 x 64"):
+            tags.Detector().detect(np.zeros((64, 48), np.uint8), lens)
+
+
+class Writers(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.path = str(pathlib.Path(folder.name) / "a.mcap")
+
+    def test_corners_that_are_not_finite_are_refused(self):
+        detection = samples.TagDetection(tag=1)
+        detection.corners_px[2, 1] = np.nan
+        with recording.Writer(self.path) as writer:
+            with self.assertRaisesRegex(errors.InvalidArgument, "corners_px.*not finite"):
+                writer.add(samples.TagFrame(detections=[detection]))
+            writer.add(samples.Odometry(stamp_ns=1))
+        self.assertEqual(len(list(recording.Recording(self.path))), 1)
+
+    def test_a_writer_that_is_given_up_ends_its_file_and_warns(self):
+        writer = recording.Writer(self.path)
+        for stamp in range(10):
+            writer.add(samples.Odometry(stamp_ns=stamp))
+        with self.assertWarnsRegex(ResourceWarning, "a.mcap' was not closed"):
+            del writer
+            gc.collect()
+        read = recording.Recording(self.path)
+        self.assertEqual((len(list(read)), read.summary["complete"]), (10, True))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with recording.Writer(self.path + "2") as closed:
+                closed.add(samples.Odometry())
+            del closed
+            gc.collect()
+
+    def test_a_child_cannot_write_into_the_file_of_its_parent(self):
+        writer = recording.Writer(self.path)
+        writer.add(samples.Odometry(stamp_ns=1))
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                writer.add(samples.Odometry(stamp_ns=2))
+            except RuntimeError as error:
+                code = 0 if "fork" in str(error) else 2
+            finally:
+                writer.close()
+                os._exit(code)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        writer.add(samples.Odometry(stamp_ns=3))
+        writer.close()
+        read = recording.Recording(self.path)
+        self.assertEqual([sample.stamp_ns for sample in read], [1, 3])
+        self.assertTrue(read.summary["complete"])
+
+
+if __name__ == "__main__":
+    unittest.main()
