@@ -36,6 +36,10 @@ class LaserData:
     timeStamp: float = 0.0
 
 
+class Stalled(BaseException):
+    """The solution asked no sensor for too long in real time. No Exception, as Finished."""
+
+
 class Robot:
     """Answers the calls of HAL from the newest samples; a call that was answered since the last picture lets the time pass."""
 
@@ -47,11 +51,13 @@ class Robot:
         description = config.read_robot("turtlebot3-waffle")
         self._camera = description.camera
         self._simulator = simulation.Simulator(self.world, description, seed=seed, pictures=True, camera_rate_hz=camera_rate_hz)
-        self._seconds = seconds
+        self._seconds, self._rate_hz = seconds, camera_rate_hz
+        self.passes = 0  # how often time has passed: who waits for a solution sees by it that it goes on
+        self.finished = False
         self._asked = set()
         self._command = (0.0, 0.0)
         self._image = self._odometry = None
-        self._laser = LaserData()
+        self._laser = None
         self._pass()
 
     @property
@@ -64,13 +70,14 @@ class Robot:
 
         self._asked.clear()
         picture = None
-        while picture is None or self._odometry is None:
+        while picture is None:
             if self.now_s >= self._seconds:
+                self.finished = True
                 raise Finished
             self._simulator.command(*self._command)
             sample = self._simulator.next()
             if isinstance(sample, samples.CameraFrame):
-                picture = sample
+                picture = sample if self._odometry is not None and self._laser is not None else None  # the first waits for all sensors
             elif isinstance(sample, samples.Odometry):
                 at = sample.odom_T_base
                 self._odometry = Pose3d(at.x, at.y, at.yaw, timeStamp=sample.stamp_ns * 1e-9)
@@ -81,6 +88,17 @@ class Robot:
         self._image = picture.image
         truth = self._simulator.true_map_T_base
         self.score.picture(self.now_s, (truth.x, truth.y, truth.yaw))
+        self.passes += 1
+
+    def stop(self):
+        """The robot stands from now on."""
+        self._command = (0.0, 0.0)
+        self._simulator.command(0.0, 0.0)
+
+    @property
+    def pictures_left(self):
+        """How many pictures the time that is left would bring."""
+        return max(0, int((self._seconds - self.now_s) * self._rate_hz))
 
     def _ask(self, what):
         if what in self._asked:
@@ -144,7 +162,11 @@ class Robot:
 
 
 def _number(value, call):
-    number = float(value)
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        shown = repr(value)
+        raise TypeError(f"{call} was given {shown if len(shown) <= 40 else shown[:37] + '...'} (a {type(value).__name__}): a number is needed") from None
     if not math.isfinite(number):
         raise ValueError(f"{call} was given {number}: a finite number is needed")
     return number

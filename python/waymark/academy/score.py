@@ -17,6 +17,7 @@ class Score:
     def __init__(self):
         self.pictures = 0
         self.images_shown = 0
+        self.not_finite = 0  # estimates with NaN or infinity: as if they were not shown
         self.position_m, self.heading_deg = [], []
         self.driven_m = 0.0
         self._truth = None
@@ -32,8 +33,11 @@ class Score:
         self._truth = truth
 
     def estimate(self, now_s, pose, truth):
-        position = math.dist(pose[:2], truth[:2]) if all(map(math.isfinite, pose)) else math.inf
-        turn = math.degrees(abs(math.remainder(pose[2] - truth[2], 2 * math.pi))) if math.isfinite(pose[2]) else 180.0
+        if not all(map(math.isfinite, pose)):
+            self.not_finite += 1
+            return
+        position = math.dist(pose[:2], truth[:2])
+        turn = math.degrees(abs(math.remainder(pose[2] - truth[2], 2 * math.pi)))
         self._newest = (position, turn)
         self.trace.append((now_s, pose, truth))
 
@@ -46,19 +50,19 @@ class Score:
             return
         position, turn = self._newest
         self._newest = None
-        if math.isfinite(position):
-            self.position_m.append(position)
-            self.heading_deg.append(turn)
+        self.position_m.append(position)
+        self.heading_deg.append(turn)
         self._good += position <= POSITION_M and turn <= HEADING_DEG
 
-    def result(self):
-        """A dictionary of numbers; NaN where nothing was shown."""
+    def result(self, pictures_left=0):
+        """A dictionary of numbers; NaN where nothing was shown. Pictures of the time that is left count as without an estimate."""
         self._close()
         errors = sorted(self.position_m)
         return {
-            "points": round(100 * self._good / max(self.pictures, 1), 1),
+            "points": round(100 * self._good / max(self.pictures + pictures_left, 1), 1),
             "pictures": self.pictures,
             "estimates": len(errors),
+            "estimates_not_finite": self.not_finite,
             "position_rmse_m": round(_rms(errors), 4),
             "position_p95_m": round(errors[min(len(errors) - 1, int(0.95 * len(errors)))], 4) if errors else math.nan,
             "heading_rmse_deg": round(_rms(self.heading_deg), 3),
