@@ -106,3 +106,16 @@ if lab.points == 10:
              "calibrated": trajectory(_wheels, robot.wheel_radius_m * _distance, robot.track_m * _distance / _turn)}
     labs.figure("other.mcap", "x [m]", "y [m]", truth=[(p.x, p.y) for p in _truth],
                 **{name: [((_truth[0] @ p).x, (_truth[0] @ p).y) for p in poses] for name, poses in _drawn.items()})
+
+# %% [markdown]
+# ## A robot of your own
+# Record a lap of your robot with its wheels' angles and tags (`waymark teach`), put it beside the notebook as own.mcap, and run this cell. In the place of the truth,
+# which a real robot does not have, stands the trajectory that `waymark map` finds from the tags; radius and track are those of the robot's file in the recording.
+#
+# **Question:** how far are its two scales from those of the simulated robots, and by how much do they differ between two laps of it?
+# %%
+_own = labs.own_data("own.mcap")
+if _own and lab.points == 10:
+    _robot, _wheels, _motions = labs.own_seconds(_own)
+    _distance, _turn = scales([trajectory(w, _robot.wheel_radius_m, _robot.track_m)[-1] for w in _wheels], _motions)
+    print(f"own.mcap: distances x {_distance:.4f}, turns x {_turn:.4f}, in {len(_motions)} seconds between two pictures with tags")

@@ -46,7 +46,26 @@ def main():
     if missing:
         print(f"make_notebooks.py: {sys.executable} has no {' and no '.join(missing)} (Debian: python3-nbformat python3-numpy)", file=sys.stderr)
         return 1
-    output = pathlib.Path(arguments[0])
+    try:
+        return write_course(pathlib.Path(arguments[0]))
+    except OSError as failure:
+        print(f"make_notebooks.py: {failure.filename or arguments[0]}: {failure.strerror}. Name a folder that may be written, on a disk with room.", file=sys.stderr)
+        return 1
+
+
+def write_whole(path, text):
+    """Writes a file of which nothing stands there where it could not be written whole."""
+    part = path.with_name(path.name + ".part")
+    try:
+        part.write_text(text)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
+    part.replace(path)
+
+
+def write_course(output):
+    """The notebooks and the data beside them; gives the exit code."""
     output.mkdir(parents=True, exist_ok=True)
     for lab in sorted(LABS.glob("[0-9]*.py")):
         solution = LABS / "solutions" / lab.name if "--solved" in sys.argv else None
@@ -54,9 +73,12 @@ def main():
         if book.exists():  # somebody's answers
             print(f"{book} stands there already, and stays as it is")
             continue
-        book.write_text(notebook_of(lab, solution))
+        write_whole(book, notebook_of(lab, solution))
         print(book)
-    subprocess.run([sys.executable, ROOT / "tests" / "plant" / "generate_log.py", output / "plant"], check=True)
+    done = subprocess.run([sys.executable, ROOT / "tests" / "plant" / "generate_log.py", output / "plant"], check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        print(f"make_notebooks.py: {output / 'plant'} was not written: {(done.stderr.strip().splitlines() or ['no words'])[-1]}", file=sys.stderr)
+        return 1
     print(f"{output / 'plant'}\nThe other data: waymark samples {output / 'samples'}")
     return 0
 

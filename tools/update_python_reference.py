@@ -8,7 +8,10 @@ import pathlib
 import re
 import sys
 
-import waymark
+try:
+    import waymark
+except ImportError as failure:
+    sys.exit(f"{pathlib.Path(__file__).name}: {failure}. PYTHONPATH names the built package: PYTHONPATH=build/check/python tools/{pathlib.Path(__file__).name}")
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/reference/python.md"
 ROOMS = [name for name in waymark.__all__ if name not in ("WaymarkError", "errors")]

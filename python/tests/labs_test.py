@@ -119,6 +119,51 @@ class Labs(unittest.TestCase):
             labs.Lab("x").check("division", 1, lambda: names["answer"]())
         self.assertIn("ZeroDivisionError: division by zero (line 3 of answer)", printed.getvalue())
 
+    def test_an_answer_that_ends_the_program_is_told_so(self):
+        lab = labs.Lab("x")
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            lab.check("first", 1, lambda: sys.exit(0))
+            lab.check("second", 1, lambda: None)
+        self.assertIn("WRONG 0/1  first: it ended the program", printed.getvalue())
+        self.assertEqual(lab.points, 1)
+
+    def test_lab_7_calibrates_on_a_recording_of_ones_own(self):
+        lab = next((lab for lab in LABS if lab.name.startswith("07")), None)
+        if lab is None:
+            self.skipTest("another lab was asked for")
+        solution = (SOURCE / "labs" / "solutions" / lab.name).read_text()
+        own = DATA / "own.mcap"
+        self.assertNotIn("own.mcap", points_of(lab, solution)[2])
+        try:
+            own.symlink_to(DATA / "samples" / "other.mcap")  # whose truth the lab compares as well
+            printed = points_of(lab, solution)[2]
+            found, true = (re.search(rf"^{name}.mcap: distances x ([\d.]+), turns x ([\d.]+)", printed, re.M).groups() for name in ("own", "other"))
+            for a, b in zip(found, true):
+                self.assertAlmostEqual(float(a), float(b), delta=0.01)
+        finally:
+            own.unlink(missing_ok=True)
+
+    def test_a_python_without_numpy_is_told_so(self):
+        blocked = "import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'numpy' else real(name, *rest)\nimport waymark"
+        done = subprocess.run([sys.executable, "-c", blocked], check=False, capture_output=True, text=True)
+        self.assertIn(f"waymark needs NumPy, and {sys.executable} has none", done.stderr)
+
+    def test_notebooks_that_cannot_be_written_are_named(self):
+        if importlib.util.find_spec("nbformat") is None:
+            self.skipTest("nbformat is missing (Debian: python3-nbformat)")
+        for folder, words in (("/dev/null", "/dev/null: "), ("/proc/course", "/proc/course: ")):
+            done = subprocess.run([SOURCE / "tools" / "make_notebooks.py", folder], check=False, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(words, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+        with tempfile.TemporaryDirectory() as folder:  # a full disk
+            (pathlib.Path(folder) / f"{LABS[0].stem}.ipynb.part").symlink_to("/dev/full")
+            done = subprocess.run([SOURCE / "tools" / "make_notebooks.py", folder], check=False, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("No space left on device", done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+            self.assertFalse((pathlib.Path(folder) / f"{LABS[0].stem}.ipynb").exists())
+
     def test_empty_answers_get_nothing(self):
         for lab in LABS:
             points, possible, printed = points_of(lab)

@@ -43,6 +43,12 @@ def mypy(**sources):
 def main():
     root = pathlib.Path(sys.argv[1])
     done = [subprocess.run([sys.executable, root / "tools" / tool, "--check"], check=False) for tool in ("update_python_stubs.py", "update_python_reference.py")]
+    for tool in ("update_python_stubs.py", "update_python_reference.py"):  # a package of the system may be found
+        without = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        run = subprocess.run([sys.executable, "-I", root / "tools" / tool, "--check"], check=False, capture_output=True, text=True, env=without)
+        if "Traceback" in run.stderr or (run.returncode == 1 and "PYTHONPATH=build/check/python" not in run.stderr):
+            print(f"{tool} without the package says: {run.stderr}")
+            return 1
     if any(run.returncode != 0 for run in done):
         return 1
     if "WAYMARK_FULL" not in os.environ:

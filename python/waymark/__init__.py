@@ -23,12 +23,21 @@ centre at (i + 1/2, j + 1/2); SI units and radians; stamps are nanoseconds. Erro
 
 import os as _os
 import sys as _sys
+from importlib.util import find_spec as _find_spec
 
 _share = _os.path.join(_os.path.dirname(__file__), "share")
 if _os.path.isdir(_share):  # a wheel brings the worlds and robots with it
     _os.environ.setdefault("WAYMARK_SHARE", _share)
 
-from . import _waymark, errors  # noqa: E402
+try:
+    from . import _waymark, errors  # noqa: E402
+except ImportError as _error:
+    if "_waymark" not in str(_error):
+        raise
+    raise ImportError(f"waymark: no extension module for {_sys.executable} ({_sys.implementation.cache_tag}) in {_os.path.dirname(__file__)}: it was built for "
+                      "another Python, or not built. Run that one (often /usr/bin/python3), or build again with this one.") from _error
+if _find_spec("numpy") is None:
+    raise ImportError(f"waymark needs NumPy, and {_sys.executable} has none: install it (Debian: python3-numpy), or run the Python that has it (often /usr/bin/python3).")
 from .errors import WaymarkError  # noqa: E402
 
 for _name in ("camera", "config", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose", "recording",
