@@ -141,6 +141,9 @@ class Words(unittest.TestCase):
         with self.assertRaises(errors.NotFound) as raised:
             recording.Recording("/nowhere.mcap")
         self.assertIn("/nowhere.mcap", str(raised.exception))
+        for device in ("/dev/zero", "/dev/null"):
+            with self.assertRaisesRegex(errors.Unreadable, f"{device}: this is a device"):
+                recording.Recording(device)
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "camera.yaml"
             path.write_text("image_width: 3\nfolly: 1\n")
@@ -206,8 +209,8 @@ class Closed(unittest.TestCase):
         self.assertEqual(len(list(iterator)), 499)
 
     def test_wrong_samples(self):
-        with self.assertRaises(TypeError):
-            recording.Writer(self.path + "2").add("odometry")
+        with recording.Writer(self.path + "2") as writer, self.assertRaises(TypeError):
+            writer.add("odometry")
 
     def test_wrong_samples_of_a_filter(self):
         class Renamed(samples.Odometry):

@@ -109,6 +109,10 @@ bool begins_as_sqlite(ByteSpan head) { return begins_with(head, as_bytes(kSqlite
 Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source, ByteSpan head,
                                                    const LogOptions& options) {
   const Place place{.source = source->name()};
+  std::error_code unknown;  // of a name that is none of a file: then it is no device
+  if (head.empty() && std::filesystem::is_character_file(place.source, unknown))
+    return fail(ErrorCode::Unreadable, "this is a device, and no recording", place,
+                "Name a file or a folder.");
   if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", place);
   const std::uint64_t size = source->size().value_or(0);
   const bool yaml = place.source.ends_with(".yaml") || place.source.ends_with(".yml");
