@@ -141,6 +141,7 @@ class Words(unittest.TestCase):
         with self.assertRaises(errors.NotFound) as raised:
             recording.Recording("/nowhere.mcap")
         self.assertIn("/nowhere.mcap", str(raised.exception))
+        self.assertIn("Check the path", raised.exception.hint)
         for device in ("/dev/zero", "/dev/null"):
             with self.assertRaisesRegex(errors.Unreadable, f"{device}: this is a device"):
                 recording.Recording(device)

@@ -196,7 +196,8 @@ Result<std::unique_ptr<ByteSource>> open_file(const std::filesystem::path& path)
   }
   if (fd < 0) {
     return fail(errno == ENOENT ? ErrorCode::NotFound : ErrorCode::Unreadable,
-                fmt::format("cannot open: {}", reason()), {.source = path.string()});
+                fmt::format("cannot open: {}", reason()), {.source = path.string()},
+                "Check the path and who may read it.");
   }
   return std::make_unique<FileSource>(fd, path.string());
 }
