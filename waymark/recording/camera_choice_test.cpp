@@ -91,9 +91,14 @@ TEST(CameraChoice, AChainThatCannotBeUsedShowsTheTree) {
   CameraFacts circle;
   circle.frames.add("a_optical", "b", SE3());
   circle.frames.add("b", "a_optical", SE3());
-  circle.frames.add("b", "base_link", std::nullopt);
+  circle.frames.add("b", "base_link", SE3());
   circle.views.push_back({"/detections", "a_optical", false, {}});
-  EXPECT_THAT(mounting_error(circle), HasSubstr("cannot be used"));
+  EXPECT_THAT(mounting_error(circle), HasSubstr("go round in a circle: a_optical -> b -> a_optical"));
+
+  CameraFacts broken;
+  broken.frames.add("base_link", "a_optical", std::nullopt);
+  broken.views.push_back({"/detections", "a_optical", false, {}});
+  EXPECT_THAT(mounting_error(broken), HasSubstr("cannot be used"));
 }
 
 TEST(CameraChoice, TheFrameOfABodyIsNoOpticalFrame) {

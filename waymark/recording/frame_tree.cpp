@@ -107,14 +107,21 @@ tl::unexpected<Error> FrameTree::no_chain(std::string message, std::string hint)
   return fail(ErrorCode::NotFound, message + "; " + text(), {}, std::move(hint));
 }
 
+/// Of the way up from a frame: whether it comes back to where it has been. Such transforms contradict each
+/// other unless they multiply to nothing, and a reader that meets the circle elsewhere composes others.
+Status FrameTree::check_circle(const std::vector<std::string>& way) const {
+  const auto first = std::ranges::find(way, way.back());
+  if (first == std::prev(way.end())) return {};
+  const std::vector<std::string> circle(way.rbegin(), std::make_reverse_iterator(first));
+  return no_chain(fmt::format("the transforms go round in a circle: {}", fmt::join(circle, " -> ")),
+                  "Mend the publisher of these transforms, or give the mounting with --robot FILE.");
+}
+
 Result<SE3> FrameTree::down(const std::string& ancestor, const std::string& frame) const {
   SE3 ancestor_T_frame;
   std::string at = frame;
-  for (std::size_t steps = 0; at != ancestor; ++steps) {
+  while (at != ancestor) {
     const Link* link = link_to(at);
-    if (link == nullptr || steps > links_.size())
-      return no_chain(fmt::format("the transforms above '{}' go round in a circle", frame),
-                      "Mend the publisher of these transforms, or give the mounting with --robot FILE.");
     const std::string doubts = doubts_of(*link);
     if (!doubts.empty())
       return no_chain(
@@ -147,6 +154,8 @@ Result<SE3> FrameTree::chain(const std::string& from, const std::string& to) con
         fmt::format("no chain of transforms leads from '{}' to '{}'", from, to),
         "Record the transforms between them (/tf_static), name other frames with --base-frame and "
         "--camera-frame, or give the mounting with --robot FILE.");
+  for (const auto* way : {&of_to, &of_from})
+    if (Status status = check_circle(*way); !status) return tl::unexpected(status.error());
   const Result<SE3> meet_T_from = down(*meet, from);
   if (!meet_T_from) return meet_T_from;
   const Result<SE3> meet_T_to = down(*meet, to);

@@ -52,7 +52,8 @@ class FrameTree {
   [[nodiscard]] std::string doubts_of(const Link& link) const;
   void write(const std::string& frame, int depth, std::set<std::string>& written, std::string& out) const;
   [[nodiscard]] tl::unexpected<Error> no_chain(std::string message, std::string hint) const;
-  /// The frame seen from the one of its forebears.
+  [[nodiscard]] Status check_circle(const std::vector<std::string>& way) const;
+  /// The frame seen from the one of its forebears; the way up from it has no circle.
   [[nodiscard]] Result<SE3> down(const std::string& ancestor, const std::string& frame) const;
 
   std::map<std::string, Link> links_;  ///< by child

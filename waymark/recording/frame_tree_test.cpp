@@ -118,6 +118,9 @@ TEST(FrameTree, ACircleEndsAndIsNamed) {
   EXPECT_FALSE(tree.joined("a", "d"));
   EXPECT_THAT(refused(tree, "a", "d"), HasSubstr("no chain"));
   EXPECT_THAT(tree.text(), HasSubstr("a"));
+  EXPECT_THAT(refused(tree, "a", "c"), HasSubstr("go round in a circle: c -> a -> b -> c"))
+      << "where it is left decides which transforms are composed";
+  EXPECT_THAT(refused(tree, "c", "a"), HasSubstr("a -> b -> c -> a"));
   FrameTree self;
   self.add("a", "a", shifted(1));
   EXPECT_FALSE(self.text().empty());
