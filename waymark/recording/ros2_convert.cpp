@@ -33,6 +33,36 @@ SO3 rotation(const Quaternion& q) {
   return SO3::from_matrix(Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix());
 }
 
+/// As libapriltag has them: the homography from the tag's square, [-1, 1] x [-1, 1] with y down, to pixels,
+/// row by row, its last element 1; and where it puts the middle of the square. In closed form (Heckbert,
+/// "Fundamentals of Texture Mapping and Image Warping", section 2.2.3). Of corners that make no square in
+/// perspective: zeros, and the mean of the corners.
+void set_homography(AprilTagDetection& detection) {
+  std::array<Eigen::Vector2d, 4> px;  // TL TR BR BL
+  for (std::size_t i = 0; i < 4; ++i) px[3 - i] = {detection.corners[i].x, detection.corners[i].y};
+  const Eigen::Vector2d sum = px[0] - px[1] + px[2] - px[3];
+  const Eigen::Vector2d right = px[1] - px[2];
+  const Eigen::Vector2d bottom = px[3] - px[2];
+  const auto cross = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+  };
+  const double g = cross(sum, bottom) / cross(right, bottom);
+  const double h = cross(right, sum) / cross(right, bottom);
+  Eigen::Matrix3d px_H_unit;
+  px_H_unit << px[1] - px[0] + g * px[1], px[3] - px[0] + h * px[3], px[0], g, h, 1;
+  Eigen::Matrix3d unit_H_tag;
+  unit_H_tag << 0.5, 0, 0.5, 0, 0.5, 0.5, 0, 0, 1;
+  Eigen::Matrix3d px_H_tag = px_H_unit * unit_H_tag;
+  px_H_tag /= px_H_tag(2, 2);
+  Eigen::Vector2d centre = px_H_tag.col(2).head<2>();
+  if (!px_H_tag.allFinite()) {
+    px_H_tag.setZero();
+    centre = (px[0] + px[1] + px[2] + px[3]) / 4;
+  }
+  detection.centre = {centre.x(), centre.y()};
+  for (int i = 0; i < 9; ++i) detection.homography[static_cast<std::size_t>(i)] = px_H_tag(i / 3, i % 3);
+}
+
 }  // namespace
 
 Time to_ros(SensorTime stamp) {
@@ -141,9 +171,8 @@ AprilTagDetectionArray to_ros(const TagFrame& frame) {
     for (std::size_t i = 0; i < 4; ++i) {
       const Eigen::Vector2d& corner = detection.corners_px[3 - i];
       out.corners[i] = {corner.x() - kHalfPixel, corner.y() - kHalfPixel};
-      out.centre.x += out.corners[i].x / 4;
-      out.centre.y += out.corners[i].y / 4;
     }
+    set_homography(out);
     message.detections.push_back(out);
   }
   return message;

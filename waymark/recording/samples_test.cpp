@@ -98,6 +98,28 @@ TEST(Ros2Convert, CornersOnTheWireAreThoseOfAprilTagRos) {
   EXPECT_EQ(message.detections[0].centre.x, 20);
 }
 
+// x of the tag to the right, y down, the border at 1: as libapriltag's H, row by row.
+TEST(Ros2Convert, TheHomographyTakesTheSquareOfTheTagToItsCorners) {
+  Eigen::Matrix3d px_H_tag;
+  px_H_tag << 40, -7, 210, 5, 33, 120, 0.08, -0.05, 1;
+  const auto project = [&](double x, double y) -> Eigen::Vector2d {
+    return (px_H_tag * Eigen::Vector3d(x, y, 1)).hnormalized();
+  };
+  const Eigen::Vector2d half(0.5, 0.5);  // pixel centres are at integers there
+  TagDetection tag;
+  tag.corners_px = {project(-1, -1) + half, project(1, -1) + half, project(1, 1) + half,
+                    project(-1, 1) + half};
+  const auto message = ros2::to_ros(TagFrame{.detections = {tag}});
+  for (int i = 0; i < 9; ++i)
+    EXPECT_NEAR(message.detections[0].homography[static_cast<std::size_t>(i)], px_H_tag(i / 3, i % 3), 1e-9);
+  EXPECT_NEAR(message.detections[0].centre.x, 210, 1e-9) << "where the diagonals meet, not the mean";
+  EXPECT_NEAR(message.detections[0].centre.y, 120, 1e-9);
+  tag.corners_px.fill({3, 4});
+  const auto none = ros2::to_ros(TagFrame{.detections = {tag}});
+  EXPECT_EQ(none.detections[0].homography, (std::array<double, 9>{}));
+  EXPECT_EQ(none.detections[0].centre.x, 2.5);
+}
+
 TEST(Ros2Convert, CameraInfoHasCentresAtIntegers) {
   const auto info = ros2::to_ros(some_camera(), SensorTime{});
   EXPECT_DOUBLE_EQ(info.k[2], 323.0);
