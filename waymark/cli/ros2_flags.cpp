@@ -1,6 +1,7 @@
 #include "waymark/cli/ros2_flags.hpp"
 
 #include "waymark/cli/flags.hpp"
+#include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/dds/ros_graph.hpp"
 
@@ -9,9 +10,11 @@ namespace waymark::cli {
 Ros2Flags::Ros2Flags(CLI::App& app) {
   add_option(app, "--domain INTEGER", domain, "Domain of ROS 2; unless given: ROS_DOMAIN_ID, or 0",
              between(0, 232));
-  app.add_flag("--localhost", localhost, "Only this machine, as ROS_LOCALHOST_ONLY=1");
+  CLI::Option* const local =
+      app.add_flag("--localhost", localhost, "Only this machine, as ROS_LOCALHOST_ONLY=1");
   add_option(app, "--interface ADDRESS", interface, "IPv4 address of the only network interface to use")
-      ->check(CLI::ValidIPV4);
+      ->check(CLI::ValidIPV4)
+      ->excludes(local);
   add_option(app, "--ros-distro NAME", distro, kRosDistroHelp, kMore);
 }
 
@@ -21,7 +24,13 @@ Result<BusOptions> Ros2Flags::options(const std::string& node) const {
     return tl::unexpected(status.error());
   if (domain >= 0) options.domain = domain;
   options.localhost_only = options.localhost_only || localhost;
-  if (!interface.empty()) options.interfaces = {interface};
+  if (!interface.empty()) {
+    if (Status there = use_interface(options, interface); !there) {
+      there.error().place.key = "--interface";
+      return tl::unexpected(there.error());
+    }
+    options.localhost_only = false;
+  }
   if (Status status = show_in_node_list(options, distro); !status) return tl::unexpected(status.error());
   return options;
 }

@@ -5,6 +5,7 @@
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
@@ -99,7 +100,13 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
       add_option(app, "--seconds FLOAT", args->seconds, "End after so long; 0: go on until Ctrl-C",
                  between(0.0, 1e9));
     }
-    return [args, run](Console& console) {
+    return [args, run, one_topic](Console& console) {
+      if (one_topic && !is_topic_name(args->topic))
+        return console.failed({.code = ErrorCode::InvalidArgument,
+                               .message = fmt::format("'{}' is no name of a topic", args->topic),
+                               .place = {.key = "topic"},
+                               .hint = "`waymark ros2 topic list` shows those there are."},
+                              ExitCode::Usage);
       const auto options = args->network.options();
       if (!options) return console.failed(options.error(), ExitCode::Usage);
       const auto bus = open_bus(*options);

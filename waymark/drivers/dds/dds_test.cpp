@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <map>
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
@@ -39,6 +41,13 @@ TEST(RosNames, MapToDdsAndBack) {
     EXPECT_FALSE(ros_topic(none)) << none.topic;
 }
 
+TEST(RosNames, TopicsAreThoseThatRosTakes) {
+  for (const char* right : {"/odom", "odom", "/r1/camera_2/image_raw", "_a", "/a/_2"})
+    EXPECT_TRUE(is_topic_name(right)) << right;
+  for (const char* wrong : {"", "/", "/a b", "//a", "/a/", "/a//b", "/2a", "/a/2b", "/a-b", "/\xc3\xa9"})
+    EXPECT_FALSE(is_topic_name(wrong)) << wrong;
+}
+
 TEST(RosGraph, IdentitiesHave24BytesUpToHumbleAnd16Since) {
   OwnEndpoints own{.publishers = {Guid{1, 2}, Guid{3}}, .subscriptions = {Guid{4}}};
   own.participant[15] = 0xc1;
@@ -66,12 +75,12 @@ TEST(RosEnvironment, IsReadAsRosReadsIt) {
   ASSERT_TRUE(apply_ros_environment(options, of({})));
   EXPECT_EQ(options.domain, 0);
   EXPECT_FALSE(options.localhost_only);
-  ASSERT_TRUE(apply_ros_environment(
-      options,
-      of({{"ROS_DOMAIN_ID", "42"}, {"ROS_LOCALHOST_ONLY", "1"}, {"ROS_STATIC_PEERS", "10.0.0.2;10.0.0.3"}})));
+  ASSERT_TRUE(apply_ros_environment(options, of({{"ROS_DOMAIN_ID", "42"},
+                                                 {"ROS_LOCALHOST_ONLY", "1"},
+                                                 {"ROS_STATIC_PEERS", "10.0.0.2;10.0.0.3;localhost"}})));
   EXPECT_EQ(options.domain, 42);
   EXPECT_TRUE(options.localhost_only);
-  EXPECT_EQ(options.peers, (std::vector<std::string>{"10.0.0.2", "10.0.0.3"}));
+  EXPECT_EQ(options.peers, (std::vector<std::string>{"10.0.0.2", "10.0.0.3", "127.0.0.1"}));
   BusOptions jazzy;
   ASSERT_TRUE(apply_ros_environment(jazzy, of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"}})));
   EXPECT_TRUE(jazzy.localhost_only);
@@ -89,12 +98,19 @@ TEST(RosEnvironment, RefusesWhatMakesNoSense) {
                                           {"ROS_LOCALHOST_ONLY", "yes"},
                                           {"ROS_AUTOMATIC_DISCOVERY_RANGE", "HOME"},
                                           {"ROS_SECURITY_ENCLAVE_OVERRIDE", "waymark"},
-                                          {"ROS_STATIC_PEERS", "robot.local"}}) {
+                                          {"ROS_STATIC_PEERS", "no such host"}}) {
     BusOptions options;
     const Status status = apply_ros_environment(options, of({{name, value}}));
     ASSERT_FALSE(status) << name;
     EXPECT_EQ(status.error().place.key, name);
   }
+  BusOptions options;
+  const Status off = apply_ros_environment(options, of({{"ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF"}}));
+  ASSERT_FALSE(off);
+  EXPECT_NE(off.error().message.find("switches discovery off"), std::string::npos);
+  const Status keyless = apply_ros_environment(options, of({{"ROS_SECURITY_ENABLE", "true"}}));
+  ASSERT_FALSE(keyless);
+  EXPECT_EQ(keyless.error().place.key, "ROS_SECURITY_KEYSTORE");
   for (const char* bad : {"", "x", "-1", "1 ", "1x", "99999999999"}) {
     BusOptions options;
     EXPECT_EQ(apply_ros_environment(options, of({{"ROS_DOMAIN_ID", bad}})).has_value(), *bad == '\0') << bad;
@@ -173,6 +189,40 @@ TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
   const std::string words = searched({.localhost_only = true}, bus);
   EXPECT_NE(words.find("2 other participants, 21 topics (/a10, "), std::string::npos) << words;
   EXPECT_NE(words.find("/a21, …)"), std::string::npos) << words;
+}
+
+/// The program that runs this test, as a participant of DDS is called.
+std::string own_participant() {
+  std::array<char, 65> host{};
+  EXPECT_EQ(gethostname(host.data(), host.size() - 1), 0);
+  return "waymark (process " + std::to_string(getppid()) + " on " + host.data() + ")";
+}
+
+TEST(Searched, LeavesOutTheProgramThatThisProcessWasStartedBy) {
+  FoundBus bus;
+  bus.others = {own_participant()};
+  EXPECT_TRUE(is_own_family(bus.others[0]));
+  EXPECT_FALSE(is_own_family("waymark (process " + std::to_string(getpid()) + " on elsewhere)"));
+  EXPECT_EQ(searched({.localhost_only = true}, bus), "domain 0 on 127.0.0.1: no other participant");
+}
+
+TEST(Searched, SaysHowProgramsOfThisMachineAloneAreFound) {
+  const std::string words = searched({}, FoundBus());
+  EXPECT_NE(words.find("programs restricted to this machine are found with --localhost"), std::string::npos)
+      << words;
+}
+
+TEST(UseInterface, TakesAddressOrNameOfOneThatIsThere) {
+  for (const char* right : {"127.0.0.1", "lo"}) {
+    BusOptions options{.interfaces = {"10.9.8.7"}};
+    const Status status = use_interface(options, right);
+    ASSERT_TRUE(status) << to_string(status.error());
+    EXPECT_EQ(options.interfaces, (std::vector<std::string>{"127.0.0.1"}));
+  }
+  BusOptions options;
+  const Status none = use_interface(options, "203.0.113.9");
+  ASSERT_FALSE(none);
+  EXPECT_NE(to_string(none.error()).find("127.0.0.1 (lo)"), std::string::npos) << to_string(none.error());
 }
 
 TEST(InterfaceAddresses, AreIPv4OfThisMachine) {

@@ -1,7 +1,9 @@
 #include "waymark/drivers/dds/discovery.hpp"
 
 #include <array>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -9,6 +11,7 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
+#include <unistd.h>
 
 #include "waymark/drivers/dds/ros_names.hpp"
 
@@ -57,20 +60,75 @@ std::vector<std::string> mismatches(const std::vector<TopicUse>& ours,
   return {words.begin(), words.end()};
 }
 
-std::vector<std::string> interface_addresses() {
-  std::vector<std::string> addresses;
+namespace {
+
+struct Interface {
+  std::string name{};
+  std::string address{};
+};
+
+std::vector<Interface> interfaces_up() {
+  std::vector<Interface> found;
   ifaddrs* list = nullptr;
-  if (getifaddrs(&list) != 0) return addresses;
+  if (getifaddrs(&list) != 0) return found;
   for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
     if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET || (one->ifa_flags & IFF_UP) == 0)
       continue;
     std::array<char, INET_ADDRSTRLEN> text{};
     const auto* address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
     if (inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr)
-      addresses.emplace_back(text.data());
+      found.push_back({one->ifa_name, text.data()});
   }
   freeifaddrs(list);
+  return found;
+}
+
+constexpr const char* kOnlyHere =
+    "; programs restricted to this machine are found with --localhost or ROS_LOCALHOST_ONLY=1";
+
+/// The process that started this one, by /proc; 0: not known.
+pid_t parent_of(pid_t process) {
+  std::ifstream file(fmt::format("/proc/{}/stat", process));
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');  // the program's name may hold anything
+  if (name_end == std::string::npos) return 0;
+  std::istringstream rest(text.substr(name_end + 1));
+  char state = 0;
+  pid_t parent = 0;
+  rest >> state >> parent;
+  return parent;
+}
+
+}  // namespace
+
+std::vector<std::string> interface_addresses() {
+  std::vector<std::string> addresses;
+  for (Interface& one : interfaces_up()) addresses.push_back(std::move(one.address));
   return addresses;
+}
+
+Status use_interface(BusOptions& options, const std::string& interface) {
+  std::vector<std::string> known;
+  options.interfaces.clear();
+  for (const Interface& one : interfaces_up()) {
+    if (one.address == interface || one.name == interface) options.interfaces.push_back(one.address);
+    known.push_back(fmt::format("{} ({})", one.address, one.name));
+  }
+  if (!options.interfaces.empty()) return {};
+  return fail(ErrorCode::InvalidArgument,
+              fmt::format("no network interface that is up has the address or name '{}'", interface),
+              {.key = "interface"}, fmt::format("There are: {}.", fmt::join(known, ", ")));
+}
+
+bool is_own_family(const std::string& participant) {
+  std::array<char, 65> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) return false;
+  constexpr int kMostGenerations = 8;  // the robot's process, its watchdog, the program
+  pid_t process = getpid();
+  for (int i = 0; i < kMostGenerations && process > 1; ++i, process = parent_of(process))
+    if (participant.ends_with(fmt::format("(process {} on {})", process, host.data()))) return true;
+  return false;
 }
 
 std::string searched(const BusOptions& options, const Bus& bus) {
@@ -79,11 +137,15 @@ std::string searched(const BusOptions& options, const Bus& bus) {
   if (where.empty()) where = interface_addresses();
   std::string words = fmt::format("domain {} on {}", options.domain, fmt::join(where, ", "));
   if (!options.peers.empty()) words += fmt::format(" and at {}", fmt::join(options.peers, ", "));
-  const std::vector<std::string> others = bus.participants();
-  if (others.empty()) return words + ": no other participant";
+  std::vector<std::string> others = bus.participants();
+  std::erase_if(others, is_own_family);
+  if (others.empty())
+    return words + ": no other participant" +
+           (options.localhost_only || !options.interfaces.empty() ? "" : kOnlyHere);
   std::set<std::string> topics;
   for (const BusEndpoint& endpoint : bus.endpoints())
-    if (const auto ros = ros_topic(endpoint.name)) topics.insert(ros->topic);
+    if (const auto ros = ros_topic(endpoint.name); ros && !is_own_family(bus.participant_of(endpoint.guid)))
+      topics.insert(ros->topic);
   constexpr std::size_t kMostNamed = 12;
   const std::size_t named = std::min(topics.size(), kMostNamed);
   words += fmt::format(": {} other participant{}, {} topic{}", others.size(), others.size() == 1 ? "" : "s",

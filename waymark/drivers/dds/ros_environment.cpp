@@ -1,11 +1,14 @@
 #include "waymark/drivers/dds/ros_environment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cstdlib>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netdb.h>
+#include <sys/socket.h>
 
 namespace waymark {
 namespace {
@@ -29,10 +32,26 @@ Status read_domain(BusOptions& options, const std::string& value) {
 Status read_range(BusOptions& options, const std::string& value) {
   if (value == "LOCALHOST") {
     options.localhost_only = true;
+  } else if (value == "OFF") {
+    return fail(ErrorCode::InvalidArgument, "OFF switches discovery off: no other program can be found",
+                {.source = "environment", .key = "ROS_AUTOMATIC_DISCOVERY_RANGE"},
+                "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
   } else if (value != "SUBNET" && value != "SYSTEM_DEFAULT") {
     return wrong("ROS_AUTOMATIC_DISCOVERY_RANGE", value, "SUBNET, LOCALHOST or SYSTEM_DEFAULT.");
   }
   return {};
+}
+
+/// The IPv4 address of a host, which may be one already; empty: it has none.
+std::string address_of(const std::string& host) {
+  const addrinfo wanted{.ai_flags = 0, .ai_family = AF_INET, .ai_socktype = SOCK_DGRAM};
+  addrinfo* found = nullptr;
+  if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0) return {};
+  std::array<char, INET_ADDRSTRLEN> text{};
+  const auto* address = reinterpret_cast<const sockaddr_in*>(found->ai_addr);
+  const bool known = inet_ntop(AF_INET, &address->sin_addr, text.data(), text.size()) != nullptr;
+  freeaddrinfo(found);
+  return known ? text.data() : "";
 }
 
 Status read_peers(BusOptions& options, std::string value) {
@@ -40,11 +59,13 @@ Status read_peers(BusOptions& options, std::string value) {
     const std::size_t end = std::min(value.find(';'), value.size());
     const std::string peer = value.substr(0, end);
     value.erase(0, end + 1);
-    in_addr address{};
     if (peer.empty()) continue;
-    if (inet_pton(AF_INET, peer.c_str(), &address) != 1)
-      return wrong("ROS_STATIC_PEERS", peer, "IPv4 addresses, separated by semicolons.");
-    options.peers.push_back(peer);
+    const std::string address = address_of(peer);
+    if (address.empty())
+      return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no host with an IPv4 address", peer),
+                  {.source = "environment", .key = "ROS_STATIC_PEERS"},
+                  "IPv4 addresses or names that this computer resolves, separated by semicolons.");
+    options.peers.push_back(address);
   }
   return {};
 }
@@ -74,6 +95,10 @@ Status apply_ros_environment(BusOptions& options, const Environment& environment
       status = wrong("ROS_SECURITY_ENCLAVE_OVERRIDE", enclave, "a name that begins with a slash.");
     options.enclave = enclave;
   }
+  if (on("ROS_SECURITY_ENABLE") == "true" && on("ROS_SECURITY_KEYSTORE").empty() && status)
+    status = fail(ErrorCode::InvalidArgument, "ROS_SECURITY_ENABLE=true needs a keystore, and none is named",
+                  {.source = "environment", .key = "ROS_SECURITY_KEYSTORE"},
+                  "The folder that `ros2 security create_keystore` made, or leave ROS_SECURITY_ENABLE out.");
   if (on("ROS_SECURITY_ENABLE") == "true")
     options.keystore = on("ROS_SECURITY_KEYSTORE") + "/enclaves" + on("ROS_SECURITY_ENCLAVE_OVERRIDE");
   return status;

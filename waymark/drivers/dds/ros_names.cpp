@@ -1,5 +1,7 @@
 #include "waymark/drivers/dds/ros_names.hpp"
 
+#include <cctype>
+
 #include <fmt/format.h>
 
 namespace waymark {
@@ -35,6 +37,17 @@ std::optional<RosTopic> ros_topic(const BusTopic& dds) {
   std::string name = dds.type.substr(kind + kMessages.size());
   name.pop_back();
   return RosTopic{dds.topic.substr(kTopicPrefix.size() - 1), dds.type.substr(0, kind) + "/msg/" + name};
+}
+
+bool is_topic_name(std::string_view name) {
+  char before = '/';
+  for (const char c : without_slash(name)) {
+    const bool letter = c == '_' || std::isalpha(static_cast<unsigned char>(c)) != 0;
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)) != 0;
+    if (!letter && !(digit && before != '/') && !(c == '/' && before != '/')) return false;
+    before = c;
+  }
+  return before != '/';
 }
 
 ServiceTopics dds_service(std::string_view ros_service, std::string_view ros_type) {

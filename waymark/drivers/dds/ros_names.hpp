@@ -18,6 +18,10 @@ struct RosTopic {
 };
 [[nodiscard]] std::optional<RosTopic> ros_topic(const BusTopic& dds);
 
+/// Whether ROS 2 takes it as the name of a topic: parts of letters, digits and underscores that begin with no
+/// digit, with slashes between them.
+[[nodiscard]] bool is_topic_name(std::string_view name);
+
 /// The two topics of a service "/start" of type "std_srvs/srv/Trigger".
 struct ServiceTopics {
   BusTopic request{};
