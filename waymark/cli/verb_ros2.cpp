@@ -31,7 +31,8 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
       options = tl::unexpected(shown.error());
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
-  if (options->interfaces.empty() && !profile->interface.empty()) options->interfaces = {profile->interface};
+  if (Status there = use_interface_of(*profile, *options); !there)
+    return console.failed(there.error(), ExitCode::Usage);
   const Status status =
       run_ros2_robot(*profile, *robot, *options, standard_wire(console, args.joined.listen_only),
                      {.share_commands = args.joined.shares()});

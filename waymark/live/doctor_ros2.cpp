@@ -125,7 +125,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   BusOptions options{.node = "waymark_doctor"};
   if (Status status = apply_ros_environment(options, process_environment()); !status)
     return failed(status.error());
-  if (options.interfaces.empty() && !found->interface.empty()) options.interfaces = {found->interface};
+  if (Status there = use_interface_of(*found, options); !there) return failed(there.error());
   const auto bus = open_bus(options);
   if (!bus) return failed(bus.error());
   Ros2Listener listener(**bus, *found);

@@ -60,23 +60,41 @@ Status refuse_in_process(const RobotSetup& setup, const char* key) {
               {.key = key}, "This verb lets it go as fast as it can; with --robot process:CMD it waits.");
 }
 
+/// The robot of a setup as its node needs to know it.
+Result<NodeRobot> node_robot(const RobotSetup& setup) {
+  constexpr std::string_view kRos2 = "ros2:";
+  NodeRobot robot{.cameras = setup.simulated.cameras(), .own_pictures = setup.live_cameras.empty()};
+  if (!setup.ground.robot.starts_with(kRos2)) return robot;
+  auto profile = find_ros2_profile(setup.ground.robot.substr(kRos2.size()));
+  if (!profile) return tl::unexpected(profile.error());
+  robot.profile = std::move(*profile);
+  return robot;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const RobotSetup& setup, const std::string& distro) {
   if (Status status = refuse_in_process(setup, "publish-ros2"); !status)
     return tl::unexpected(status.error());
-  return start_ros2(distro);
+  auto robot = node_robot(setup);
+  if (!robot) return tl::unexpected(robot.error());
+  return start_ros2(std::move(*robot), distro);
 }
 
 Result<std::unique_ptr<LivePage>> LivePage::start_ros2(const std::string& distro) {
+  return start_ros2(NodeRobot(), distro);
+}
+
+Result<std::unique_ptr<LivePage>> LivePage::start_ros2(NodeRobot robot, const std::string& distro) {
   BusOptions options;
   Status status = apply_ros_environment(options, process_environment());
+  if (robot.profile && status) status = use_interface_of(*robot.profile, options);
   if (status) status = show_in_node_list(options, distro);
   if (!status) return tl::unexpected(status.error());
   std::unique_ptr<LivePage> view(new LivePage);
   auto bus = open_bus(options);
   if (!bus) return tl::unexpected(bus.error());
-  auto node = Ros2Node::start(std::move(*bus), view->feed_);
+  auto node = Ros2Node::start(std::move(*bus), view->feed_, std::move(robot));
   if (!node) return tl::unexpected(node.error());
   view->node_ = std::move(*node);
   return view;

@@ -58,6 +58,7 @@ class LivePage {
   [[nodiscard]] LiveFeed& feed() { return feed_; }
 
  private:
+  static Result<std::unique_ptr<LivePage>> start_ros2(NodeRobot robot, const std::string& distro);
   LivePage() = default;
   LiveFeed feed_{};
   std::unique_ptr<HttpServer> server_{};

@@ -42,6 +42,14 @@ const Odometry* odometry_at(const std::deque<Odometry>& all, SensorTime stamp) {
   return later == all.begin() ? &*later : &*std::prev(later);
 }
 
+/// But for what changes all the time while the robot drives: that can wait for the next second.
+bool is_as_before(LiveStatus now, const LiveStatus& before) {
+  now.driven_m = before.driven_m;
+  now.goal_m = before.goal_m;
+  now.dropped_pictures = before.dropped_pictures;
+  return now == before;
+}
+
 }  // namespace
 
 ServiceButton button_of_service(const std::string& service, const std::string& phase) {
@@ -52,9 +60,10 @@ ServiceButton button_of_service(const std::string& service, const std::string& p
   return {{}, fmt::format("{} has no effect in phase '{}'", service, phase)};
 }
 
-Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed) {
-  std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed));
+Result<std::unique_ptr<Ros2Node>> Ros2Node::start(std::unique_ptr<Bus> bus, LiveFeed& feed, NodeRobot robot) {
+  std::unique_ptr<Ros2Node> node(new Ros2Node(std::move(bus), feed, std::move(robot)));
   Status status = node->offer_services();
+  if (status) status = node->frames_.join(*node->bus_);
   if (status) status = node->hear_initial_pose();
   if (!status) return tl::unexpected(status.error());
   feed.set_listening(true);
@@ -88,7 +97,8 @@ Status Ros2Node::hear_initial_pose() {
 }
 
 void Ros2Node::receive(const BusMessage& message) {
-  if (services_.receive(message) || message.subscription != initial_pose_) return;
+  if (frames_.take(*bus_, message) || services_.receive(message) || message.subscription != initial_pose_)
+    return;
   const Result<GivenPose> given = read_initial_pose(message.bytes);
   if (given) return feed_.order({.kind = ViewerOrder::Kind::GivePose, .pose = *given});
   ++refused_poses_;
@@ -134,8 +144,9 @@ void Ros2Node::show(const TagFrame& tags) {
   const auto drawn = plot::annotate(picture_->image.view(), tags.detections);
   auto jpeg = drawn ? encode_jpeg(*drawn, kQuality) : tl::unexpected(drawn.error());
   if (!jpeg) return;
-  const ros2::CompressedImage message{
-      .header = {ros2::to_ros(tags.stamp), tags.camera}, .format = "jpeg", .data = std::move(*jpeg)};
+  const ros2::CompressedImage message{.header = {ros2::to_ros(tags.stamp), frames_.camera(tags.camera)},
+                                      .format = "jpeg",
+                                      .data = std::move(*jpeg)};
   (void)bus_->publish(*publisher, cdr::encode(message));
 }
 
@@ -151,12 +162,13 @@ void Ros2Node::publish_updates() {
   LiveFeed::Updates updates = feed_.take();
   for (LiveSample& sample : updates.samples) {
     std::visit([this](const auto& value) { say(value); }, sample.value);
+    keep_clock(sample);
     take_back(sample);
   }
   if (updates.shapes && updates.shapes != std::exchange(shapes_, updates.shapes))
     publish("/waymark/markers", *shapes_, true);
   const Duration now = steady_now();
-  if (updates.status == status_ && now - status_said_ < kStatusPeriod) return;
+  if (is_as_before(updates.status, status_) && now - status_said_ < kStatusPeriod) return;
   if (updates.status.phase != status_.phase) path_.poses.clear();
   status_ = updates.status;
   status_said_ = now;
@@ -164,14 +176,37 @@ void Ros2Node::publish_updates() {
 }
 
 void Ros2Node::say(const Sample& sample) {
+  frames_.robot_speaks(steady_now());
   if (const auto* odometry = std::get_if<Odometry>(&sample)) {
     odometry_.push_back(*odometry);
     if (odometry_.size() > kOdometryKept) odometry_.pop_front();
   }
-  const auto* tags = std::get_if<TagFrame>(&sample);
-  if (tags == nullptr) return;
-  publish("/waymark/tags", ros2::to_ros(*tags));
-  show(*tags);
+  if (const auto* tags = std::get_if<TagFrame>(&sample)) say(*tags);
+}
+
+/// Under a name that is not the robot's nobody could place them.
+void Ros2Node::say(const TagFrame& tags) {
+  if (!frames_.settled(steady_now())) return;
+  mount(tags.camera);
+  ros2::AprilTagDetectionArray message = ros2::to_ros(tags);
+  message.header.frame_id = frames_.camera(tags.camera);
+  publish("/waymark/tags", message);
+  show(tags);
+}
+
+void Ros2Node::mount(const std::string& camera) {
+  if (const auto mountings = frames_.mount(*bus_, camera, steady_now()))
+    publish("/tf_static", *mountings, true);
+}
+
+/// The way of the messages only adds to it: the smallest counts.
+void Ros2Node::keep_clock(const LiveSample& sample) {
+  const auto* received = std::get_if<Sample>(&sample.value);
+  const auto* odometry = received != nullptr ? std::get_if<Odometry>(received) : nullptr;
+  if (odometry == nullptr) return;
+  behind_s_.push_back(1e-9 *
+                      static_cast<double>(sample.host_ns - odometry->stamp.time_since_epoch().count()));
+  if (behind_s_.size() > kOdometryKept) behind_s_.pop_front();
 }
 
 void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
@@ -179,8 +214,9 @@ void Ros2Node::say(const ros2::PoseWithCovarianceStamped& estimate) {
   const SensorTime stamp = ros2::from_ros(estimate.header.stamp);
   if (const Odometry* odometry = odometry_at(odometry_, stamp)) {
     const SE3 map_T_odom = ros2::from_ros(estimate.pose.pose) * lift(odometry->odom_T_base).inverse();
-    publish("/tf",
-            ros2::TFMessage{{ros2::to_ros_transform(stamp, ros2::kMapFrame, ros2::kOdomFrame, map_T_odom)}});
+    if (frames_.settled(steady_now()))
+      publish("/tf",
+              ros2::TFMessage{{ros2::to_ros_transform(stamp, ros2::kMapFrame, frames_.odom(), map_T_odom)}});
   }
   if (path_.poses.size() >= kMostPoses)
     path_.poses.erase(path_.poses.begin(), path_.poses.begin() + kMostPoses / 2);
@@ -209,6 +245,8 @@ void Ros2Node::say_status(const LiveStatus& status) {
                 {"driven_m", std::to_string(status.driven_m)},
                 {"goal_m", std::to_string(status.goal_m)},
                 {"dropped_pictures", std::to_string(status.dropped_pictures)},
+                {"robot_clock_behind_s",
+                 behind_s_.empty() ? "unknown" : fmt::format("{:.3f}", *std::ranges::min_element(behind_s_))},
                 {"refused_initial_poses", std::to_string(refused_poses_)}};
   ros2::DiagnosticArray message{.status = {std::move(one)}};
   const auto now = std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());

@@ -12,6 +12,7 @@
 
 #include "waymark/drivers/dds/bus.hpp"
 #include "waymark/drivers/ros2/trigger_service.hpp"
+#include "waymark/live/robot_frames.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 #include "waymark/server/live_feed.hpp"
@@ -20,26 +21,31 @@ namespace waymark {
 
 /// What a drive says, to any ROS 2 program (docs/howto/ros2.md): /tf from map to odom (REP 105),
 /// /waymark/pose, /waymark/tags, /waymark/path, /waymark/markers, /waymark/image/compressed where somebody
-/// wants it, /diagnostics; and the services
+/// wants it, /diagnostics; /tf_static of cameras whose frames nobody joins to the base; and the services
 /// /waymark/start_teach, map, replay, pause and stop (std_srvs/Trigger), which are the buttons of the drive.
 /// Who publishes /initialpose says where the robot is.
 /// On a thread of its own, which takes the feed.
 class Ros2Node {
  public:
   /// The feed outlives the node.
-  static Result<std::unique_ptr<Ros2Node>> start(std::unique_ptr<Bus> bus, LiveFeed& feed);
+  static Result<std::unique_ptr<Ros2Node>> start(std::unique_ptr<Bus> bus, LiveFeed& feed,
+                                                 NodeRobot robot = {});
   ~Ros2Node();
   Ros2Node(const Ros2Node&) = delete;
   Ros2Node& operator=(const Ros2Node&) = delete;
 
  private:
-  Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed) : bus_(std::move(bus)), services_(*bus_), feed_(feed) {}
+  Ros2Node(std::unique_ptr<Bus> bus, LiveFeed& feed, NodeRobot robot)
+      : bus_(std::move(bus)), services_(*bus_), feed_(feed), frames_(std::move(robot)) {}
   Status offer_services();
   Status hear_initial_pose();
   void receive(const BusMessage& message);
   void run();
   void publish_updates();
   void say(const Sample& sample);
+  void say(const TagFrame& tags);
+  void mount(const std::string& camera);
+  void keep_clock(const LiveSample& sample);
   void show(const TagFrame& tags);
   void take_back(LiveSample& sample);
   void say(const ros2::PoseWithCovarianceStamped& estimate);
@@ -54,7 +60,9 @@ class Ros2Node {
   std::unique_ptr<Bus> bus_;
   TriggerServices services_;
   LiveFeed& feed_;
+  RobotFrames frames_;
   LiveStatus status_{};
+  std::deque<double> behind_s_{};         ///< this computer's clock less the stamps of odometry
   std::optional<CameraFrame> picture_{};  ///< the newest
   Duration shown_{};                      ///< when a picture was published
   std::shared_ptr<const ros2::MarkerArray> shapes_{};

@@ -1,10 +1,9 @@
 #include "waymark/live/ros2_node.hpp"
 
-#include <mutex>
+#include <algorithm>
 #include <thread>
 
-#include <gtest/gtest.h>
-
+#include "tests/support/node_drive.hpp"
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
@@ -13,94 +12,27 @@
 namespace waymark {
 namespace {
 
-/// What was published on a network that ends here, and requests for whoever subscribes.
-struct Network {
-  std::mutex mutex{};
-  std::vector<std::string> publishers{};     ///< topics by number
-  std::vector<std::string> subscriptions{};  ///< likewise
-  std::map<std::string, std::vector<std::vector<std::uint8_t>>> sent{};
-  std::vector<BusMessage> waiting{};
-  std::vector<RequestIdentity> answered{};
-};
+using test::Node;
 
-class FakeBus final : public Bus {
- public:
-  explicit FakeBus(Network& network) : network_(network) {}
-
-  Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& /*qos*/) override {
-    const std::scoped_lock lock(network_.mutex);
-    network_.publishers.push_back(topic.topic);
-    return network_.publishers.size() - 1;
+TEST_F(Node, DiagnosticsHaveTheClockAndComeOnceASecondWhileItDrives) {
+  const SensorTime stamp(std::chrono::seconds(100));
+  const Duration began = steady_now();
+  const std::int64_t behind_ns = 250'000'000;
+  for (int i = 0; steady_now() - began < std::chrono::milliseconds(1500); ++i) {
+    feed_.publish(Sample(Odometry{.stamp = stamp}), stamp.time_since_epoch().count() + behind_ns + i);
+    feed_.tell({.phase = "replaying", .driven_m = 0.01 * i});
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  Result<std::size_t> subscribe(const BusTopic& topic, const TopicQos& /*qos*/) override {
-    const std::scoped_lock lock(network_.mutex);
-    network_.subscriptions.push_back(topic.topic);
-    return network_.subscriptions.size() - 1;
-  }
-  void unsubscribe(std::size_t /*subscription*/) override {}
-  Status publish(std::size_t publisher, std::span<const std::uint8_t> bytes) override {
-    const std::scoped_lock lock(network_.mutex);
-    network_.sent[network_.publishers[publisher]].emplace_back(bytes.begin(), bytes.end());
-    return {};
-  }
-  Status reply(std::size_t publisher, std::span<const std::uint8_t> bytes,
-               const RequestIdentity& to) override {
-    (void)publish(publisher, bytes);
-    network_.answered.push_back(to);
-    return {};
-  }
-  std::optional<BusMessage> next(Duration most) override {
-    {
-      const std::scoped_lock lock(network_.mutex);
-      if (!network_.waiting.empty()) {
-        BusMessage message = network_.waiting.front();
-        network_.waiting.erase(network_.waiting.begin());
-        return message;
-      }
-    }
-    std::this_thread::sleep_for(most);
-    return std::nullopt;
-  }
-  [[nodiscard]] bool more() const override { return false; }
-  [[nodiscard]] int matched_subscriptions(std::size_t /*publisher*/) const override { return 1; }
-  [[nodiscard]] int matched_publishers(std::size_t /*subscription*/) const override { return 1; }
-  [[nodiscard]] std::uint64_t dropped(std::size_t /*subscription*/) const override { return 0; }
-  [[nodiscard]] std::vector<BusEndpoint> endpoints() const override { return {}; }
-  [[nodiscard]] std::vector<std::string> participants() const override { return {}; }
-  [[nodiscard]] std::string participant_of(const Guid& /*endpoint*/) const override { return {}; }
-
- private:
-  Network& network_;
-};
-
-class Node : public ::testing::Test {
- protected:
-  void SetUp() override { node_ = Ros2Node::start(std::make_unique<FakeBus>(network_), feed_).value(); }
-
-  /// The messages of a topic as soon as there are so many; what there is after ten seconds.
-  std::vector<std::vector<std::uint8_t>> sent(const std::string& topic, std::size_t many) {
-    const Duration deadline = steady_now() + std::chrono::seconds(10);
-    while (steady_now() < deadline) {
-      {
-        const std::scoped_lock lock(network_.mutex);
-        if (network_.sent[topic].size() >= many) return network_.sent[topic];
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    const std::scoped_lock lock(network_.mutex);
-    return network_.sent[topic];
-  }
-  void request(const std::string& topic, const std::vector<std::uint8_t>& bytes,
-               RequestIdentity identity = {}) {
-    const std::scoped_lock lock(network_.mutex);
-    for (std::size_t i = 0; i < network_.subscriptions.size(); ++i)
-      if (network_.subscriptions[i] == topic) network_.waiting.push_back({i, bytes, {}, identity});
-  }
-
-  Network network_{};
-  LiveFeed feed_{};
-  std::unique_ptr<Ros2Node> node_{};
-};
+  const auto all = sent("rt/diagnostics", 2);
+  EXPECT_LE(all.size(), 4U) << "the first, the phase, one a second";
+  const auto newest = cdr::decode<ros2::DiagnosticArray>(all.back());
+  ASSERT_TRUE(newest);
+  const auto& values = newest->status[0].values;
+  const auto clock =
+      std::ranges::find_if(values, [](const auto& one) { return one.key == "robot_clock_behind_s"; });
+  ASSERT_NE(clock, values.end());
+  EXPECT_EQ(clock->value, "0.250");
+}
 
 TEST_F(Node, MapToOdomPutsTheRobotWhereTheEstimateHasIt) {
   const SensorTime stamp(std::chrono::seconds(100));
@@ -191,7 +123,7 @@ TEST_F(Node, APictureWithItsTagsIsShownToWhoeverSubscribes) {
   ASSERT_EQ(shown.size(), 1U);
   const auto message = cdr::decode<ros2::CompressedImage>(shown[0]);
   ASSERT_TRUE(message);
-  EXPECT_EQ(message->header.frame_id, "front");
+  EXPECT_EQ(message->header.frame_id, "front_optical");
   EXPECT_EQ(ros2::from_ros(message->header.stamp), stamp);
   EXPECT_EQ(message->format, "jpeg");
   const auto picture = decode_image(message->data, "picture");

@@ -1,8 +1,14 @@
 #include "waymark/drivers/ros2/profile.hpp"
 
+#include <map>
+#include <type_traits>
+
+#include <fmt/format.h>
+
 #include "waymark/config/share.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
+#include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -18,6 +24,35 @@ tl::unexpected<Error> wrong(const std::string& source, std::string message, std:
               "docs/formats/ros2-profile.md has examples.");
 }
 
+/// The topics of a profile by their keys.
+template <class Visitor>
+void each_topic(const Ros2Profile& profile, Visitor&& visit) {
+  Ros2Profile::fields(profile, [&](const auto& value, const auto& field) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::string>)
+      if (std::string_view(field.name).ends_with("_topic") && !value.empty())
+        visit(std::string(field.name), value);
+  });
+}
+
+Status check_topics(const Ros2Profile& profile, const std::string& source) {
+  std::map<std::string, std::string> keys;  // by topic
+  Status status;
+  each_topic(profile, [&](const std::string& key, const std::string& topic) {
+    if (!status) return;
+    if (!is_topic_name(topic)) {
+      status = wrong(source, fmt::format("'{}' is no name of a topic", topic), key);
+      return;
+    }
+    const auto [known, is_new] = keys.try_emplace(topic.starts_with('/') ? topic : "/" + topic, key);
+    if (!is_new)
+      status = wrong(
+          source,
+          fmt::format("'{}' is the topic of {} already: each has a type of its own", topic, known->second),
+          key);
+  });
+  return status;
+}
+
 }  // namespace
 
 Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source) {
@@ -28,6 +63,7 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
   if (profile->odometry_topic.empty())
     return wrong(source, "a robot without odometry is not driven", "odometry_topic");
   if (profile->command_topic.empty()) return wrong(source, "commands need a topic", "command_topic");
+  if (Status status = check_topics(*profile, source); !status) return tl::unexpected(status.error());
   const int eyes = (profile->image_topic.empty() ? 0 : 1) +
                    (profile->compressed_image_topic.empty() ? 0 : 1) +
                    (profile->detections_topic.empty() ? 0 : 1);
@@ -39,6 +75,9 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
 }
 
 Result<Ros2Profile> find_ros2_profile(const std::string& name) {
+  if (name.empty())
+    return fail(ErrorCode::InvalidArgument, "no profile is named", {.source = "ros2:"},
+                "ros2:limo, ros2:turtlebot3, or the path of a .yaml file (docs/formats/ros2-profile.md).");
   const auto path = find_shared("ros2", name);
   if (!path) return tl::unexpected(path.error());
   const auto text = read_text_file(*path, kMostBytes);
@@ -46,6 +85,11 @@ Result<Ros2Profile> find_ros2_profile(const std::string& name) {
   auto profile = parse_ros2_profile(*text, path->string());
   if (profile) profile->robot = named_beside(*path, profile->robot);
   return profile;
+}
+
+Status use_interface_of(const Ros2Profile& profile, BusOptions& options) {
+  if (profile.interface.empty() || options.localhost_only || !options.interfaces.empty()) return {};
+  return use_interface(options, profile.interface);
 }
 
 std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {

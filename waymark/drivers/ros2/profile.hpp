@@ -27,7 +27,8 @@ struct Ros2Profile {
   std::string detections_topic{};
   std::string gamepad_topic{};
   std::string truth_topic{};
-  std::string base_frame = "base_link";
+  std::string base_frame{};
+  std::string odom_frame{};
   bool reliable_sensors = false;
   std::string interface {};
   std::string ros_distro{};
@@ -61,13 +62,18 @@ struct Ros2Profile {
     visit(self.gamepad_topic, Field{"gamepad_topic", "sensor_msgs/msg/Joy; recorded."});
     visit(self.truth_topic,
           Field{"truth_topic", "geometry_msgs/msg/PoseStamped of a simulator; only for judges."});
-    visit(self.base_frame, Field{"base_frame", "Frame of the robot's base in tf."});
+    visit(self.base_frame,
+          Field{"base_frame",
+                "Frame of the robot's base in tf; empty: child_frame_id of its odometry, or base_link."});
+    visit(self.odom_frame,
+          Field{"odom_frame", "Frame of the odometry in tf; empty: frame_id of its messages, or odom."});
     visit(self.reliable_sensors,
           Field{"reliable_sensors",
                 "Ask for reliable pictures, scans, odometry and IMU instead of best effort."});
     visit(self.interface,
           Field{"interface",
-                "IPv4 address of the network interface where ROS's environment names none; empty: all."});
+                "IPv4 address or name of the network interface where ROS's environment names none; empty: "
+                "all."});
     visit(
         self.ros_distro,
         Field{"ros_distro",
@@ -86,6 +92,10 @@ struct Ros2Profile {
 [[nodiscard]] Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source);
 /// Of a plain name the file in share/ros2, else of a path.
 [[nodiscard]] Result<Ros2Profile> find_ros2_profile(const std::string& name);
+
+/// Restricts the options to the profile's interface, where neither ROS's environment nor a flag restricts
+/// them. Fails where no interface of this machine is that.
+[[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
 /// The time of a simulation.
 struct ClockMessage {

@@ -32,7 +32,8 @@ std::string frame_of(std::span<const std::uint8_t> bytes) {
 RobotBridge::RobotBridge(Ros2Profile profile, RobotDescription robot, PutPicture put_picture)
     : profile_(std::move(profile)),
       robot_(std::move(robot)),
-      lines_("ROS 2", robot_.model.name, std::move(put_picture)) {}
+      lines_("ROS 2", robot_.model.name, std::move(put_picture)),
+      base_frame_(frame_name(profile_.base_frame)) {}
 
 std::vector<std::string> RobotBridge::receive(const Ros2Subscription& from,
                                               std::span<const std::uint8_t> bytes, Duration arrived) {
@@ -70,6 +71,7 @@ Result<std::vector<std::string>> RobotBridge::lines_of(const Ros2Subscription& f
   const auto add = [&](const Sample& sample) -> Status {
     Sample turned = sample;
     if (std::holds_alternative<CameraFrame>(sample)) camera_frame_ = frame_of(bytes);
+    if (std::holds_alternative<Odometry>(sample)) learn_base(bytes);
     if (auto* imu = std::get_if<ImuSample>(&turned)) turn_imu(*imu, bytes);
     auto line = lines_.line_of(std::move(turned), from.topic, arrived, from.topic == profile_.odometry_topic);
     if (!line) return tl::unexpected(line.error());
@@ -97,12 +99,20 @@ Result<std::string> RobotBridge::compressed_picture(const Ros2Subscription& from
   return line;
 }
 
+/// Where the profile does not name it, odometry does.
+void RobotBridge::learn_base(std::span<const std::uint8_t> bytes) {
+  if (!base_frame_.empty()) return;
+  const auto message = cdr::decode<ros2::Odometry>(bytes);
+  if (message) base_frame_ = frame_name(message->child_frame_id);
+  if (base_frame_.empty()) base_frame_ = ros2::kBaseFrame;
+}
+
 void RobotBridge::turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes) {
   if (frames_.empty()) return;
   const std::string frame = frame_of(bytes);
   auto known = base_R_imu_.find(frame);
   if (known == base_R_imu_.end()) {
-    const auto chain = frames_.chain(profile_.base_frame, frame);
+    const auto chain = frames_.chain(base_frame_, frame);
     if (!chain) {
       lines_.say_once(
           fmt::format("the IMU's axes are taken as those of the base: {}", chain.error().message));
@@ -152,8 +162,8 @@ Status RobotBridge::keep_transforms(std::span<const std::uint8_t> bytes) {
 void RobotBridge::compare_mounting() {
   constexpr double kFar_m = 0.02;
   constexpr double kTurned_rad = 0.035;
-  if (camera_frame_.empty() || !frames_.has(camera_frame_)) return;
-  const auto base_T_cam = frames_.chain(profile_.base_frame, camera_frame_);
+  if (base_frame_.empty() || camera_frame_.empty() || !frames_.has(camera_frame_)) return;
+  const auto base_T_cam = frames_.chain(base_frame_, camera_frame_);
   if (!base_T_cam) {
     lines_.say_once(
         fmt::format("tf does not say where the camera is mounted: {}", base_T_cam.error().message));

@@ -45,6 +45,7 @@ class RobotBridge {
                                             Duration arrived);
   Result<std::string> compressed_picture(const Ros2Subscription& from, std::span<const std::uint8_t> bytes,
                                          Duration arrived);
+  void learn_base(std::span<const std::uint8_t> bytes);
   void turn_imu(ImuSample& imu, std::span<const std::uint8_t> bytes);
   Status keep_clock(std::span<const std::uint8_t> bytes);
   Status keep_transforms(std::span<const std::uint8_t> bytes);
@@ -55,6 +56,7 @@ class RobotBridge {
   RobotDescription robot_;
   SampleLines lines_;
   FrameTree frames_{};
+  std::string base_frame_;  ///< empty: not known yet
   std::optional<SensorTime> simulated_time_{};
   std::string camera_frame_{};
   std::map<std::string, SO3> base_R_imu_{};  ///< by frame
