@@ -1,7 +1,6 @@
 #include "waymark/cli/parts.hpp"
-#include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/ros2/log_publisher.hpp"
 #include "waymark/jobs/play_log.hpp"
+#include "waymark/live/play_to_ros2.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -37,22 +36,12 @@ struct PlayArgs {
   LogPart part{};
 };
 
-Status play_to_ros2(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
-  const auto bus = open_bus();
-  if (!bus) return tl::unexpected(bus.error());
-  LogPublisher publisher(**bus, args.commands);
-  const auto publish = [&](const LogChannel& channel, const LogMessage& message) {
-    return publisher.publish(channel, message);
-  };
-  const Status status = play_messages(log, selection, args.speed, publish, interrupted);
-  const Status stopped = publisher.stop();
-  for (const std::string& topic : publisher.left_out())
-    console.say(topic +
-                " was left out: velocity commands move a robot that listens. --commands publishes them");
-  for (const std::string& topic : publisher.passed_over())
-    console.say(topic + " was passed over: not of ROS");
-  console.print(fmt::format("{} messages published\n", publisher.published()));
-  return status ? stopped : status;
+Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& selection, Console& console) {
+  const Ros2Played played =
+      play_to_ros2(log, selection, {.speed = args.speed, .commands = args.commands}, control_from(console));
+  if (played.status || played.published > 0)
+    console.print(fmt::format("{} messages published\n", played.published));
+  return played.status;
 }
 
 ExitCode play(const PlayArgs& args, Console& console) {
@@ -79,14 +68,18 @@ ExitCode play(const PlayArgs& args, Console& console) {
     console.print(line);
     return !console.output_ended();
   };
-  const Status status = args.ros2 ? play_to_ros2(args, **log, *selection, console)
+  const Status status = args.ros2 ? publish(args, **log, *selection, console)
                                   : play_log(**log, *selection, options, print, interrupted);
   std::vector<std::string> problems;
-  for (const LogProblem& problem : (*log)->problems()) problems.push_back(to_string(problem.error));
+  bool damaged = false;
+  for (const LogProblem& problem : (*log)->problems()) {
+    problems.push_back(to_string(problem.error));
+    damaged = damaged || problem.kind == LogProblem::Kind::Damage;
+  }
   console.say_first(problems, "`waymark info --json` gives all");
   if (interrupted()) return ExitCode::Interrupted;
-  return status || console.output_ended() ? ExitCode::Ok
-                                          : console.failed(status.error(), ExitCode::SomeFailed);
+  if (!status && !console.output_ended()) return console.failed(status.error(), ExitCode::SomeFailed);
+  return damaged ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 
 }  // namespace
@@ -99,9 +92,11 @@ Verb play_verb() {
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
 Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
-is given, and zero follows them at the end.
+is given, and zero follows them at the end; they go out as the one of both types that is subscribed. A topic that another
+program publishes is refused.
 
-Exit code: 0 played to the end, 1 not a recording or not readable, 2 wrong usage, 130 stopped by Ctrl-C.
+Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
+130 stopped by Ctrl-C.
 
 Examples:
   waymark play lap.mcap

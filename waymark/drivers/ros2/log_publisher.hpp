@@ -3,14 +3,22 @@
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/recording/cdr_channels.hpp"
 
 namespace waymark {
 
+/// Fails where another program of the network publishes one of these channels' topics, which all would take
+/// for one robot; names it. Topics that many publish (/tf, /diagnostics, ...) are no matter; velocity
+/// commands only where `commands` says that they are played.
+[[nodiscard]] Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus);
+
 /// Publishes the messages of a recording as they lie in it, with their own stamps; those of ROS 1 as ROS 2
-/// writes them. /tf_static and camera_info are kept for late joiners.
+/// writes them. Velocity commands are published as Twist or TwistStamped, whichever is subscribed where the
+/// recorded one is not. /tf_static and camera_info are kept for late joiners.
 class LogPublisher {
  public:
   /// Velocity commands move a robot that listens to them: they are published where `commands` says so.
@@ -25,13 +33,26 @@ class LogPublisher {
   [[nodiscard]] const std::set<std::string>& left_out() const { return left_out_; }
   /// Topics that were passed over: not of ROS, or damaged.
   [[nodiscard]] const std::set<std::string>& passed_over() const { return passed_over_; }
+  /// What people should know since the last call: commands of another type than recorded, subscriptions that
+  /// get nothing.
+  [[nodiscard]] std::vector<std::string> take_words();
 
  private:
+  struct Publisher {
+    std::size_t number = 0;
+    std::string type{};
+  };
+  Result<Publisher> advertise(const LogChannel& recorded, bool moves);
+  [[nodiscard]] std::string subscribed_command(const LogChannel& recorded) const;
+
   Bus& bus_;
   bool commands_;
   CdrChannels channels_{[](LogProblem::Kind, const std::string&, const Error&) {}};
-  std::map<std::string, std::size_t> publishers_{};  ///< by topic
-  std::map<std::size_t, bool> moving_{};             ///< publishers of commands; whether of TwistStamped
+  std::map<std::string, Publisher> publishers_{};  ///< by topic
+  std::vector<TopicUse> uses_{};
+  std::set<std::string> said_{};
+  std::vector<std::string> words_{};
+  std::map<std::size_t, bool> moving_{};  ///< publishers of commands; whether of TwistStamped
   std::set<std::string> passed_over_{};
   std::set<std::string> left_out_{};
   std::uint64_t published_ = 0;

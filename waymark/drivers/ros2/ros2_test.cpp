@@ -2,6 +2,7 @@
 
 #include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/ros2/log_publisher.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/drivers/ros2/publisher_names.hpp"
@@ -34,9 +35,26 @@ TEST(Ros2Profile, SaysWhatIsWrong) {
   EXPECT_NE(error("command_topic: ''\n").find("command_topic"), std::string::npos);
   EXPECT_NE(error("odom_topic: /odom\n").find("odometry_topic"), std::string::npos) << "the nearest key";
   EXPECT_NE(error("image_topic: /a\ncompressed_image_topic: /b\n").find("exclude"), std::string::npos);
+  EXPECT_NE(error("odometry_topic: /my odom\n").find("'/my odom' is no name of a topic"), std::string::npos);
+  EXPECT_NE(error("imu_topic: /odom\n").find("'/odom' is the topic of "), std::string::npos);
+  EXPECT_NE(error("imu_topic: odom\n").find("'odom' is the topic of "), std::string::npos)
+      << "with and without the slash";
   EXPECT_NE(error("").find("this profile is empty"), std::string::npos);
   EXPECT_NE(error("# my robot\n").find("this profile is empty"), std::string::npos);
   EXPECT_FALSE(find_ros2_profile("limmo"));
+  const auto nameless = find_ros2_profile("");
+  ASSERT_FALSE(nameless);
+  EXPECT_NE(to_string(nameless.error()).find("no profile is named"), std::string::npos);
+}
+
+TEST(Ros2Profile, ItsInterfaceIsUsedWhereNothingElseRestricts) {
+  BusOptions options;
+  ASSERT_TRUE(use_interface_of({.interface = "lo"}, options));
+  EXPECT_EQ(options.interfaces, (std::vector<std::string>{"127.0.0.1"}));
+  BusOptions local{.localhost_only = true};
+  EXPECT_TRUE(use_interface_of({.interface = "203.0.113.9"}, local)) << "not used";
+  BusOptions all;
+  EXPECT_FALSE(use_interface_of({.interface = "203.0.113.9"}, all));
 }
 
 TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
@@ -79,10 +97,16 @@ TEST(MessageText, RefusesWhatItCannotRead) {
 /// A network on which one program was discovered.
 class OneProgram final : public Bus {
  public:
-  Result<std::size_t> advertise(const BusTopic& /*topic*/, const TopicQos& /*qos*/) override { return 0U; }
+  Result<std::size_t> advertise(const BusTopic& topic, const TopicQos& /*qos*/) override {
+    advertised.push_back(topic.type);
+    return advertised.size() - 1;
+  }
   Result<std::size_t> subscribe(const BusTopic& /*topic*/, const TopicQos& /*qos*/) override { return 0U; }
   void unsubscribe(std::size_t /*subscription*/) override {}
-  Status publish(std::size_t /*publisher*/, std::span<const std::uint8_t> /*bytes*/) override { return {}; }
+  Status publish(std::size_t /*publisher*/, std::span<const std::uint8_t> bytes) override {
+    sent.emplace_back(bytes.begin(), bytes.end());
+    return {};
+  }
   Status reply(std::size_t /*publisher*/, std::span<const std::uint8_t> /*bytes*/,
                const RequestIdentity& /*to*/) override {
     return {};
@@ -101,7 +125,40 @@ class OneProgram final : public Bus {
   [[nodiscard]] std::string participant_of(const Guid& /*endpoint*/) const override { return program; }
 
   std::string program = "teleop";
+  std::vector<std::string> advertised{};  ///< types
+  std::vector<std::vector<std::uint8_t>> sent{};
 };
+
+TEST(LogPublisher, CommandsGoOutAsTheTypeThatIsSubscribed) {
+  OneProgram bus;  // subscribes to Twist
+  LogPublisher publisher(bus, true);
+  const LogChannel recorded{
+      .topic = "/cmd_vel", .type = std::string(ros2::TwistStamped::kType), .encoding = "cdr"};
+  const auto stamped = cdr::encode(ros2::to_ros(StampedCommand{.command = {0.25, -0.5}}));
+  ASSERT_TRUE(publisher.publish(recorded, {.data = stamped}));
+  ASSERT_EQ(bus.advertised, (std::vector<std::string>{"geometry_msgs::msg::dds_::Twist_"}));
+  const auto twist = cdr::decode<ros2::Twist>(bus.sent.at(0));
+  ASSERT_TRUE(twist) << to_string(twist.error());
+  EXPECT_EQ(twist->linear.x, 0.25);
+  EXPECT_EQ(twist->angular.z, -0.5);
+  const auto words = publisher.take_words();
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_NE(words[0].find("/cmd_vel is subscribed as geometry_msgs/msg/Twist"), std::string::npos);
+  ASSERT_TRUE(publisher.stop());
+  EXPECT_TRUE(cdr::decode<ros2::Twist>(bus.sent.back())) << "zero, of the same type";
+  const LogChannel other{
+      .topic = "/other", .type = std::string(ros2::TwistStamped::kType), .encoding = "cdr"};
+  ASSERT_TRUE(publisher.publish(other, {.data = stamped}));
+  EXPECT_EQ(bus.advertised.back(), "geometry_msgs::msg::dds_::TwistStamped_")
+      << "as recorded: nobody listens";
+  const LogChannel odometry{.topic = "/odom", .type = std::string(ros2::Odometry::kType), .encoding = "cdr"};
+  const Status alone = nobody_publishes({recorded, odometry}, false, bus);
+  ASSERT_FALSE(alone);
+  EXPECT_NE(to_string(alone.error()).find("another program publishes /odom; nodes there: teleop"),
+            std::string::npos);
+  EXPECT_TRUE(nobody_publishes({recorded}, false, bus)) << "commands are left out";
+  EXPECT_FALSE(nobody_publishes({recorded}, true, bus));
+}
 
 TEST(PublisherNames, AreThoseOfNodesWhereNodesSayWhatTheyHave) {
   OneProgram bus;
