@@ -1,7 +1,8 @@
 """Waymark's simulated robot and a session that drives it, shown in RViz: no Gazebo, no robot.
 
     ros2 launch waymark simulation.launch.py
-    ros2 service call /waymark/start_teach std_srvs/srv/Trigger
+
+The scripted driver presses the buttons itself: it teaches a lap, maps it and replays it.
 """
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess

@@ -221,7 +221,12 @@ class Simulated(Wire):
         late = self.start(*drive, stdin=subprocess.DEVNULL)
         time.sleep(0.5)  # its input has ended long before the robot is heard
         self.assertIsNone(late.poll())
-        self.simulated(1)
+        robot = self.simulated(1, stderr=subprocess.PIPE)
+        self.assertIn("publishes /odom and the sensors of mbot on ROS 2", robot.stderr.readline())
+        mounted = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
+        self.assertIn("child_frame_id: 'camera_color_optical_frame'", mounted.stdout)
+        self.assertIn("child_frame_id: 'laser'", mounted.stdout, "its /scan has this frame")
+        self.assertIn("frame_id: 'laser'", self.run_program("ros2", "topic", "echo", "/scan", "--count", 1).stdout)
         self.assertTrue(json.loads(late.stdout.readline())["simulated"])
         self.assertEqual(late.wait(20), 0)
 
@@ -261,8 +266,8 @@ class Simulated(Wire):
             self.assertTrue(0 < float(seen["variance"]) < 1, words)
         return json.loads(replay)
 
-    def simulated(self, seed):
-        return self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", "--seed", seed, stdout=subprocess.DEVNULL)
+    def simulated(self, seed, **pipes):
+        return self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", "--seed", seed, stdout=subprocess.DEVNULL, **pipes)
 
     def ends(self, sim):
         if sim:
@@ -367,6 +372,21 @@ class Simulated(Wire):
             speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
             self.assertGreater(max(speeds), 0.1, "it was published")
             self.assertEqual(speeds[-1], 0, "zero is the last")
+        robot = self.start(PEER, "listen", 8)  # it subscribes to Twist, and TwistStamped was recorded
+        self.assertEqual(robot.stdout.readline(), "listening\n")
+        stamped = self.run_program("play", lap, "--ros2", "--commands", *topics)
+        self.assertEqual(stamped.returncode, 0, stamped.stderr)
+        self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist", stamped.stderr)
+        self.assertGreater(max(float(v) for _, v, _ in COMMAND.findall(robot.communicate(timeout=30)[0])), 0.1)
+        self.start(PEER, "robot", 30)
+        over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
+        self.assertEqual(over.returncode, 1, over.stderr)
+        self.assertIn("another program publishes /odom", over.stderr)
+        for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "no network interface that is up"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
+                             (("topic", "echo", ""), "'' is no name of a topic"), (("relay", "--from", ""), "'' is no name of a topic"), (("robot", ""), "no profile is named")):
+            refused = self.run_program("ros2", *flags)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn(words, refused.stderr)
         looped = self.run_program("ros2", "relay", "--from", "/cmd_vel", "--to", "cmd_vel")
         self.assertEqual(looped.returncode, 2, looped.stderr)
         self.assertIn("--from and --to name the same topic", looped.stderr)

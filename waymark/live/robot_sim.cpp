@@ -54,7 +54,7 @@ Status run_as_ros2(const RobotSimJob& job, Plant& plant, const SimulatedSetup& s
                    const JobControl& control) {
   const auto bus = open_bus(job.ros2);
   if (!bus) return tl::unexpected(bus.error());
-  return run_ros2_robot_sim(**bus, plant, setup, control.cancelled);
+  return run_ros2_robot_sim(**bus, plant, setup, control);
 }
 
 }  // namespace

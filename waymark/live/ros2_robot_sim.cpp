@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/angles.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
@@ -26,9 +27,10 @@ constexpr TopicQos kFixed{.reliable = true, .transient_local = true, .depth = 1}
 class Ros2RobotSim {
  public:
   Ros2RobotSim(Bus& bus, Plant& plant, const SimulatedSetup& setup)
-      : bus_(bus), plant_(plant), model_(setup.model), camera_(setup.camera) {}
+      : bus_(bus), plant_(plant), model_(setup.model), camera_(setup.camera), lidar_(setup.robot.lidar) {}
 
-  Status run(const std::function<bool()>& should_stop) {
+  Status run(const JobControl& control) {
+    const auto& should_stop = control.cancelled;
     if (Status alone = nobody_simulates(should_stop); !alone) return alone;
     const auto commands = bus_.subscribe(dds_topic("/cmd_vel", ros2::Twist::kType), {.depth = 1});
     if (!commands) return tl::unexpected(commands.error());
@@ -36,10 +38,9 @@ class Ros2RobotSim {
         std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
     switched_on_ = now - plant_.uptime();
     const Duration began = steady_now();
-    Status status = publish("/tf_static",
-                            ros2::TFMessage{{ros2::to_ros_transform(SensorTime(now), ros2::kBaseFrame,
-                                                                    kOpticalFrame, model_.base_T_cam)}},
-                            kFixed);
+    control.note("publishes /odom and the sensors of " + model_.name +
+                 " on ROS 2, and obeys /cmd_vel, until Ctrl-C");
+    Status status = publish("/tf_static", mountings(SensorTime(now)), kFixed);
     while (status && !should_stop()) {
       auto sample = plant_.next();
       status = sample ? speak(std::move(*sample)) : tl::unexpected(sample.error());
@@ -53,6 +54,18 @@ class Ros2RobotSim {
   }
 
  private:
+  /// Of all sensors; the IMU has the axes of the base.
+  [[nodiscard]] ros2::TFMessage mountings(SensorTime now) const {
+    ros2::TFMessage message{
+        {ros2::to_ros_transform(now, ros2::kBaseFrame, kOpticalFrame, model_.base_T_cam)}};
+    const SE3 base_T_lidar(SO3::from_rpy(0, 0, to_radians(lidar_.yaw_deg)),
+                           {lidar_.x_m, lidar_.y_m, lidar_.z_m});
+    if (lidar_.rate_hz > 0)
+      message.transforms.push_back(
+          ros2::to_ros_transform(now, ros2::kBaseFrame, ros2::kLaserFrame, base_T_lidar));
+    return message;
+  }
+
   /// Before anything is published, for as long as discovery takes: two robots on the same topics would be one
   /// that jumps.
   Status nobody_simulates(const std::function<bool()>& should_stop) {
@@ -108,7 +121,9 @@ class Ros2RobotSim {
   Status say(const TruthPose& truth) { return publish("/truth/pose", ros2::to_ros(truth)); }
   Status say(const TagFrame& frame) {
     Status status = say_camera_info(frame.stamp);
-    return status ? publish("/tag_detections", ros2::to_ros(frame)) : status;
+    ros2::AprilTagDetectionArray message = ros2::to_ros(frame);
+    message.header.frame_id = kOpticalFrame;
+    return status ? publish("/tag_detections", message) : status;
   }
   Status say(const CameraFrame& frame) {
     ros2::Image message = ros2::to_ros(frame);
@@ -130,15 +145,15 @@ class Ros2RobotSim {
   Plant& plant_;
   RobotModel model_;
   CameraModel camera_;
+  LidarOptions lidar_;
   Duration switched_on_{};  ///< by this machine's clock
   std::map<std::string, std::size_t> publishers_{};
 };
 
 }  // namespace
 
-Status run_ros2_robot_sim(Bus& bus, Plant& plant, const SimulatedSetup& setup,
-                          const std::function<bool()>& should_stop) {
-  return Ros2RobotSim(bus, plant, setup).run(should_stop);
+Status run_ros2_robot_sim(Bus& bus, Plant& plant, const SimulatedSetup& setup, const JobControl& control) {
+  return Ros2RobotSim(bus, plant, setup).run(control);
 }
 
 }  // namespace waymark

@@ -15,15 +15,16 @@ int main(int argc, char** argv) {
   };
   const bool listen_only = take(waymark::kListen);
   const bool program = take(waymark::kExec);
-  if (words.empty() || (words.size() > 1 && !program)) {
+  const bool help = words.size() == 1 && (words.front() == "--help" || words.front() == "-h");
+  if (help || words.empty() || (words.size() > 1 && !program)) {
     std::fputs(
         "usage: waymark-watchdog [--listen] COMMAND\n"
         "       waymark-watchdog [--listen] --exec PROGRAM [ARGUMENT ...]\n"
         "Holds the wire between `waymark` and the process of a robot, and stops the robot when `waymark` is\n"
         "gone, frozen or silent. With --listen somebody else drives the robot, and it is told no velocity.\n"
         "Started by `waymark --robot process:COMMAND`; nobody needs to start it.\n",
-        stderr);
-    return 125;
+        help ? stdout : stderr);
+    return help ? 0 : 125;
   }
   waymark::RobotCommand command =
       program ? waymark::RobotCommand(words) : waymark::RobotCommand(words.front());
