@@ -29,9 +29,12 @@ struct Rule {
 };
 using Kind = ViewerOrder::Kind;
 constexpr Rule kRules[] = {
-    {"start_teach", "idle", Kind::Go}, {"map", "teaching", Kind::Go},     {"replay", "ready", Kind::Go},
-    {"replay", "done", Kind::Go},      {"replay", "stopped", Kind::Go},   {"replay", "paused", Kind::Go},
-    {"pause", "replaying", Kind::Go},  {"stop", "replaying", Kind::Stop}, {"stop", "paused", Kind::Stop},
+    {"start_teach", "idle", Kind::Teach}, {"start_teach", "ready", Kind::Teach},
+    {"start_teach", "done", Kind::Teach}, {"start_teach", "stopped", Kind::Teach},
+    {"map", "teaching", Kind::Go},        {"replay", "ready", Kind::Go},
+    {"replay", "done", Kind::Go},         {"replay", "stopped", Kind::Go},
+    {"replay", "paused", Kind::Go},       {"pause", "replaying", Kind::Go},
+    {"stop", "replaying", Kind::Stop},    {"stop", "paused", Kind::Stop},
     {"stop", "teaching", Kind::Stop},
 };
 

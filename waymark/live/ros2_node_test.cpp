@@ -1,6 +1,7 @@
 #include "waymark/live/ros2_node.hpp"
 
 #include <algorithm>
+#include <set>
 #include <thread>
 
 #include "tests/support/node_drive.hpp"
@@ -80,7 +81,7 @@ TEST_F(Node, AServiceAnswersAClientOfEitherKindAndPressesTheButton) {
   EXPECT_EQ(replies[0][20], 1) << "success";
   const auto orders = feed_.take_orders();
   ASSERT_EQ(orders.size(), 1U);
-  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Go);
+  EXPECT_EQ(orders[0].kind, ViewerOrder::Kind::Teach);
 }
 
 TEST_F(Node, APoseThatSomebodyGivesIsAnOrderAndARefusedOneIsCounted) {
@@ -136,7 +137,9 @@ TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
   for (const char* phase :
        {"", "idle", "teaching", "mapping", "ready", "replaying", "paused", "done", "stopped"}) {
     EXPECT_EQ(button_of_service("stop", phase).press, ViewerOrder::Kind::Stop) << phase;
-    EXPECT_EQ(button_of_service("start_teach", phase).press.has_value(), phase == std::string("idle"))
+    const bool stands = std::set<std::string>{"idle", "ready", "done", "stopped"}.contains(phase);
+    EXPECT_EQ(button_of_service("start_teach", phase).press,
+              stands ? std::optional(ViewerOrder::Kind::Teach) : std::nullopt)
         << phase;
     EXPECT_EQ(button_of_service("map", phase).press.has_value(), phase == std::string("teaching")) << phase;
     EXPECT_EQ(button_of_service("pause", phase).press.has_value(), phase == std::string("replaying"))

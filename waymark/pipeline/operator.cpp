@@ -24,6 +24,10 @@ struct Transition {
 /// Everything that can happen. What is not here is refused.
 constexpr std::array kTransitions{
     Transition{S::Idle, E::Go, S::Teaching, A::StartLap},
+    Transition{S::Idle, E::Teach, S::Teaching, A::StartLap},
+    Transition{S::Ready, E::Teach, S::Teaching, A::StartLap},
+    Transition{S::Done, E::Teach, S::Teaching, A::StartLap},
+    Transition{S::Stopped, E::Teach, S::Teaching, A::StartLap},
     Transition{S::Teaching, E::Go, S::Mapping, A::FinishLap},
     Transition{S::Teaching, E::Stop, S::Idle, A::DropLap},
     Transition{S::Teaching, E::StickMoved, S::Teaching, A::Nothing},  // that is how one teaches
@@ -71,8 +75,9 @@ std::string_view to_string(OperatorState state) {
 }
 
 std::string_view to_string(OperatorEvent event) {
-  constexpr std::array<std::string_view, 8> kWords{
-      "go", "stop", "stick moved", "map made", "map failed", "replay finished", "replay stopped", "quit"};
+  constexpr std::array<std::string_view, 9> kWords{
+      "go",   "stop", "stick moved", "map made", "map failed", "replay finished", "replay stopped",
+      "quit", "teach"};
   return kWords[static_cast<std::size_t>(event)];
 }
 

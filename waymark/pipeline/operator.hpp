@@ -35,6 +35,7 @@ enum class OperatorEvent : std::uint8_t {
   ReplayFinished,  ///< the robot is at its goal
   ReplayStopped,   ///< the replay gave up, or refused to start
   Quit,
+  Teach,  ///< another lap is asked for, whether there is a map or not
 };
 
 [[nodiscard]] std::string_view to_string(OperatorState state);

@@ -21,7 +21,8 @@ using A = OperatorAction;
 constexpr std::array kStates{S::Idle,   S::Teaching, S::Mapping, S::Ready, S::Replaying,
                              S::Paused, S::Done,     S::Stopped, S::Over};
 constexpr std::array kEvents{E::Go,        E::Stop,           E::StickMoved,    E::MapMade,
-                             E::MapFailed, E::ReplayFinished, E::ReplayStopped, E::Quit};
+                             E::MapFailed, E::ReplayFinished, E::ReplayStopped, E::Teach,
+                             E::Quit};
 constexpr VelocityCommand kPerson{0.3, 0.1};
 constexpr VelocityCommand kReplay{0.2, -0.1};
 
@@ -52,6 +53,10 @@ TEST(Operator, EveryTransitionAndEveryRefusal) {
   // Written out a second time, by hand: state, event, what becomes of it.
   const std::map<std::pair<S, E>, std::pair<S, A>> expected = {
       {{S::Idle, E::Go}, {S::Teaching, A::StartLap}},
+      {{S::Idle, E::Teach}, {S::Teaching, A::StartLap}},
+      {{S::Ready, E::Teach}, {S::Teaching, A::StartLap}},
+      {{S::Done, E::Teach}, {S::Teaching, A::StartLap}},
+      {{S::Stopped, E::Teach}, {S::Teaching, A::StartLap}},
       {{S::Teaching, E::Go}, {S::Mapping, A::FinishLap}},
       {{S::Teaching, E::Stop}, {S::Idle, A::DropLap}},
       {{S::Teaching, E::StickMoved}, {S::Teaching, A::Nothing}},
@@ -116,7 +121,8 @@ TEST(Operator, NothingThatHappensMovesARobotThatWasStopped) {
       const E event = kEvents[random.index(kEvents.size() - 1)];  // all but Quit
       (void)session.handle(event, now += milliseconds(400));
       const bool can_move = session.permit(kPerson, kReplay) != VelocityCommand{};
-      ASSERT_TRUE(could_move || !can_move || event == E::Go) << "only a press of the button sets it moving";
+      ASSERT_TRUE(could_move || !can_move || event == E::Go || event == E::Teach)
+          << "only a press of the button sets it moving";
       ASSERT_TRUE(event != E::Stop || !can_move);
       ASSERT_TRUE(event != E::StickMoved || !can_move || session.state() == S::Teaching);
     }

@@ -75,6 +75,16 @@ TEST(OperatorSession, BeginsWithAMapThatIsThere) {
   EXPECT_EQ(run.tasks.maps_loaded, 0) << "it is loaded";
 }
 
+TEST(OperatorSession, AnotherLapIsTaughtOnceThereIsAMap) {
+  Drive run({{S::Ready, 0.5, E::Teach}, {S::Teaching, 1, E::Go}, {S::Ready, 0.5, E::Quit}}, true);
+  ASSERT_TRUE(run.drive());
+  EXPECT_TRUE(run.input.finished());
+  EXPECT_EQ(run.tasks.states, (std::vector<std::string>{"ready", "teaching", "mapping", "ready"}));
+  EXPECT_EQ(run.session.laps_taught(), 1);
+  EXPECT_EQ(run.tasks.maps_loaded, 1) << "the new one";
+  run.expect_all_closed();
+}
+
 TEST(OperatorSession, StandsForAsLongAsAMapTakes) {
   Drive run(way_to(S::Mapping) + PlannedInput::Step{S::Ready, 0.5, E::Quit});
   run.tasks.decisions_to_map = 200;  // ten seconds

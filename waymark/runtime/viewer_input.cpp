@@ -29,6 +29,7 @@ void ViewerRequests::notice_control(ViewerControl control, Duration uptime, S st
 void ViewerRequests::obey(const ViewerOrder& order, Duration uptime, S state, Request& request) {
   using Kind = ViewerOrder::Kind;
   if (order.kind == Kind::Go) request.events.push_back(E::Go);
+  if (order.kind == Kind::Teach) request.events.push_back(E::Teach);
   if (order.kind == Kind::Stop) request.events.push_back(E::Stop);
   if (order.kind == Kind::Quit) request.events.push_back(E::Quit);
   if (order.kind == Kind::Words) request.words.push_back(order.words);

@@ -24,7 +24,8 @@ struct ViewerOrder {
     Words,
     SetControl,
     Snapshot,
-    Record
+    Record,
+    Teach
   };
   Kind kind = Kind::Stop;
   VelocityCommand command{};  ///< of Velocity
