@@ -44,7 +44,9 @@ Status read_range(BusOptions& options, const std::string& value) {
 
 /// The IPv4 address of a host, which may be one already; empty: it has none.
 std::string address_of(const std::string& host) {
-  const addrinfo wanted{.ai_flags = 0, .ai_family = AF_INET, .ai_socktype = SOCK_DGRAM};
+  addrinfo wanted{};
+  wanted.ai_family = AF_INET;
+  wanted.ai_socktype = SOCK_DGRAM;
   addrinfo* found = nullptr;
   if (getaddrinfo(host.c_str(), nullptr, &wanted, &found) != 0) return {};
   std::array<char, INET_ADDRSTRLEN> text{};
