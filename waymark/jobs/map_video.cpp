@@ -1,8 +1,10 @@
 #include "waymark/jobs/map_video.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -32,6 +34,18 @@ std::map<TagId, int> count_tags(const std::vector<SceneFrame>& frames) {
     for (const SceneView& view : frame.views)
       for (const TagDetection& detection : view.detections) ++count[detection.tag];
   return count;
+}
+
+/// The same pictures twice would count as independent, and the covariances would be too small.
+Status check_videos_differ(const std::vector<std::string>& videos) {
+  for (std::size_t i = 0; i < videos.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) {
+      std::error_code ignored;  // of a file that is not there, which reading names
+      if (videos[i] == videos[k] || std::filesystem::equivalent(videos[i], videos[k], ignored))
+        return fail(ErrorCode::InvalidArgument, "this video is given twice", {.source = videos[i]},
+                    "Give each video once: its pictures would count as independent measurements.");
+    }
+  return {};
 }
 
 /// The tags of all videos, one after the other in time.
@@ -220,6 +234,7 @@ Result<MapVideoReport> map_views(const MapVideoJob& job, std::vector<SceneFrame>
 
 Result<MapVideoReport> map_video(const MapVideoJob& job, const TagFinder& finder, const JobControl& control) {
   const Stopwatch watch;
+  if (Status status = check_videos_differ(job.videos); !status) return tl::unexpected(status.error());
   if (Status status = check_output_folder(job.folder); !status) return tl::unexpected(status.error());
   std::vector<std::string> warnings;
   Result<std::vector<SceneFrame>> filmed = film(job, finder, control, warnings);

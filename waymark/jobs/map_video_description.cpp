@@ -48,6 +48,19 @@ Status add_tags(const std::string& text, const char* flag, std::vector<TagId>& t
   return {};
 }
 
+/// A tag lies on the floor or hangs on a wall, not both.
+Status check_levels(const MapVideoJob& job) {
+  for (const TagId& tag : job.floor)
+    if (std::ranges::find(job.upright, tag) != job.upright.end())
+      return fail(
+          ErrorCode::InvalidArgument,
+          fmt::format("{} is also given with --floor, and a tag cannot both lie on the floor and hang "
+                      "upright on a wall",
+                      to_string(tag)),
+          {.key = "--upright"}, "Leave it out of one of the two.");
+  return {};
+}
+
 Result<MeasuredDistance> distance_named(const std::string& text) {
   const std::vector<std::string> parts = split_at_commas(text);
   const auto wrong = [&] {
@@ -107,6 +120,7 @@ Result<MapVideoJob> described_map_video(const MapVideoDescription& description, 
   add(description.upright, "--upright", job->upright);
   add(description.floor, "--floor", job->floor);
   for (const std::string& plane : description.planes) add({plane}, "--plane", job->planes.emplace_back());
+  if (status) status = check_levels(*job);
   if (!status) return tl::unexpected(status.error());
   for (const std::string& text : description.distances) {
     const Result<MeasuredDistance> distance = distance_named(text);

@@ -74,6 +74,15 @@ TEST_F(VideoDescription, AWrongTagIsSaidOfItsFlag) {
   EXPECT_THAT(refused(), HasSubstr("--plane"));
 }
 
+TEST_F(VideoDescription, ATagLiesOnTheFloorOrHangsOnAWall) {
+  said_.floor = {"3,4"};
+  said_.upright = {"7", "4"};
+  EXPECT_THAT(refused(),
+              ::testing::AllOf(HasSubstr("--upright"), HasSubstr("tag36h11:4"), HasSubstr("--floor")));
+  said_.upright = {"7"};
+  EXPECT_EQ(refused(), "");
+}
+
 TEST_F(VideoDescription, ACalibrationTellsItsShutterAndItsDoubt) {
   Calibration ours;
   ours.camera =

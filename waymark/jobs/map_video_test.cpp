@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,6 +164,18 @@ TEST_F(Walk, ADistanceThatLeavesNoTagIsAnErrorAndNothingIsWritten) {
   EXPECT_THAT(to_string(refused.error()), HasSubstr("no tag is left in the map"));
   EXPECT_THAT(to_string(refused.error()), HasSubstr("--distance"));
   EXPECT_FALSE(fs::exists(folder_ / "map"));
+}
+
+TEST_F(Walk, AVideoThatIsGivenTwiceIsRefused) {
+  std::ofstream(at("walk.mp4")) << "no video";
+  fs::create_hard_link(at("walk.mp4"), at("link.mp4"));
+  for (const std::string& again : {at("walk.mp4"), (folder_ / "." / "walk.mp4").string(), at("link.mp4")}) {
+    job_.videos = {at("walk.mp4"), again};
+    const auto report = map_video(job_, finder_, {});
+    ASSERT_FALSE(report);
+    EXPECT_EQ(report.error().place.source, again);
+    EXPECT_THAT(report.error().message, HasSubstr("given twice"));
+  }
 }
 
 TEST_F(Walk, ACameraOfAnotherSizeIsRefused) {
