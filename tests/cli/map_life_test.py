@@ -3,6 +3,7 @@
 
 usage: map_life_test.py PROGRAM [unittest options]
 """
+import json
 import math
 import os
 import pathlib
@@ -114,6 +115,9 @@ class Convert(InFolder):
             self.assertEqual(held.code, 0, held.err)
             self.assertEqual(held.records[0]["prior_tags_agreeing"], 24)
             self.assertLess(held.records[0]["prior_rms_m"], 0.01)
+        limelight = self.run_here("map", "convert", "map", "field.fmap")
+        self.assertEqual(limelight.code, 0, limelight.err)
+        self.assertEqual(json.loads((self.folder / "field.fmap").read_text(encoding="utf-8"))["type"], "frc")
         recorded = self.run_here("map", "convert", "map", "tf.mcap", "--to", "tf", "--json")
         self.assertEqual(recorded.code, 0, recorded.err)
         back = self.run_here("map", "convert", "tf.mcap", "tf_back2.yaml", "--tag-size-m", 0.16, "--json")

@@ -17,12 +17,19 @@ namespace {
 
 struct ConvertMapArgs {
   ConvertMapJob job{};
+  const CLI::Option* to = nullptr;
   std::string form = "waymark";
   bool json = false;
 };
 
+/// What --to says, else what the ending of the output does: .fmap is of one form only.
+std::string form_of(const ConvertMapArgs& args) {
+  const bool fmap = args.job.output.ends_with(".fmap");
+  return args.to->count() == 0 && fmap ? "fmap" : args.form;
+}
+
 ExitCode convert(const ConvertMapArgs& args, Console& console) {
-  const Result<MapForm> form = map_form(args.form);
+  const Result<MapForm> form = map_form(form_of(args));
   if (!form) return console.failed(form.error(), ExitCode::Usage);
   ConvertMapJob job = args.job;
   job.form = *form;
@@ -40,9 +47,12 @@ Run prepare_convert_map(CLI::App& app) {
       ->required()
       ->type_name("");
   app.add_option("OUTPUT", args->job.output, "The file to write")->required()->type_name("");
-  app.add_option("--to", args->form, fmt::format("What to write: {}", fmt::join(map_form_names(), ", ")))
-      ->capture_default_str()
-      ->type_name("FORM");
+  args->to =
+      app.add_option("--to", args->form,
+                     fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                                 fmt::join(map_form_names(), ", ")))
+          ->capture_default_str()
+          ->type_name("FORM");
   app.add_option("--tag-size-m", args->job.tag_size_m,
                  "Side of the black square of tags whose file does not say it")
       ->type_name("NUMBER");
@@ -75,7 +85,7 @@ Examples:
   waymark map convert apriltags_poses.yaml map.yaml
   waymark map convert 2024-crescendo.json map.yaml --tag-size-m 0.1651
   waymark map convert map layout.json --to wpilib
-  waymark map convert map field.fmap --to fmap
+  waymark map convert map field.fmap
 )",
       .prepare = prepare_convert_map,
       .verbs = {}};
