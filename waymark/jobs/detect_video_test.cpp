@@ -50,7 +50,10 @@ class TagVideo : public ::testing::Test {
 
 TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
   std::vector<PictureReport> seen;
-  const auto summary = detect_pictures({.sources = {at("walk.mp4")}}, finder_, {},
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  const auto summary = detect_pictures({.sources = {at("walk.mp4")}}, finder_, control,
                                        [&](const PictureReport& report, const PoseList&) {
                                          seen.push_back(report);
                                          return true;
@@ -67,6 +70,7 @@ TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
     EXPECT_EQ(*report.stamp, video_stamp(k));
   }
   EXPECT_EQ(seen[1].image, at("walk.mp4") + "#0.034000000");
+  EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("has a rotation flag")));
 }
 
 TEST_F(TagVideo, AnnotatedPicturesBecomeAVideo) {

@@ -29,11 +29,11 @@ struct VideoReader::Impl {
 
   Result<std::optional<VideoFrame>> next();
   [[nodiscard]] Status feed();
+  void note_time(const AVPacket& ours);
   void skip(const std::string& why, std::int64_t byte);
   [[nodiscard]] bool is_whole();
   [[nodiscard]] bool stamp_frame();
   void note_gap(Duration from, Duration to);
-  void note_end();
 
   std::unique_ptr<VideoStream> video;
   const Libav& av;
@@ -44,6 +44,7 @@ struct VideoReader::Impl {
   Image storage{};
   std::optional<Duration> origin{};  ///< of the stamps
   std::optional<Duration> last{};    ///< stamp of the picture before
+  std::optional<Duration> read{};    ///< newest time of a packet, whole or damaged
   std::int64_t delivered = 0;
   int failures = 0;  ///< of reading, one after the other
   bool wait_for_key = false;
@@ -80,6 +81,12 @@ void VideoReader::Impl::skip(const std::string& why, std::int64_t byte) {
   wait_for_key = video->predicts;
 }
 
+void VideoReader::Impl::note_time(const AVPacket& ours) {
+  const std::int64_t ticks = ours.pts == AV_NOPTS_VALUE ? ours.dts : ours.pts;
+  const std::optional<Duration> time = time_of(av, ticks, video->stream->time_base);
+  if (time) read = std::max(read.value_or(*time), *time);
+}
+
 /// Gives the decoder the next packet of the stream, or tells it that there is none.
 Status VideoReader::Impl::feed() {
   constexpr int kMostFailures = 100;
@@ -98,6 +105,7 @@ Status VideoReader::Impl::feed() {
     const bool ours = packet->stream_index == video->stream->index;
     const bool corrupt = ours && (packet->flags & AV_PKT_FLAG_CORRUPT) != 0;
     const std::int64_t byte = packet->pos;
+    if (ours) note_time(*packet);
     if (corrupt) skip("a packet is marked as damaged", byte);
     const int sent = ours ? av.avcodec_send_packet(video->codec.get(), packet.get()) : 0;
     av.av_packet_unref(packet.get());
@@ -149,19 +157,6 @@ void VideoReader::Impl::note_gap(Duration from, Duration to) {
                  fmt::format("no picture between {} and {}", in_seconds(from), in_seconds(to)));
 }
 
-void VideoReader::Impl::note_end() {
-  const VideoInfo& info = video->info;
-  constexpr double kTolerance_s = 0.5;  // sound may last longer than the pictures
-  const double reached_s = to_seconds(last.value_or(Duration{}));
-  const double rate_hz = info.mean_rate_hz.value_or(25);
-  double expected_s = info.duration ? to_seconds(*info.duration) : 0;
-  if (info.frames) expected_s = std::max(expected_s, static_cast<double>(*info.frames) / rate_hz);
-  if (expected_s - reached_s > std::max(kTolerance_s, 2 / rate_hz))
-    problems.add("video.truncated", ErrorCode::Unreadable,
-                 fmt::format("the pictures end at {:.3f} s of {:.3f} s", reached_s, expected_s),
-                 video->input->size_bytes(), "The file was cut short, or its end is damaged: copy it again.");
-}
-
 Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
   while (!ended) {
     const int got = av.avcodec_receive_frame(video->codec.get(), frame.get());
@@ -171,7 +166,10 @@ Result<std::optional<VideoFrame>> VideoReader::Impl::next() {
     }
     if (got == AVERROR_EOF) {
       ended = true;
-      note_end();
+      const Duration first = origin.value_or(Duration{});
+      problems.add_end(video->info, last.value_or(Duration{}), read ? *read - first : Duration{},
+                       video->input->size_bytes());
+      problems.add_rotation(video->info);
       break;
     }
     if (got == AVERROR(ENOMEM)) return fail(ErrorCode::LimitExceeded, "not enough memory");

@@ -53,8 +53,9 @@ struct VideoFrame {
 
 /// Something about a video that a user must know.
 struct VideoProblem {
-  std::string key{};        ///< a stable word: video.damaged, video.truncated, video.gap, video.no_stamps,
-                            ///< video.order, video.interlaced, video.size_changes
+  std::string key{};        ///< a stable word: video.damaged, video.no_whole_picture (to the end),
+                            ///< video.truncated, video.gap, video.no_stamps, video.order, video.interlaced,
+                            ///< video.size_changes, video.rotated
   Error error{};            ///< in words, with the place of the first one
   std::uint64_t count = 1;  ///< how often
 };

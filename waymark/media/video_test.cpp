@@ -186,6 +186,7 @@ TEST(Video, TheRotationFlagIsReportedAndPixelsStay) {
   const Seen seen = read(*reader, nearest);
   ASSERT_EQ(seen.stamps.size(), 3U);
   EXPECT_LT(seen.differences[0], 3);
+  EXPECT_THAT(seen.words_of("video.rotated"), HasSubstr("turn its pictures 90 degrees clockwise"));
 }
 
 TEST(Video, ColorsBecomeTheirGrey) {
@@ -269,6 +270,26 @@ TEST(Video, PicturesAfterAHoleAreLeftOutUntilOneIsWholeAgain) {
       EXPECT_GT(to_seconds(seen.stamps.back() - SensorTime()), 5.9) << where;  // it goes on after the hole
     }
   }
+}
+
+// All that follows is predicted from what is damaged, and the file is as long as it says.
+TEST(Video, WhereNoPictureIsWholeAfterAHoleTheFileIsNotCalledCutShort) {
+  const fs::path path = testing::fresh_folder("video_hole_to_end") / "walk.mp4";
+  auto writer = VideoWriter::create(path, kWidth, kHeight, {.quality = 20, .key_interval = 10000});
+  ASSERT_TRUE(writer) << to_string(writer.error());
+  for (int k = 0; k < 150; ++k)  // to and fro: a jump would make a key frame
+    ASSERT_TRUE(writer->add(picture(std::abs(k % 12 - 6)).view(), stamp_of(k)));
+  ASSERT_TRUE(writer->close());
+  auto bytes = bytes_of(path);
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * 2 / 5), bytes.size() / 40,
+              std::uint8_t{0});
+  auto reader = VideoReader::open(bytes, "walk.mp4");
+  ASSERT_TRUE(reader) << to_string(reader.error());
+  const Seen seen = read(*reader, nearest);
+  EXPECT_LT(to_seconds(seen.stamps.back() - SensorTime()), 4);
+  EXPECT_THAT(seen.words_of("video.damaged"), HasSubstr("are left out"));
+  EXPECT_EQ(seen.words_of("video.truncated"), "");
+  EXPECT_THAT(seen.words_of("video.no_whole_picture"), HasSubstr("and the end at 6.007 s is whole"));
 }
 
 TEST(Video, WhatIsNoVideoIsNamed) {
