@@ -105,17 +105,15 @@ double best_rate(const CameraMode& mode, double wanted_hz) {
   return best;
 }
 
-/// The size that was given, else that of now.
-std::pair<int, int> wanted_size(const V4l2Options& options, const WantedMode& now) {
-  return options.width > 0 ? std::pair(options.width, options.height) : std::pair(now.width, now.height);
+bool may_read(const CameraMode& mode, const V4l2Options& options) {
+  return mode.readable && (!options.format || mode.format == to_string(*options.format));
 }
 
-bool fits(const CameraMode& mode, const V4l2Options& options, const WantedMode& now) {
-  if (!mode.readable || (options.format && mode.format != to_string(*options.format))) return false;
-  const auto [width, height] = wanted_size(options, now);
-  if (!mode.largest) return mode.width == width && mode.height == height;
-  return width >= mode.least_width && width <= mode.width && height >= mode.least_height &&
-         height <= mode.height;
+/// The size of the mode that is nearest to the wanted one.
+std::pair<int, int> nearest_size(const CameraMode& mode, std::pair<int, int> wanted) {
+  if (!mode.largest) return {mode.width, mode.height};
+  return {std::clamp(wanted.first, std::min(mode.least_width, mode.width), mode.width),
+          std::clamp(wanted.second, std::min(mode.least_height, mode.height), mode.height)};
 }
 
 }  // namespace
@@ -181,24 +179,27 @@ std::vector<CameraMode> read_modes(int device) {
 
 Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2Options& options,
                                const WantedMode& now) {
-  std::optional<WantedMode> best;
+  const bool given = options.width > 0;
+  const auto size = given ? std::pair(options.width, options.height) : std::pair(now.width, now.height);
   const auto rank = [&](const WantedMode& mode) {
     const double most = options.rate_hz > 0 ? options.rate_hz : kUsefulRate_hz;
-    return std::tuple(std::abs(mode.rate_hz - most), work_of(mode.format));
+    const int apart_px = std::abs(mode.width - size.first) + std::abs(mode.height - size.second);
+    return std::tuple(apart_px, std::abs(mode.rate_hz - most), work_of(mode.format));
   };
+  std::optional<WantedMode> best;
   for (const CameraMode& mode : modes) {
-    if (!fits(mode, options, now)) continue;
-    const auto [width, height] = wanted_size(options, now);
+    if (!may_read(mode, options)) continue;
+    const auto [width, height] = nearest_size(mode, size);
+    if (given && std::pair(width, height) != size) continue;
     const WantedMode wanted{*pixel_format_named(mode.format), width, height,
                             best_rate(mode, options.rate_hz)};
     if (!best || rank(wanted) < rank(*best)) best = wanted;
   }
   if (best) return *best;
-  const std::string size =
-      options.width > 0 ? fmt::format(" of {} x {} px", options.width, options.height) : std::string();
+  const std::string sized = given ? fmt::format(" of {} x {} px", size.first, size.second) : std::string();
   const std::string format = options.format ? fmt::format(" as {}", to_string(*options.format)) : "";
   return fail(ErrorCode::Unsupported,
-              fmt::format("the camera delivers no pictures{}{} that can be read", size, format),
+              fmt::format("the camera delivers no pictures{}{} that can be read", sized, format),
               {.source = options.device}, modes.empty() ? "Its driver lists no formats." : words_of(modes));
 }
 

@@ -29,9 +29,9 @@ struct WantedMode {
   friend bool operator==(const WantedMode&, const WantedMode&) = default;
 };
 
-/// The best of the modes for the options: of the size that was given, else `now`; of the formats the one that
-/// reaches the wanted rate (else the highest, up to 60 Hz) with the least work. Unsupported: says what there
-/// is.
+/// The best of the modes for the options: of the size that was given, else of the one nearest to `now` that
+/// there is; of the formats the one that reaches the wanted rate (else the highest, up to 60 Hz) with the
+/// least work. Unsupported: says what there is.
 [[nodiscard]] Result<WantedMode> choose_mode(const std::vector<CameraMode>& modes, const V4l2Options& options,
                                              const WantedMode& now);
 

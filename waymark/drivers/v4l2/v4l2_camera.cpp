@@ -1,6 +1,7 @@
 #include "waymark/drivers/v4l2/v4l2_camera.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <utility>
 
@@ -27,6 +28,17 @@ std::optional<std::string> words_of_automatic(const std::vector<CameraControl>& 
   if (names.empty()) return std::nullopt;
   return fmt::format("the camera changes {} by itself; ',lock' behind its address keeps what it has",
                      fmt::join(names, ", "));
+}
+
+/// Where the camera does not reach, or overshoots, the rate that it was asked for.
+std::optional<std::string> words_of_rate(double asked_hz, double rate_hz) {
+  constexpr double kTolerance = 0.02;  // 29.97 Hz is 30
+  if (asked_hz <= 0 || rate_hz <= 0 || std::abs(rate_hz / asked_hz - 1) < kTolerance) return std::nullopt;
+  return fmt::format(
+      "asked for {:.4g} Hz, the camera delivers {:.4g} Hz in this size and format (`waymark cameras` lists "
+      "what "
+      "there is)",
+      asked_hz, rate_hz);
 }
 
 }  // namespace
@@ -105,7 +117,9 @@ V4l2Camera::~V4l2Camera() = default;
 Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(const V4l2Options& options) {
   auto stream = internal::CaptureStream::open(options);
   if (!stream) return tl::unexpected(stream.error());
+  const double rate_hz = (*stream)->rate_hz();
   std::unique_ptr<V4l2Camera> camera(new V4l2Camera(std::make_unique<Impl>(std::move(*stream), options)));
+  camera->impl_->say_if(words_of_rate(options.rate_hz, rate_hz));
   camera->impl_->say_if(words_of_automatic(camera->controls()));
   return camera;
 }

@@ -89,6 +89,20 @@ TEST(V4l2CameraThreads, DeliversEveryPictureInOrderWithStampsInTheMiddleOfTheExp
   EXPECT_LT(to_seconds(age), 0.1);
 }
 
+TEST(V4l2CameraThreads, ARateThatIsNotReachedIsSaid) {
+  FakeCamera fake;
+  fake.add_mode("GREY", kWidth, kHeight, 50, levels(200));
+  V4l2Options options{.rate_hz = 120};
+  auto camera = open(options);
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(all_words(*camera, 1), HasSubstr("asked for 120 Hz, the camera delivers 50 Hz"));
+  camera.reset();
+  options.rate_hz = 50;
+  camera = open(options);
+  ASSERT_NE(camera, nullptr);
+  EXPECT_THAT(all_words(*camera, 1), ::testing::Not(HasSubstr("asked for")));
+}
+
 TEST(V4l2CameraThreads, ASlowTakerGetsTheNewestPicture) {
   FakeCamera fake;
   fake.add_mode("GREY", kWidth, kHeight, 100, levels(200));
@@ -345,6 +359,32 @@ TEST(V4l2Modes, ADeviceOfAnySizeGivesTheOneThatIsAskedForElseThatOfNow) {
   ASSERT_FALSE(too_large);
   EXPECT_THAT(to_string(too_large.error()),
               HasSubstr("It delivers YUYV up to 4096x2160, GREY up to 4096x2160."));
+}
+
+// A webcam whose uncompressed size of now is none of those of the format that is asked for.
+TEST(V4l2Modes, WithoutASizeTheNearestOfTheFormatIsTaken) {
+  const std::vector<CameraMode> modes = {{.format = "YUYV", .width = 640, .height = 480, .rates_hz = {30}},
+                                         {.format = "MJPG", .width = 1920, .height = 1080, .rates_hz = {30}},
+                                         {.format = "MJPG", .width = 800, .height = 600, .rates_hz = {15}},
+                                         {.format = "GREY",
+                                          .width = 4096,
+                                          .height = 2160,
+                                          .largest = true,
+                                          .least_width = 16,
+                                          .least_height = 16}};
+  const internal::WantedMode now{.width = 640, .height = 480};
+  const auto chosen = [&](const V4l2Options& options, const internal::WantedMode& size) {
+    const auto mode = internal::choose_mode(modes, options, size);
+    EXPECT_TRUE(mode) << to_string(mode.error());
+    return mode.value_or(internal::WantedMode{});
+  };
+  EXPECT_EQ(chosen({.format = PixelFormat::Mjpg}, now),
+            (internal::WantedMode{PixelFormat::Mjpg, 800, 600, 15}));
+  EXPECT_EQ(chosen({.format = PixelFormat::Yuyv}, {.width = 1280, .height = 720}),
+            (internal::WantedMode{PixelFormat::Yuyv, 640, 480, 30}));
+  EXPECT_EQ(chosen({.format = PixelFormat::Grey}, {.width = 8000, .height = 8}),
+            (internal::WantedMode{PixelFormat::Grey, 4096, 16, 0}));
+  EXPECT_FALSE(internal::choose_mode(modes, {.width = 640, .height = 480, .format = PixelFormat::Mjpg}, now));
 }
 
 TEST(V4l2Modes, ALongListIsCutAndWhatIsNotReadIsLeftOut) {
