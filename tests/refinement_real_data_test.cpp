@@ -89,10 +89,12 @@ void expect_better_than_half(const Table& table) {
   EXPECT_LT(std::abs(table.all.outward_px()), 0.01);
 }
 
+/// These pictures have neither gamma nor slopes of light. That the corners allow for them costs NEES here:
+/// the low bounds leave 0.05 to 0.1 for it. Under what real cameras do: refinement_conditions_test.cpp.
 void expect_honest(const Table& table, double low, double high) {
   EXPECT_GT(table.all.nees_tag(), 0.9);
   EXPECT_LT(table.all.nees_tag(), 1.1);
-  EXPECT_GT(table.all.nees_corner(), 0.9);
+  EXPECT_GT(table.all.nees_corner(), 0.85);
   EXPECT_LT(table.all.nees_corner(), 1.1);
   for (const auto* classes : {&table.by_size, &table.by_tilt}) {
     for (const auto& [name, line] : *classes) {
@@ -108,7 +110,7 @@ TEST(RefinementOnRenderedTags, HalvesTheErrorAndSaysHowLargeItIs) {
   const Table table = measure(folder, 1, {});
   table.print("quad_decimate 1, edges may bend");
   expect_better_than_half(table);
-  expect_honest(table, 0.85, 1.15);
+  expect_honest(table, 0.8, 1.15);
 }
 
 TEST(RefinementOnRenderedTags, IsAsGoodFromACoarserStart) {
