@@ -14,7 +14,7 @@ except ImportError as failure:
     sys.exit(f"{pathlib.Path(__file__).name}: {failure}. PYTHONPATH names the built package: PYTHONPATH=build/check/python tools/{pathlib.Path(__file__).name}")
 
 PAGE = pathlib.Path(__file__).resolve().parent.parent / "docs/reference/python.md"
-ROOMS = [name for name in waymark.__all__ if name not in ("WaymarkError", "errors")]
+ROOMS = [name for name in waymark.__all__ if name not in ("ReplaySession", "WaymarkError", "errors")]
 SIGNATURE = re.compile(r"^(?:\d+\. )?(\w+)\((.*)\) -> (.+)$")
 HEAD = """# The Python package
 

@@ -14,7 +14,7 @@ except ImportError as failure:
     sys.exit(f"{pathlib.Path(__file__).name}: {failure}. PYTHONPATH names the built package: PYTHONPATH=build/check/python tools/{pathlib.Path(__file__).name}")
 
 FOLDER = pathlib.Path(__file__).resolve().parent.parent / "python" / "waymark"
-ROOMS = [name for name in waymark.__all__ if name not in ("WaymarkError", "errors")]
+ROOMS = [name for name in waymark.__all__ if name not in ("ReplaySession", "WaymarkError", "errors")]
 HEAD = '''# Written by tools/update_python_stubs.py.
 import os
 from typing import Any, Iterable, Iterator, Optional, Union

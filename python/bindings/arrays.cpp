@@ -39,7 +39,7 @@ py::array real_array(const py::handle& value, const char* name) {
   const py::array array = py::array::ensure(value);
   if (!array) {
     PyErr_Clear();
-    refuse(name, fmt::format("a {} is no array of numbers", type_text(value)),
+    refuse(name, fmt::format("a {} is not an array of numbers", type_text(value)),
            "Give a NumPy array of float64.");
   }
   const char kind = array.dtype().kind();
@@ -69,7 +69,7 @@ double finite(double number, const char* name) {
 
 ImageView image_view(const py::handle& value, const char* name) {
   if (!py::isinstance<py::array>(value))
-    refuse(name, fmt::format("a {} is no picture", type_text(value)),
+    refuse(name, fmt::format("a {} is not a picture", type_text(value)),
            "Give a NumPy array (height, width) of uint8.");
   const auto array = py::reinterpret_borrow<py::array>(value);
   if (!array.dtype().is(py::dtype::of<std::uint8_t>()) &&
@@ -78,7 +78,8 @@ ImageView image_view(const py::handle& value, const char* name) {
            "Scale to 0 … 255 and convert with .astype(numpy.uint8).");
   if (array.ndim() != 2)
     refuse(name, fmt::format("shape {} where (height, width) is needed", shape_text(shape_of(array))),
-           "Convert a colour picture to grey with waymark.image.grey().");
+           "waymark.image.read() gives grey pictures; of an array, picture.mean(axis=2).astype(numpy.uint8) "
+           "does.");
   const py::ssize_t height = array.shape(0);
   const py::ssize_t width = array.shape(1);
   constexpr py::ssize_t kMost = std::numeric_limits<int>::max();

@@ -1,6 +1,11 @@
 #include "python/bindings/errors.hpp"
 
+#include <algorithm>
+#include <cctype>
+#include <cstddef>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <pybind11/stl.h>
 
@@ -26,7 +31,29 @@ const char* class_of(ErrorCode code) {
   return "Error";
 }
 
-void raise(const Error& error) {
+/// Flags of the program as keywords of Python: --tag-size-m is tag_size_m.
+std::string with_keywords(std::string text) {
+  for (std::size_t at = text.find("--"); at != std::string::npos; at = text.find("--", at)) {
+    const bool begins = at == 0 || std::string_view(" '(`").find(text[at - 1]) != std::string_view::npos;
+    std::size_t end = at + 2;
+    while (end < text.size() &&
+           (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '-'))
+      ++end;
+    if (!begins || end == at + 2) {
+      at += 2;
+      continue;
+    }
+    std::replace(text.begin() + static_cast<std::ptrdiff_t>(at),
+                 text.begin() + static_cast<std::ptrdiff_t>(end), '-', '_');
+    text.erase(at, 2);
+  }
+  return text;
+}
+
+void raise(Error error) {
+  error.message = with_keywords(std::move(error.message));
+  error.hint = with_keywords(std::move(error.hint));
+  error.place.key = with_keywords(std::move(error.place.key));
   const py::object type = py::module_::import("waymark.errors").attr(class_of(error.code));
   const py::object exception = type(to_string(error));
   exception.attr("message") = error.message;

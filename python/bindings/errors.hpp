@@ -29,6 +29,13 @@ template <class T>
   return std::move(*result);
 }
 
+/// The same, of what an argument of Python names, which has another name than the flag of the program.
+template <class T>
+[[nodiscard]] T value_of(Result<T> result, const char* argument) {
+  if (!result) result.error().place.key = argument;
+  return value_of(std::move(result));
+}
+
 /// Raises the error of a Status.
 void check(const Status& status);
 

@@ -79,10 +79,11 @@ void def_lie(py::class_<G>& cls) {
 void refuse_elements(const py::object& points, const char* group) {
   if (py::isinstance<SO2>(points) || py::isinstance<SO3>(points) || py::isinstance<SE2>(points) ||
       py::isinstance<SE3>(points) || py::isinstance<SE23>(points))
-    throw py::type_error(fmt::format(
-        "points: {} times {} is no product of one group. SE2.lift() gives an SE3, SE3.project_to_plane() an "
-        "SE2, SE3(R, [0, 0, 0]) the motion of a rotation R",
-        group, std::string(py::str(py::type::of(points).attr("__name__")))));
+    throw py::type_error(
+        fmt::format("points: {} times {} is not a product within one group. SE2.lift() gives an SE3, "
+                    "SE3.project_to_plane() an "
+                    "SE2, SE3(R, [0, 0, 0]) the motion of a rotation R",
+                    group, std::string(py::str(py::type::of(points).attr("__name__")))));
 }
 
 /// Points of the group's space, one (n,) or many (rows, n).
@@ -152,7 +153,7 @@ void bind_rotations(py::module_& m) {
   so3.def_static(
       "from_matrix",
       [](const py::object& a) { return value_of(SO3::try_from_matrix(matrix_of<3, 3>(a, "matrix"))); },
-      py::arg("matrix"), "Of a rotation matrix (3, 3); raises InvalidArgument for one that is none.");
+      py::arg("matrix"), "Of a rotation matrix (3, 3); raises InvalidArgument for another matrix.");
   so3.def_static("from_quaternion", &from_quaternion, py::arg("xyzw"),
                  "Of a quaternion (4,) in the order x, y, z, w, of length 1.");
   so3.def_static(
@@ -202,7 +203,7 @@ void bind_motions(py::module_& m) {
       "from_matrix",
       [](const py::object& a) { return value_of(SE3::try_from_matrix(matrix_of<4, 4>(a, "matrix"))); },
       py::arg("matrix"),
-      "Of a homogeneous matrix (4, 4); raises InvalidArgument for one that is no rigid motion.");
+      "Of a homogeneous matrix (4, 4); raises InvalidArgument for one that is not a rigid motion.");
   se3.def_property_readonly(
       "rotation", [](const SE3& T) { return T.rotation(); }, "The rotation a_R_b, an SO3.");
   se3.def_property_readonly(

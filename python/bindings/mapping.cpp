@@ -31,7 +31,7 @@ MapJob job_of(const std::string& recording, const std::string& folder, const py:
   py::dict rest = given.attr("copy")();
   MapJob job{.lap = recording, .folder = folder};
   if (const py::object method = take(rest, "method"); !method.is_none())
-    job.options.method = value_of(parse_map_method(py::cast<std::string>(method)));
+    job.options.method = value_of(parse_map_method(py::cast<std::string>(method)), "method");
   if (const py::object anchor = take(rest, "anchor"); !anchor.is_none())
     job.overrides.anchor = to_string(tag_of(anchor));
   if (const py::object pose = take(rest, "map_T_anchor"); !pose.is_none())
@@ -96,7 +96,7 @@ void bind_mapping(py::module_& m) {
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does. progress(words, "
+         "map` does; those of an earlier map there are replaced. progress(words, "
          "done, all) is called meanwhile; an exception in it, or Ctrl-C, leaves the folder as it was. "
          "Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +

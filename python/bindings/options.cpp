@@ -48,7 +48,7 @@ YamlNode tree_of(const py::handle& value, const std::string& key) {
     return node;
   }
   if (py::hasattr(value, "__float__")) return number(value);
-  refuse(key, fmt::format("a {} is no value of an option", type_of(value)),
+  refuse(key, fmt::format("a {} is not the value of an option", type_of(value)),
          "Give a number, a string, True or False, a list, or a dictionary.");
 }
 

@@ -43,7 +43,7 @@ template <class T>
 concept IsMatrix = std::derived_from<T, Eigen::MatrixBase<T>>;
 
 [[noreturn]] inline void refuse_state() {
-  throw py::type_error("the state is no pickle of this class, or of another version of it");
+  throw py::type_error("the state is not a pickle of this class and version");
 }
 
 /// The state as a tuple, of `size` entries unless that is 0.

@@ -1,10 +1,12 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
@@ -15,16 +17,29 @@
 #include "python/bindings/log_reader.hpp"
 #include "python/bindings/rooms.hpp"
 #include "python/bindings/values.hpp"
+#include "waymark/base/suggest.hpp"
 #include "waymark/recording/message_log.hpp"
 #include "waymark/recording/sample_recorder.hpp"
 
 namespace waymark::python {
 namespace {
 
-LogSelection selection_of(const std::optional<std::set<std::string>>& topics,
+/// Raises InvalidArgument for a topic that the recording does not have.
+void check_topics(const MessageLog& log, const std::set<std::string>& topics) {
+  std::vector<std::string> known;
+  for (const LogChannel& channel : log.channels()) known.push_back(channel.topic);
+  for (const std::string& topic : topics)
+    if (std::ranges::find(known, topic) == known.end())
+      refuse("topics", fmt::format("the recording has no topic '{}'", topic), suggestion(topic, known));
+}
+
+LogSelection selection_of(const MessageLog& log, const std::optional<std::set<std::string>>& topics,
                           std::optional<std::uint64_t> from, std::optional<std::uint64_t> to) {
   LogSelection selection;
-  if (topics) selection.topics = *topics;
+  if (topics) {
+    check_topics(log, *topics);
+    selection.topics = *topics;
+  }
   if (from) selection.from = *from;
   if (to) selection.to = *to;
   return selection;
@@ -144,7 +159,8 @@ class Writer {
 
  private:
   SampleRecorder& open() {
-    if (!recorder_) throw py::value_error("the recording is closed");
+    if (!recorder_)
+      throw py::value_error("the recording '" + path_ + "' is closed: make another Writer for another file");
     if (!is_own())
       throw std::runtime_error("a Writer does not survive fork(): write a file of its own in the child");
     return *recorder_;
@@ -181,7 +197,14 @@ void bind_writer(py::module_& m) {
              py::arg("data"), "A file inside the recording.");
   writer.def("close", &Writer::close, "Ends the file with its summary. Again: nothing happens.");
   writer.def("__enter__", [](const py::object& self) { return self; });
-  writer.def("__exit__", [](Writer& self, const py::args&) { self.close(); });
+  writer.def("__exit__", [](Writer& self, const py::args& raised) {
+    try {
+      self.close();
+    } catch (const Raised&) {
+      if (raised.empty() || raised[0].is_none())
+        throw;  // else the error that is on its way says why, such as a full disk
+    }
+  });
   refuse_pickle(writer, "it writes an open file");
 }
 
@@ -216,14 +239,14 @@ void bind_recording(py::module_& m) {
       "samples",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
-        return LogReader::samples(r.path, selection_of(names, first, last));
+        return LogReader::samples(r.path, selection_of(*r.log, names, first, last));
       },
       topics, from, to, "Iterator of the samples, in order of time; log times in [from_ns, to_ns).");
   recording.def(
       "messages",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
-        return LogReader::messages(r.path, selection_of(names, first, last));
+        return LogReader::messages(r.path, selection_of(*r.log, names, first, last));
       },
       topics, from, to, "Iterator of (topic, type, log time [ns], bytes as they lie in the file).");
   recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}); });

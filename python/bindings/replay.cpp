@@ -61,8 +61,10 @@ ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
                        const std::string& controller) {
   ReplayerSetup setup;
   setup.replay.laps = laps;
-  setup.method = value_of(parse_localization_method(method));
-  setup.replay.controller = value_of(parse_controller(controller));
+  if (!(laps > 0 && laps <= 1000))
+    refuse("laps", fmt::format("{} is outside (0, 1000]", laps), "Give a number of laps, such as 1.");
+  setup.method = value_of(parse_localization_method(method), "method");
+  setup.replay.controller = value_of(parse_controller(controller), "controller");
   const auto section = [&](const char* name, auto& options) {
     const py::object found = take(given, name);
     if (found.is_none()) return;
@@ -81,17 +83,41 @@ ReplayerSetup setup_of(py::dict given, double laps, const std::string& method,
   return setup;
 }
 
+/// Raises TypeError for a picture that nobody would look at, or that is not of its camera's size.
+void check_picture(const CameraFrame& frame, const Drive& drive) {
+  const RobotDescription& robot = *drive.session.folder.robot;
+  if (drive.detector == nullptr)
+    throw py::type_error(
+        "step() gave a CameraFrame, and no detector is given: call drive(..., "
+        "detector=waymark.tags.Detector())");
+  if (frame.camera != robot.camera_name) return;  // the loop names cameras that the robot does not have
+  if (frame.image.width() != robot.camera.width_px() || frame.image.height() != robot.camera.height_px())
+    throw py::value_error(fmt::format(
+        "step() gave a picture of {} x {}, and the camera '{}' of the map has {} x {}", frame.image.width(),
+        frame.image.height(), robot.camera_name, robot.camera.width_px(), robot.camera.height_px()));
+}
+
+std::vector<Sample> samples_of(const py::object& given, const Drive& drive) {
+  if (!py::hasattr(given, "__iter__"))
+    throw py::type_error(fmt::format("step() gave {}: needed is a list of samples, which may be empty",
+                                     std::string(py::repr(given))));
+  std::vector<Sample> list;
+  for (const py::handle& one : py::iter(given)) {
+    list.push_back(sample_of(one));
+    if (const auto* frame = std::get_if<CameraFrame>(&list.back())) check_picture(*frame, drive);
+  }
+  return list;
+}
+
 /// Asks the Python robot for what its sensors measured in one period.
-StepRobot::Step step_of(const py::object& robot, PendingException& pending) {
+StepRobot::Step step_of(const py::object& robot, const Drive& drive, PendingException& pending) {
   return [&](const VelocityCommand& command, SensorTime now) -> Result<std::vector<Sample>> {
     const py::gil_scoped_acquire acquire;
     return pending.guard([&]() -> Result<std::vector<Sample>> {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      const py::object samples =
-          robot.attr("step")(command.speed_m_s, command.yaw_rate_rad_s, now.time_since_epoch().count());
-      std::vector<Sample> list;
-      for (const py::handle& sample : py::iter(samples)) list.push_back(sample_of(sample));
-      return list;
+      return samples_of(
+          robot.attr("step")(command.speed_m_s, command.yaw_rate_rad_s, now.time_since_epoch().count()),
+          drive);
     });
   };
 }
@@ -111,7 +137,8 @@ ReplayListener listener_of(const py::object& on_step, PendingException& pending)
 
 Result<ReplayEnd> run(const Drive& drive, const py::object& robot, const py::object& on_step,
                       PendingException& pending) {
-  StepRobot stepped(step_of(robot, pending), Duration(static_cast<std::int64_t>(drive.period_s * 1e9)));
+  StepRobot stepped(step_of(robot, drive, pending),
+                    Duration(static_cast<std::int64_t>(drive.period_s * 1e9)));
   ReplaySession session(*drive.session.replayer, listener_of(on_step, pending));
   PictureSearch search;
   if (drive.detector != nullptr) {
@@ -148,13 +175,24 @@ std::unique_ptr<PythonSession> make_session(const std::string& map, const std::s
   return session;
 }
 
-py::dict drive_session(PythonSession& session, const py::object& robot, double timeout_s, double period_s,
-                       const PythonDetector* detector, const py::object& on_step) {
+void check_callables(const py::object& robot, const py::object& on_step) {
+  if (PyType_Check(robot.ptr()))
+    throw py::type_error(fmt::format("robot is the class {0}: needed is an object of it, {0}(...)",
+                                     std::string(py::str(robot.attr("__name__")))));
   if (!py::hasattr(robot, "step"))
     throw py::type_error("a robot has a method step(speed_m_s, yaw_rate_rad_s, now_ns)");
+  if (!on_step.is_none() && PyCallable_Check(on_step.ptr()) == 0)
+    throw py::type_error(fmt::format("on_step is {}: needed is a function on_step(now_ns, step), or None",
+                                     std::string(py::repr(on_step))));
+}
+
+py::dict drive_session(PythonSession& session, const py::object& robot, double timeout_s, double period_s,
+                       const PythonDetector* detector, const py::object& on_step) {
+  check_callables(robot, on_step);
   if (!(period_s >= 0.001 && period_s <= 1)) refuse("period_s", "not a period from 0.001 to 1 s");
   if (!(timeout_s > 0))
-    refuse("timeout_s", fmt::format("{} is no time to drive", timeout_s), "Give seconds above 0, or inf.");
+    refuse("timeout_s", fmt::format("{} s is not a time to drive", timeout_s),
+           "Give seconds above 0, or inf.");
   if (session.has_driven)
     throw py::value_error("this session has driven: make another ReplaySession for the next drive");
   session.has_driven = true;

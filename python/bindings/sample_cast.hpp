@@ -50,7 +50,7 @@ template <std::size_t... kIndex>
   py::detail::make_caster<Sample> caster;
   if (!caster.load(object, true))
     throw py::type_error("a " + std::string(py::str(py::type::handle_of(object).attr("__name__"))) +
-                         " is no sample: give objects of waymark.samples");
+                         " is not a sample: give objects of waymark.samples");
   return py::detail::cast_op<Sample&&>(std::move(caster));
 }
 

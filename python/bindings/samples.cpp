@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include <pybind11/pybind11.h>
@@ -187,7 +188,13 @@ void bind_other_samples(py::module_& m) {
   def_number(scan, "angle_increment_rad", &LaserScan::angle_increment_rad, "From ray to ray [rad].");
   def_number(scan, "time_increment_s", &LaserScan::time_increment_s, "From ray to ray [s].");
   def_number(scan, "range_min_m", &LaserScan::range_min_m, "[m]");
-  scan.def_readwrite("range_max_m", &LaserScan::range_max_m, "[m]");
+  scan.def_property(
+      "range_max_m", [](const LaserScan& s) { return s.range_max_m; },
+      [](LaserScan& s, double range) {
+        if (std::isnan(range)) refuse("range_max_m", "not a number", "Give metres, or inf.");
+        s.range_max_m = static_cast<decltype(s.range_max_m)>(range);
+      },
+      "[m]; infinite where it is not known.");
   scan.def_property(
       "ranges_m",
       [](const LaserScan& s) {

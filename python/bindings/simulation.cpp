@@ -33,15 +33,22 @@ py::dict dict_of(const TagTruth& truth) {
   return answer;
 }
 
+TagInScene scene_tag_of(const py::handle& entry) {
+  const bool whole =
+      (py::isinstance<py::tuple>(entry) || py::isinstance<py::list>(entry)) && py::len(entry) == 3;
+  const auto tag = whole ? py::tuple(py::reinterpret_borrow<py::object>(entry)) : py::tuple();
+  if (!whole || !py::isinstance<SE3>(tag[1]) || PyNumber_Check(tag[2].ptr()) == 0)
+    refuse("tags", fmt::format("the entry {} is not (tag, cam_T_tag, size_m)", std::string(py::repr(entry))),
+           "Give a tag's name or number, its pose as an SE3 and the side of its square [m].");
+  return {.tag = tag_of(tag[0]), .cam_T_tag = py::cast<SE3>(tag[1]), .size_m = py::cast<double>(tag[2])};
+}
+
 py::tuple take_photograph(const CameraModel& camera, const py::iterable& tags, std::uint64_t seed,
                           const py::kwargs& given) {
   const auto options = options_of<PhotographOptions>(given);
   PhotographScene scene;
   for (const py::handle& entry : tags) {
-    const auto tag = py::cast<py::tuple>(entry);
-    if (tag.size() != 3) refuse("tags", "an entry is not (tag, cam_T_tag, size_m)");
-    scene.tags.push_back(
-        {.tag = tag_of(tag[0]), .cam_T_tag = py::cast<SE3>(tag[1]), .size_m = py::cast<double>(tag[2])});
+    scene.tags.push_back(scene_tag_of(entry));
   }
   Result<Photograph> taken;
   {

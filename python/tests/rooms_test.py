@@ -204,7 +204,7 @@ class Loop(unittest.TestCase):
             self.assertEqual(ours.xy_yaw.tolist(), theirs.xy_yaw.tolist())
         self.assertEqual(len(localization.localize([], tags, robot)), 0)
         for refused in (lambda: localization.localize([samples.Odometry(), "words"], tags, robot), lambda: localization.Localizer(tags, robot).add_all([1])):
-            with self.assertRaisesRegex(TypeError, "is no sample"):
+            with self.assertRaisesRegex(TypeError, "is not a sample"):
                 refused()
         with self.assertRaises(ZeroDivisionError):
             localization.localize((1 / 0 for _ in range(2)), tags, robot)

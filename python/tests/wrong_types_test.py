@@ -7,6 +7,9 @@ import gc
 import inspect
 import os
 import pathlib
+import re
+import subprocess
+import sys
 import tempfile
 import unittest
 import warnings
@@ -14,9 +17,10 @@ import warnings
 import numpy as np
 
 import waymark
-from waymark import camera, config, errors, evaluation, families, geometry, recording, replay, samples, tags
+from waymark import camera, config, errors, evaluation, families, geometry, mapping, recording, replay, samples, simulation, tags
 
 BAD = (float("nan"), float("inf"))
+WORLD, ROBOT = config.read_world("circuit24"), config.read_robot("limo")
 
 
 def is_explained(doc):
@@ -45,6 +49,11 @@ class Types(unittest.TestCase):
         for call, words in ((lambda: geometry.SE2("a", 0, 0), "SE2(): argument 'x' is 'a' (str): needed is a number"),
                             (lambda: geometry.SE2(1, 2), "SE2(): lacks the argument 'yaw'. It takes x, y, yaw"),
                             (lambda: geometry.SE2(1, 2, 3, 4), "SE2(): takes 3 arguments (x, y, yaw), given are 4"),
+                            (lambda: geometry.SO3(np.eye(3)), "SO3(): takes 0 arguments (), given are 1. Other ways: SO3.from_matrix(), SO3.from_quaternion(), SO3.from_rpy()"),
+                            (lambda: geometry.SE3(np.eye(4)), "Other ways: SE3.from_matrix()"),
+                            (lambda: samples.Odometry(1, 2), "Odometry(): is made by keywords: stamp_ns, odom_T_base, speed_m_s, yaw_rate_rad_s"),
+                            (lambda: families.turned("tag16h5", -1, 1), "turned(): argument 'code' is -1: needed is a whole number of 0 or more"),
+                            (lambda: simulation.Simulator(WORLD, ROBOT, seed=-1), "Simulator(): argument 'seed' is -1: needed is a whole number of 0 or more"),
                             (lambda: geometry.SE2(x=1, y=2, jaw=3), "SE2(): has no argument 'jaw'. Known: x, y, yaw"),
                             (lambda: geometry.SE3(geometry.SE3(), [0, 0, 0]), "SE3(): argument 'rotation' is a SE3: needed is a waymark.geometry.SO3"),
                             (lambda: camera.pinhole(64.5, 48, 50, 50, 32, 24), "pinhole(): argument 'width_px' is 64.5 (float): needed is a whole number"),
@@ -99,6 +108,82 @@ class Numbers(unittest.TestCase):
             tags.Detector().detect(np.zeros((64, 48), np.uint8), lens)
 
 
+    def test_the_range_of_a_lidar_is_a_number_or_infinite(self):
+        self.assertEqual(samples.LaserScan(range_max_m=float("inf")).range_max_m, float("inf"))
+        with self.assertRaisesRegex(errors.InvalidArgument, "range_max_m"):
+            samples.LaserScan(range_max_m=float("nan"))
+
+    def test_entries_of_a_photograph_that_are_not_tags_are_named(self):
+        lens = camera.pinhole(64, 48, 50, 50, 32, 24)
+        for entry in (1, "tag", (1, geometry.SE3()), (1, 2, 3), (1, geometry.SE3(), "wide"), None):
+            with self.assertRaisesRegex(errors.InvalidArgument, r"is not \(tag, cam_T_tag, size_m\)"):
+                simulation.photograph(lens, [entry])
+
+    def test_hints_name_functions_that_exist(self):
+        with self.assertRaises(errors.InvalidArgument) as raised:
+            tags.Detector().detect(np.zeros((4, 4, 3), np.uint8))
+        for room, name in re.findall(r"waymark\.(\w+)\.(\w+)\(", raised.exception.hint):
+            self.assertTrue(callable(getattr(getattr(waymark, room), name, None)), raised.exception.hint)
+
+
+class Drives(unittest.TestCase):
+    """A robot of one's own that is wrong is named, and nothing drives."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.map = str(pathlib.Path(folder.name) / "map")
+        lap = str(pathlib.Path(folder.name) / "lap.mcap")
+        with recording.Writer(lap) as writer:
+            writer.add_attachment("robot.yaml", "application/yaml", ROBOT.to_yaml())
+            writer.add_camera(0, ROBOT.camera, ROBOT.base_T_cam)
+            for sample in simulation.scripted_lap(WORLD, ROBOT):
+                writer.add(sample)
+        mapping.map_recording(lap, cls.map, anchor=1, tag_size_m=0.16)
+
+    def test_hints_name_keywords_and_no_flags(self):
+        lap = str(pathlib.Path(self.map).parent / "lap.mcap")
+        with self.assertRaises(errors.NotFound) as raised:
+            mapping.map_recording(lap, self.map + "2")
+        self.assertIn("Give tag_size_m, the side", raised.exception.hint)
+        self.assertNotIn("--", str(raised.exception))
+
+    def test_numbers_of_laps_are_checked(self):
+        for laps in (float("nan"), -1, 0, 1e9):
+            with self.assertRaisesRegex(errors.InvalidArgument, "laps"):
+                waymark.ReplaySession(self.map, laps=laps)
+
+    def test_a_choice_is_named_as_in_python(self):
+        for keyword in ("method", "controller"):
+            with self.assertRaises(errors.InvalidArgument) as raised:
+                replay.ReplaySession(self.map, **{keyword: "magic"})
+            self.assertEqual(raised.exception.key, keyword)
+            self.assertNotIn("--", str(raised.exception))
+
+    def robot(self, answer):
+        class Robot:
+            def step(self, speed_m_s, yaw_rate_rad_s, now_ns):
+                return answer(now_ns)
+        return Robot
+
+    def refused(self, kind, words, robot, **options):
+        with self.assertRaisesRegex(kind, words):
+            replay.drive(self.map, robot, timeout_s=5, **options)
+
+    def test_what_a_robot_gives_is_named(self):
+        self.refused(TypeError, r"step\(\) gave None: needed is a list of samples", self.robot(lambda _: None)())
+        self.refused(TypeError, r"step\(\) gave 3: needed is a list of samples", self.robot(lambda _: 3)())
+        self.refused(TypeError, "an? int is not a sample", self.robot(lambda _: [3])())
+        self.refused(TypeError, "robot is the class Robot: needed is an object of it", self.robot(lambda _: []))
+        self.refused(TypeError, r"on_step is 3: needed is a function", self.robot(lambda _: [])(), on_step=3)
+
+    def test_pictures_need_a_detector_and_the_size_of_the_camera(self):
+        small = self.robot(lambda now_ns: [samples.CameraFrame(now_ns, np.zeros((10, 10), np.uint8))])
+        self.refused(TypeError, "no detector is given", small())
+        self.refused(ValueError, "a picture of 10 x 10", small(), detector=tags.Detector())
+
+
 class Writers(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -113,6 +198,39 @@ class Writers(unittest.TestCase):
                 writer.add(samples.TagFrame(detections=[detection]))
             writer.add(samples.Odometry(stamp_ns=1))
         self.assertEqual(len(list(recording.Recording(self.path))), 1)
+
+    def test_topics_that_are_not_there_are_refused(self):
+        with recording.Writer(self.path) as writer:
+            writer.add(samples.Odometry(stamp_ns=1))
+        read = recording.Recording(self.path)
+        topic = read.channels[0]["topic"]
+        self.assertEqual(len(list(read.messages(topics={topic}))), 1)
+        for name in ("samples", "messages"):
+            with self.assertRaisesRegex(errors.InvalidArgument, f"no topic '/nosuch'.*{topic}"):
+                getattr(read, name)(topics={"/nosuch"})
+
+    def test_files_that_cannot_be_made_or_read_say_what_to_do(self):
+        with self.assertRaises(errors.Unwritable) as raised:
+            recording.Writer(self.path + "/none/a.mcap")
+        self.assertIn("Make the folder", raised.exception.hint)
+        pathlib.Path(self.path).touch()
+        with self.assertRaises(errors.Unreadable) as raised:
+            recording.Recording(self.path)
+        self.assertTrue(raised.exception.hint)
+        os.remove(self.path)
+        writer = recording.Writer(self.path)
+        writer.close()
+        with self.assertRaisesRegex(ValueError, "a.mcap' is closed"):
+            writer.add(samples.Odometry())
+
+    def test_a_full_disk_is_raised_once(self):
+        script = ("import resource, signal, sys\nfrom waymark import errors, recording, samples\nsignal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+                  "resource.setrlimit(resource.RLIMIT_FSIZE, (100000, resource.RLIM_INFINITY))\n"
+                  "try:\n    with recording.Writer(sys.argv[1]) as writer:\n        for i in range(100000): writer.add(samples.Odometry(stamp_ns=i))\n"
+                  "except errors.Unwritable as error: print(error.__context__, error)")
+        said = subprocess.run([sys.executable, "-c", script, self.path], capture_output=True, text=True, check=True)
+        self.assertTrue(said.stdout.startswith("None"), said.stdout)
+        self.assertIn("Free some space", said.stdout)
 
     def test_a_writer_that_is_given_up_ends_its_file_and_warns(self):
         writer = recording.Writer(self.path)

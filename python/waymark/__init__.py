@@ -54,5 +54,6 @@ for _name in ("camera", "config", "evaluation", "families", "geometry", "image",
                 pass
 
 __version__ = _waymark.__version__
-__all__ = ["WaymarkError", "camera", "config", "errors", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose",
+ReplaySession = _waymark.replay.ReplaySession
+__all__ = ["ReplaySession", "WaymarkError", "camera", "config", "errors", "evaluation", "families", "geometry", "image", "localization", "mapping", "pose",
            "recording", "replay", "samples", "simulation", "tags"]

@@ -109,12 +109,18 @@ class _Signature:
             self.parameters.append((name, kind, bool(default)))
 
     @property
+    def keywords_only(self):
+        return self.any and not self.parameters
+
+    @property
     def shown(self):
         return ", ".join(name for name, _, _ in self.parameters if name != "self")
 
     def complaint(self, args, kwargs):
         """(how near the arguments are, what is wrong with them)"""
         names = [name for name, _, _ in self.parameters]
+        if len(args) > len(names) and self.keywords_only:
+            return 1, f"is made by keywords: {', '.join(getattr(_class(self.head), '_fields', ()))}"
         if len(args) > len(names):
             return 0, f"takes {len([n for n in names if n != 'self'])} arguments ({self.shown}), given are {len(args) - (names[:1] == ['self'])}"
         for name in kwargs:
@@ -127,7 +133,17 @@ class _Signature:
         wrong = [(name, words) for name, kind, _ in self.parameters if name in values and (words := _wrong(values[name], kind))]
         if wrong:
             return 2, f"argument '{wrong[0][0]}' {wrong[0][1]}"
+        for name, kind, _ in self.parameters:
+            if _inside(kind)[0] == "int" and name in values and values[name] < 0:
+                return 2, f"argument '{name}' is {values[name]}: needed is a whole number of 0 or more"
         return 2, f"its arguments do not fit. It takes {', '.join(f'{name}: {_needed(kind)}' for name, kind, _ in self.parameters if name != 'self')}"
+
+
+def _other_ways(signature):
+    """The static functions of a class that make one of it."""
+    cls = _class(signature.head)
+    ways = sorted(name for name, value in vars(cls).items() if name.startswith("from_") and isinstance(value, staticmethod)) if cls else []
+    return f". Other ways: {', '.join(f'{cls.__name__}.{name}()' for name in ways)}" if ways else ""
 
 
 def words(text, setter, args, kwargs):
@@ -144,4 +160,4 @@ def words(text, setter, args, kwargs):
         name = f"{_inside(signatures[0].parameters[0][1])[0]}.{name}"
     complaints = [signature.complaint(args, kwargs) for signature in signatures]
     best = max(range(len(complaints)), key=lambda i: complaints[i][0])
-    return inspect.cleandoc(f"{name}(): {complaints[best][1]}")
+    return inspect.cleandoc(f"{name}(): {complaints[best][1]}{_other_ways(signatures[best]) if 'constructor' in text else ''}")

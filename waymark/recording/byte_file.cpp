@@ -137,6 +137,14 @@ class MemorySource final : public ByteSource {
   std::string name_;
 };
 
+/// How to mend what errno says of a file that was to be made.
+std::string mend_of(int error, const std::filesystem::path& path) {
+  if (error == ENOENT) return fmt::format("Make the folder '{}' first.", path.parent_path().string());
+  if (error == EACCES || error == EROFS) return "Name a folder in which you may write.";
+  if (error == ENOSPC || error == EDQUOT) return "Free some space.";
+  return "";
+}
+
 class MemorySink final : public ByteSink {
  public:
   explicit MemorySink(Bytes& bytes) : bytes_(bytes) {}
@@ -155,10 +163,10 @@ class MemorySink final : public ByteSink {
 Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (fd >= 0) return std::make_unique<FileSink>(fd, path);
-  const bool exists = errno == EEXIST;
+  const int error = errno;
   const std::string why = fmt::format("cannot create the file: {}", reason());
   const Place place{.source = path.string()};
-  if (!exists) return fail(ErrorCode::Unwritable, why, place);
+  if (error != EEXIST) return fail(ErrorCode::Unwritable, why, place, mend_of(error, path));
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   if (std::filesystem::is_directory(status))

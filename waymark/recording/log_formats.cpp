@@ -113,7 +113,9 @@ Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> s
   if (head.empty() && std::filesystem::is_character_file(place.source, unknown))
     return fail(ErrorCode::Unreadable, "this is a device, and no recording", place,
                 "Name a file or a folder.");
-  if (head.empty()) return fail(ErrorCode::Unreadable, "the file is empty", place);
+  if (head.empty())
+    return fail(ErrorCode::Unreadable, "the file is empty", place,
+                "Was the recording interrupted before it began? Record again.");
   const std::uint64_t size = source->size().value_or(0);
   const bool yaml = place.source.ends_with(".yaml") || place.source.ends_with(".yml");
   for (const FormatRow& row : kFormats) {
