@@ -84,7 +84,7 @@ Result<TagMap> parse_fmap(std::string_view text, const std::string& source) {
   return map;
 }
 
-Result<std::string> to_fmap(const TagMap& map) {
+Result<std::string> to_fmap(const TagMap& map, const std::optional<FieldSize>& field) {
   Eigen::Vector2d half = Eigen::Vector2d::Zero();
   std::vector<std::string> fiducials;
   for (const auto& [id, tag] : map.tags) {
@@ -106,10 +106,11 @@ Result<std::string> to_fmap(const TagMap& map) {
                     "      \"unique\": true\n    }}",
                     family, id.number, yaml_number(tag.size_m / kMillimetre), fmt::join(numbers, ", ")));
   }
+  const FieldSize size = field.value_or(FieldSize{2 * half.x(), 2 * half.y()});
   return fmt::format(
       "{{\n  \"type\": \"frc\",\n  \"fieldlength\": {},\n  \"fieldwidth\": {},\n  \"fiducials\": [\n{}\n  "
       "]\n}}\n",
-      yaml_number(2 * half.x()), yaml_number(2 * half.y()), fmt::join(fiducials, ",\n"));
+      yaml_number(size.length_m), yaml_number(size.width_m), fmt::join(fiducials, ",\n"));
 }
 
 }  // namespace waymark

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
 #include "waymark/base/error.hpp"
+#include "waymark/config/field_size.hpp"
 #include "waymark/geometry/so3.hpp"
 #include "waymark/samples/tag_map.hpp"
 
@@ -22,8 +24,8 @@ namespace waymark {
 /// that is no pose, a tag that is given twice.
 [[nodiscard]] Result<TagMap> parse_fmap(std::string_view text, const std::string& source);
 
-/// `fieldlength` and `fieldwidth` are those of the box about the origin that holds all tags. Fails on a
-/// family that Limelight has no name for.
-[[nodiscard]] Result<std::string> to_fmap(const TagMap& map);
+/// Unless `field` is given, `fieldlength` and `fieldwidth` are those of the box about the origin that holds
+/// all tags. Fails on a family that Limelight has no name for.
+[[nodiscard]] Result<std::string> to_fmap(const TagMap& map, const std::optional<FieldSize>& field = {});
 
 }  // namespace waymark

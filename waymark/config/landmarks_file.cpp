@@ -135,12 +135,12 @@ Result<LandmarksFile> parse_landmarks(std::string_view text, const std::string& 
   if (looks_like_wpilib_layout(text)) {
     const Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
-    return LandmarksFile{Landmarks(*layout), *layout, "wpilib"};
+    return LandmarksFile{Landmarks(*layout), *layout, "wpilib", field_size_of(text)};
   }
   if (looks_like_fmap(text)) {
     const Result<TagMap> field = parse_fmap(text, source);
     if (!field) return tl::unexpected(field.error());
-    return LandmarksFile{Landmarks(*field), *field, "fmap"};
+    return LandmarksFile{Landmarks(*field), *field, "fmap", field_size_of(text)};
   }
   const std::string_view first = first_line(text);
   if (first.find(',') != std::string_view::npos && first.find(':') == std::string_view::npos)

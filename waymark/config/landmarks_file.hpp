@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "waymark/base/error.hpp"
+#include "waymark/config/field_size.hpp"
 #include "waymark/localization/landmarks.hpp"
 
 namespace waymark {
@@ -15,6 +16,7 @@ struct LandmarksFile {
   Landmarks landmarks{};
   TagMap tags{};
   std::string format{};  ///< "waymark", "academy", "wpilib", "fmap", "points"
+  std::optional<FieldSize> field{};  ///< where the file states it
 };
 
 /// A map of any kind that can be localised in, told by its content (docs/formats/map.md, "Maps of others"):

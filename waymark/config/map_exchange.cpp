@@ -96,7 +96,8 @@ Result<MapForm> map_form(const std::string& name) {
   return static_cast<MapForm>(at - names.begin());
 }
 
-Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::string>& warnings) {
+Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::string>& warnings,
+                            const std::optional<FieldSize>& field) {
   if (map.tags.tags.empty()) return fail(ErrorCode::InvalidArgument, "the map has no tags");
   if (form == MapForm::Waymark) return to_yaml(map);
   std::set<int> numbers;
@@ -119,11 +120,12 @@ Result<std::string> to_text(const MapFile& map, MapForm form, std::vector<std::s
     case MapForm::Tagslam:
       return tagslam_yaml(map);
     case MapForm::Wpilib:
-      warnings.emplace_back(
-          "how long and wide the field is, a map does not say: the layout has the box of its tags");
-      return to_wpilib_layout(map.tags);
+      if (!field)
+        warnings.emplace_back(
+            "how long and wide the field is, a map does not say: the layout has the box of its tags");
+      return to_wpilib_layout(map.tags, field);
     case MapForm::Fmap:
-      return to_fmap(map.tags);
+      return to_fmap(map.tags, field);
     default:
       return transforms_yaml(map);
   }

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "waymark/config/field_size.hpp"
 #include "waymark/config/map_file.hpp"
 
 /// Maps of tags in the words of others (docs/formats/map.md, "Maps of others").
@@ -28,6 +29,7 @@ struct ReadMap {
   MapFile map{};
   MapForm form = MapForm::Waymark;
   std::vector<std::string> warnings{};  ///< what could not be taken along
+  std::optional<FieldSize> field{};     ///< where a layout of a field states it
 };
 
 /// A map of any of these forms, told by its content; of a folder its map.yaml. `tag_size_m` is the size of
@@ -39,8 +41,10 @@ struct ReadMap {
                                             std::optional<double> tag_size_m = {});
 
 /// The map in another form. What the form cannot say (covariances in transforms, a tag that leans in the
-/// Academy's) is added to `warnings`. Fails on an empty map and where two tags differ by their family only.
+/// Academy's) is added to `warnings`. `field`: of layouts; unless given, the box of the tags. Fails on an
+/// empty map and where two tags differ by their family only.
 [[nodiscard]] Result<std::string> to_text(const MapFile& map, MapForm form,
-                                          std::vector<std::string>& warnings);
+                                          std::vector<std::string>& warnings,
+                                          const std::optional<FieldSize>& field = {});
 
 }  // namespace waymark

@@ -177,7 +177,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
   if (looks_like_wpilib_layout(text)) {
     Result<TagMap> layout = parse_wpilib_layout(text, source, tag_size_m);
     if (!layout) return tl::unexpected(layout.error());
-    ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib};
+    ReadMap read{.map = {.tags = std::move(*layout)}, .form = MapForm::Wpilib, .field = field_size_of(text)};
     if (!tag_size_m)
       read.warnings.push_back(
           fmt::format("layouts do not say how large the tags are: taken as {} m (--tag-size-m says more)",
@@ -187,7 +187,7 @@ Result<ReadMap> read_known(std::string_view text, const std::string& source,
   if (looks_like_fmap(text)) {
     Result<TagMap> field = parse_fmap(text, source);
     if (!field) return tl::unexpected(field.error());
-    return ReadMap{.map = {.tags = std::move(*field)}, .form = MapForm::Fmap};
+    return ReadMap{.map = {.tags = std::move(*field)}, .form = MapForm::Fmap, .field = field_size_of(text)};
   }
   const Result<YamlNode> tree = parse_yaml(text, source, internal::kLimits);
   if (!tree) return tl::unexpected(tree.error());

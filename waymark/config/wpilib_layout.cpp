@@ -128,7 +128,7 @@ Result<TagMap> parse_wpilib_layout(std::string_view text, const std::string& sou
   return map;
 }
 
-std::string to_wpilib_layout(const TagMap& map) {
+std::string to_wpilib_layout(const TagMap& map, const std::optional<FieldSize>& field) {
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();
   std::string text = "{\n  \"tags\": [\n";
   const char* comma = "";
@@ -145,8 +145,9 @@ std::string to_wpilib_layout(const TagMap& map) {
         yaml_number(q.x()), yaml_number(q.y()), yaml_number(q.z()));
     comma = ",\n";
   }
+  const FieldSize size = field.value_or(FieldSize{corner.x(), corner.y()});
   return text + fmt::format("\n  ],\n  \"field\": {{\"length\": {}, \"width\": {}}}\n}}\n",
-                            yaml_number(corner.x()), yaml_number(corner.y()));
+                            yaml_number(size.length_m), yaml_number(size.width_m));
 }
 
 }  // namespace waymark

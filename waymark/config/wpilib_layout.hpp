@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "waymark/base/error.hpp"
+#include "waymark/config/field_size.hpp"
 #include "waymark/samples/tag_map.hpp"
 
 /// Layouts of the fields of WPILib (docs/formats/map.md, "Maps of others"): JSON with `tags` and `field`, or
@@ -22,7 +23,8 @@ inline constexpr double kWpilibTagSize_m = 0.1651;
 [[nodiscard]] Result<TagMap> parse_wpilib_layout(std::string_view text, const std::string& source,
                                                  std::optional<double> tag_size_m = {});
 
-/// As JSON. The length and width of the field are those of the box the tags stand in.
-[[nodiscard]] std::string to_wpilib_layout(const TagMap& map);
+/// As JSON. Unless `field` is given, the length and width of the field are those of the box the tags stand
+/// in.
+[[nodiscard]] std::string to_wpilib_layout(const TagMap& map, const std::optional<FieldSize>& field = {});
 
 }  // namespace waymark

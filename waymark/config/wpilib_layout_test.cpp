@@ -58,6 +58,27 @@ TEST(WpilibLayout, WrittenReadsBackAsTheSamePlaces) {
   EXPECT_LT((a.inverse() * b).log().norm(), 1e-12);
 }
 
+TEST(WpilibLayout, TheSizeOfTheFieldIsKeptFromFormToForm) {
+  const FieldSize field{8, 4};
+  const auto read = parse_any_map(kJson, "field.json");
+  ASSERT_TRUE(read) << to_string(read.error());
+  EXPECT_EQ(read->field, field);
+  for (const MapForm form : {MapForm::Wpilib, MapForm::Fmap}) {
+    std::vector<std::string> warnings;
+    const auto text = to_text(read->map, form, warnings, read->field);
+    ASSERT_TRUE(text) << to_string(text.error());
+    EXPECT_EQ(field_size_of(*text), field) << *text;
+    for (const std::string& words : warnings) EXPECT_THAT(words, ::testing::Not(HasSubstr("field")));
+    const auto landmarks = parse_landmarks(*text, "again");
+    ASSERT_TRUE(landmarks) << to_string(landmarks.error());
+    EXPECT_EQ(landmarks->field, field);
+  }
+  EXPECT_EQ(field_size_of(to_wpilib_layout(read->map.tags)), (FieldSize{4, 1})) << "the box of the tags";
+  for (const char* none :
+       {"{}", "{\"field\":3}", R"({"field":{"length":0,"width":4}})", "id,x,y", "{\"field\":"})
+    EXPECT_FALSE(field_size_of(none)) << none;
+}
+
 TEST(WpilibLayout, IsTakenWhereMapsAreTaken) {
   const auto any = parse_any_map(kJson, "field.json");
   ASSERT_TRUE(any) << to_string(any.error());

@@ -44,7 +44,7 @@ Result<ReadMap> convert_map(const ConvertMapJob& job, const JobControl& control)
   if (Status status = remove_tags(job, read->map); !status) return tl::unexpected(status.error());
   if (read->form != MapForm::Waymark)
     read->map.provenance = {{"converted_from", std::filesystem::path(job.input).filename().string()}};
-  const Result<std::string> text = to_text(read->map, job.form, read->warnings);
+  const Result<std::string> text = to_text(read->map, job.form, read->warnings, read->field);
   if (!text) return tl::unexpected(text.error());
   std::error_code ignored;
   if (!job.force && std::filesystem::exists(job.output, ignored))

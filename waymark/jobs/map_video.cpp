@@ -167,7 +167,7 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   Result<StagedFolder> staged = StagedFolder::open(job.folder);
   if (!staged) return tl::unexpected(staged.error());
   const auto named = [&](const char* name) { report.files.push_back((job.folder / name).string()); };
-  const Result<std::string> fmap = to_fmap(report.file.tags);  // not of every family
+  const Result<std::string> fmap = to_fmap(report.file.tags, job.field);  // not of every family
   for (const char* name :
        {"map.yaml", "layout.json", "layout.fmap", "poses.yaml", "trajectory.txt", "summary.json"})
     if (fmap || name != std::string_view("layout.fmap")) named(name);
@@ -175,7 +175,7 @@ Status write_all(const MapVideoJob& job, const Stopwatch& watch, MapVideoReport&
   const auto write = [&](const char* name, const std::string& text) {
     if (status) status = write_text_file(staged->path() / name, text);
   };
-  write("layout.json", to_wpilib_layout(report.file.tags));
+  write("layout.json", to_wpilib_layout(report.file.tags, job.field));
   if (fmap) write("layout.fmap", *fmap);
   write("poses.yaml", to_tagslam_poses(report.map));
   write("trajectory.txt", to_tum(report.trajectory));

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "waymark/config/field_size.hpp"
 #include "waymark/config/map_file.hpp"
 #include "waymark/jobs/convert_video.hpp"
 #include "waymark/mapping/scene/scene_map.hpp"
@@ -40,6 +41,7 @@ struct MapVideoJob {
   std::optional<SE3> map_T_anchor{};  ///< of one anchor; unless given: as `prior` has it, else upright at the
                                       ///< origin
   TagMap prior{};                     ///< with which the map is compared; empty: none
+  std::optional<FieldSize> field{};   ///< that the layouts state; unless given: the box of the tags
   /// How well `prior` is known, beside its own covariances; unless given: exactly.
   std::optional<double> prior_sigma_m{}, prior_sigma_rad{};
   std::vector<MeasuredDistance> distances{};

@@ -104,6 +104,7 @@ Status read_prior(const MapVideoDescription& description, double tag_size_m, Map
   Result<LandmarksFile> prior = read_landmarks(description.prior, tag_size_m);
   if (!prior) return tl::unexpected(prior.error());
   job.prior = std::move(prior->tags);
+  job.field = prior->field;
   return {};
 }
 

@@ -2,6 +2,7 @@
 #include "waymark/jobs/map_video_description.hpp"
 
 #include <filesystem>
+#include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -81,6 +82,16 @@ TEST_F(VideoDescription, ATagLiesOnTheFloorOrHangsOnAWall) {
               ::testing::AllOf(HasSubstr("--upright"), HasSubstr("tag36h11:4"), HasSubstr("--floor")));
   said_.upright = {"7"};
   EXPECT_EQ(refused(), "");
+}
+
+TEST_F(VideoDescription, TheFieldIsAsLargeAsThePriorSays) {
+  const std::string layout = (folder_ / "field.json").string();
+  std::ofstream(layout) << R"({"tags":[{"ID":7,"pose":{"translation":{"x":4,"y":1,"z":1},
+    "rotation":{"quaternion":{"W":0,"X":0,"Y":0,"Z":1}}}}],"field":{"length":16.5,"width":8.2}})";
+  said_.prior = layout;
+  const auto job = described_map_video(said_, 0.16);
+  ASSERT_TRUE(job) << to_string(job.error());
+  EXPECT_EQ(job->field, (FieldSize{16.5, 8.2}));
 }
 
 TEST_F(VideoDescription, ACalibrationTellsItsShutterAndItsDoubt) {

@@ -120,6 +120,7 @@ TEST_F(Walk, TagsStandWhereTheyAreWithinWhatIsClaimed) {
 TEST_F(Walk, TheFilesAreReadBack) {
   film(6);
   if (IsSkipped() || HasFatalFailure()) return;
+  job_.field = FieldSize{16.5, 8.2};
   const auto report = map_video(job_, finder_, {});
   ASSERT_TRUE(report) << to_string(report.error());
   EXPECT_THAT(report->warnings, ::testing::Contains(HasSubstr("is taken to hang upright")));
@@ -129,6 +130,8 @@ TEST_F(Walk, TheFilesAreReadBack) {
   ASSERT_TRUE(fmap) << to_string(fmap.error());
   ASSERT_TRUE(map) << to_string(map.error());
   ASSERT_TRUE(layout) << to_string(layout.error());
+  EXPECT_EQ(layout->field, job_.field);
+  EXPECT_EQ(fmap->field, job_.field);
   EXPECT_EQ(map->map.anchor, report->file.anchor);
   for (const auto& [id, tag] : map->map.tags.tags) {
     const MappedTag* same = layout->map.tags.find(id);
