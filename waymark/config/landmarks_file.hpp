@@ -15,7 +15,7 @@ namespace waymark {
 struct LandmarksFile {
   Landmarks landmarks{};
   TagMap tags{};
-  std::string format{};  ///< "waymark", "academy", "wpilib", "fmap", "points"
+  std::string format{};              ///< "waymark", "academy", "wpilib", "fmap", "points"
   std::optional<FieldSize> field{};  ///< where the file states it
 };
 
