@@ -39,7 +39,7 @@ def notebook_of(lab, solution=None):
 
 def main():
     arguments = [word for word in sys.argv[1:] if word != "--solved"]
-    if len(arguments) != 1:
+    if len(arguments) != 1 or not arguments[0]:
         print(__doc__, file=sys.stderr)
         return 2
     missing = [name for name in ("nbformat", "numpy") if importlib.util.find_spec(name) is None]

@@ -3,11 +3,16 @@
 
 usage: academy_test.py     (PYTHONPATH names the package). Exit code 77 without cv2.
 """
+import contextlib
 import importlib.util
+import json
 import os
 import pathlib
+import signal
+import subprocess
 import sys
 import tempfile
+import time
 import unittest
 
 from waymark import academy
@@ -20,11 +25,17 @@ FULL = "WAYMARK_FULL" in os.environ
 REFERENCE = (pathlib.Path(academy.__file__).parent / "nearest_tag.py").read_text()
 
 
-def scored(text, seconds=60.0 if FULL else 4.0):
+def scored(text, seconds=60.0 if FULL else 4.0, **keywords):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "solution.py"
         path.write_text(text)
-        return academy.run_file(str(path), seconds=seconds, camera_rate_hz=5)
+        return academy.run_file(str(path), seconds=seconds, camera_rate_hz=5, **keywords)
+
+
+def command(*arguments):
+    """(exit code, stdout, stderr) of python3 -m waymark.academy."""
+    ran = subprocess.run([sys.executable, "-m", "waymark.academy", *arguments], capture_output=True, text=True, timeout=60)
+    return ran.returncode, ran.stdout, ran.stderr
 
 
 class Exercise(unittest.TestCase):
@@ -57,19 +68,98 @@ class Exercise(unittest.TestCase):
             self.assertIn(word, result["error"])
             self.assertEqual(result["points"], 0)
 
-    def test_a_loop_that_asks_no_sensor_is_ended_and_the_robot_stopped(self):
-        for body in ("    pass\n", "    try:\n        1 + 1\n    except:\n        pass\n"):
-            with tempfile.TemporaryDirectory() as folder:
-                path = pathlib.Path(folder) / "solution.py"
-                path.write_text("import HAL\nHAL.setV(0.2)\nHAL.getImage()\nwhile True:\n" + body)
-                result = academy.run_file(str(path), seconds=4, stall_s=0.5)
-            self.assertIn("asked no sensor for 0.5 s", result["error"])
-            self.assertRegex(result["error"], r"\(line [4-8]\)")
+    def test_whatever_asks_no_sensor_is_ended(self):
+        asked = "import HAL, threading\nHAL.setV(0.2)\nHAL.getImage()\n"
+        for body in ("while True:\n    pass\n",
+                     "while True:\n    try:\n        1 + 1\n    except:\n        pass\n",
+                     "sum(range(10**12))\n",  # a call of C that holds the interpreter
+                     "threading.Event().wait()\n"):
+            result = scored(asked + body, stall_s=1.0)
+            self.assertIn("asked no sensor for 1 s", result["error"], body)
+            self.assertRegex(result["error"], r"\(line [4-8]\)", body)
             self.assertIn("the robot was stopped", result["error"])
+            self.assertGreater(result["pictures"], 0)
 
     def test_a_solution_that_catches_everything_ends_with_its_time(self):
-        result = scored("import HAL\nwhile True:\n    try:\n        HAL.getImage()\n    except:\n        pass\n", 0.5)
+        for caught in ("    try:\n        HAL.getImage()\n    except:\n        pass\n", "    try:\n        HAL.getImage()\n    finally:\n        continue\n"):
+            result = scored("import HAL\nwhile True:\n" + caught, 0.5, stall_s=5)
+            self.assertIsNone(result["error"])
+            self.assertEqual(result["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
+
+    def test_threads_run_as_in_python(self):
+        thread = "import threading, HAL, WebGUI\ndef work():\n    while True:\n        HAL.getImage()\n        WebGUI.showEstimatedPose((0, 0, 0))\n"
+        with tempfile.TemporaryFile(mode="w+") as heard, contextlib.ExitStack() as put_back:
+            kept = os.dup(2)
+            put_back.callback(os.dup2, kept, 2)
+            os.dup2(heard.fileno(), 2)
+            result = scored(thread + "threading.Thread(target=work).start()\n", 1)
+            heard.seek(0)
+            self.assertEqual(heard.read(), "")  # no traceback of the end
         self.assertIsNone(result["error"])
+        self.assertGreater(result["estimates"], 2)
+        left = scored(thread + "threading.Thread(target=work, daemon=True).start()\n", 30)
+        self.assertIn("the file ended after", left["notes"][0])
+
+    def test_a_process_that_ends_keeps_its_score(self):
+        shown = "import HAL, WebGUI, os, signal\nHAL.getImage()\nWebGUI.showEstimatedPose((0, 0, 0))\nHAL.getImage()\n"
+        for end, word in (("os._exit(3)", "exit code 3"), ("os.kill(os.getpid(), signal.SIGSEGV)", "SIGSEGV")):
+            result = scored(shown + end, 2)
+            self.assertIn(word, result["error"])
+            self.assertEqual(result["estimates"], 1)
+
+    def test_a_solution_finds_what_stands_beside_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "beside_it.py").write_text("ANSWER = 42\n")
+            path = pathlib.Path(folder) / "solution.py"
+            path.write_text("import sys, beside_it\nassert beside_it.ANSWER == 42 and sys.argv == [__file__] and __name__ == '__main__'\n")
+            self.assertIsNone(academy.run_file(str(path), seconds=1)["error"])
+
+    def test_ctrl_c_scores_what_was_driven(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "solution.py"
+            for caught in ("", "    except BaseException:\n        pass\n"):
+                path.write_text("import HAL\nprint('runs', flush=True)\nwhile True:\n    try:\n        HAL.getImage()\n" + (caught or "    finally:\n        1\n"))
+                process = subprocess.Popen([sys.executable, "-m", "waymark.academy", str(path), "--seconds", "3600", "--json"],
+                                           stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                self.assertEqual(process.stdout.readline(), "runs\n")
+                time.sleep(0.3)
+                process.send_signal(signal.SIGINT)
+                said, _ = process.communicate(timeout=30)
+                result = json.loads(said)
+                self.assertEqual(result["error"], "stopped by Ctrl-C")
+                self.assertGreater(result["pictures"], 0)
+
+    def test_arguments_out_of_range_are_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "solution.py"
+            path.write_text("import HAL\nHAL.getImage()\n")
+            for flags, word in ((("--seed", "-1"), "seed is -1"), (("--seed", str(2**64)), "seed is"), (("--seconds", "nan"), "seconds is nan"),
+                                (("--stall-s", "0"), "stall_s is 0")):
+                code, _, said = command(str(path), *flags)
+                self.assertEqual((code, "Traceback" in said), (2, False), said)
+                self.assertIn(word, said)
+            for file, word in (("/dev/zero", "no file"), (folder, "no file"), (folder + "/none.py", "none.py does not exist")):
+                code, _, said = command(file)
+                self.assertEqual((code, "Traceback" in said), (2, False), said)
+                self.assertIn(word, said)
+            path.write_text("while True print")
+            self.assertEqual(command(str(path))[0], 1)
+
+    def test_json_holds_no_infinity(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "solution.py"
+            path.write_text("import HAL, WebGUI\nHAL.setV(1e300)\nwhile True:\n    HAL.getImage()\n    WebGUI.showEstimatedPose((1e308, -1e308, 1e300))\n")
+            code, said, _ = command(str(path), "--seconds", "1", "--json")
+        result = json.loads(said, parse_constant=self.fail)
+        self.assertEqual((code, result["points"], result["error"]), (0, 0, None))
+        self.assertLess(result["driven_m"], 2)
+
+    def test_what_is_no_pose_and_no_picture_is_named(self):
+        for call, shown in (("showEstimatedPose('abc')", "'abc' (a str)"), ("showEstimatedPose(None)", "None"), ("showEstimatedPose((10**400, 0, 0))", "tuple"),
+                            ("showImage(None)", "None"), ("showImage('x.png')", "'x.png' (a str)")):
+            error = scored(f"import WebGUI\nWebGUI.{call}\n", 1)["error"]
+            self.assertIn(f"WebGUI.{call.partition('(')[0]} was given", error)
+            self.assertIn(shown, error)
 
     def test_estimates_that_are_not_finite_count_as_not_shown(self):
         result = scored("import HAL, WebGUI\nwhile True:\n    HAL.getImage()\n    WebGUI.showEstimatedPose((float('nan'), 0, 0))\n", 1)
@@ -84,10 +174,8 @@ class Exercise(unittest.TestCase):
         self.assertEqual(scored("import HAL\nwhile True:\n    HAL.getImage()\n", 0.5)["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
 
     def test_pictures_after_an_early_end_count(self):
-        score = academy.Score()
-        score.picture(0, (0, 0, 0))
-        score.estimate(0, (0, 0, 0), (0, 0, 0))
-        self.assertEqual(score.result(3)["points"], 25)
+        right = academy.Picture(0, (0, 0, 0), (0, 0, 0), (0, 0, 0))
+        self.assertEqual(academy.score([right], 3)["points"], 25)
 
     def test_commands_that_are_no_numbers_are_named(self):
         for call in ("HAL.setV('fast')", "HAL.setW(None)", "HAL.setV([1])"):

@@ -127,6 +127,28 @@ class Labs(unittest.TestCase):
         self.assertIn("WRONG 0/1  first: it ended the program", printed.getvalue())
         self.assertEqual(lab.points, 1)
 
+    def test_an_answer_that_raises_anything_is_a_wrong_answer(self):
+        lab = labs.Lab("x")
+
+        def raises():
+            raise GeneratorExit
+
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            lab.check("first", 1, raises)
+        self.assertIn("it raised GeneratorExit", printed.getvalue())
+
+    def test_a_lab_that_is_not_there_is_named(self):
+        for number in ("1", 0, 13, None, True, 1.5):
+            with self.assertRaisesRegex(ValueError, "the labs are 1 to 12"):
+                labs.check(number, {})
+        self.assertEqual(len(list((SOURCE / "labs").glob("[0-9]*.py"))), labs.LABS)
+        with self.assertRaisesRegex(TypeError, "the names of the notebook"):
+            labs.check(1, None)
+
+    def test_a_folder_without_a_name_is_refused(self):
+        done = subprocess.run([SOURCE / "tools" / "make_notebooks.py", ""], capture_output=True, text=True)
+        self.assertEqual((done.returncode, done.stderr.startswith("Turns labs")), (2, True))
+
     def test_lab_7_calibrates_on_a_recording_of_ones_own(self):
         lab = next((lab for lab in LABS if lab.name.startswith("07")), None)
         if lab is None:

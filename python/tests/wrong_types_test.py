@@ -3,6 +3,7 @@
 
 usage: wrong_types_test.py     (PYTHONPATH names the package)
 """
+import ast
 import gc
 import inspect
 import os
@@ -40,6 +41,20 @@ class Docstrings(unittest.TestCase):
                     called = getattr(attribute, "__func__", attribute)
                     if not member.startswith("_") and (callable(called) or isinstance(called, property)) and not is_explained(called.__doc__):
                         silent.append(f"{room.__name__}.{name}.{member}")
+        self.assertEqual(silent, [])
+
+    def test_academy_and_labs_are_explained(self):
+        folder = pathlib.Path(waymark.__file__).parent
+        files = [*(folder / "academy").glob("*.py"), folder / "labs/__init__.py", folder / "labs/loops.py"]  # labNN: each check has its sentence in CHECKS
+        self.assertGreater(len(files), 8)
+        silent = []
+        for file in files:
+            for parent in ast.walk(ast.parse(file.read_text())):
+                if isinstance(parent, ast.Module) and not ast.get_docstring(parent):
+                    silent.append(file.name)
+                for node in parent.body if isinstance(parent, (ast.Module, ast.ClassDef)) else ():
+                    if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and not node.name.startswith("_") and not ast.get_docstring(node):
+                        silent.append(f"{file.name}: {node.name}")
         self.assertEqual(silent, [])
 
 

@@ -9,4 +9,4 @@ same sensor again, so the score does not depend on how fast the computer is: the
 """
 
 from .run import run_file  # noqa: F401
-from .score import Score  # noqa: F401
+from .score import Picture, score  # noqa: F401

@@ -1,3 +1,5 @@
+"""The command python3 -m waymark.academy."""
+
 import sys
 
 from .run import main

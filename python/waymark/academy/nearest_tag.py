@@ -33,6 +33,7 @@ def world_T_tag(tag_id):
 
 
 def cam_T_tag(corners, K):
+    """The pose of a tag in the camera by its corners [px], 4x4; None where there is none."""
     h = TAG_SIZE_M / 2
     points = np.array([[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]])  # bottom left, bottom right, top right, top left
     found, rotation, translation = cv2.solvePnP(points, np.asarray(corners, dtype=float), K, None)
@@ -44,6 +45,7 @@ def cam_T_tag(corners, K):
 
 
 def planar(x, y, yaw):
+    """A pose in the plane, 3x3."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s, x], [s, c, y], [0, 0, 1]])
 
@@ -66,6 +68,7 @@ def fix(image):
 
 
 def front_m():
+    """The distance that is free ahead [m]."""
     laser = HAL.getLaserData()
     if not laser.values:
         return 0.0

@@ -2,7 +2,10 @@
 
 import dataclasses
 import math
+import threading
 import types
+
+from .score import Picture
 
 TAG_FILE = "/resources/exercises/marker_visual_loc/apriltags_poses.yaml"
 
@@ -36,24 +39,21 @@ class LaserData:
     timeStamp: float = 0.0
 
 
-class Stalled(BaseException):
-    """The solution asked no sensor for too long in real time. No Exception, as Finished."""
-
-
 class Robot:
-    """Answers the calls of HAL from the newest samples; a call that was answered since the last picture lets the time pass."""
+    """Answers the calls of HAL from the newest samples; a call that was answered since the last picture lets the time pass. What is shown
+    goes to the journal; `passed(finished)` is called whenever time has passed. Its calls may come from any thread."""
 
-    def __init__(self, score, seconds=60.0, seed=1, camera_rate_hz=10.0):
+    def __init__(self, journal, passed, seconds, seed, camera_rate_hz):
         from .. import config, simulation
 
-        self.score = score
+        self._journal, self._passed = journal, passed
         self.world = config.read_world("academy-house")
         description = config.read_robot("turtlebot3-waffle")
         self._camera = description.camera
         self._simulator = simulation.Simulator(self.world, description, seed=seed, pictures=True, camera_rate_hz=camera_rate_hz)
         self._seconds, self._rate_hz = seconds, camera_rate_hz
-        self.passes = 0  # how often time has passed: who waits for a solution sees by it that it goes on
         self.finished = False
+        self._lock = threading.RLock()
         self._asked = set()
         self._command = (0.0, 0.0)
         self._image = self._odometry = None
@@ -62,6 +62,7 @@ class Robot:
 
     @property
     def now_s(self):
+        """Simulated time since the start [s]."""
         return self._simulator.now_ns * 1e-9
 
     def _pass(self):
@@ -71,8 +72,8 @@ class Robot:
         self._asked.clear()
         picture = None
         while picture is None:
-            if self.now_s >= self._seconds:
-                self.finished = True
+            if self._image is not None and self.now_s >= self._seconds:
+                self._finish()
                 raise Finished
             self._simulator.command(*self._command)
             sample = self._simulator.next()
@@ -86,19 +87,20 @@ class Robot:
                 self._laser = LaserData([float(r) for r in sample.ranges_m], sample.angle_min_rad, last, sample.range_min_m,
                                         sample.range_max_m, sample.stamp_ns * 1e-9)
         self._image = picture.image
-        truth = self._simulator.true_map_T_base
-        self.score.picture(self.now_s, (truth.x, truth.y, truth.yaw))
-        self.passes += 1
+        self._journal.picture(Picture(self.now_s, self._truth(), left=max(0, int((self._seconds - self.now_s) * self._rate_hz))))
+        self._passed(False)
 
-    def stop(self):
+    def _finish(self):
         """The robot stands from now on."""
-        self._command = (0.0, 0.0)
-        self._simulator.command(0.0, 0.0)
+        if not self.finished:
+            self._simulator.command(0.0, 0.0)
+            self._journal.change(finished=True, left=0)
+            self._passed(True)
+        self.finished = True
 
-    @property
-    def pictures_left(self):
-        """How many pictures the time that is left would bring."""
-        return max(0, int((self._seconds - self.now_s) * self._rate_hz))
+    def _truth(self):
+        at = self._simulator.true_map_T_base
+        return at.x, at.y, at.yaw
 
     def _ask(self, what):
         if what in self._asked:
@@ -109,36 +111,53 @@ class Robot:
         """The newest picture, (height, width, 3) uint8, blue, green, red; the simulated camera is grey."""
         import numpy
 
-        self._ask("image")
-        return numpy.repeat(self._image[:, :, None], 3, axis=2)
+        with self._lock:
+            self._ask("image")
+            return numpy.repeat(self._image[:, :, None], 3, axis=2)
 
     def getOdom(self):
-        self._ask("odometry")
-        return dataclasses.replace(self._odometry)
+        """The newest odometry, a Pose3d."""
+        with self._lock:
+            self._ask("odometry")
+            return dataclasses.replace(self._odometry)
 
     def getLaserData(self):
-        self._ask("laser")
-        return dataclasses.replace(self._laser)
+        """The newest scan, a LaserData."""
+        with self._lock:
+            self._ask("laser")
+            return dataclasses.replace(self._laser, values=list(self._laser.values))
 
     def setV(self, speed_m_s):
+        """Drives forward with this speed [m/s] from now on, as far as the robot can."""
         self._command = (_number(speed_m_s, "HAL.setV"), self._command[1])
 
     def setW(self, yaw_rate_rad_s):
+        """Turns left with this rate [rad/s] from now on, as far as the robot can."""
         self._command = (self._command[0], _number(yaw_rate_rad_s, "HAL.setW"))
 
     def showEstimatedPose(self, pose):
         """(x, y, yaw) in metres and radians in the map."""
-        values = [pose.x, pose.y, pose.yaw] if hasattr(pose, "yaw") else list(pose)
-        if len(values) != 3:
-            raise ValueError(f"WebGUI.showEstimatedPose takes (x, y, yaw): {len(values)} numbers were given")
-        truth = self._simulator.true_map_T_base
-        self.score.estimate(self.now_s, tuple(float(v) for v in values), (truth.x, truth.y, truth.yaw))
+        values = _pose(pose)
+        with self._lock:
+            if all(map(math.isfinite, values)):
+                self._journal.change(estimate=values, truth_of_estimate=self._truth())
+            else:
+                self._journal.not_finite()
+
+    def showImage(self, image):
+        """A picture for the page of the exercise; here nobody looks at it."""
+        if len(getattr(image, "shape", ())) not in (2, 3):
+            raise TypeError(f"WebGUI.showImage was given {_shown(image)}: a picture is needed, as HAL.getImage() gives it")
 
     def sleep(self, seconds):
         """Simulated time passes by at least so long."""
-        end = self.now_s + _number(seconds, "time.sleep")
-        while self.now_s < end:
-            self._pass()
+        length_s = _number(seconds, "time.sleep")
+        if length_s < 0:
+            raise ValueError("sleep length must be non-negative")
+        with self._lock:
+            end = self.now_s + length_s
+            while self.now_s < end:
+                self._pass()
 
     def tags_yaml(self):
         """The file of the exercise: x, y, z [m] and the direction [rad] from each tag to its reader, counted from map x."""
@@ -157,16 +176,31 @@ class Robot:
         for name in ("getImage", "getOdom", "getLaserData", "setV", "setW"):
             setattr(hal, name, getattr(self, name))
         gui.showEstimatedPose = self.showEstimatedPose
-        gui.showImage = self.score.show_image
+        gui.showImage = self.showImage
         return {"HAL": hal, "WebGUI": gui, "GUI": gui}
+
+
+def _shown(value):
+    text = repr(value)
+    return f"{text if len(text) <= 40 else text[:37] + '...'} (a {type(value).__name__})"
 
 
 def _number(value, call):
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        shown = repr(value)
-        raise TypeError(f"{call} was given {shown if len(shown) <= 40 else shown[:37] + '...'} (a {type(value).__name__}): a number is needed") from None
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"{call} was given {_shown(value)}: a number is needed") from None
     if not math.isfinite(number):
         raise ValueError(f"{call} was given {number}: a finite number is needed")
     return number
+
+
+def _pose(pose):
+    """(x, y, yaw) of a tuple, list or array of three numbers, or of what has these attributes."""
+    try:
+        values = tuple(map(float, (pose.x, pose.y, pose.yaw) if hasattr(pose, "yaw") else () if isinstance(pose, str) else pose))
+    except (TypeError, ValueError, OverflowError, AttributeError):
+        values = ()
+    if len(values) != 3:
+        raise ValueError(f"WebGUI.showEstimatedPose was given {_shown(pose)}: (x, y, yaw) is needed, in metres and radians")
+    return values

@@ -1,84 +1,141 @@
-"""Runs a solution of the exercise and scores it."""
+"""Runs a solution of the exercise in a process of its own and scores what it showed."""
 
 import json
 import math
+import os
+import pathlib
+import re
+import signal
+import subprocess
 import sys
-import traceback
+import tempfile
 
-from .robot import TAG_FILE, Finished, Robot, Stalled
-from .score import Score
-from .stand_ins import installed
-from .time_limit import limited
+from .journal import INTERRUPTED, read
+from .score import score
 
-INTERRUPTED = "stopped by Ctrl-C"
+LARGEST_BYTES = 10_000_000
 
 
-def _notes(robot, score, ended_early):
+def _checked(path, seconds, seed, camera_rate_hz, stall_s):
+    """The path of a file that Python can compile, as text; else raises OSError, SyntaxError or ValueError."""
+    for name, value, largest in (("seconds", seconds, 3600), ("camera_rate_hz", camera_rate_hz, 1000), ("stall_s", stall_s, 86400)):
+        if not (isinstance(value, (int, float)) and 0 < value <= largest):
+            raise ValueError(f"{name} is {value}: a number above 0 and at most {largest} is needed")
+    if not (isinstance(seed, int) and 0 <= seed < 2**64):
+        raise ValueError(f"seed is {seed}: a whole number from 0 to 2**64 - 1 is needed")
+    file = pathlib.Path(path)
+    if not file.exists():
+        raise FileNotFoundError(f"{file} does not exist")
+    if not file.is_file():
+        raise ValueError(f"{file} is no file: the Python file of a solution is needed")
+    if file.stat().st_size > LARGEST_BYTES:
+        raise ValueError(f"{file} has {file.stat().st_size} bytes: the Python file of a solution is needed")
+    compile(file.read_bytes(), str(file), "exec")
+    return str(file)
+
+
+def _wait(process):
+    """Until the process ends; True where Ctrl-C ended it."""
+    try:
+        process.wait()
+        return False
+    except KeyboardInterrupt:  # a terminal sends it to the solution as well, a notebook does not
+        for stop in (lambda: None, lambda: process.send_signal(signal.SIGINT), process.kill):
+            stop()
+            try:
+                process.wait(1.0)
+                return True
+            except subprocess.TimeoutExpired:
+                pass
+        process.wait()
+        return True
+    finally:
+        process.kill()
+
+
+def _line_in(stack, path):
+    """Of the text that faulthandler writes: where in the solution it was."""
+    name = path.encode("ascii", "backslashreplace").decode()
+    lines = [line for file, line in re.findall(r'File "(.*)", line (\d+)', stack) if file == name]
+    return f"line {lines[0]}" if lines else "a library that it calls"
+
+
+def _ended(process, stack, path, stall_s):
+    """Why a process ended before its solution did."""
+    if stack:
+        return (f"the solution asked no sensor for {stall_s:g} s of real time ({_line_in(stack, path)}): the robot was stopped. "
+                "Ask HAL.getImage(), HAL.getOdom() or HAL.getLaserData() in each turn of a loop")
+    if process.returncode < 0:
+        return f"the process of the solution was ended by {signal.Signals(-process.returncode).name}"
+    return f"the solution ended its process with exit code {process.returncode}"
+
+
+def _notes(pictures, early):
     """What a student should know about the score."""
-    if ended_early:
-        yield f"the file ended after {robot.now_s:.1f} s of simulated time, and what is left counts as without an estimate: does it have a loop (while True)?"
-    if score.not_finite:
-        yield f"{score.not_finite} estimates held NaN or infinity, and count as not shown"
-    if not score.trace and not score.not_finite:
+    if early:
+        s = pictures[-1].s if pictures else 0.0
+        yield f"the file ended after {s:.1f} s of simulated time, and what is left counts as without an estimate: does it have a loop (while True)?"
+    not_finite = sum(p.not_finite for p in pictures)
+    if not_finite:
+        yield f"{not_finite} estimates held NaN or infinity, and count as not shown"
+    elif not any(p.estimate for p in pictures):
         yield "no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"
 
 
 def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
-    """Runs the file of a solution for so many simulated seconds and returns its score as a dictionary; `error` is the traceback of an
-    exception that ended it, else None; `notes` are sentences about the score. A solution that asks no sensor for `stall_s` of real time
-    is ended, where it runs in the main thread."""
-    with open(path, encoding="utf-8") as file:
-        code = compile(file.read(), path, "exec")
-    score = Score()
-    robot = Robot(score, seconds=seconds, seed=seed, camera_rate_hz=camera_rate_hz)
-    error, ended_early = None, False
-    with installed(robot, TAG_FILE):
-        try:
-            with limited(robot, path, stall_s):
-                exec(code, {"__name__": "__main__", "__file__": path})  # noqa: S102
-            ended_early = not robot.finished
-        except Finished:
-            pass
-        except Stalled as stalled:
-            error = None if robot.finished else str(stalled)
-        except SystemExit:
-            ended_early = not robot.finished
-        except KeyboardInterrupt:  # what was driven until then is scored
-            error = INTERRUPTED
-        except Exception:  # whatever a solution does wrong is part of its result
-            error = traceback.format_exc()
-    robot.stop()
-    left = 0 if error == INTERRUPTED else robot.pictures_left
-    return {**score.result(left), "notes": list(_notes(robot, score, ended_early)), "error": error}
+    """Runs the file of a solution for so many simulated seconds, in a process of its own, and returns its score as a dictionary: the numbers
+    of score(); `error` is the traceback of an exception that ended it, a sentence where something else did, else None; `notes` are
+    sentences about the score. A solution that asks no sensor for `stall_s` of real time is ended, whatever it does.
+
+    Raises OSError where the file cannot be read, SyntaxError where it is not Python, ValueError where a number is out of range."""
+    path = _checked(path, seconds, seed, camera_rate_hz, stall_s)
+    with tempfile.TemporaryFile() as journal, tempfile.TemporaryFile() as stall:
+        task = {"path": path, "seconds": seconds, "seed": seed, "camera_rate_hz": camera_rate_hz, "stall_s": stall_s,
+                "journal": journal.fileno(), "stall": stall.fileno()}
+        process = subprocess.Popen([sys.executable, "-u", "-m", "waymark.academy.process", json.dumps(task)],
+                                   pass_fds=(journal.fileno(), stall.fileno()), env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+        interrupted = _wait(process)
+        pictures, end = read(journal)
+        stall.seek(0)
+        stack = stall.read().decode(errors="replace")
+    finished = bool(pictures) and pictures[-1].finished
+    if interrupted:
+        error = INTERRUPTED
+    elif end is not None:
+        error = end["error"]
+    else:
+        error = None if finished else _ended(process, stack, path, stall_s)
+    left = pictures[-1].left if pictures and error != INTERRUPTED else 0
+    return {**score(pictures, left), "notes": list(_notes(pictures, end is not None and end["early"])), "error": error}
 
 
 def main(arguments=None):
+    """The command python3 -m waymark.academy; returns its exit code."""
     import argparse
 
-    parser = argparse.ArgumentParser(prog="python3 -m waymark.academy", description="Run and score a solution of the exercise Marker Based Visual Loc.")
+    parser = argparse.ArgumentParser(prog="python3 -m waymark.academy", description="Run and score a solution of the exercise Marker Based Visual Loc.",
+                                     epilog="Exit code: 0 scored, 1 the solution raised an exception or was ended, 2 wrong arguments.")
     parser.add_argument("solution", help="Python file of the solution")
     parser.add_argument("--seconds", type=float, default=60, help="simulated time (default 60)")
     parser.add_argument("--seed", type=int, default=1, help="seed of the simulation (default 1)")
     parser.add_argument("--stall-s", type=float, default=30, help="real time without a question to a sensor that ends the solution [s] (default 30)")
     parser.add_argument("--json", action="store_true", help="one JSON object instead of words")
     chosen = parser.parse_args(arguments)
-    if not (math.isfinite(chosen.seconds) and 0 < chosen.seconds <= 3600):
-        parser.error("--seconds is a time above 0 and at most 3600")
-    if not (math.isfinite(chosen.stall_s) and chosen.stall_s > 0):
-        parser.error("--stall-s is a time above 0")
     try:
         result = run_file(chosen.solution, chosen.seconds, chosen.seed, stall_s=chosen.stall_s)
-    except (OSError, SyntaxError, UnicodeDecodeError) as failure:
+    except SyntaxError as failure:
         print(f"{chosen.solution}: {failure}", file=sys.stderr)
         return 1
+    except (OSError, ValueError) as failure:
+        parser.error(str(failure))
     if chosen.json:
-        print(json.dumps({key: None if isinstance(value, float) and math.isnan(value) else value for key, value in result.items()}))
-    else:
-        for name, value in result.items():
-            if name not in ("error", "notes"):
-                print(f"{name:<22}{value}")
-        for note in result["notes"]:
-            print(f"note: {note}", file=sys.stderr)
-        if result["error"]:
-            print(result["error"], file=sys.stderr)
+        print(json.dumps({key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in result.items()}))
+        return 1 if result["error"] else 0
+    for name, value in result.items():
+        if name not in ("error", "notes"):
+            print(f"{name:<22}{value}")
+    for note in result["notes"]:
+        print(f"note: {note}", file=sys.stderr)
+    if result["error"]:
+        print(result["error"], file=sys.stderr)
     return 1 if result["error"] else 0

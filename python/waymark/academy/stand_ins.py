@@ -35,6 +35,7 @@ class Detector:
         self._detector = tags.Detector(families=str(families).split(), quad_decimate=float(quad_decimate), refine=False)
 
     def detect(self, img, estimate_tag_pose=False, camera_params=None, tag_size=None):
+        """The detections of a grey picture, (height, width) uint8."""
         if estimate_tag_pose:
             raise NotImplementedError("this stand-in for pyapriltags estimates no poses: use cv2.solvePnP on the corners")
         return [_Detection(found) for found in self._detector.detect(img)]

@@ -19,6 +19,9 @@ MAKE = {
 }
 
 
+LABS = 12
+
+
 class Wrong(Exception):
     """What is wrong with an answer, in words for the student."""
 
@@ -183,17 +186,21 @@ class Lab:
             wrong = str(words)
         except SystemExit:
             wrong = "it ended the program (sys.exit, exit or quit): `return` what it found"
-        except Exception as error:  # noqa: BLE001  whatever a student's function raises is told
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # noqa: B036  whatever a student's function raises is told
             wrong = f"it raised {type(error).__name__}: {error}{_place(error)}"
         self.results.append((what, points, wrong))
         print(f"{'ok   ' if wrong is None else 'WRONG'} {points if wrong is None else 0}/{points}  {what}" + ("" if wrong is None else f": {wrong}"))
 
     @property
     def points(self):
+        """The points so far."""
         return sum(points for _, points, wrong in self.results if wrong is None)
 
     @property
     def possible(self):
+        """The points of all checks so far."""
         return sum(points for _, points, _ in self.results)
 
     def finish(self):
@@ -202,7 +209,13 @@ class Lab:
 
 
 def check(number, names):
-    """Checks what a notebook holds (`globals()`) against the tasks of a lab, prints the points of each and what is wrong, and returns the Lab."""
+    """Checks what a notebook holds (`globals()`) against the tasks of a lab, prints the points of each and what is wrong, and returns the Lab.
+
+    Raises ValueError where there is no lab of that number, TypeError where `names` is no dictionary."""
+    if isinstance(number, bool) or number not in range(1, LABS + 1):
+        raise ValueError(f"labs.check({number!r}, globals()): the labs are 1 to {LABS}")
+    if not isinstance(names, dict):
+        raise TypeError(f"labs.check({number}, globals()) is given the names of the notebook: {_a(names)} is no dictionary")
     module, lab = importlib.import_module(f"{__name__}.lab{number:02}"), Lab(f"Lab {number}")
     lab.answers = mine = Answers(names)
     for what, points, test in module.CHECKS:

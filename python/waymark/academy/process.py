@@ -1,0 +1,79 @@
+"""The process that a solution runs in: python3 -m waymark.academy.process. It ends itself once the solution asks no sensor for too long,
+whatever the solution is doing: also in a call of C, in a thread, or where it catches every exception."""
+
+import faulthandler
+import json
+import os
+import pathlib
+import runpy
+import sys
+import threading
+import traceback
+
+from .journal import INTERRUPTED, Journal
+from .robot import TAG_FILE, Finished, Robot
+from .stand_ins import installed
+
+AFTER_S = 1.0  # for a solution whose time is over
+
+
+def _own_traceback(failure, path):
+    """From the first line of the solution on."""
+    begin = failure.__traceback__
+    while begin is not None and begin.tb_frame.f_code.co_filename != path:
+        begin = begin.tb_next
+    return "".join(traceback.format_exception(type(failure), failure, begin or failure.__traceback__))
+
+
+def _hide_end_of_threads():
+    shown = threading.excepthook
+    threading.excepthook = lambda raised: None if raised.exc_type is Finished else shown(raised)
+
+
+def _run(path):
+    """Runs the file as `python3 file` does, which waits for threads."""
+    sys.argv = [path]
+    sys.path.insert(0, str(pathlib.Path(path).resolve().parent))
+    try:
+        runpy.run_path(path, run_name="__main__")
+    except SystemExit as left:
+        if isinstance(left.code, str):
+            print(left.code, file=sys.stderr)
+    for thread in threading.enumerate():
+        if thread is not threading.main_thread() and not thread.daemon:
+            thread.join()
+
+
+def main(arguments):
+    """Runs the task of run_file(), given as JSON, and ends the process."""
+    task = json.loads(arguments[0])
+    for fd in (task["journal"], task["stall"]):
+        os.set_inheritable(fd, False)
+    journal = Journal(task["journal"])
+
+    def passed(finished):
+        faulthandler.dump_traceback_later(min(task["stall_s"], AFTER_S) if finished else task["stall_s"], exit=True, file=task["stall"])
+
+    robot = Robot(journal, passed, task["seconds"], task["seed"], task["camera_rate_hz"])
+    error = None
+    _hide_end_of_threads()
+    with installed(robot, TAG_FILE):
+        try:
+            _run(task["path"])
+        except Finished:
+            pass
+        except KeyboardInterrupt:  # what was driven until then is scored
+            error = INTERRUPTED
+        except BaseException as failure:  # whatever a solution does wrong is part of its result
+            error = _own_traceback(failure, task["path"])
+    journal.end(error, error is None and not robot.finished)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):  # nobody reads it any more, or the solution closed it
+            pass
+    os._exit(0)  # whatever threads still run
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
