@@ -99,6 +99,14 @@ void bind_camera(py::module_& m) {
         return to_array((Eigen::Matrix3d() << k[0], 0, k[2], 0, k[1], k[3], 0, 0, 1).finished());
       },
       "The camera matrix K (3, 3), centres of pixels at + 1/2.");
+  camera.def(
+      "scaled",
+      [](const CameraModel& c, int width_px, int height_px) {
+        return value_of(scaled_camera(c, width_px, height_px));
+      },
+      py::arg("width_px"), py::arg("height_px"),
+      "The camera whose pictures are scaled to another size, which shows the same field of view; ValueError "
+      "where the sides are not in the same ratio (1 %).");
   camera.def("project", &project, py::arg("cam_p"),
              "Pixels (2,) or (rows, 2) of points (3,) or (rows, 3) [m] in the camera frame; NaN for a point "
              "that the lens does not see.");

@@ -123,6 +123,12 @@ WITHOUT_EFFECT = {
     ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
     **{("localize", flag): f"lap.mcap --map map {flag} {value}" for flag, value in SERVED.items()},
     ("localize", "--every-s"): "lap.mcap --map map --every-s 2",
+    ("localize", "--readout-ms"): "lap.mcap --map map --readout-ms 2",
+    ("localize", "--camera-name"): "lap.mcap --map map --camera-name left",
+    ("localize", "--camera-size"): "lap.mcap --map map --camera-size 640x480",
+    ("map", "--camera-size"): f"{NEEDS['map']} --camera-size 640x480",
+    ("detect", "--camera-size"): "photograph.png --camera-size 640x480",
+    ("convert", "--camera-size"): f"{NEEDS['convert']} --camera-size 640x480",
     ("localize", "--record-images"): "lap.mcap --map map --record-images jpeg",
     **{("detect", flag): f"photograph.png {flag} {value}" for flag, value in SERVED.items()},
     **{("calibrate camera", flag): f"{NEEDS['calibrate camera']} {flag} {value}" for flag, value in SERVED.items()},
@@ -150,6 +156,7 @@ IDLE = [
     ("replay", "goal", f"{NEEDS['replay']} --controller pursuit", None),
     ("replay", "follower", f"{NEEDS['replay']} --controller pursuit", FOLLOWER),
     ("localize", "anchor", NEEDS["localize"], None),
+    *(("localize", section, "walk.mp4 --camera camera.yaml --map map", None) for section in ("anchor", "filter")),
     ("localize", "filter", f"{NEEDS['localize']} --method anchor", None),
     *((verb, "filter", NEEDS[verb], {"lag_s"}) for verb in ("replay", "run", "demo", "explore", "localize", "calibrate robot"))]
 

@@ -51,6 +51,25 @@ class LiveCamera(InFolder):
         self.assertEqual((none.code, none.out), (0, ""))
         self.assertIn("no camera", none.err)
 
+    def test_tags_of_several_cameras_are_found(self):
+        other = FakeCamera(self.folder / "fake", PROGRAM, 1)
+        other.play([[bytes(320)] * 240, [bytes([1] * 320)] * 240], 25, "GREY")
+        second = "v4l2:/dev/video1"
+        seen = self.see("detect", VIDEO, second, "--json", "--duration-s", "1")
+        self.assertEqual(seen.code, 0, seen.err)
+        by_camera = {address: [r for r in seen.records if r["image"].startswith(address + "#")] for address in (VIDEO, second)}
+        for address, records in by_camera.items():
+            self.assertGreater(len(records), 3, address)
+            self.assertIn(f"{address}: {len(records)} pictures in", seen.err)
+        self.assertEqual(len(seen.records), sum(map(len, by_camera.values())), "lines are whole")
+        self.assert_tags(by_camera[VIDEO][0], pictures.SCENE_TAGS)
+        for words, sentence in (([second, second], "named twice"), ([VIDEO, second, "--view"], "about one camera"), ([VIDEO, "photograph.png"], "together")):
+            refused = self.see("detect", *words)
+            self.assertEqual(refused.code, 2, refused.err)
+            self.assertIn(sentence, refused.err)
+        gone = self.see("detect", VIDEO, "v4l2:/dev/video7", "--duration-s", "1")
+        self.assertEqual(gone.code, 1, gone.err)
+
     def test_tags_are_found(self):
         seen = self.see("detect", VIDEO, "--json", "--duration-s", "1")
         self.assertEqual(seen.code, 0, seen.err)

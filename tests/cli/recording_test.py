@@ -125,6 +125,18 @@ class Play(WithLap):
         self.assertEqual(self.run_here("play", "lap.mcap", "--speed", -1).code, 2)
         self.assertEqual(self.run_here("play", "none.mcap").code, 1)
 
+    def test_what_is_sound_of_a_damaged_recording_is_played_and_it_fails(self):
+        data = bytearray((self.folder / "lap.mcap").read_bytes())
+        middle = len(data) // 2
+        data[middle:middle + 64] = bytes(64)
+        (self.folder / "damaged.mcap").write_bytes(data)
+        whole = self.run_here("play", "lap.mcap", "--speed", 0, "--json")
+        damaged = self.run_here("play", "damaged.mcap", "--speed", 0, "--json")
+        self.assertEqual((whole.code, damaged.code), (0, 1), damaged.err)
+        self.assertTrue(damaged.err)
+        self.assertGreater(len(damaged.records), 0.3 * len(whole.records))
+        self.assertLess(len(damaged.records), len(whole.records))
+
     def test_ctrl_c_ends_it(self):
         process = subprocess.Popen([PROGRAM, "play", "lap.mcap", "--speed", "0.01"], cwd=self.folder, text=True,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)

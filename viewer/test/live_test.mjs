@@ -11,6 +11,7 @@ const { page, origin } = user;
 
 async function opens() {
   await user.untilPhase("idle");
+  check(!(await page.isVisible("#teach")), "the first lap has one button");
   check(page.url() === `${origin}/`, `the token left the address: ${page.url()}`);
   check((await user.text("#go")) === "Teach a lap", "the button says what it does");
   check((await page.getAttribute("#session [aria-current]", "aria-current")) === "step" && (await user.text("#session [aria-current]")) === "idle", "where the session is");
@@ -77,6 +78,13 @@ async function phoneAndDark() {
   await page.setViewportSize({ width: 1280, height: 800 });
 }
 
+/** Begins another lap although there is a map, and drops it. */
+async function teachesAgain() {
+  await user.press("#teach", async () => (await user.phase()) === "teaching", "another lap is taught", () => page.isVisible("#teach"));
+  check(!(await page.isVisible("#teach")), "while a lap is taught there is no other to begin");
+  await user.press("#stop", async () => (await user.phase()) === "idle", "the other lap is dropped");
+}
+
 /** Teach, map, replay. */
 async function session() {
   await opens();
@@ -88,6 +96,7 @@ async function session() {
   await replays();
   await onlyWatches();
   await phoneAndDark();
+  await teachesAgain();
   return "taught, mapped and replayed";
 }
 

@@ -249,4 +249,26 @@ Status check_camera_matches_image(const CameraModel& camera, int width_px, int h
               "Calibrate at the resolution in use, or set the camera to the resolution of its calibration.");
 }
 
+Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px) {
+  const double x = static_cast<double>(width_px) / camera.width_px();
+  const double y = static_cast<double>(height_px) / camera.height_px();
+  constexpr double kMostApart = 0.01;  // 1280x720 and 854x480 are apart by 0.0008
+  if (width_px > 0 && height_px > 0 && std::abs(x / y - 1) > kMostApart)
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("a calibration for {}x{} does not scale to {}x{}: the sides are not in the same "
+                            "ratio, so that one of them shows a part of the other's picture",
+                            camera.width_px(), camera.height_px(), width_px, height_px),
+                {}, "Calibrate at the resolution in use.");
+  CameraModel::Projection projection = camera.projection();
+  std::visit(
+      [&](auto& lens) {
+        lens.fx *= x;
+        lens.cx *= x;
+        lens.fy *= y;
+        lens.cy *= y;
+      },
+      projection);
+  return CameraModel::make(projection, width_px, height_px);
+}
+
 }  // namespace waymark

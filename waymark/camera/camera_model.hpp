@@ -92,4 +92,9 @@ class CameraModel {
 /// Fails when an image of this size is not one of this camera: intrinsics hold for one resolution only.
 [[nodiscard]] Status check_camera_matches_image(const CameraModel& camera, int width_px, int height_px);
 
+/// The same camera whose pictures are scaled to another size, as sensors do that put pixels together; pixel
+/// centres are at +1/2 in both. Fails where the sides are not in the same ratio (1 %), as of a cropped
+/// picture.
+[[nodiscard]] Result<CameraModel> scaled_camera(const CameraModel& camera, int width_px, int height_px);
+
 }  // namespace waymark

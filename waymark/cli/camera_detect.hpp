@@ -1,13 +1,10 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "waymark/cli/console.hpp"
-#include "waymark/cli/page_flags.hpp"
-#include "waymark/jobs/poses.hpp"
-#include "waymark/tags/tag_finder.hpp"
+#include "waymark/live/detect_cameras.hpp"
 
 namespace CLI {
 class App;
@@ -15,20 +12,11 @@ class App;
 
 namespace waymark::cli {
 
-/// `waymark detect v4l2:…`: what is found in the pictures of a live camera, until Ctrl-C.
-struct CameraDetectJob {
-  std::string address{};
-  std::optional<PoseSetup> poses{};
-  double duration_s = 0;  ///< 0: until Ctrl-C
-  bool json = false;
-  bool covariance = false;
-  bool view = false;
-  PageOptions page{};
-};
-
-/// Whether the input of `waymark detect` is a live camera; fails on flags that do not go with what it is.
+/// Whether the inputs of `waymark detect` are live cameras; fails on flags that do not go with what it is.
 [[nodiscard]] Result<bool> is_camera_input(const CLI::App& app, const std::vector<std::string>& sources);
 
-[[nodiscard]] ExitCode detect_camera(const CameraDetectJob& job, const TagFinder& finder, Console& console);
+/// `waymark detect v4l2:…`, until Ctrl-C. The code of a camera that fails is the exit code.
+[[nodiscard]] ExitCode detect_live(DetectCamerasJob job, bool json, bool covariance, const TagFinder& finder,
+                                   Console& console);
 
 }  // namespace waymark::cli

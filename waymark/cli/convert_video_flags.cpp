@@ -11,8 +11,7 @@
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/jobs/json_line.hpp"
-#include "waymark/live/camera_address.hpp"
-#include "waymark/live/camera_watch.hpp"
+#include "waymark/live/record_camera.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -71,7 +70,7 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
                                     Console& console) const {
   Status usage = refuse_flag(app_, "--duration-s", "this is about live cameras", "Leave it out.");
   const auto prepared = usage ? prepare(input, output) : tl::unexpected(usage.error());
-  if (!prepared) return console.failed(prepared.error(), ExitCode::Usage);
+  if (!prepared) return fail_with(prepared.error(), console);
   const Result<VideoTags> found = convert_video(prepared->job, prepared->finder, control_from(console));
   if (!found) return say_failed(found.error(), console);
   for (const VideoProblem& problem : found->problems)
@@ -87,37 +86,11 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
 ExitCode ConvertVideoFlags::record(const std::string& address, const std::string& output, bool json,
                                    Console& console) const {
   const auto prepared = prepare(address, output);
-  if (!prepared) return console.failed(prepared.error(), ExitCode::Usage);
-  const auto camera = open_live_camera(address);
-  if (!camera) return say_failed(camera.error(), console);
-  CameraWatch watch{.camera = prepared->job.camera ? &*prepared->job.camera : nullptr, .on_picture = {}};
-  if (duration_s_ > 0) watch.duration_s = duration_s_;
-  watch.on_words = [&](const std::string& words) { console.say(words); };
-  watch.should_stop = interrupted;
-  Result<CameraWatchEnd> end = CameraWatchEnd();
-  const Status written = record_tags(prepared->job, "camera", [&](const TakeTagPicture& take) -> Status {
-    watch.on_picture = [&](CameraPicture& seen) {
-      console.live(fmt::format("{} tags", seen.found.detections.size()));
-      return take(seen.frame.image, TagFrame{seen.frame.stamp, seen.frame.camera, seen.found.detections});
-    };
-    end = watch_camera(**camera, prepared->finder, watch);
-    return end ? Status() : tl::unexpected(end.error());
-  });
-  console.end_progress();
-  if (!written) return say_failed(written.error(), console);
-  console.print(json ? json_line({{"input", address},
-                                  {"input_format", "camera"},
-                                  {"output", output},
-                                  {"output_format", "mcap"},
-                                  {"pictures", end->pictures},
-                                  {"tags", end->tags},
-                                  {"seconds", end->seconds},
-                                  {"dropped", end->counts.dropped},
-                                  {"lost", end->counts.lost},
-                                  {"damaged", end->counts.damaged}})
-                     : fmt::format("{} ({}) to {}: {} pictures in {:.1f} s, {} tags\n", address,
-                                   (*camera)->description(), output, end->pictures, end->seconds, end->tags));
-  return end->stopped ? ExitCode::Interrupted : ExitCode::Ok;
+  if (!prepared) return fail_with(prepared.error(), console);
+  const auto report = record_camera(prepared->job, duration_s_, prepared->finder, control_from(console));
+  if (!report) return say_failed(report.error(), console);
+  console.print(json ? json_line(to_json(prepared->job, *report)) : to_text(prepared->job, *report));
+  return report->end.stopped ? ExitCode::Interrupted : ExitCode::Ok;
 }
 
 }  // namespace waymark::cli

@@ -8,8 +8,8 @@ namespace waymark::cli {
 
 void add_localize_flags(CLI::App& app, LocalizeJob& job) {
   app.add_option("LOG", job.logs,
-                 "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a live "
-                 "camera: v4l2:/dev/video0. None with --robot KIND:ADDRESS")
+                 "Recordings of one drive: MCAP, rosbag2, ROS 1, LCM, CSV tables; or a video; or a "
+                 "live camera: v4l2:/dev/video0. None with --robot KIND:ADDRESS")
       ->type_name("");
   app.add_option("--map", job.map,
                  "Map of the tags: map.yaml or its folder, apriltags_poses.yaml of the Robotics Academy, CSV "

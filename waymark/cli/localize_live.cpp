@@ -1,16 +1,20 @@
 #include "waymark/cli/localize_live.hpp"
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 
 #include "waymark/cli/parts.hpp"
+#include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/config/camera_file.hpp"
 #include "waymark/jobs/localize_text.hpp"
+#include "waymark/jobs/localize_video.hpp"
 #include "waymark/live/camera_address.hpp"
+#include "waymark/live/localize_camera.hpp"
 #include "waymark/live/localize_lines.hpp"
 #include "waymark/live/localize_robot.hpp"
 #include "waymark/live/robot_kinds.hpp"
+#include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -22,6 +26,15 @@ ExitCode show(const LocalizeRobotReport& report, const LocalizeJob& job, bool js
   if (report.end.interrupted) return ExitCode::Interrupted;
   return report.localized.certain > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
+
+Result<DescribedCamera> camera_of(const LocalizeLiveFlags& flags) {
+  if (flags.camera.file.empty())
+    return fail(ErrorCode::InvalidArgument, "the calibration of the camera is not known", {.key = "--camera"},
+                "`waymark calibrate camera` makes one.");
+  return read_camera(flags.camera);
+}
+
+}  // namespace
 
 ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
                           Console& console) {
@@ -49,13 +62,7 @@ ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job
 
 ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
                            Console& console) {
-  if (flags.camera.empty())
-    return console.failed({.code = ErrorCode::InvalidArgument,
-                           .message = "the calibration of the camera is not known",
-                           .place = {.key = "--camera"},
-                           .hint = "`waymark calibrate camera` makes one."},
-                          ExitCode::Usage);
-  const Result<NamedCamera> calibration = read_camera(flags.camera);
+  const Result<DescribedCamera> calibration = camera_of(flags);
   if (!calibration) return fail_with(calibration.error(), console);
   const auto camera = open_live_camera(job.logs.front());
   if (!camera) return fail_with(camera.error(), console);
@@ -64,19 +71,13 @@ ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& jo
   control.cancelled = [&console] { return interrupted() || console.output_ended(); };
   const auto view = start_page(flags.view, (*camera)->description(), console);
   if (!view) return fail_with(view.error(), console);
-  std::optional<SensorTime> first;
-  SensorTime next{};
+  MomentLines lines(flags.every_s, json, [&](const std::string& line) { console.print(line); });
   LocalizeCameraJob live{.localize = job,
                          .camera = calibration->camera,
                          .images = flags.images,
                          .duration_s = flags.duration_s,
                          .feed = *view ? &(*view)->feed() : nullptr};
-  live.on_moment = [&](const CameraMoment& moment) {
-    if (!first) first = next = moment.stamp;
-    if (moment.stamp < next) return;
-    next = moment.stamp + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(flags.every_s));
-    console.print(json ? moment_json(moment) : moment_line(to_seconds(moment.stamp - *first), moment));
-  };
+  live.on_moment = [&](const CameraMoment& moment) { lines.take(moment); };
   const auto report = localize_camera(**camera, live, control);
   if (!report) return fail_with(report.error(), console);
   console.say(fmt::format("{} pictures in {:.1f} s, the place known in {}", report->end.pictures,
@@ -85,20 +86,41 @@ ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& jo
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 
-}  // namespace
+ExitCode localize_a_video(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
+                          Console& console) {
+  const Result<DescribedCamera> camera = camera_of(flags);
+  if (!camera) return fail_with(camera.error(), console);
+  MomentLines lines(flags.every_s, json, [&](const std::string& line) { console.print(line); });
+  const LocalizeVideoJob video{.localize = job,
+                               .camera = camera->camera,
+                               .readout_s = camera->readout_s,
+                               .on_moment = [&](const CameraMoment& moment) { lines.take(moment); }};
+  const auto report = localize_video(video, control_from(console));
+  if (!report) return fail_with(report.error(), console);
+  for (const VideoProblem& problem : report->video.problems) console.say(to_string(problem.error));
+  console.say(fmt::format("{} pictures, the place known in {}", report->video.pictures, report->known));
+  return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
+}
 
 void LocalizeLiveFlags::add_to(CLI::App& app) {
   add_option(app, "--robot-file NAME", robot_file,
              std::string("With --robot KIND:ADDRESS: body and camera of the robot: ") + kRobotNames +
                  ". Unless given: robot.yaml beside the map, or as the kind says");
   add_option(
-      app, "--camera FILE", camera,
-      "Calibration of a live camera without a robot (ROS camera_info, kalibr YAML or JSON of PhotonVision)");
+      app, "--camera FILE", camera.file,
+      "Calibration of a live camera without a robot, or of a video (calibration.yaml, ROS camera_info, "
+      "kalibr YAML or JSON of PhotonVision)");
+  add_camera_details(app, camera);
+  add_option(
+      app, "--readout-ms NUMBER", camera.readout_ms,
+      "Time from the first row to the last of the rolling shutter of a video, in milliseconds; negative "
+      "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
+      between(-200.0, 200.0), kMore);
   add_option(app, "--duration-s NUMBER", duration_s,
              "With a robot or a live camera: end after so many seconds. Unless given: at Ctrl-C",
              between(0.01, 1e6));
   add_option(app, "--every-s NUMBER", every_s,
-             "With a robot or a live camera: time between the lines that are printed", kShown,
+             "With a robot, a live camera or a video: time between the lines that are printed", kShown,
              between(0.01, 1e6), kMore);
   add_option(
       app, "--record-images HOW", images,
@@ -111,46 +133,67 @@ void LocalizeLiveFlags::add_to(CLI::App& app) {
   add_flags(app, view);
 }
 
-Result<bool> is_live(const CLI::App& app, const LocalizeJob& job) {
-  const bool robot = is_robot_kind(job.robot);
-  const bool camera = std::ranges::any_of(job.logs, is_camera_address);
-  const char* leave_out = "Leave it out.";
-  Status status;
+namespace {
+
+/// Inputs that do not go together.
+Status check_inputs(const LocalizeJob& job, LocalizeInput input) {
+  const bool robot = input == LocalizeInput::Robot;
   if (robot && !job.logs.empty())
-    status =
-        fail(ErrorCode::InvalidArgument, "a robot that is there is localised, and a recording is named, too",
-             {.source = job.logs.front()}, "Leave one of them out; --robot NAME describes a robot.");
-  if (camera && job.logs.size() > 1)
-    status = fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
-                  "Run the program once for each camera.");
+    return fail(ErrorCode::InvalidArgument,
+                "a robot that is there is localised, and a recording is named, too",
+                {.source = job.logs.front()}, "Leave one of them out; --robot NAME describes a robot.");
+  if (input == LocalizeInput::Camera && job.logs.size() > 1)
+    return fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
+                "Run the program once for each camera.");
+  if (input == LocalizeInput::Video && job.logs.size() > 1)
+    return fail(ErrorCode::InvalidArgument, "a video is the only input", {.source = job.logs[1]},
+                "Run the program once for each video.");
   if (!robot && job.logs.empty())
-    status = fail(ErrorCode::InvalidArgument, "there is nothing to localise", {},
-                  "Name a recording, or a robot that is there: --robot ros2:limo.");
-  for (const char* flag : {"--robot-file", "--camera-source"})
-    if (status && !robot)
-      status = refuse_flag(app, flag, "this is about a robot that is there", "Add --robot KIND:ADDRESS.");
-  for (const char* flag : {"--duration-s", "--every-s", "--record-images", "--view", "--publish-ros2"})
-    if (status && !robot && !camera)
-      status = refuse_flag(app, flag, "this is about a robot or a camera that is there", leave_out);
-  if (status && !camera)
-    status = refuse_flag(app, "--camera", "this is about a live camera without a robot",
-                         "--robot describes a robot's camera.");
-  for (const char* flag : {"--no-adapt", "--base-frame", "--camera-frame", "--camera-topic",
-                           "--odometry-topic", "--imu-topic", "--sensor-pose"})
-    if (status && (robot || camera)) status = refuse_flag(app, flag, "this is about recordings", leave_out);
-  for (const char* flag : {"--robot", "--calibration", "--start", "--method"})
-    if (status && camera)
-      status =
-          refuse_flag(app, flag, "a camera without a robot is where the tags of one picture say", leave_out);
-  if (status && (robot || camera) && job.output.empty())
-    status = refuse_flag(app, "--record-images", "nothing is recorded", "Add -o FILE.mcap.");
-  if (!status) return tl::unexpected(status.error());
-  return robot || camera;
+    return fail(ErrorCode::InvalidArgument, "there is nothing to localise", {},
+                "Name a recording, or a robot that is there: --robot ros2:limo.");
+  return {};
 }
 
-ExitCode localize_live(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json, Console& console) {
-  if (!job.logs.empty()) return localize_a_camera(flags, job, json, console);
-  return localize_a_robot(flags, job, json, console);
+LocalizeInput kind_of(const LocalizeJob& job) {
+  if (is_robot_kind(job.robot)) return LocalizeInput::Robot;
+  if (std::ranges::any_of(job.logs, is_camera_address)) return LocalizeInput::Camera;
+  return std::ranges::any_of(job.logs, looks_like_video) ? LocalizeInput::Video : LocalizeInput::Recording;
+}
+
+}  // namespace
+
+Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job) {
+  const LocalizeInput input = kind_of(job);
+  const bool robot = input == LocalizeInput::Robot;
+  const bool camera = input == LocalizeInput::Camera;
+  const bool video = input == LocalizeInput::Video;
+  const char* leave_out = "Leave it out.";
+  Status status = check_inputs(job, input);
+  const auto refuse = [&](bool when, std::initializer_list<const char*> flags, const char* why,
+                          const char* hint) {
+    for (const char* flag : flags)
+      if (status && when) status = refuse_flag(app, flag, why, hint);
+  };
+  refuse(!robot, {"--robot-file", "--camera-source"}, "this is about a robot that is there",
+         "Add --robot KIND:ADDRESS.");
+  refuse(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
+         "this is about a robot or a camera that is there", leave_out);
+  refuse(input == LocalizeInput::Recording, {"--every-s"}, "this is about a robot, a camera or a video",
+         leave_out);
+  refuse(!camera && !video, {"--camera", "--camera-name", "--camera-size"},
+         "this is about a live camera or a video", "--robot describes a robot's camera.");
+  refuse(!video, {"--readout-ms"}, "this is about a video",
+         "For a robot's camera it is --set filter.camera_readout_s=0.015.");
+  refuse(input != LocalizeInput::Recording,
+         {"--no-adapt", "--base-frame", "--camera-frame", "--camera-topic", "--odometry-topic", "--imu-topic",
+          "--sensor-pose"},
+         "this is about recordings", leave_out);
+  refuse(camera || video, {"--robot", "--calibration", "--start", "--method"},
+         "a camera without a robot is where the tags of one picture say", leave_out);
+  refuse((robot || camera) && job.output.empty(), {"--record-images"}, "nothing is recorded",
+         "Add -o FILE.mcap.");
+  if (!status) return tl::unexpected(status.error());
+  return input;
 }
 
 }  // namespace waymark::cli

@@ -5,6 +5,7 @@
 
 #include "waymark/cli/console.hpp"
 #include "waymark/cli/page_flags.hpp"
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/localize_log.hpp"
 
 namespace CLI {
@@ -13,12 +14,12 @@ class App;
 
 namespace waymark::cli {
 
-/// The flags of `waymark localize` for a robot or a camera that is there, instead of a recording. Must stay
+/// The flags of `waymark localize` for a robot, a camera or a video, instead of a recording. Must stay
 /// where they are while the command line is parsed.
 struct LocalizeLiveFlags {
   std::string robot_file{};
   std::vector<std::string> camera_sources{};
-  std::string camera{};  ///< calibration of a camera without a robot
+  CameraDescription camera{};  ///< without a robot
   std::string images{};
   double duration_s = 0;  ///< 0: until somebody ends it
   double every_s = 1;
@@ -27,11 +28,19 @@ struct LocalizeLiveFlags {
   void add_to(CLI::App& app);
 };
 
-/// Whether the job is about a robot or a camera that is there. Fails on flags that do not go with what it is.
-[[nodiscard]] Result<bool> is_live(const CLI::App& app, const LocalizeJob& job);
+enum class LocalizeInput { Recording, Video, Camera, Robot };
 
-/// `waymark localize --robot KIND:ADDRESS` and `waymark localize v4l2:…`, until Ctrl-C.
-[[nodiscard]] ExitCode localize_live(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
-                                     Console& console);
+/// What is localised. Fails on flags that do not go with it.
+[[nodiscard]] Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job);
+
+/// `waymark localize --robot KIND:ADDRESS`, until Ctrl-C.
+[[nodiscard]] ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
+                                        Console& console);
+/// `waymark localize v4l2:…`, until Ctrl-C.
+[[nodiscard]] ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
+                                         Console& console);
+/// `waymark localize walk.mp4`.
+[[nodiscard]] ExitCode localize_a_video(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
+                                        Console& console);
 
 }  // namespace waymark::cli

@@ -10,6 +10,7 @@
 #include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/map_flags.hpp"
+#include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/warnings.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/map_text.hpp"
@@ -53,13 +54,12 @@ Status check_effects(const MapArgs& args, const MapVideoDescription& of) {
 
 MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
   const auto videos = in_group("Videos");
-  add_option(app, "--camera FILE", of_.camera,
+  add_option(app, "--camera FILE", of_.camera.file,
              "Calibration of the camera of a video (calibration.yaml, ROS camera_info, kalibr YAML or JSON "
              "of PhotonVision); the standard deviations of a calibration.yaml become part of the map's",
              videos);
-  add_option(app, "--camera-name NAME", of_.camera_name,
-             "Name of the camera of a video, when the file holds several", videos);
-  add_option(app, "--readout-ms NUMBER", of_.readout_ms,
+  add_camera_details(app, of_.camera);
+  add_option(app, "--readout-ms NUMBER", of_.camera.readout_ms,
              "Time from the first row to the last of the camera's rolling shutter, in milliseconds; negative "
              "when rows are read from the bottom. Unless given: that of a calibration.yaml, else 0",
              between(-200.0, 200.0), videos);
@@ -99,7 +99,7 @@ MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
 bool MapVideoFlags::takes(const MapArgs& args) { return looks_like_video(args.lap); }
 
 Status MapVideoFlags::check_unused() const {
-  for (const char* name : {"--camera", "--camera-name"}) {
+  for (const char* name : {"--camera", "--camera-name", "--camera-size"}) {
     if (Status status =
             refuse_flag(app_, name, "a recording brings its camera along",
                         "Give --robot for a recording without a calibration; --camera is that of a "
@@ -118,7 +118,7 @@ Status MapVideoFlags::check_unused() const {
 Result<MapVideoJob> MapVideoFlags::job_of(const MapArgs& args) const {
   if (Status sound = check_video_flags(args); !sound) return tl::unexpected(sound.error());
   if (Status sound = check_effects(args, of_); !sound) return tl::unexpected(sound.error());
-  if (of_.camera.empty())
+  if (of_.camera.file.empty())
     return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
                 "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");
   if (!args.tag_size_m)

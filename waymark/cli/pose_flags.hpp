@@ -7,12 +7,16 @@
 #include <CLI/App.hpp>
 
 #include "waymark/base/error.hpp"
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/poses.hpp"
 
 namespace waymark::cli {
 
-/// The flags with which a verb gives poses: --camera, --camera-name, --tag-size-m. Must stay where it is
-/// while the command line is parsed.
+/// Adds --camera-name NAME and --camera-size WIDTHxHEIGHT.
+void add_camera_details(CLI::App& app, CameraDescription& camera);
+
+/// The flags with which a verb gives poses: --camera, --camera-name, --camera-size, --tag-size-m. Must stay
+/// where it is while the command line is parsed.
 class PoseFlags {
  public:
   explicit PoseFlags(CLI::App& verb);
@@ -27,8 +31,7 @@ class PoseFlags {
 
  private:
   const CLI::App& app_;
-  std::string camera_path_;
-  std::string camera_name_;
+  CameraDescription camera_;
   std::vector<std::string> sizes_;
 };
 

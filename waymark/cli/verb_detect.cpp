@@ -2,6 +2,7 @@
 
 #include "waymark/cli/camera_detect.hpp"
 #include "waymark/cli/detector_flags.hpp"
+#include "waymark/cli/page_flags.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/jobs/detect_pictures.hpp"
@@ -14,10 +15,10 @@ struct DetectArgs {
   explicit DetectArgs(CLI::App& verb)
       : app(verb), settings(verb), detector(verb, settings, kFirstGroup), poses(verb) {
     add_flags(verb, page,
-              verb.add_flag("--view", view, "Show a live camera in the browser, with its controls"));
+              verb.add_flag("--view", view, "Show one live camera in the browser, with its controls"));
     add_option(verb, "SOURCE", job.sources,
                "Pictures (JPEG, PNG, PNM), folders of pictures, videos, recordings with pictures, quoted "
-               "patterns such as 'lap/*.png', or a live camera such as v4l2:/dev/video0",
+               "patterns such as 'lap/*.png', or live cameras such as v4l2:/dev/video0",
                kRequired);
     verb.add_flag("--recursive", job.recursive, "Search folders for pictures recursively");
     verb.add_flag("--json", json, "One JSON object a line for each picture instead of tables");
@@ -64,14 +65,11 @@ ExitCode detect(const DetectArgs& args, Console& console) {
   const auto live = is_camera_input(args.app, args.job.sources);
   if (!live) return wrong_usage(live.error());
   if (*live)
-    return detect_camera({.address = args.job.sources.front(),
-                          .poses = std::move(*poses),
-                          .duration_s = args.duration_s,
-                          .json = args.json,
-                          .covariance = args.covariance,
-                          .view = args.view,
-                          .page = args.page},
-                         *finder, console);
+    return detect_live({.addresses = args.job.sources,
+                        .poses = std::move(*poses),
+                        .duration_s = args.duration_s,
+                        .page = args.view ? std::optional(args.page) : std::nullopt},
+                       args.json, args.covariance, *finder, console);
   DetectJob job = args.job;
   job.poses = std::move(*poses);
   const auto summary = detect_pictures(
@@ -113,6 +111,7 @@ Examples:
   waymark detect walk.mp4 --annotate seen.mp4
   waymark detect --camera camera.yaml --tag-size-m 0.16 photograph.png
   waymark detect v4l2:/dev/video0,size=1280x720 --view --camera camera.yaml --tag-size-m 0.16
+  waymark detect v4l2:/dev/video0 v4l2:/dev/video2 --json
 
 With --camera and --tag-size-m each tag gets its pose in the camera (x right, y down, z forward) with standard
 deviations. A tag seen nearly from the front has two poses that fit almost equally: both are printed, the better

@@ -58,9 +58,17 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
   if (flags) flags = args.filter.apply(job.filter);
   if (flags) flags = args.anchor.apply(job.anchor);
   if (!flags) return fail_usage(flags.error(), console);
-  const Result<bool> live = is_live(args.app, job);
-  if (!live) return fail_usage(live.error(), console);
-  if (*live) return localize_live(args.live, job, args.json, console);
+  const Result<LocalizeInput> input = localize_input(args.app, job);
+  if (!input) return fail_usage(input.error(), console);
+  if (*input == LocalizeInput::Camera || *input == LocalizeInput::Video) {
+    const char* why = "a camera without a robot has no filter";
+    Status unused = refuse(args.filter, why, "Leave it out.");
+    if (unused) unused = refuse(args.anchor, why, "Leave it out.");
+    if (!unused) return fail_usage(unused.error(), console);
+  }
+  if (*input == LocalizeInput::Robot) return localize_a_robot(args.live, job, args.json, console);
+  if (*input == LocalizeInput::Camera) return localize_a_camera(args.live, job, args.json, console);
+  if (*input == LocalizeInput::Video) return localize_a_video(args.live, job, args.json, console);
   job.adapt = !args.no_adapt && !args.filter.given();  // what was asked for is kept
   const JobControl control = control_from(console);
   Result<LocalizeInputs> inputs = read_localize_inputs(job, control);
@@ -86,7 +94,8 @@ ExitCode localize_log(const LocalizeArgs& args, Console& console) {
 Verb localize_verb() {
   return {
       .name = "localize",
-      .sentence = "Estimate where a robot or a camera is from a map of the tags, of a recording or live",
+      .sentence =
+          "Estimate where a robot or a camera is from a map of the tags: of a recording, a video or live",
       .help =
           R"(Reads what the robot saw and how it moved, and writes where it was: certain estimates on the topic
 /waymark/pose, mere guesses on /waymark/pose_uncertain, and for each observation of a mapped tag on /waymark/nis how
@@ -94,7 +103,8 @@ well it agreed (normalised innovation squared). Tags that contradict all others 
 moved, of another size. `waymark evaluate` compares the output with a truth.
 
 --robot KIND:ADDRESS localises a robot that somebody else drives, until Ctrl-C: nothing is sent to it. -o then records
-every sample, too. A live camera without a robot is where the tags of each picture say, in six degrees of freedom.
+every sample, too. A live camera without a robot, or the one that took a video, is where the tags of each picture say,
+in six degrees of freedom.
 
 Exit code: 0 it was known at some time where the robot is, 1 never, or a file was unusable (said in words),
 2 wrong usage, 130 stopped by Ctrl-C (of a recording nothing is written then; of a running robot what was
@@ -105,6 +115,7 @@ Examples:
   waymark localize lcmlog --map landmarks.csv --robot mbot --json
   waymark localize --robot ros2:limo --map map --publish-ros2
   waymark localize v4l2:/dev/video0 --camera calibration.yaml --map map --view
+  waymark localize walk.mp4 --camera calibration.yaml --map map -o walk.tum
   waymark localize ranges.csv odometry.csv --map landmarks.csv --sensor-pose 0.219 0 0
 )",
       .prepare = prepared(localize_log)};

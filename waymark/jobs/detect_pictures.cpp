@@ -10,6 +10,7 @@
 #include "waymark/codecs/image_file.hpp"
 #include "waymark/jobs/annotated_video.hpp"
 #include "waymark/jobs/annotation_names.hpp"
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/plot/annotate.hpp"
 
@@ -84,8 +85,7 @@ Status write_annotated(Annotations& annotations, const std::string& name, const 
 
 PoseList poses_for(PictureReport& report, const PoseSetup& setup) {
   if (report.width_px == 0) return {};
-  if (const Status fits = check_camera_matches_image(setup.camera, report.width_px, report.height_px);
-      !fits) {
+  if (const Status fits = check_picture_size(setup.camera, report.width_px, report.height_px); !fits) {
     if (!report.error) report.error = fits.error();
     return {};
   }

@@ -1,6 +1,7 @@
 #include "waymark/jobs/map_video.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <string_view>
@@ -144,6 +145,8 @@ void list_distances(const MapVideoJob& job, MapVideoReport& report) {
   }
 }
 
+constexpr double kDoubtfulChi2 = 16;  // a compressed video and a true calibration give up to 10
+
 void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
   const SceneMap& map = report.map;
   if (anchors.assumed && anchors.exact.contains(anchors.first))
@@ -157,6 +160,22 @@ void warn_of(const VideoAnchors& anchors, MapVideoReport& report) {
     for (const TagId& tag : group) names += (names.empty() ? "" : ", ") + std::to_string(tag.number);
     report.warnings.push_back("never in one picture with a tag that leads to the map, left out: " + names);
   }
+  if (report.corner_chi2_per_dof > kDoubtfulChi2)
+    report.warnings.push_back(fmt::format(
+        "the corners lie {:.1f} times as far from this map as the detector's covariances say: is it the "
+        "calibration of this camera at this resolution and focus, are the tags flat and of this size, and is "
+        "the video neither stabilised nor strongly compressed? The standard deviations of the map are by the "
+        "residuals, and hold no error that is the same in all pictures",
+        std::sqrt(report.corner_chi2_per_dof)));
+  for (const FoundIntrinsics& lens : map.intrinsics)
+    for (Eigen::Index i = 0; i < lens.found.size(); ++i)
+      if (std::abs(lens.found[i] - lens.given[i]) > 3 * lens.prior_sigma[i])
+        report.warnings.push_back(
+            fmt::format("the video says {} is {:.5g}, {:.1f} standard deviations from the calibration's "
+                        "{:.5g}: calibrate "
+                        "the camera again, at this resolution and focus",
+                        lens.names[static_cast<std::size_t>(i)], lens.found[i],
+                        std::abs(lens.found[i] - lens.given[i]) / lens.prior_sigma[i], lens.given[i]));
   for (std::string& words : scene_doubts(map)) report.warnings.push_back(std::move(words));
   if (!map.rejected.empty())
     report.warnings.push_back(fmt::format("{} of {} observations contradict the others and were left out",

@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
-#include "waymark/config/calibration_file.hpp"
-#include "waymark/config/camera_file.hpp"
 #include "waymark/config/landmarks_file.hpp"
 #include "waymark/jobs/lap_input.hpp"
 
@@ -85,15 +83,11 @@ Result<MeasuredDistance> distance_named(const std::string& text) {
 
 /// The camera, its uncertainty and its shutter.
 Result<MapVideoJob> job_with_camera(const MapVideoDescription& description) {
-  const Result<NamedCamera> camera = read_camera(description.camera, description.camera_name);
-  if (!camera) return tl::unexpected(camera.error());
-  MapVideoJob job{.camera = camera->camera};
-  if (const Result<Calibration> ours = read_calibration(description.camera)) {
-    job.intrinsics_sigma = intrinsics_sigma(job.camera, *ours);
-    job.readout_s = ours->known("readout_s").value_or(0);
-  }
-  if (description.readout_ms) job.readout_s = *description.readout_ms * 1e-3;
-  return job;
+  Result<DescribedCamera> read = read_camera(description.camera);
+  if (!read) return tl::unexpected(read.error());
+  return MapVideoJob{.camera = read->camera,
+                     .intrinsics_sigma = std::move(read->intrinsics_sigma),
+                     .readout_s = read->readout_s};
 }
 
 Status read_prior(const MapVideoDescription& description, double tag_size_m, MapVideoJob& job) {

@@ -4,15 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/map_video.hpp"
 
 namespace waymark {
 
 /// What a user says of the camera and the place of a video: files, names of tags, degrees, milliseconds.
 struct MapVideoDescription {
-  std::string camera{};       ///< file of its calibration
-  std::string camera_name{};  ///< in a file of several
-  std::optional<double> readout_ms{};
+  CameraDescription camera{};
   double tag_size_sigma_m = 0.0005;
   std::string anchor{};                     ///< tags, "3,7"; empty: chosen
   std::string prior{};                      ///< file of a map; empty: none

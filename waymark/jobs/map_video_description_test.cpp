@@ -24,7 +24,7 @@ class VideoDescription : public ::testing::Test {
         CameraModel::make(PinholeRadtan{.fx = 520, .fy = 521, .cx = 318, .cy = 243}, 640, 480).value();
     ASSERT_TRUE(
         write_text_file(folder_ / "camera.yaml", to_camera_info_yaml({.name = "cam", .camera = camera})));
-    said_.camera = (folder_ / "camera.yaml").string();
+    said_.camera.file = (folder_ / "camera.yaml").string();
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
@@ -42,7 +42,7 @@ TEST_F(VideoDescription, NamesTagsDistancesAndPlanes) {
   said_.distances = {"3,7,2.41", "tag36h11:3,9,1.5,0.002"};
   said_.upright = {"3", "7,9"};
   said_.planes = {"3,4,7", "9,10"};
-  said_.readout_ms = 15;
+  said_.camera.readout_ms = 15;
   said_.tag_size_sigma_m = 0.00033;
   const auto job = described_map_video(said_, 0.165);
   ASSERT_TRUE(job) << to_string(job.error());
@@ -102,13 +102,13 @@ TEST_F(VideoDescription, ACalibrationTellsItsShutterAndItsDoubt) {
                  {"fy_px", {.value = 521, .sigma = 2}},
                  {"readout_s", {.value = 0.02, .sigma = 0.001}}};
   ASSERT_TRUE(write_calibration(folder_ / "calibration.yaml", ours));
-  said_.camera = (folder_ / "calibration.yaml").string();
+  said_.camera.file = (folder_ / "calibration.yaml").string();
   auto job = described_map_video(said_, 0.165);
   ASSERT_TRUE(job) << to_string(job.error());
   EXPECT_DOUBLE_EQ(job->readout_s, 0.02);
   ASSERT_GT(job->intrinsics_sigma.size(), 0);
   EXPECT_DOUBLE_EQ(job->intrinsics_sigma[0], 2);
-  said_.readout_ms = 5;
+  said_.camera.readout_ms = 5;
   job = described_map_video(said_, 0.165);
   ASSERT_TRUE(job);
   EXPECT_DOUBLE_EQ(job->readout_s, 0.005) << "what is said counts more";

@@ -109,6 +109,8 @@ TEST_F(Walk, TagsStandWhereTheyAreWithinWhatIsClaimed) {
   }
   const auto count = static_cast<double>(report->beside.size());
   EXPECT_LT(std::sqrt(square / count), 0.01) << "map RMSE [m]";
+  EXPECT_THAT(report->warnings,
+              ::testing::Each(::testing::Not(HasSubstr("is it the calibration of this camera"))));
   EXPECT_LT(nees / count, 4)
       << "mean squared error over what is claimed, 1 if that is true; tags are not independent";
   EXPECT_GE(report->map.correlated_frames, 1);

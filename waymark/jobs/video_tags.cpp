@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/convert_video.hpp"
 #include "waymark/jobs/poses.hpp"
 
@@ -18,9 +19,8 @@ Result<VideoTags> find_video_tags(const std::string& path, const TagFinder& find
     if (!frame) return tl::unexpected(frame.error());
     if (!*frame) break;
     const VideoFrame& picture = **frame;
-    Status fits = camera == nullptr
-                      ? Status()
-                      : check_camera_matches_image(*camera, picture.luma.width, picture.luma.height);
+    Status fits =
+        camera == nullptr ? Status() : check_picture_size(*camera, picture.luma.width, picture.luma.height);
     if (!fits) {
       fits.error().place.source = path;
       return tl::unexpected(fits.error());

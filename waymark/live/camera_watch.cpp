@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/jobs/camera_description.hpp"
 #include "waymark/live/system_stamps.hpp"
 
 namespace waymark {
@@ -61,8 +62,7 @@ class Watcher {
     frame.stamp = stamps_.at(frame.stamp);
     const ImageView view = frame.image;
     if (watch_.camera != nullptr)
-      if (Status fits = check_camera_matches_image(*watch_.camera, view.width, view.height); !fits)
-        return fits;
+      if (Status fits = check_picture_size(*watch_.camera, view.width, view.height); !fits) return fits;
     auto found = find_tags(view, finder_, watch_.camera);
     if (!found) return tl::unexpected(found.error());
     CameraPicture seen{std::move(frame), std::move(*found), {}};

@@ -1,11 +1,10 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "waymark/camera/camera_model.hpp"
-#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/jobs/camera_moment.hpp"
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/live/camera_watch.hpp"
 
@@ -13,18 +12,6 @@
 namespace waymark {
 
 class LiveFeed;
-
-/// Where a camera was by the tags of one picture. Its body has x forward, y left, z up (body_R_optical()).
-struct CameraMoment {
-  SensorTime stamp{};  ///< since 1970
-  Duration age{};      ///< CameraPicture::age
-  int tags = 0;        ///< of the map, that the pose rests on; without a pose: that were found
-  /// Nothing where no tag of the map was found, or the picture does not tell which of two poses is true.
-  std::optional<Uncertain<SE3>> map_T_body{};
-};
-
-/// The pose by the tags of one picture, in six degrees of freedom.
-[[nodiscard]] CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera);
 
 struct LocalizeCameraJob {
   LocalizeJob localize{};  ///< map, output; else nothing of it

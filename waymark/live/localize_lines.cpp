@@ -73,4 +73,11 @@ std::string moment_json(const CameraMoment& moment) {
   return json_line(json);
 }
 
+void MomentLines::take(const CameraMoment& moment) {
+  if (!first_) first_ = next_ = moment.stamp;
+  if (moment.stamp < next_) return;
+  next_ = moment.stamp + every_;
+  print_(json_ ? moment_json(moment) : moment_line(to_seconds(moment.stamp - *first_), moment));
+}
+
 }  // namespace waymark

@@ -131,6 +131,8 @@ std::vector<std::string> viewer_commands(S state, bool has_script) {
   if (state != S::Mapping && state != S::Over) commands.emplace_back("go");
   if (state == S::Teaching || state == S::Replaying || state == S::Paused) commands.emplace_back("stop");
   if (state == S::Teaching && has_script) commands.emplace_back("script");
+  // Elsewhere "go" does it, or a drive is on.
+  if (state == S::Ready || state == S::Done || state == S::Stopped) commands.emplace_back("teach");
   if (state != S::Over) commands.emplace_back("quit");
   return commands;
 }

@@ -97,7 +97,7 @@ class PhaseRequests {
   std::function<bool()> stop_pressed_;
 };
 
-/// The orders that mean something in this state: "go", "stop", "script", "quit".
+/// The orders that mean something in this state: "go", "stop", "script", "teach", "quit".
 [[nodiscard]] std::vector<std::string> viewer_commands(OperatorState state, bool has_script);
 
 }  // namespace waymark

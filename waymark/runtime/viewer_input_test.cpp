@@ -237,6 +237,9 @@ TEST(ViewerCommands, AreThoseThatMeanSomething) {
   EXPECT_TRUE(offers(S::Teaching, "script", true));
   EXPECT_FALSE(offers(S::Replaying, "script", true));
   EXPECT_FALSE(offers(S::Over, "quit"));
+  for (const S state : {S::Ready, S::Done, S::Stopped}) EXPECT_TRUE(offers(state, "teach"));
+  for (const S state : {S::Idle, S::Teaching, S::Mapping, S::Replaying, S::Paused, S::Over})
+    EXPECT_FALSE(offers(state, "teach"));
 }
 
 TEST(PhaseRequests, GoEndsALapAndPausesAReplay) {

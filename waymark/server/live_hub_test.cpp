@@ -242,7 +242,7 @@ TEST_F(Hub, EveryViewerStopsTheRobotWhoeverHoldsControl) {
     EXPECT_TRUE(stops());
   }
   say(studio, R"({"op":"advertise","channels":[{"id":1,"topic":"/waymark/order","encoding":"json"}]})");
-  for (const std::string word : {"stop", "go", "quit", "script"}) {
+  for (const std::string word : {"stop", "go", "quit", "script", "teach"}) {
     const std::string bytes = std::string("\x01\x01\x00\x00\x00", 5) + R"({"data":")" + word + "\"}";
     hub_.hear_binary(studio, {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, now_);
     EXPECT_EQ(stops(), word == "stop") << word;

@@ -25,6 +25,7 @@ export class LivePage {
     byId("go").addEventListener("click", () => this.order("go"));
     byId("stop").addEventListener("click", () => this.order("stop"));
     byId("script").addEventListener("click", () => this.order("script"));
+    byId("teach").addEventListener("click", () => this.order("teach"));
     byId("control").addEventListener("click", () => this.say({ op: this.control?.yours ? "release" : "take" }));
     // Before anybody else hears them: a key that stops a robot is not to press a button instead.
     window.addEventListener("keydown", (event) => this.key(event, true), true);
@@ -127,6 +128,7 @@ export class LivePage {
     button("go", "go", goWords[state.phase] ?? "Go");
     button("stop", "stop", state.phase === "teaching" ? "Drop the lap" : state.phase === "localizing" ? "End (the robot drives on)" : "Stop (space)");
     button("script", "script", "Let the script drive");
+    button("teach", "teach", "Teach another lap");
     byId("pad").hidden = !this.teaches || !may;
     const take = byId<HTMLButtonElement>("control");
     take.hidden = !control.may;

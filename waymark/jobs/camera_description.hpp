@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include "waymark/camera/camera_model.hpp"
+
+namespace waymark {
+
+/// What a user says of a camera without a robot.
+struct CameraDescription {
+  std::string
+      file{};  ///< calibration.yaml, ROS camera_info, kalibr's YAML, PhotonVision's JSON, OpenCV's YAML
+  std::string name{};  ///< in a file of several
+  std::string size{};  ///< "1280x720": of its pictures, to which the calibration is scaled; empty: as it is
+  std::optional<double> readout_ms{};  ///< of a rolling shutter; goes before what the file says
+};
+
+struct DescribedCamera {
+  CameraModel camera;
+  /// Standard deviations of the camera's numbers (intrinsics_of), where the file is a calibration.yaml; else
+  /// empty.
+  Eigen::VectorXd intrinsics_sigma{};
+  double readout_s = 0;  ///< of a rolling shutter, first row to last, negative from the bottom; 0: global
+};
+
+/// Reads the file. Errors name the flag at fault (--camera-size), or the file.
+[[nodiscard]] Result<DescribedCamera> read_camera(const CameraDescription& description);
+
+/// Fails (Unsupported) when pictures of this size are none of this camera.
+[[nodiscard]] Status check_picture_size(const CameraModel& camera, int width_px, int height_px);
+
+}  // namespace waymark

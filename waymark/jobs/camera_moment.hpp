@@ -1,0 +1,46 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "waymark/base/time.hpp"
+#include "waymark/camera/camera_model.hpp"
+#include "waymark/geometry/uncertainty.hpp"
+#include "waymark/recording/ros2_messages.hpp"
+#include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_map.hpp"
+#include "waymark/tags/tag_finder.hpp"
+
+/// Where a camera without a robot was, in a hand or on a stand, in six degrees of freedom.
+namespace waymark {
+
+/// Where a camera was by the tags of one picture. Its body has x forward, y left, z up (body_R_optical()).
+struct CameraMoment {
+  SensorTime stamp{};  ///< of a live camera since 1970, of a video since its first picture
+  Duration age{};      ///< of a live camera: CameraPicture::age
+  int tags = 0;        ///< of the map, that the pose rests on; without a pose: that were found
+  /// Nothing where no tag of the map was found, or the picture does not tell which of two poses is true.
+  std::optional<Uncertain<SE3>> map_T_body{};
+};
+
+/// The pose by the tags of one picture of a global shutter.
+[[nodiscard]] CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera);
+
+/// The poses of all pictures of a video, ascending stamps. With a rolling shutter of `readout_s` (first row
+/// to last; negative from the bottom; 0: global) each corner counts at the time of its own row, with the
+/// motion between the poses before and after, within 0.25 s; the covariance of that motion
+/// is not part of the poses'. O(pictures).
+[[nodiscard]] std::vector<CameraMoment> camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
+                                                       const CameraModel& camera, double readout_s);
+
+/// As it is recorded and published. The moment has a pose.
+[[nodiscard]] ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment);
+
+/// Fails on a map that has points only.
+[[nodiscard]] Status check_tag_poses(const TagMap& map, const std::string& source);
+
+/// A detector of the families that are in the map, which has tags.
+[[nodiscard]] Result<TagFinder> tag_finder_for(const TagMap& map);
+
+}  // namespace waymark

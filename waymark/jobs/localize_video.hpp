@@ -1,0 +1,29 @@
+#pragma once
+
+#include <functional>
+
+#include "waymark/jobs/camera_moment.hpp"
+#include "waymark/jobs/convert_video.hpp"
+#include "waymark/jobs/localize_log.hpp"
+
+/// `waymark localize walk.mp4`: where a camera that is carried by hand was, by a map of the tags it saw.
+namespace waymark {
+
+struct LocalizeVideoJob {
+  LocalizeJob localize{};  ///< map, tag size, output, one video as log; else nothing of it
+  CameraModel camera;
+  double readout_s = 0;  ///< of a rolling shutter, as camera_moments()
+  std::function<void(const CameraMoment&)> on_moment = [](const CameraMoment&) {};  ///< of every picture
+};
+
+struct LocalizeVideoReport {
+  VideoTags video{};
+  std::size_t known = 0;  ///< pictures with a pose
+};
+
+/// Finds the tags of every picture, and then the poses. The output appears whole or not at all; a recording
+/// holds the tags, the poses (/waymark/pose) and the camera, with stamps since the first picture.
+[[nodiscard]] Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job,
+                                                         const JobControl& control);
+
+}  // namespace waymark
