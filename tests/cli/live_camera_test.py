@@ -194,12 +194,12 @@ for i in range(10**6):
     time.sleep(0.02)
 """
 
-    def test_pictures_come_from_a_camera_of_this_computer(self):
+    def session(self, frames, *flags):
         camera = FakeCamera(self.folder / "fake", PROGRAM)
-        camera.play(moving_pictures(640, 480), 30)
+        camera.play(frames, 30)
         (self.folder / "blind.py").write_text(self.ROBOT)
         process = subprocess.Popen([PROGRAM, "run", "--robot", f"process:{sys.executable} blind.py", "--driver", "lines", "-o", "session",
-                                    "--anchor", "7", "--tag-size-m", "0.1", "--camera-source", VIDEO],
+                                    "--tag-size-m", "0.1", "--camera-source", VIDEO, *flags],
                                    cwd=self.folder, env=camera.environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)
         process.stdin.write("go\n")
@@ -208,7 +208,18 @@ for i in range(10**6):
         while time.monotonic() < deadline and not list(self.folder.glob("session/*.mcap")):
             time.sleep(0.1)
         time.sleep(5)
-        words = process.communicate("quit\n", timeout=60)
+        return process.communicate("quit\n", timeout=60)
+
+    def test_the_family_of_the_anchor_is_found_by_the_detector_that_is_asked_for(self):
+        still = pictures.scene(640, 480, [("tag16h5", 3, 180, 90, 10)])
+        frames = [[bytearray(value - 2 * n if value > 100 else value for value in row) for row in still] for n in range(4)]
+        words = self.session(frames, "--anchor", "tag16h5:3", "--detector", "waymark")
+        (lap,) = (self.folder / "session").glob("*.mcap")
+        seen = self.run_here("play", str(lap), "--speed", "0", "--json", "--topics", "/tag_detections")
+        self.assertIn("tag16h5:3", seen.out, words)
+
+    def test_pictures_come_from_a_camera_of_this_computer(self):
+        words = self.session(moving_pictures(640, 480), "--anchor", "7")
         laps = list((self.folder / "session").glob("*.mcap"))
         self.assertTrue(laps, words)
         topics = {topic["topic"]: topic for topic in self.run_here("info", str(laps[0]), "--json").records[0]["topics"]}

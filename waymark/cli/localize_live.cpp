@@ -38,9 +38,9 @@ Result<DescribedCamera> camera_of(const LocalizeLiveFlags& flags) {
 
 ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job, bool json,
                           Console& console) {
-  const Result<RobotSetup> setup =
-      load_listening_robot(job.robot, flags.robot_file, job.map, flags.camera_sources);
+  Result<RobotSetup> setup = load_listening_robot(job.robot, flags.robot_file, job.map, flags.camera_sources);
   if (!setup) return fail_usage(setup.error(), console);
+  setup->detector = flags.detector;
   const auto view = start_page(flags.view, *setup, console);
   if (!view) return fail_with(view.error(), console);
   std::optional<SensorTime> first;
@@ -130,6 +130,7 @@ void LocalizeLiveFlags::add_to(CLI::App& app) {
              "Camera of this computer that gives the pictures of a robot which sends none: v4l2:/dev/video0, "
              "or NAME=ADDRESS where the robot's file names several",
              kMore);
+  add_detector(app, detector);
   add_flags(app, view);
 }
 
@@ -174,7 +175,7 @@ Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job
     for (const char* flag : flags)
       if (status && when) status = refuse_flag(app, flag, why, hint);
   };
-  refuse(!robot, {"--robot-file", "--camera-source"}, "this is about a robot that is there",
+  refuse(!robot, {"--robot-file", "--camera-source", "--detector"}, "this is about a robot that is there",
          "Add --robot KIND:ADDRESS.");
   refuse(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
          "this is about a robot or a camera that is there", leave_out);

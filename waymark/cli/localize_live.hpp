@@ -20,6 +20,7 @@ struct LocalizeLiveFlags {
   std::string robot_file{};
   std::vector<std::string> camera_sources{};
   CameraDescription camera{};  ///< without a robot
+  std::string detector = "apriltag3";
   std::string images{};
   double duration_s = 0;  ///< 0: until somebody ends it
   double every_s = 1;

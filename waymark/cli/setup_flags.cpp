@@ -10,28 +10,6 @@
 #include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
-namespace {
-
-/// sim and, with `processes`, each kind as KIND:ADDRESS.
-std::vector<std::string> robot_names(bool processes) {
-  std::vector<std::string> names = {"sim"};
-  if (!processes) return names;
-  for (const RobotKind& kind : robot_kinds()) names.push_back(fmt::format("{}:{}", kind.name, kind.address));
-  return names;
-}
-
-std::string robot_help(bool processes) {
-  std::string help = "Robot: sim (simulated)";
-  if (!processes) return help;
-  const auto kinds = robot_kinds();
-  for (const RobotKind& kind : kinds)
-    help += fmt::format("{}{}:{} ({})", &kind == &kinds.back() ? " or " : ", ", kind.name, kind.address,
-                        kind.help);
-  return help;
-}
-
-}  // namespace
-
 void add_flags(CLI::App& app, LoneAnchor& flags) {
   add_option(app, "--anchor TAG", flags.anchor,
              "Anchor tag of the map with --robot process, for example tag36h11:0, or its id; it must be in "
@@ -40,10 +18,17 @@ void add_flags(CLI::App& app, LoneAnchor& flags) {
              "With --robot process: side of the tags' black squares", between(0.001, 10.0));
 }
 
+void add_detector(CLI::App& app, std::string& detector) {
+  add_option(app, "--detector NAME", detector,
+             "Detector for the pictures of a robot that is a process: apriltag3, or waymark (this project's "
+             "own, several times as fast)",
+             kShown, one_of({"apriltag3", "waymark"}), kMore);
+}
+
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                        const std::string& robot_file_default)
     : app_(app), processes_(processes), world_(world) {
-  add_option(app, "--robot NAME", robot_, robot_help(processes), kShown);
+  add_option(app, "--robot NAME", robot_, robot_kinds_help(processes), kShown);
   CLI::Option* world_flag = add_option(app, "--world NAME", world_,
                                        "World of the simulated robot: circuit24, limo-walls, academy-house, "
                                        "mbot-square, or the path of a .yaml file");
@@ -58,6 +43,7 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
                "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several",
                kMore);
+  if (processes) add_detector(app, detector_);
   add_option(app, "--seed INTEGER", seed_, "Seed of all noise: the same seed gives the same bytes", kShown)
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
@@ -76,17 +62,21 @@ std::vector<std::string> SetupFlags::as_words() const {
 Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
   if (auto setup = processes_ ? load_kind(robot_, world_, file, seed_) : std::nullopt) {
-    if (*setup)
-      if (Status added = add_live_cameras(live_cameras_, **setup); !added)
-        return tl::unexpected(added.error());
+    if (!*setup) return std::move(*setup);
+    (*setup)->detector = detector_;
+    if (Status added = add_live_cameras(live_cameras_, **setup); !added) return tl::unexpected(added.error());
     return std::move(*setup);
   }
+  if (Status status = refuse_flag(app_, "--detector", "a simulated robot finds its tags in another way",
+                                  "Leave it out, or give --robot process:CMD.");
+      !status)
+    return tl::unexpected(status.error());
   if (!live_cameras_.empty())
     return fail(ErrorCode::InvalidArgument, "a simulated robot has simulated cameras",
                 {.key = "--camera-source"}, "Leave it out, or give --robot process:CMD.");
   if (robot_ != "sim")
     return fail(ErrorCode::InvalidArgument, fmt::format("there is no robot '{}'", robot_), {.key = "--robot"},
-                suggestion(robot_, robot_names(processes_)));
+                suggestion(robot_, robot_kind_names(processes_)));
   if (lacks_world())
     return fail(ErrorCode::InvalidArgument, "--world is required: the simulated robot drives in one",
                 {.key = "--world"}, "For example --world circuit24.");

@@ -27,6 +27,9 @@ inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, 
 /// --anchor and --tag-size-m.
 void add_flags(CLI::App& app, LoneAnchor& anchor);
 
+/// --detector, of the pictures of a robot that is a process.
+void add_detector(CLI::App& app, std::string& detector);
+
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.
 class SetupFlags {
@@ -55,6 +58,7 @@ class SetupFlags {
   std::string world_;
   std::string robot_file_;
   std::vector<std::string> live_cameras_{};
+  std::string detector_ = "apriltag3";
   std::uint64_t seed_ = 1;
 };
 

@@ -154,17 +154,31 @@ DoctorLine check_disk(const std::filesystem::path& folder, std::uint64_t free_by
   return line;
 }
 
-DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result) {
+namespace {
+
+DoctorLevel level_of(const LoopTrialResult& result) {
+  const bool late = result.dropped * 10 > result.pictures || result.share > kNoCore || result.pictures == 0;
+  return late ? DoctorLevel::Fail : result.share > kFewCores ? DoctorLevel::Warn : DoctorLevel::Ok;
+}
+
+}  // namespace
+
+DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result,
+                           const std::optional<LoopTrialResult>& other) {
   DoctorLine line{
       .key = "processor",
+      .level = level_of(result),
       .words = fmt::format("tags in {} x {} px at {:g} Hz take {:.0f} % of one core, {:.1f} ms from "
                            "picture to tags; {} of {} pictures passed over",
                            trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
                            result.dropped, result.pictures)};
-  const bool late = result.dropped * 10 > result.pictures || result.share > kNoCore || result.pictures == 0;
-  if (!late && result.share <= kFewCores) return line;
-  line.level = late ? DoctorLevel::Fail : DoctorLevel::Warn;
+  if (line.level == DoctorLevel::Ok) return line;
   line.command = fmt::format("waymark doctor --rate-hz {:g}", trial.rate_hz / 2);
+  if (!other) return line;
+  line.words += fmt::format("; with --detector waymark {:.0f} %, {:.1f} ms, {} of {} passed over",
+                            100 * other->share, other->median_ms, other->dropped, other->pictures);
+  if (level_of(*other) == DoctorLevel::Ok)
+    line.command = "waymark replay map --robot KIND:ADDRESS --detector waymark";
   return line;
 }
 

@@ -46,8 +46,14 @@ Result<std::vector<DoctorLine>> run_doctor(const DoctorJob& job, const DoctorCan
   if (!finder) return tl::unexpected(finder.error());
   const auto tried = try_loop(*finder, job.trial, cancelled);
   if (!tried) return tl::unexpected(tried.error());
+  std::optional<LoopTrialResult> other;
+  if (check_processor(job.trial, *tried).level != DoctorLevel::Ok) {
+    const auto faster = make_tag_finder({.detector = "waymark"});
+    const auto retried = faster ? try_loop(*faster, job.trial, cancelled) : tl::unexpected(faster.error());
+    if (retried) other = *retried;
+  }
   if (cancelled()) return fail(ErrorCode::LimitExceeded, "stopped before all checks were made");
-  lines.push_back(check_processor(job.trial, *tried));
+  lines.push_back(check_processor(job.trial, *tried, other));
   return lines;
 }
 

@@ -68,7 +68,7 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   if (!files) return tl::unexpected(files.error());
   if (Status laps = check_laps(job, files->route); !laps) return tl::unexpected(laps.error());
   PhaseViewers viewers(job.feed, setup.simulated, OperatorState::Replaying);
-  const auto robot = LiveRobot::open(setup, control);
+  const auto robot = LiveRobot::open(as_known(setup, files->map), control);
   if (!robot) return tl::unexpected(robot.error());
   const auto replay =
       LiveReplay::make(setup, slowed(job, (*robot)->speed_limit_m_s()), *files, control,

@@ -1,6 +1,7 @@
 #include "waymark/live/live_robot.hpp"
 
 #include <limits>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -43,6 +44,13 @@ Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
               {.source = "process:" + setup.process.text()}, "Run the robot in real time.");
 }
 
+/// Of its tags and its anchor, whichever are known.
+std::vector<std::string> families_of(const World& world) {
+  std::set<std::string> families = {std::string(to_string(world.anchor.family))};
+  for (const auto& [id, tag] : world.tags.tags) families.emplace(to_string(id.family));
+  return {families.begin(), families.end()};
+}
+
 }  // namespace
 
 LiveRobot::LiveRobot(std::unique_ptr<ProcessRobot> robot, std::unique_ptr<RobotWithCameras> source,
@@ -62,7 +70,7 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
 }
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup, JobControl control) {
-  auto finder = make_tag_finder();
+  auto finder = make_tag_finder({.detector = setup.detector, .families = families_of(setup.simulated.world)});
   if (!finder) return tl::unexpected(finder.error());
   std::vector<MountedCamera> cameras = setup.simulated.cameras();
   ProcessRobotOptions options;

@@ -139,7 +139,12 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   if (!output) return tl::unexpected(output.error());
   FreshFile fresh(job.localize.output);
   LocalizeViewers viewers(setup, job, inputs->setup.tags);
-  const auto robot = LiveRobot::open(setup, control);
+  RobotSetup known = setup;
+  if (!inputs->setup.tags.tags.empty()) {
+    known.simulated.world.tags = inputs->setup.tags;
+    known.simulated.world.anchor = inputs->setup.tags.tags.begin()->first;
+  }
+  const auto robot = LiveRobot::open(known, control);
   if (!robot) return tl::unexpected(robot.error());
   LocalizeSession session(std::move(*localizer), listener_of(job, *output, viewers, fresh, control),
                           viewers.requests(), job.session);

@@ -100,6 +100,23 @@ std::optional<Result<RobotSetup>> load_kind(const std::string& robot, const std:
   return std::nullopt;
 }
 
+std::vector<std::string> robot_kind_names(bool processes) {
+  std::vector<std::string> names = {"sim"};
+  if (!processes) return names;
+  for (const RobotKind& kind : robot_kinds()) names.push_back(fmt::format("{}:{}", kind.name, kind.address));
+  return names;
+}
+
+std::string robot_kinds_help(bool processes) {
+  std::string help = "Robot: sim (simulated)";
+  if (!processes) return help;
+  const auto kinds = robot_kinds();
+  for (const RobotKind& kind : kinds)
+    help += fmt::format("{}{}:{} ({})", &kind == &kinds.back() ? " or " : ", ", kind.name, kind.address,
+                        kind.help);
+  return help;
+}
+
 Status add_live_cameras(const std::vector<std::string>& words, RobotSetup& setup) {
   const std::vector<MountedCamera> cameras = setup.simulated.cameras();
   for (const std::string& word : words) {

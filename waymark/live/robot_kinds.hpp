@@ -36,6 +36,11 @@ struct RobotKind {
 /// All of them.
 [[nodiscard]] std::span<const RobotKind> robot_kinds();
 
+/// "sim" and, with `processes`, each kind as KIND:ADDRESS.
+[[nodiscard]] std::vector<std::string> robot_kind_names(bool processes);
+/// The same with what each address is, for help.
+[[nodiscard]] std::string robot_kinds_help(bool processes);
+
 /// Whether a word begins as `KIND:ADDRESS` does.
 [[nodiscard]] bool is_robot_kind(std::string_view word);
 

@@ -20,6 +20,7 @@ struct RobotSetup {
   std::string robot_yaml;
   RobotCommand process{};                          ///< what is the robot; empty: it is simulated
   std::vector<CameraAddress> live_cameras{};       ///< of this computer, on a robot that is a process
+  std::string detector = "apriltag3";              ///< of the pictures of such a robot
   std::string robot_path{};                        ///< of the robot's file
   std::optional<CommissionRecord> commissioned{};  ///< of the robot's file
   CommissionGround ground{};                       ///< what a commission of this robot rests on
