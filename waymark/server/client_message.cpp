@@ -96,9 +96,9 @@ std::optional<double> number_of(const Json& object, const char* key, double most
 
 Result<ViewerOrder> order_named(std::string_view name) {
   using Kind = ViewerOrder::Kind;
-  for (const auto& [word, kind] : {std::pair{"go", Kind::Go}, std::pair{"stop", Kind::Stop},
-                                   std::pair{"quit", Kind::Quit}, std::pair{"script", Kind::Script},
-                                   std::pair{"teach", Kind::Teach}}) {
+  for (const auto& [word, kind] :
+       {std::pair{"go", Kind::Go}, std::pair{"stop", Kind::Stop}, std::pair{"quit", Kind::Quit},
+        std::pair{"script", Kind::Script}, std::pair{"teach", Kind::Teach}}) {
     if (name == word) return ViewerOrder{.kind = kind};
   }
   return nonsense("an order is one of go, stop, script, teach, quit");
