@@ -21,12 +21,13 @@ namespace waymark {
 
 /// What the robot's loop says of itself, beside its samples.
 struct LiveStatus {
-  std::string phase = {};                  ///< of the operator's session: "idle", "teaching", …
-  std::string reason = {};                 ///< of the last stop; empty when all is well
-  std::vector<std::string> commands = {};  ///< that mean something now: "go", "stop", "script", "teach", "quit"
-  bool page_drives = false;                ///< while teaching: the page's keys drive
-  std::optional<bool> certain = {};        ///< the estimate can be relied on; nothing without an estimator
-  std::string halted = {};                 ///< why the replay stands at the moment; empty when it does not
+  std::string phase = {};   ///< of the operator's session: "idle", "teaching", …
+  std::string reason = {};  ///< of the last stop; empty when all is well
+  std::vector<std::string> commands =
+      {};                            ///< that mean something now: "go", "stop", "script", "teach", "quit"
+  bool page_drives = false;          ///< while teaching: the page's keys drive
+  std::optional<bool> certain = {};  ///< the estimate can be relied on; nothing without an estimator
+  std::string halted = {};           ///< why the replay stands at the moment; empty when it does not
   double driven_m = 0;
   double goal_m = 0;
   int dropped_pictures = 0;  ///< that came faster than they could be looked at
