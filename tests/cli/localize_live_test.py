@@ -164,7 +164,7 @@ class Camera(InFolder):
         (self.folder / "other.yaml").write_text((self.folder / "map.yaml").read_text().replace("tag36h11:7", "tag36h11:8").replace("tag36h11:42", "tag36h11:43"))
         lost = self.run_here("localize", "v4l2:/dev/video0", "--camera", "camera.yaml", "--map", "other.yaml", "--duration-s", "0.5", env=fake.environment(""))
         self.assertEqual(lost.code, 1, "none of its tags are in this map")
-        self.assertIn("do not suffice", lost.out)
+        self.assertIn("none of the tags is in the map", lost.out)
 
 
 if __name__ == "__main__":

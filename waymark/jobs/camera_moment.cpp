@@ -1,5 +1,6 @@
 #include "waymark/jobs/camera_moment.hpp"
 
+#include <algorithm>
 #include <set>
 #include <string>
 
@@ -69,7 +70,15 @@ TagFrame at_middle_row(const Motion& motion, const TagMap& map, const CameraMode
 CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera) {
   CameraMoment moment{.stamp = frame.stamp, .tags = static_cast<int>(frame.detections.size())};
   const auto pose = estimate_camera_pose(frame.detections, map, camera);
-  if (!pose || !pose->usable()) return moment;
+  if (!pose || !pose->usable()) {
+    const bool known = std::ranges::any_of(
+        frame.detections, [&](const TagDetection& seen) { return map.find(seen.tag) != nullptr; });
+    if (!frame.detections.empty())
+      moment.why = !known                      ? "none of the tags is in the map"
+                   : pose && pose->ambiguous() ? "the tags fit two poses, or contradict each other"
+                                               : "the tags fit no pose";
+    return moment;
+  }
   const CameraPoseEstimate& best = pose->estimates.front();
   moment.tags = static_cast<int>(best.detections.size());
   // A turn from the right leaves an error of the parent's side as it is.

@@ -22,6 +22,7 @@ struct CameraMoment {
   int tags = 0;        ///< of the map, that the pose rests on; without a pose: that were found
   /// Nothing where no tag of the map was found, or the picture does not tell which of two poses is true.
   std::optional<Uncertain<SE3>> map_T_body{};
+  const char* why = "";  ///< there is no pose although tags were found, in words
 };
 
 /// The pose by the tags of one picture of a global shutter.

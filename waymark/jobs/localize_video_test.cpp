@@ -99,6 +99,9 @@ TEST(CameraMoments, OfNothingAreNothing) {
   ASSERT_EQ(moments.size(), 3U);
   EXPECT_FALSE(moments[1].map_T_body);
   EXPECT_EQ(moments[1].tags, 0);
+  EXPECT_STREQ(moments[1].why, "");
+  TagDetection stranger{.tag = {FamilyId::Tag16h5, 3}};
+  EXPECT_STREQ(camera_moment({.detections = {stranger}}, {}, phone()).why, "none of the tags is in the map");
 }
 
 TEST(CameraMoments, LookForTheFamiliesOfTheMap) {

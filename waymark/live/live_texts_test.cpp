@@ -71,7 +71,8 @@ TEST(MomentLine, TheDeviationIsThatOfTheWorstDirection) {
 
 TEST(MomentLine, SaysWhetherTagsWereMissingOrDidNotSuffice) {
   EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 0}), HasSubstr("no tags were seen"));
-  EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 1}), HasSubstr("do not suffice"));
+  EXPECT_THAT(moment_line(1, {.stamp = at_s(1), .tags = 1, .why = "two poses"}),
+              HasSubstr("not known, two poses"));
   EXPECT_TRUE(json::parse(moment_json({.stamp = at_s(1), .tags = 1}))["pose"].is_null());
 }
 

@@ -48,7 +48,7 @@ std::string estimate_json(SensorTime now, const std::optional<LocalizationEstima
 std::string moment_line(double since_s, const CameraMoment& moment) {
   if (!moment.map_T_body)
     return fmt::format("{:8.1f} s: not known, {}\n", since_s,
-                       moment.tags == 0 ? "no tags were seen" : "the tags that are seen do not suffice");
+                       moment.tags == 0 ? "no tags were seen" : moment.why);
   const SE3& pose = moment.map_T_body->mean;
   const Eigen::Vector3d& at = pose.translation();
   const Eigen::Vector3d rpy = pose.rotation().rpy();
@@ -64,7 +64,10 @@ std::string moment_json(const CameraMoment& moment) {
                               {"age_ms", 1e3 * to_seconds(moment.age)},
                               {"tags", moment.tags},
                               {"pose", nullptr}};
-  if (!moment.map_T_body) return json_line(json);
+  if (!moment.map_T_body) {
+    json["why"] = moment.why;
+    return json_line(json);
+  }
   const Eigen::Vector3d& at = moment.map_T_body->mean.translation();
   const Eigen::Quaterniond& q = moment.map_T_body->mean.rotation().quaternion();
   json["pose"] = {{"position_m", {at.x(), at.y(), at.z()}},

@@ -203,8 +203,11 @@ Result<std::optional<RobotMessage>> RobotMessageReader::read(const Line& line) {
                "No message of the protocol is deeper than 5.");
   const json object = json::parse(line.text, nullptr, false);
   if (object.is_discarded() || !object.is_object())
-    return bad(fmt::format("is no JSON object: '{}'", line.text.substr(0, 60)),
-               "Standard output carries messages alone: let the robot print words on standard error.");
+    return bad(
+        fmt::format("is no JSON object: '{}'", line.text.substr(0, 60)),
+        line.text.find("NaN") != std::string::npos || line.text.find("Infinity") != std::string::npos
+            ? "JSON has neither NaN nor Infinity: let the robot leave out a sample that it does not know."
+            : "Standard output carries messages alone: let the robot print words on standard error.");
   const auto type = object.find("type");
   if (type == object.end() || !type->is_string()) return bad("has no 'type'");
   const auto name = type->get<std::string>();

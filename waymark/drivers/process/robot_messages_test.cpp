@@ -222,7 +222,7 @@ TEST(RobotMessages, APictureThatCannotBeReadIsLeftOutAndCounted) {
 TEST(RobotMessages, BadLinesAreErrorsThatSayWhere) {
   Reader reader;
   EXPECT_THAT(reader.error("motors on"), HasSubstr("process:tiny:2: is no JSON object: 'motors on'"));
-  EXPECT_THAT(reader.error(R"({"type":"odometry","stamp_s":1,"x_m":NaN})"), HasSubstr("no JSON"));
+  EXPECT_THAT(reader.error(R"({"type":"odometry","stamp_s":1,"x_m":NaN})"), HasSubstr("neither NaN nor"));
   EXPECT_THAT(reader.error(R"({"type":"wheels","stamp_s":1,"left_rad":1e999,"right_rad":0})"),
               HasSubstr("process:tiny:4"));
   EXPECT_THAT(reader.error(R"({"type":"wheels","stamp_s":1,"left_rad":"1","right_rad":0})"),
