@@ -26,7 +26,8 @@ Status write(const LocalizeVideoJob& job, const std::vector<TagFrame>& frames,
   const auto closed = output->close(!status);
   if (status && closed) return {};
   std::error_code ignored;  // the part of a video would look like all of it
-  if (!job.localize.output.empty()) std::filesystem::remove(job.localize.output, ignored);
+  if (std::filesystem::is_regular_file(job.localize.output, ignored))
+    std::filesystem::remove(job.localize.output, ignored);
   return status ? tl::unexpected(closed.error()) : status;
 }
 
