@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Input that wants to do harm: names for a shell, packed bombs, pipes, links, journals, damage of one byte, lines of a robot nested without end."""
+import contextlib
 import gzip
 import http.client
 import json
@@ -17,6 +18,15 @@ import harness
 from recordings import LINE
 
 MEBIBYTE = gzip.compress(bytes(1 << 20))
+
+
+def open_files(pid):
+    """Names of the files that a process has open; one that is closed while this looks is left out."""
+    names = []
+    for link in pathlib.Path(f"/proc/{pid}/fd").iterdir():
+        with contextlib.suppress(FileNotFoundError):
+            names.append(os.readlink(link))
+    return names
 
 
 class Hostile(harness.InFolder):
@@ -66,7 +76,7 @@ time.sleep(20)
         for ending in (signal.SIGINT, signal.SIGKILL):
             process = subprocess.Popen([harness.PROGRAM, "info", bomb], env=os.environ | {"TMPDIR": str(temporary)},
                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-            while process.poll() is None and not any("waymark-" in os.readlink(link) for link in pathlib.Path(f"/proc/{process.pid}/fd").iterdir()):
+            while process.poll() is None and not any("waymark-" in name for name in open_files(process.pid)):
                 time.sleep(0.01)
             start = time.monotonic()
             process.send_signal(ending)

@@ -20,6 +20,7 @@ std::optional<std::filesystem::path> real_data(const std::string& relative) {
 
 std::filesystem::path fresh_folder(const std::string& name) {
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+  if (info == nullptr) ADD_FAILURE() << "fresh_folder(\"" << name << "\") outside of a test";
   const std::string test = info == nullptr ? "" : std::string(info->test_suite_name()) + "." + info->name();
   std::string leaf = "waymark-" + test + "-" + name;
   for (char& c : leaf) {

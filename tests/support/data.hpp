@@ -10,7 +10,8 @@ namespace waymark::testing {
 /// With WAYMARK_REQUIRE_DATA set, missing data is a test failure instead of a skip.
 std::optional<std::filesystem::path> real_data(const std::string& relative);
 
-/// A fresh empty folder for one test, removed by the next run of the same test.
+/// A fresh empty folder for one test, removed by the next run of the same test. For use inside a test or its
+/// SetUp: in SetUpTestSuite no test has a name yet, and processes that run at once would share the folder.
 std::filesystem::path fresh_folder(const std::string& name);
 
 }  // namespace waymark::testing

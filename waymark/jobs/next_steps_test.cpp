@@ -101,10 +101,8 @@ TEST(ShellWord, OnlyWhatAShellWouldReadIsQuoted) {
 
 class LookAt : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    file_ = test::record_lap(testing::fresh_folder("jobs_look_at") / "lap.mcap", 21, {.for_s = 3});
-  }
-  static inline std::string file_;
+  // Not once for the suite: CTest runs each test in a process of its own, several at once.
+  std::string file_ = test::record_lap(testing::fresh_folder("jobs_look_at") / "lap.mcap", 21, {.for_s = 3});
 };
 
 TEST_F(LookAt, TheSummaryNamesTopicsAttachmentsAndWhatToDo) {
