@@ -76,7 +76,7 @@ time.sleep(20)
         for ending in (signal.SIGINT, signal.SIGKILL):
             process = subprocess.Popen([harness.PROGRAM, "info", bomb], env=os.environ | {"TMPDIR": str(temporary)},
                                        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-            while process.poll() is None and not any("waymark-" in name for name in open_files(process.pid)):
+            while process.poll() is None and not any("(deleted)" in name for name in open_files(process.pid)):
                 time.sleep(0.01)
             start = time.monotonic()
             process.send_signal(ending)

@@ -9,23 +9,37 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 namespace waymark {
 
+namespace {
+
+/// The descriptor of a file without a name in `folder`, or -1 and errno. Never named where the file system
+/// has O_TMPFILE; elsewhere (NFS, older overlays) a process killed between two calls leaves an empty file.
+int open_unnamed(const std::filesystem::path& folder) {
+  const int unnamed = ::open(folder.c_str(), O_TMPFILE | O_EXCL | O_RDWR | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (unnamed >= 0) return unnamed;
+  std::string path = (folder / "waymark-XXXXXX").string();
+  const int named = ::mkostemp(path.data(), O_CLOEXEC);
+  if (named >= 0) ::unlink(path.c_str());
+  return named;
+}
+
+}  // namespace
+
 Result<std::shared_ptr<TemporaryFile>> TemporaryFile::create() {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::temp_directory_path(error);
   if (error) folder = "/tmp";
-  std::string path = (folder / "waymark-XXXXXX").string();
-  const int fd = ::mkostemp(path.data(), O_CLOEXEC);
+  const int fd = open_unnamed(folder);
   if (fd < 0)
     return fail(ErrorCode::Unwritable,
                 fmt::format("cannot create a temporary file: {}",
                             std::strerror(errno)),  // NOLINT(concurrency-mt-unsafe)
-                {.source = path}, "Set TMPDIR to a folder that can be written.");
-  ::unlink(path.c_str());
+                {.source = folder.string()}, "Set TMPDIR to a folder that can be written.");
   return std::shared_ptr<TemporaryFile>(new TemporaryFile(fd, folder.string()));
 }
 
