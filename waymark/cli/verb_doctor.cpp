@@ -24,6 +24,8 @@ struct DoctorArgs {
                "Side that the black square of that tag should have", between(0.001, 10.0))
         ->needs("--tag-at-m");
     app.get_option("--tag-at-m")->needs("--tag-size-m");
+    add_option(app, "--family NAME", job.tag.families, "Families that the tag may be of", kShown, kByCommas)
+        ->needs("--tag-at-m");
     add_option(app, "--folder PATH", job.folder, "Folder in which recordings will be written", kShown);
     add_option(app, "--width-px INTEGER", job.trial.width, "Width of the pictures of the trial", kShown,
                between(64, 8192));

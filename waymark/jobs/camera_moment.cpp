@@ -1,7 +1,6 @@
 #include "waymark/jobs/camera_moment.hpp"
 
 #include <algorithm>
-#include <set>
 #include <string>
 
 #include "waymark/factors/rolling_shutter.hpp"
@@ -122,11 +121,7 @@ Status check_tag_poses(const TagMap& map, const std::string& source) {
 }
 
 Result<TagFinder> tag_finder_for(const TagMap& map) {
-  DetectorOptions options;
-  std::set<std::string> families;
-  for (const auto& [id, tag] : map.tags) families.emplace(to_string(id.family));
-  options.families.assign(families.begin(), families.end());
-  return make_tag_finder(options);
+  return make_tag_finder({.families = families_of(map)});
 }
 
 }  // namespace waymark

@@ -1,4 +1,6 @@
 // Pictures inside a recording are searched one by one, and a lap without tags is mapped by them.
+#include <set>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -104,6 +106,23 @@ TEST_F(DetectRecording, ALapOfPicturesGetsItsTagsWhileItIsRead) {
   const auto stopped = read_lap_file(file_.string(), test::cancelled_after(1));
   ASSERT_FALSE(stopped);
   EXPECT_THAT(stopped.error().message, HasSubstr("stopped"));
+}
+
+TEST_F(DetectRecording, TheFamilyOfTheRecordedAnchorIsLookedForToo) {
+  constexpr TagId kAnchor{FamilyId::TagCustom48h12, 7};
+  Image picture = painted_picture(50);
+  testing::paint_tag(picture, kAnchor, testing::square_corners({145, 75}, 40, 0));
+  file_ = testing::fresh_folder("jobs_anchor_family") / "lap.mcap";
+  auto recorder = SampleRecorder::open(std::move(*create_file(file_)));
+  ASSERT_TRUE(recorder);
+  ASSERT_TRUE(recorder->add_metadata(lap_facts::kMetadata, {{lap_facts::kAnchor, to_string(kAnchor)}}));
+  ASSERT_TRUE(recorder->add(CameraFrame{.image = std::move(picture)}));
+  ASSERT_TRUE(recorder->close());
+  const auto lap = read_lap_file(file_.string());
+  ASSERT_TRUE(lap) << to_string(lap.error());
+  std::set<TagId> found;
+  for (const TagDetection& detection : lap->frames.at(0).detections) found.insert(detection.tag);
+  EXPECT_THAT(found, ElementsAre(kPainted, kAnchor));
 }
 
 TEST_F(DetectRecording, TheDetectorThatIsNamedSearchesThePicturesAlsoBesideTags) {

@@ -1,5 +1,6 @@
 #include "waymark/jobs/lap_input.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include <fmt/format.h>
@@ -30,15 +31,28 @@ Result<SE3> pose_of(std::string_view text) {
   return SE3(*rotation, {n[0], n[1], n[2]});
 }
 
-std::optional<std::string> metadata(const RecordedLap& lap, const std::string& key) {
-  const auto block = lap.setup.metadata.find(lap_facts::kMetadata);
-  if (block == lap.setup.metadata.end()) return std::nullopt;
+std::optional<std::string> metadata(const RecordingSetup& setup, const std::string& key) {
+  const auto block = setup.metadata.find(lap_facts::kMetadata);
+  if (block == setup.metadata.end()) return std::nullopt;
   const auto value = block->second.find(key);
   return value == block->second.end() ? std::nullopt : std::optional(value->second);
 }
 
+/// tag36h11, and the family of the anchor where the recording names one.
+std::vector<std::string> usual_families(MessageLog& log, const CameraChoice& choice) {
+  std::vector<std::string> families = DetectorOptions{}.families;
+  const auto setup = log.setup(choice);
+  const auto recorded = setup ? metadata(*setup, lap_facts::kAnchor) : std::nullopt;
+  if (!recorded) return families;
+  const auto anchor = tag_named(*recorded);
+  if (!anchor) return families;
+  const std::string family(to_string(anchor->family));
+  if (std::ranges::find(families, family) == families.end()) families.push_back(family);
+  return families;
+}
+
 Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, TeachSetup& setup) {
-  const std::optional<std::string> recorded = metadata(lap, lap_facts::kAnchor);
+  const std::optional<std::string> recorded = metadata(lap.setup, lap_facts::kAnchor);
   if (!recorded && !overrides.anchor)
     return fail(ErrorCode::NotFound, "the recording does not say which tag is the anchor", {},
                 "Give --anchor with a tag that was seen, for example --anchor tag36h11:0.");
@@ -47,7 +61,7 @@ Status fill_anchor(const RecordedLap& lap, const SetupOverrides& overrides, Teac
   setup.anchor = *anchor;
   setup.map_T_anchor = overrides.map_T_anchor.value_or(anchor_at_origin());
   if (overrides.map_T_anchor) return {};
-  const std::optional<std::string> pose = metadata(lap, lap_facts::kAnchorPose);
+  const std::optional<std::string> pose = metadata(lap.setup, lap_facts::kAnchorPose);
   if (!pose || (recorded && *recorded != to_string(*anchor))) {
     setup.anchor_pose_given = false;
     return {};
@@ -111,7 +125,7 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
 
 std::optional<double> tag_size_of(const RecordedLap& lap, const SetupOverrides& overrides) {
   if (overrides.tag_size_m) return overrides.tag_size_m;
-  return parse_number(metadata(lap, lap_facts::kTagSize).value_or(""));
+  return parse_number(metadata(lap.setup, lap_facts::kTagSize).value_or(""));
 }
 
 Result<std::optional<World>> true_world(const RecordedLap& lap) {
@@ -141,7 +155,7 @@ Result<RecordedLap> read_lap_files(const std::vector<std::string>& paths, const 
     if (control.cancelled())
       return fail(ErrorCode::Unreadable, "stopped before its tags were found", {.source = paths.front()});
     if (finder == nullptr && !usual) {
-      auto made = make_tag_finder();
+      auto made = make_tag_finder({.families = usual_families(**log, choice)});
       if (!made) return tl::unexpected(made.error());
       usual = std::move(*made);
     }

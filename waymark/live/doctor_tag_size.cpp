@@ -77,7 +77,7 @@ DoctorLine check_tag_size(const std::string& address, const std::filesystem::pat
                           const TagSizeTrial& trial, const DoctorCancelled& cancelled) {
   const auto camera = read_camera(calibration);
   if (!camera) return warning(to_string(camera.error()), "waymark calibrate camera --help");
-  const auto finder = make_tag_finder();
+  const auto finder = make_tag_finder({.families = trial.families});
   if (!finder) return warning(to_string(finder.error()));
   const auto source = open_live_camera(address);
   if (!source) return warning(to_string(source.error()), "waymark cameras");

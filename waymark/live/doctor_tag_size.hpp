@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "waymark/camera/camera_model.hpp"
 #include "waymark/live/doctor.hpp"
@@ -12,8 +13,9 @@ namespace waymark {
 
 /// A tag that somebody holds before the camera, at a distance that was measured.
 struct TagSizeTrial {
-  double size_m = 0;               ///< that the tag should have, without its white margin
-  double distance_m = 0;           ///< from the front of the lens to the centre of the tag
+  std::vector<std::string> families = {"tag36h11"};  ///< that the tag may be of
+  double size_m = 0;                                 ///< that the tag should have, without its white margin
+  double distance_m = 0;                             ///< from the front of the lens to the centre of the tag
   double distance_sigma_m = 0.01;  ///< of that measurement, and of where in the lens the camera's centre is
 };
 

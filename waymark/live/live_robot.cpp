@@ -45,10 +45,11 @@ Status check_listening(const RobotSetup& setup, const ProcessRobot& robot) {
 }
 
 /// Of its tags and its anchor, whichever are known.
-std::vector<std::string> families_of(const World& world) {
-  std::set<std::string> families = {std::string(to_string(world.anchor.family))};
-  for (const auto& [id, tag] : world.tags.tags) families.emplace(to_string(id.family));
-  return {families.begin(), families.end()};
+std::vector<std::string> families_in(const World& world) {
+  std::vector<std::string> families = families_of(world.tags);
+  const std::string anchors(to_string(world.anchor.family));
+  if (std::ranges::find(families, anchors) == families.end()) families.push_back(anchors);
+  return families;
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
 }
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup, JobControl control) {
-  auto finder = make_tag_finder({.detector = setup.detector, .families = families_of(setup.simulated.world)});
+  auto finder = make_tag_finder({.detector = setup.detector, .families = families_in(setup.simulated.world)});
   if (!finder) return tl::unexpected(finder.error());
   std::vector<MountedCamera> cameras = setup.simulated.cameras();
   ProcessRobotOptions options;

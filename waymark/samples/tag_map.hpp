@@ -2,6 +2,8 @@
 
 #include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -51,5 +53,8 @@ struct TagMap {
     return it == tags.end() ? nullptr : &it->second;
   }
 };
+
+/// The families of its tags by name, sorted, each once: what pictures of these tags are searched for. O(n).
+[[nodiscard]] std::vector<std::string> families_of(const TagMap& map);
 
 }  // namespace waymark
