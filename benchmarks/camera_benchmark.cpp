@@ -27,7 +27,8 @@ Image picture(int width, int height) {
   Random random(1);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
-      image.row(y)[x] = static_cast<std::uint8_t>(80 + 40 * ((x / 16 + y / 16) % 2) + random.index(8));
+      image.row(y)[x] =
+          static_cast<std::uint8_t>(80U + ((x / 16 + y / 16) % 2 == 0 ? 0U : 40U) + random.index(8));
   return image;
 }
 
