@@ -54,7 +54,7 @@ class PendingException {
     try {
       return std::forward<Call>(call)();
     } catch (...) {
-      pending_ = std::current_exception();
+      if (!pending_) pending_ = std::current_exception();  // the first one is the cause
       return fail(ErrorCode::InvalidArgument, "a Python callback raised an exception");
     }
   }

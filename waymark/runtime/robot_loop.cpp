@@ -112,13 +112,13 @@ Result<RobotLoopEnd> RobotLoop::drive(const RobotListener& listener) {
   began_ = pacing_.lockstep ? Duration(0) : pacing_.clock();
   next_decision_ = Duration(0);
   RobotLoopEnd end;
-  if (Status status = run(listener, end); !status) {
-    (void)stand();
-    return tl::unexpected(status.error());
-  }
+  const Status status = run(listener, end);
+  if (!status) (void)stand();
   end.uptime = uptime();
   const auto now = source_.now();
   if (now && first_) end.seconds = to_seconds(*now - *first_);
+  if (!options_.listen_only) robot_.finish();
+  if (!status) return tl::unexpected(status.error());
   return end;
 }
 

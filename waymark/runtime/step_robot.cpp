@@ -11,9 +11,16 @@ Status StepRobot::command(const VelocityCommand& command) {
   return {};
 }
 
+void StepRobot::finish() {
+  if (std::exchange(obeyed_, {}) == VelocityCommand{}) return;
+  clock_ += period_;
+  (void)step_({}, SensorTime(clock_));  // what it measures, or that it fails, is nobody's business any more
+}
+
 Result<std::optional<RobotEvent>> StepRobot::next(Duration /*most*/) {
   if (events_.empty()) {
     clock_ += period_;
+    obeyed_ = command_;  // also where the function fails: it may have begun
     Result<std::vector<Sample>> measured = step_(command_, SensorTime(clock_));
     if (!measured) return tl::unexpected(measured.error());
     for (Sample& sample : *measured) events_.emplace_back(std::move(sample));

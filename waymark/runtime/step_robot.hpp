@@ -11,7 +11,8 @@ namespace waymark {
 
 /// A robot that is one function: it obeys the newest command for one period and returns what the sensors
 /// measured meanwhile. After each call a new command is asked for (lockstep). For a simulator, and for
-/// hardware that is polled; such a function waits until the period is over. A robot that sends by itself
+/// hardware that is polled; such a function waits until the period is over. When a drive ends, whatever ends
+/// it, a function whose last command was not zero is called once more with zero. A robot that sends by itself
 /// implements Source and Robot.
 class StepRobot final : public Source, public Robot {
  public:
@@ -21,6 +22,7 @@ class StepRobot final : public Source, public Robot {
   explicit StepRobot(Step step, Duration period = std::chrono::milliseconds(50));
 
   Status command(const VelocityCommand& command) override;
+  void finish() override;
   Result<std::optional<RobotEvent>> next(Duration most) override;
   [[nodiscard]] bool more() const override { return !events_.empty(); }
   [[nodiscard]] std::optional<SensorTime> now() const override { return SensorTime(clock_); }
@@ -33,6 +35,7 @@ class StepRobot final : public Source, public Robot {
   Duration period_;
   Duration clock_{};
   VelocityCommand command_{};
+  VelocityCommand obeyed_{};
   std::deque<RobotEvent> events_{};
 };
 

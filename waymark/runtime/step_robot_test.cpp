@@ -55,9 +55,35 @@ TEST(StepRobot, EachCommandIsObeyedForOnePeriod) {
   };
   const auto driven = RobotLoop(robot, robot, robot.pacing()).drive(listener);
   ASSERT_TRUE(driven);
-  EXPECT_THAT(kinematics.commands, ElementsAre(0, 0.1, ::testing::DoubleEq(0.2), ::testing::DoubleEq(0.3)));
+  EXPECT_THAT(kinematics.commands, ElementsAre(0, 0.1, ::testing::DoubleEq(0.2), ::testing::DoubleEq(0.3), 0))
+      << "and stands at the end";
   EXPECT_NEAR(kinematics.map_T_base.x(), 0.06, 1e-12);
   EXPECT_NEAR(to_seconds(driven->uptime), 0.4, 1e-9);
+}
+
+TEST(StepRobot, HoweverADriveEndsTheLastCommandIsZero) {
+  enum class Ending { Finished, Interrupted, TimedOut, FunctionFails, DecisionFails };
+  for (const Ending ending : {Ending::Finished, Ending::Interrupted, Ending::TimedOut, Ending::FunctionFails,
+                              Ending::DecisionFails}) {
+    std::vector<double> commands;
+    StepRobot robot([&](const VelocityCommand& command, SensorTime) -> Result<std::vector<Sample>> {
+      commands.push_back(command.speed_m_s);
+      if (commands.size() == 4 && ending == Ending::FunctionFails)
+        return fail(ErrorCode::Unreadable, "the wheels do not answer");
+      return std::vector<Sample>{};
+    });
+    RobotListener listener;
+    listener.should_stop = [&] { return commands.size() == 4 && ending == Ending::Interrupted; };
+    listener.decide = [&](Duration, SensorTime) -> Result<DriverDecision> {
+      if (commands.size() == 4 && ending == Ending::DecisionFails)
+        return fail(ErrorCode::InvalidArgument, "no decision");
+      return DriverDecision{.command = {commands.size() == 4 ? 0 : 0.2, 0},
+                            .done = commands.size() == 4 && ending == Ending::Finished};
+    };
+    const double timeout_s = ending == Ending::TimedOut ? 0.2 : 60;
+    (void)RobotLoop(robot, robot, robot.pacing(), {}, {.timeout_s = timeout_s}).drive(listener);
+    EXPECT_THAT(commands, ElementsAre(0, 0.2, 0.2, 0.2, 0)) << static_cast<int>(ending);
+  }
 }
 
 TEST(StepRobot, AnErrorOfTheFunctionEndsTheDrive) {

@@ -49,6 +49,9 @@ class Robot {
   Robot& operator=(const Robot&) = delete;
 
   virtual Status command(const VelocityCommand& command) = 0;
+  /// The drive is over, whatever ended it, and its last command was zero. For robots that obey a command only
+  /// when they are asked for samples the next time, which will not come.
+  virtual void finish() {}
 
  protected:
   Robot() = default;
