@@ -160,6 +160,20 @@ class Robot(Wire):
         self.assertIn("no odometry came on /odom", robot.stderr)
 
 
+    def test_topics_that_nobody_has_are_named(self):
+        self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
+        profile = self.folder / "wrong.yaml"
+        profile.write_text("robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n")
+        commands = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)["commands"]
+        self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
+        robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        said = ""
+        while not all(words in said for words in ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")):
+            line = robot.stdout.readline()
+            self.assertNotEqual(line, "", said)
+            said += line if "nobody" in line else ""
+
+
 class Kill(Wire):
     def stop_times(self, victim, signal_number, seconds=12):
         """Drives through the watchdog, kills the victim, and gives the last moving command after the kill [s]."""

@@ -24,6 +24,11 @@ BusEndpoint endpoint_of(const Proxy& proxy, bool publishes) {
   return endpoint;
 }
 
+/// Fast DDS tells of a participant's own readers and writers, too.
+bool is_own(const dds::DomainParticipant* participant, const rtps::GUID_t& endpoint) {
+  return participant != nullptr && participant->guid().guidPrefix == endpoint.guidPrefix;
+}
+
 }  // namespace
 
 Guid bytes_of(const rtps::GUID_t& guid) {
@@ -80,14 +85,16 @@ void Discovered::on_participant_discovery(dds::DomainParticipant* /*participant*
                 [&](const auto& entry) { return entry.first.guidPrefix == info.info.m_guid.guidPrefix; });
 }
 
-void Discovered::on_subscriber_discovery(dds::DomainParticipant* /*participant*/,
+void Discovered::on_subscriber_discovery(dds::DomainParticipant* participant,
                                          rtps::ReaderDiscoveryInfo&& info) {
+  if (is_own(participant, info.info.guid())) return;
   set(info.info.guid(), info.status != rtps::ReaderDiscoveryInfo::REMOVED_READER,
       endpoint_of(info.info, false));
 }
 
-void Discovered::on_publisher_discovery(dds::DomainParticipant* /*participant*/,
+void Discovered::on_publisher_discovery(dds::DomainParticipant* participant,
                                         rtps::WriterDiscoveryInfo&& info) {
+  if (is_own(participant, info.info.guid())) return;
   set(info.info.guid(), info.status != rtps::WriterDiscoveryInfo::REMOVED_WRITER,
       endpoint_of(info.info, true));
 }

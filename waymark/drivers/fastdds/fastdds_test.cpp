@@ -8,6 +8,7 @@
 #include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "waymark/drivers/fastdds/discovered.hpp"
 #include "waymark/drivers/fastdds/fastdds_bus.hpp"
@@ -142,6 +143,16 @@ TEST(Discovered, ThereIsNobodyBeforeAnybodyWasFoundNorAfterAllHaveLeft) {
   EXPECT_EQ(discovered.participants(), std::vector<std::string>{"/robot"}) << "once";
   tell(rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT);
   EXPECT_TRUE(discovered.participants().empty());
+}
+
+TEST(FastddsBus, ItsOwnTopicsAreNotThoseOfOthers) {
+  const auto bus = open_fastdds_bus({.domain = 1 + getpid() % 199, .localhost_only = true});
+  ASSERT_TRUE(bus) << to_string(bus.error());
+  const BusTopic own{"rt/own", "std_msgs::msg::dds_::String_"};
+  ASSERT_TRUE((*bus)->subscribe(own, {}));
+  ASSERT_TRUE((*bus)->advertise(own, {}));
+  (void)(*bus)->next(std::chrono::milliseconds(500));
+  for (const BusEndpoint& endpoint : (*bus)->endpoints()) EXPECT_NE(endpoint.name.topic, own.topic);
 }
 
 TEST(FastddsBus, ADomainThatCannotBeJoinedIsAnErrorWithAHint) {

@@ -34,6 +34,10 @@ SensorTime wall_clock() {
       std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
 }
 
+constexpr const char* kNothingArrives =
+    "it is offered, but nothing arrives: is its program restricted to its own machine (--localhost, "
+    "ROS_LOCALHOST_ONLY), or a firewall between? ";
+
 class Ros2Robot {
  public:
   Ros2Robot(const Ros2Profile& profile, const RobotDescription& robot, BusOptions bus_options,
@@ -210,13 +214,15 @@ class Ros2Robot {
     if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
-      if (publisher_ && now - advertised_ > options_.report_after &&
-          bus_->matched_subscriptions(*publisher_) == 0)
+      if (waited > kListen) say_unpublished(others);
+      if (publisher_ && now - advertised_ > kListen && bus_->matched_subscriptions(*publisher_) == 0)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
-    const std::string where = missing_clock() + searched(bus_options_, *bus_);
+    const std::string where = missing_clock() +
+                              (published(profile_.odometry_topic, others) ? kNothingArrives : "") +
+                              searched(bus_options_, *bus_);
     if (waited >= options_.give_up_after)
       return fail(ErrorCode::NotFound,
                   fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
@@ -225,6 +231,20 @@ class Ros2Robot {
     if (waited >= options_.report_after)
       talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
     return {};
+  }
+
+  [[nodiscard]] static bool published(const std::string& topic, const std::vector<BusEndpoint>& others) {
+    const std::string wanted = dds_topic(topic, "").topic;
+    return std::ranges::any_of(
+        others, [&](const BusEndpoint& one) { return one.publishes && one.name.topic == wanted; });
+  }
+
+  /// Topics of tags and pictures that the profile names and nobody has.
+  void say_unpublished(const std::vector<BusEndpoint>& others) {
+    for (const std::string* topic :
+         {&profile_.image_topic, &profile_.compressed_image_topic, &profile_.detections_topic})
+      if (!topic->empty() && !published(*topic, others) && !published(*topic + "/compressed", others))
+        talk_.say_once(fmt::format("nobody publishes {}: is its name in the profile right?", *topic));
   }
 
   [[nodiscard]] std::string missing_clock() const {
