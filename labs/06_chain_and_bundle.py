@@ -7,7 +7,7 @@ import tempfile
 
 import numpy as np
 
-from waymark import config, evaluation, geometry, labs, mapping, recording, simulation
+from waymark import config, geometry, labs, mapping, recording, simulation
 
 world, robot = config.read_world("circuit24"), config.read_robot("limo")
 folder = tempfile.mkdtemp()
@@ -40,7 +40,7 @@ def closed(poses):
 
 # %% [markdown]
 # ## 3. How wrong is a map?
-# The root mean square distance [m] of the centres of the tags that both maps have.
+# The root mean square distance [m] of the centres of the tags that both maps have. Write it yourself, with NumPy and without `waymark.evaluation`, which has such a function.
 
 # %%
 def map_error(estimated, truth):

@@ -30,7 +30,8 @@ def goal(line, x, y, ahead_m):
 # The circle that leaves the robot straight ahead and goes through the point. Give its curvature (1 / radius, positive to the left).
 # <details><summary>Hint</summary>In the robot's frame the centre of the circle lies on the y axis, at (0, 1 / curvature), and the point (gx, gy) is as far from it as the robot.</details>
 #
-# **Question:** what happens when the look-ahead is halved? When it is three times as long? (After the check change `LOOK_AHEAD_M`, and check again.)
+# **Question:** what happens when the look-ahead is halved? When it is three times as long? (After the check change `LOOK_AHEAD_M`,
+# and check again: a second line tells of your value. The points are for the drive at 0.4 m.)
 
 # %%
 def curvature(x, y, heading, point):

@@ -20,11 +20,16 @@ def choose(best, other):
 
 
 WRONG = {
+    "the pose forgotten": ("lens.project(cam_T_tag @ np.array([[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]]))", "lens.project(np.array([[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]]))", "for points that are not in front of the camera: in which frame"),
+    "the pose inverted": ("cam_T_tag @ np", "cam_T_tag.inverse() @ np", "for points that are not in front of the camera: in which frame"),
     "the whole side instead of half": ("size_m / 2", "size_m", "the corners lie elsewhere: is the square as large as the"),
     "bottom left first": ("[[-h, -h, 0], [h, -h, 0], [h, h, 0], [-h, h, 0]]", "[[-h, h, 0], [h, h, 0], [h, -h, 0], [-h, -h, 0]]", "the right corners in another order"),
     "mean over coordinates": ("np.mean(np.sum((corners(cam_T_tag) - seen_px) ** 2, axis=1))", "np.mean((corners(cam_T_tag) - seen_px) ** 2)", "wrong where all corners are off alike, by"),
     "mirrored in the plane": ("2 * (normal @ v) * v - normal", "normal - 2 * (normal @ v) * v", "the part along the line of sight changed its sign: the tag"),
     "position of another length": ("position / np.linalg.norm(position)", "position", "the normal is no unit vector: is the line of sight one?"),
-    "about the optical axis": ("position / np.linalg.norm(position)", "np.array([0, 0, 1.0])", "degrees from the second solution"),
+    "projected, not mirrored": ("2 * (normal @ v) * v - normal", "(normal @ v) * v - normal", "nothing is left of the part along the line of sight"),
+    "about the optical axis": ("position / np.linalg.norm(position)", "np.array([0, 0, 1.0])", "it is mirrored about the optical axis"),
     "the smaller error": ("return min((best, other), key=lambda T: abs(T.rotation.matrix()[1, 2]))", "return best", "choices, of which each pair is asked in both orders; the"),
+    "the one that faces the camera most": ("min((best, other), key=lambda T: abs(T.rotation.matrix()[1, 2]))", "max((best, other), key=lambda T: T.rotation.matrix()[2, 2])", "choices for near ones, high and low and turned to either side"),
+    "a component with its sign": ("abs(T.rotation.matrix()[1, 2])", "T.rotation.matrix()[1, 2]", "right where the tag hangs below the camera, wrong where it hangs above"),
 }

@@ -173,6 +173,42 @@ class Exercise(unittest.TestCase):
             self.assertIn("does it have a loop", " ".join(scored(text, 2)["notes"]))
         self.assertEqual(scored("import HAL\nwhile True:\n    HAL.getImage()\n", 0.5)["notes"], ["no estimate was shown: WebGUI.showEstimatedPose((x, y, yaw))"])
 
+    def test_an_early_end_by_an_exception_is_told_so(self):
+        looks = "import HAL\nfor _ in range(5):\n    HAL.getImage()\n"
+        for end, error in (("raise RuntimeError", "RuntimeError"), ("import os\nos._exit(3)", "exit code 3")):
+            result = scored(looks + end, 3)
+            self.assertIn(error, result["error"])
+            self.assertRegex(result["notes"][0], r"the file ended after \d\.\d s of simulated time, and what is left counts as without an estimate$")
+        late = scored("import HAL\ntry:\n    while True:\n        HAL.getImage()\nexcept BaseException:\n    raise RuntimeError\n", 0.5)
+        self.assertIn("RuntimeError", late["error"])
+        self.assertNotIn("the file ended", " ".join(late["notes"]))
+
+    def test_calls_that_are_refused_are_told_so_where_the_solution_catches_them(self):
+        tried = ("import HAL, WebGUI, os\nwhile True:\n    HAL.getImage()\n"
+                 "    try:\n        WebGUI.showEstimatedPose('bad')\n    except Exception:\n        pass\n")
+        notes = " ".join(scored(tried, 1)["notes"])
+        self.assertRegex(notes, r"[3-9] calls were refused and had no effect; the first: WebGUI.showEstimatedPose was given 'bad' \(a str\): one argument")
+        killed = scored(tried + "    os._exit(0)\n", 1)  # its process writes no end
+        self.assertIn("1 call was refused", " ".join(killed["notes"]))
+        for letter in ("\\U0001F600", "\\\\", "\\x00"):  # as long as it gets
+            self.assertIn("calls were refused", " ".join(scored(tried.replace("bad", letter * 400), 1)["notes"]))
+        for call in ("HAL.setV('fast')", "WebGUI.showEstimatedPose('a' * 400)"):
+            self.assertNotIn("refused", " ".join(scored(f"import HAL, WebGUI\n{call}\n", 1)["notes"]))  # the error says it
+
+    def test_other_numbers_of_arguments_are_named(self):
+        for call, word in (("WebGUI.showEstimatedPose(0, 0, 0)", "3 arguments"), ("WebGUI.showEstimatedPose(x=1, y=2, yaw=3)", r"3 arguments \(x, y, yaw\)"),
+                           ("WebGUI.showEstimatedPose()", "0 arguments")):
+            error = scored(f"import WebGUI\n{call}\n", 1)["error"]
+            self.assertRegex(error, rf"was given {word}: WebGUI.showEstimatedPose\(pose\) is needed, pose is a sequence \(x, y, yaw\) in metres and radians")
+        self.assertIn("HAL.setV was given 2 arguments: HAL.setV(speed_m_s) is needed", scored("import HAL\nHAL.setV(1, 2)\n", 1)["error"])
+
+    def test_help_shows_the_calls(self):
+        calls = {"HAL": ("getImage()", "getOdom()", "getLaserData()", "setV(speed_m_s)", "setW(yaw_rate_rad_s)", "[m/s]", "[rad/s]", "the frame in which"),
+                 "WebGUI": ("showEstimatedPose(pose)", "showImage(image)", "in metres and radians in the map")}
+        for module, words in calls.items():
+            text = f"import {module}, pydoc\ntext = pydoc.plain(pydoc.render_doc({module}))\nfor word in {words}:\n    assert word in text, text\n"
+            self.assertIsNone(scored(text, 1)["error"])
+
     def test_pictures_after_an_early_end_count(self):
         right = academy.Picture(0, (0, 0, 0), (0, 0, 0), (0, 0, 0))
         self.assertEqual(academy.score([right], 3)["points"], 25)

@@ -165,6 +165,23 @@ class Labs(unittest.TestCase):
         finally:
             own.unlink(missing_ok=True)
 
+    def test_lab_10_lets_values_be_tried_without_a_loss(self):
+        lab = next((lab for lab in LABS if lab.name.startswith("10")), None)
+        if lab is None:
+            self.skipTest("another lab was asked for")
+        solution = (SOURCE / "labs" / "solutions" / lab.name).read_text()
+        self.assertEqual(points_of(lab, solution)[2].count("looking 0.4 m ahead"), 1)
+        points, possible, printed = points_of(lab, solution + "\nLOOK_AHEAD_M = 1.2\n")
+        self.assertEqual(points, possible, printed)
+        self.assertIn("looking 0.4 m ahead", printed)
+        self.assertIn("looking 1.2 m ahead", printed)
+
+    def test_a_figure_without_matplotlib_says_so_once(self):
+        script = ("import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'matplotlib' else real(name, *rest)\n"
+                  "from waymark import labs\nfor _ in range(2): labs.figure('t', 'x', 'y', curve=[(0, 1)])")
+        done = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+        self.assertEqual(done.stdout, "No figure: Matplotlib is not installed (Debian: python3-matplotlib).\n")
+
     def test_a_python_without_numpy_is_told_so(self):
         blocked = "import sys, importlib.util as u; real = u.find_spec; u.find_spec = lambda name, *rest: None if name == 'numpy' else real(name, *rest)\nimport waymark"
         done = subprocess.run([sys.executable, "-c", blocked], check=False, capture_output=True, text=True)

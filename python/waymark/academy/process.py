@@ -66,7 +66,7 @@ def main(arguments):
             error = INTERRUPTED
         except BaseException as failure:  # whatever a solution does wrong is part of its result
             error = _own_traceback(failure, task["path"])
-    journal.end(error, error is None and not robot.finished)
+    journal.end(error)
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()

@@ -1,6 +1,8 @@
 """The robot of the exercise: a simulator whose time passes when its sensors are asked again."""
 
 import dataclasses
+import functools
+import inspect
 import math
 import threading
 import types
@@ -8,6 +10,7 @@ import types
 from .score import Picture
 
 TAG_FILE = "/resources/exercises/marker_visual_loc/apriltags_poses.yaml"
+POSE = "a sequence (x, y, yaw) in metres and radians"
 
 
 class Finished(BaseException):
@@ -108,7 +111,7 @@ class Robot:
         self._asked.add(what)
 
     def getImage(self):
-        """The newest picture, (height, width, 3) uint8, blue, green, red; the simulated camera is grey."""
+        """The newest picture, an array (height, width, 3) of uint8: blue, green, red. The simulated camera is grey."""
         import numpy
 
         with self._lock:
@@ -116,13 +119,14 @@ class Robot:
             return numpy.repeat(self._image[:, :, None], 3, axis=2)
 
     def getOdom(self):
-        """The newest odometry, a Pose3d."""
+        """The newest odometry: x, y [m], yaw [rad, positive to the left] and timeStamp [s], in the frame in which the robot began at 0, 0, 0; it drifts."""
         with self._lock:
             self._ask("odometry")
             return dataclasses.replace(self._odometry)
 
     def getLaserData(self):
-        """The newest scan, a LaserData."""
+        """The newest scan: values, the ranges [m] of directions in equal steps from minAngle to maxAngle [rad], where 0 is straight ahead and positive is to
+        the left; infinite where nothing is within minRange to maxRange [m]; timeStamp [s]."""
         with self._lock:
             self._ask("laser")
             return dataclasses.replace(self._laser, values=list(self._laser.values))
@@ -136,7 +140,7 @@ class Robot:
         self._command = (self._command[0], _number(yaw_rate_rad_s, "HAL.setW"))
 
     def showEstimatedPose(self, pose):
-        """(x, y, yaw) in metres and radians in the map."""
+        """Shows where the robot is: one argument, (x, y, yaw) in metres and radians in the map, the frame of the poses of tags. The score judges it."""
         values = _pose(pose)
         with self._lock:
             if all(map(math.isfinite, values)):
@@ -145,7 +149,7 @@ class Robot:
                 self._journal.not_finite()
 
     def showImage(self, image):
-        """A picture for the page of the exercise; here nobody looks at it."""
+        """A picture for the page of the exercise, as HAL.getImage() gives it; here nobody looks at it."""
         if len(getattr(image, "shape", ())) not in (2, 3):
             raise TypeError(f"WebGUI.showImage was given {_shown(image)}: a picture is needed, as HAL.getImage() gives it")
 
@@ -171,18 +175,49 @@ class Robot:
         return "\n".join(lines) + "\n"
 
     def modules(self):
-        """The modules HAL and WebGUI of the exercise; HAL.getPose3d() gives odometry too, as there is no truth to be had."""
-        hal, gui = types.ModuleType("HAL"), types.ModuleType("WebGUI")
-        for name in ("getImage", "getOdom", "getLaserData", "setV", "setW"):
-            setattr(hal, name, getattr(self, name))
-        gui.showEstimatedPose = self.showEstimatedPose
-        gui.showImage = self.showImage
+        """The modules HAL and WebGUI of the exercise."""
+        hal = self._module("HAL", "The robot of the exercise: its sensors and motors. Time passes when a sensor is asked again.",
+                           (self.getImage, self.getOdom, self.getLaserData, self.setV, self.setW))
+        gui = self._module("WebGUI", "The page of the exercise: what the solution shows.", (self.showEstimatedPose, self.showImage))
         return {"HAL": hal, "WebGUI": gui, "GUI": gui}
+
+    def _module(self, name, about, methods):
+        module = types.ModuleType(name, about)
+        module.__all__ = [method.__name__ for method in methods]  # help() shows these
+        for method in methods:
+            setattr(module, method.__name__, self._call(name, method))
+        return module
+
+    def _call(self, module, method):
+        """The method as a function of a module. The journal counts the calls that it refuses."""
+        signature, name = inspect.signature(method), f"{module}.{method.__name__}"
+
+        @functools.wraps(method)
+        def call(*arguments, **named):
+            try:
+                _fits(signature, name, arguments, named)
+                return method(*arguments, **named)
+            except (TypeError, ValueError) as failure:
+                with self._lock:
+                    self._journal.refused(str(failure))
+                raise
+
+        call.__module__, call.__qualname__ = module, method.__name__
+        return call
 
 
 def _shown(value):
     text = repr(value)
     return f"{text if len(text) <= 40 else text[:37] + '...'} (a {type(value).__name__})"
+
+
+def _fits(signature, call, arguments, named):
+    try:
+        signature.bind(*arguments, **named)
+    except TypeError:
+        needed = f"{call}{signature} is needed" + (f", pose is {POSE}" if call == "WebGUI.showEstimatedPose" else "")
+        count, names = len(arguments) + len(named), f" ({', '.join(named)})" if named else ""
+        raise TypeError(f"{call} was given {count} argument{'' if count == 1 else 's'}{names}: {needed}") from None
 
 
 def _number(value, call):
@@ -202,5 +237,5 @@ def _pose(pose):
     except (TypeError, ValueError, OverflowError, AttributeError):
         values = ()
     if len(values) != 3:
-        raise ValueError(f"WebGUI.showEstimatedPose was given {_shown(pose)}: (x, y, yaw) is needed, in metres and radians")
+        raise ValueError(f"WebGUI.showEstimatedPose was given {_shown(pose)}: one argument is needed, {POSE}")
     return values

@@ -70,11 +70,16 @@ def _ended(process, stack, path, stall_s):
     return f"the solution ended its process with exit code {process.returncode}"
 
 
-def _notes(pictures, early):
-    """What a student should know about the score."""
-    if early:
+def _notes(pictures, error, refused):
+    """What a student should know about the score. refused: how many calls, why the first."""
+    finished = bool(pictures) and pictures[-1].finished
+    if not finished and error != INTERRUPTED:
         s = pictures[-1].s if pictures else 0.0
-        yield f"the file ended after {s:.1f} s of simulated time, and what is left counts as without an estimate: does it have a loop (while True)?"
+        loop = ": does it have a loop (while True)?" if error is None else ""
+        yield f"the file ended after {s:.1f} s of simulated time, and what is left counts as without an estimate{loop}"
+    count, first = refused
+    if count > 1 or (count == 1 and first not in (error or "")):  # else the error says it
+        yield f"{count} {'call was' if count == 1 else 'calls were'} refused and had no effect; the first: {first}"
     not_finite = sum(p.not_finite for p in pictures)
     if not_finite:
         yield f"{not_finite} estimates held NaN or infinity, and count as not shown"
@@ -95,7 +100,7 @@ def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
         process = subprocess.Popen([sys.executable, "-u", "-m", "waymark.academy.process", json.dumps(task)],
                                    pass_fds=(journal.fileno(), stall.fileno()), env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
         interrupted = _wait(process)
-        pictures, end = read(journal)
+        pictures, end, refused = read(journal)
         stall.seek(0)
         stack = stall.read().decode(errors="replace")
     finished = bool(pictures) and pictures[-1].finished
@@ -106,7 +111,7 @@ def run_file(path, seconds=60.0, seed=1, camera_rate_hz=10.0, stall_s=30.0):
     else:
         error = None if finished else _ended(process, stack, path, stall_s)
     left = pictures[-1].left if pictures and error != INTERRUPTED else 0
-    return {**score(pictures, left), "notes": list(_notes(pictures, end is not None and end["early"])), "error": error}
+    return {**score(pictures, left), "notes": list(_notes(pictures, error, refused)), "error": error}
 
 
 def main(arguments=None):

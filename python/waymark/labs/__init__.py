@@ -6,7 +6,9 @@ notebook. Its functions are filled in by the student, and `lab = labs.check(NN, 
 The checks of a lab are the module labNN of this package, out of sight of the notebook; the experiments that use what was written are in `loops`.
 """
 
+import functools
 import importlib
+import importlib.util
 import math
 import operator
 import os
@@ -140,15 +142,20 @@ def own_seconds(path):
     return robot, wheels, motions
 
 
+@functools.cache  # once
+def _say_that_matplotlib_is_missing():
+    print("No figure: Matplotlib is not installed (Debian: python3-matplotlib).")
+
+
 def figure(title, x_label, y_label, **curves):
-    """Draws curves, each an (n, 2) array by its name, in a notebook with Matplotlib; elsewhere it does nothing."""
+    """Draws curves, each an (n, 2) array by its name, in a notebook; outside of one it does nothing. Says once where Matplotlib is missing."""
+    if importlib.util.find_spec("matplotlib") is None:
+        _say_that_matplotlib_is_missing()
+        return
     if "IPython" not in sys.modules:
         return
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError:
-        print("No figure: Matplotlib is not installed (Debian: python3-matplotlib).")
-        return
+    import matplotlib.pyplot as plt
+
     axes = plt.subplots(figsize=(8, 4.5))[1]
     for name, curve in curves.items():
         axes.plot(*zip(*curve), label=name.replace("_", " "))

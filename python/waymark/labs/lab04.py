@@ -11,20 +11,44 @@ def seen_px(mine, cam_T_tag=VIEW):
     return samples.visible_corners(mine.lens, cam_T_tag, mine.size_m)
 
 
-def walls(mine, count):
-    """(true pose, both solutions) of upright tags on walls, small and far, where there are two solutions."""
-    random = np.random.default_rng(4)
-    for _ in range(count):
-        turn = random.choice([-1, 1]) * random.uniform(0.25, 0.5)
-        T = geometry.SE3(geometry.SO3.from_rpy(0, turn, 0), [random.uniform(-0.5, 0.5), random.uniform(0.9, 1.1), 3.2])
-        noisy = seen_px(mine, T) + random.normal(scale=0.3, size=(4, 2))
-        both = pose.estimate_tag_pose(samples.TagDetection(tag=0, corners_px=noisy), mine.size_m, mine.lens, corner_sigma_px=0.3)
+def solved(mine, random, poses, sigma_px):
+    """(true pose, both solutions) of the tags for which there are two, with noise on their corners."""
+    for T in poses:
+        noisy = seen_px(mine, T) + random.normal(scale=sigma_px, size=(4, 2))
+        both = pose.estimate_tag_pose(samples.TagDetection(tag=0, corners_px=noisy), mine.size_m, mine.lens, corner_sigma_px=sigma_px)
         if both.other is not None:
             yield T, both.best.cam_T_tag, both.other.cam_T_tag
 
 
+def upright(yaw, *position):
+    return geometry.SE3(geometry.SO3.from_rpy(0, yaw, 0), position)
+
+
+def walls(mine, count):
+    """Upright tags on walls, small and far."""
+    random = np.random.default_rng(4)
+    turns = (random.choice([-1, 1]) * random.uniform(0.25, 0.5) for _ in range(count))
+    return solved(mine, random, (upright(turn, random.uniform(-0.5, 0.5), random.uniform(0.9, 1.1), 3.2) for turn in turns), 0.3)
+
+
+def near_walls(mine, count):
+    """Upright tags near, above and below the camera, turned further to either side: they may face the camera less than their other solution does."""
+    random = np.random.default_rng(44)
+    heights = (random.choice([-1, 1]) * random.uniform(0.25, 0.5) for _ in range(count))
+    poses = (upright(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), height, random.uniform(1.5, 2.5)) for height in heights)
+    return solved(mine, random, poses, 0.05)
+
+
+def without_pixels(found):
+    """Whether there is NaN in it as in what lens.project gives."""
+    return isinstance(found, np.ndarray) and found.shape == (4, 2) and found.dtype.kind == "f" and np.isnan(found).any()
+
+
 def corners(mine):
-    found, right = numbers(mine.corners(VIEW), (4, 2)), seen_px(mine)
+    found, right = mine.corners(VIEW), seen_px(mine)
+    if without_pixels(found):
+        return "there is NaN in it, which lens.project gives for points that are not in front of the camera: in which frame are the points it is given?"
+    found = numbers(found, (4, 2))
     if np.allclose(found, right, atol=1e-9):
         return None
     if np.allclose(np.sort(found, axis=0), np.sort(right, axis=0), atol=1e-9):
@@ -34,6 +58,8 @@ def corners(mine):
 
 
 def rms(mine):
+    if without_pixels(mine.corners(VIEW)):
+        return "corners() gives NaN: mend it first"
     seen = seen_px(mine)
     for shift in ([1, 0], [3, 4]):
         if not np.isclose(number(mine.rms(VIEW, seen + shift)), np.hypot(*shift), atol=1e-9):
@@ -48,10 +74,14 @@ def mirror(mine):
     for _, a, b in walls(mine, 20):
         n, v = a.rotation.matrix()[:, 2], a.translation / np.linalg.norm(a.translation)
         found = numbers(mine.other_normal(n.copy(), a.translation.copy()), (3,))
+        if np.isclose(found @ v, 0, atol=1e-6):
+            return "nothing is left of the part along the line of sight: what does mirroring do to it?"
         if not np.isclose(np.linalg.norm(found), 1, atol=1e-6):
             return "the normal is no unit vector: is the line of sight one?"
         if np.isclose(found @ v, -(n @ v)):
             return "the part along the line of sight changed its sign: the tag would show its back"
+        if np.allclose(found, n * [-1, -1, 1], atol=1e-6):
+            return "it is mirrored about the optical axis, and the tag is not on that: where does one look to see the tag?"
         angle = np.degrees(np.arccos(np.clip(found @ b.rotation.matrix()[:, 2], -1, 1)))
         if angle > 12:
             return f"{angle:.0f} degrees from the second solution"
@@ -59,18 +89,32 @@ def mirror(mine):
     return None if compared > 5 else "no second solutions: ask your teacher"
 
 
-def choose(mine):
-    wrong = misled = asked = 0
-    for T, best, other in walls(mine, 60):
-        pair = [best, other]
+def choices(mine, pairs):
+    """(n, 3): is the tag above the camera, is the second solution the right one, wrong choices of the two orders in which each pair is asked."""
+    found = []
+    for T, *pair in pairs:
         right = int(np.argmin([np.linalg.norm((p.rotation.inverse() @ T.rotation).log()) for p in pair]))
-        misled, asked = misled + right, asked + 2
-        for first, second in ((0, 1), (1, 0)):
-            wrong += instance(mine.choose(pair[first], pair[second]), geometry.SE3) != pair[right]
+        wrong = sum(instance(mine.choose(pair[first], pair[second]), geometry.SE3) != pair[right] for first, second in ((0, 1), (1, 0)))
+        found.append((T.translation[1] < 0, right, wrong))
+    return np.array(found, int).reshape(-1, 3)
+
+
+def choose(mine):
+    far = choices(mine, walls(mine, 60))
+    _, misled, wrong = far.sum(axis=0)
     if misled == 0:
         return "the error was never misleading: ask your teacher"
     if wrong > 4:
-        return f"wrong in {wrong} of {asked} choices, of which each pair is asked in both orders; the smaller error alone is wrong for {misled} of {asked // 2} pairs"
+        return (f"wrong in {wrong} of {2 * len(far)} choices, of which each pair is asked in both orders; "
+                f"the smaller error alone is wrong for {misled} of {len(far)} pairs")
+    near = choices(mine, near_walls(mine, 60))
+    above, below = (near[near[:, 0] == side, 2] for side in (1, 0))
+    if not near[:, 2].any():
+        return None
+    if above.all() and not below.any():
+        return "right where the tag hangs below the camera, wrong where it hangs above"
+    return (f"right for tags far away and low, wrong in {near[:, 2].sum()} of {2 * len(near)} choices for near ones, high and low and turned to either side: "
+            "does the tag that it chooses hang upright?")
 
 
 CHECKS = [("corners", 2, corners), ("reprojection error", 2, rms), ("the other pose", 3, mirror), ("the choice", 3, choose)]

@@ -5,6 +5,8 @@ from .. import geometry
 from . import instance, number, numbers, several
 from .loops import drive_line
 
+LOOK_AHEAD_M = 0.4  # of the drive that is judged
+
 
 def goal(mine):
     random, line = np.random.default_rng(10), mine.line
@@ -40,6 +42,25 @@ def curvature(mine):
         return "it depends on where the robot stands and looks: is the point in the robot's frame?"
 
 
+def acts_turning(mine, pose):
+    """What is wrong with the motion by one command that turns, and by two alike."""
+    one = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8)], 0.1), geometry.SE2)
+    right = geometry.SE2.exp([0.04, 0, 0.08])
+    if np.isclose(one.yaw, 0, atol=1e-9):
+        return "a command of 0.4 m/s and 0.8 rad/s does not turn the robot"
+    if np.isclose(one.yaw, -right.yaw, atol=1e-9):
+        return "the robot turns to the other side: a positive yaw rate turns to the left"
+    if not np.isclose(one.yaw, right.yaw, atol=1e-9):
+        how = "too little" if abs(one.yaw) < right.yaw else "too much"
+        return f"a command of 0.4 m/s and 0.8 rad/s that acts for 0.1 s turns the robot {how}: which yaw rate do the commands under way hold, by the text?"
+    if not np.allclose([one.x, one.y], [right.x, right.y], atol=1e-9):
+        return "a robot that drives and turns ends with the right heading in the wrong place: it turns all the time as it drives, neither before nor after"
+    two = pose.inverse() @ instance(mine.acts_at(pose, [(0.4, 0.8), (0.4, 0.8)], 0.1), geometry.SE2)
+    if not np.allclose((two.inverse() @ right @ right).log(), 0, atol=1e-9):
+        return "one command is right, two alike are not: does each act, for one period?"
+    return None
+
+
 def acts_at(mine):
     pose, under_way = geometry.SE2(1, 2, 0.7), [(0.4, 0.5), (0.3, -0.8), (0.2, 0.9)]
     right = pose
@@ -52,6 +73,8 @@ def acts_at(mine):
         return f"a command of 0.4 m/s that acts for 0.1 s moves the robot by {np.linalg.norm(one):.3f} m"
     if not np.allclose(one[1:], 0, atol=1e-9):
         return "a robot that is commanded straight ahead moves sideways: in whose frame does a command act?"
+    if wrong := acts_turning(mine, pose):
+        return wrong
     found = instance(mine.acts_at(pose, list(under_way), 0.1), geometry.SE2)
     if not np.allclose((right.inverse() @ found).log(), 0, atol=1e-9):
         return "one command is right, several are not: which acts first?"
@@ -81,9 +104,18 @@ def command(mine):
             return f"it drives {v:.3f} m/s, and could drive faster: it commands {abs(w):.2f} of {most} rad/s"
 
 
+def rms_from_line(mine, ahead_m):
+    """The distances from the line [m] by what was written, and without prediction and gain; they are printed."""
+    aware, naive = (np.sqrt(np.mean(drive_line(mine, knows, ahead_m)[0][60:] ** 2)) for knows in (True, False))
+    print(f"      from the line, root mean square, looking {ahead_m:g} m ahead: {aware:.3f} m by what you wrote, {naive:.3f} m without prediction and gain")
+    return aware, naive
+
+
 def whole_line(mine):
-    aware, naive = (np.sqrt(np.mean(drive_line(mine, knows)[0][60:] ** 2)) for knows in (True, False))
-    print(f"      from the line, root mean square: {aware:.3f} m by what you wrote, {naive:.3f} m without prediction and gain")
+    """Judged at one look-ahead, so that other values can be tried."""
+    aware, naive = rms_from_line(mine, LOOK_AHEAD_M)
+    if mine.LOOK_AHEAD_M != LOOK_AHEAD_M:
+        rms_from_line(mine, mine.LOOK_AHEAD_M)
     if not (aware < 0.05 and naive > 3 * aware):
         return "the robot does not stay on the line"
 

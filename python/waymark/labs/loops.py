@@ -99,13 +99,15 @@ def _run_filters(mine, sights, random):
     return (error, P), ((geometry.SE2(*group) @ geometry.SE2(*true).inverse()).log(), S)
 
 
-def drive_line(mine, aware):
-    """Lab 10: the distances from the line [m] and the places of a robot with delay and half the turns; whether the driver knows."""
+def drive_line(mine, aware, ahead_m=None):
+    """Lab 10: the distances from the line [m] and the places of a robot with delay and half the turns; whether the driver knows.
+    ahead_m: another look-ahead than the notebook's."""
+    ahead_m = mine.LOOK_AHEAD_M if ahead_m is None else ahead_m
     pose, way, off = geometry.SE2(0, 0.1, 0.7), [], []
     waiting = [(0.0, 0.0)] * round(mine.DELAY_S / mine.PERIOD_S)
     for _ in range(700):
         at = mine.acts_at(pose, [(v, mine.TURN_GAIN * w) for v, w in waiting], mine.PERIOD_S) if aware else pose
-        arc = mine.curvature(at.x, at.y, at.yaw, mine.goal(mine.line, at.x, at.y, mine.LOOK_AHEAD_M))
+        arc = mine.curvature(at.x, at.y, at.yaw, mine.goal(mine.line, at.x, at.y, ahead_m))
         waiting.append(mine.command(0.4, arc, mine.TURN_GAIN if aware else 1.0, 2.0))
         v, w = waiting.pop(0)
         pose = pose @ geometry.SE2.exp([v * mine.PERIOD_S, 0, mine.TURN_GAIN * w * mine.PERIOD_S])
