@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
@@ -148,7 +149,7 @@ void bind_camera(py::module_& m) {
             .c_str());
   m.def(
       "read_camera",
-      [](const std::string& path, const std::string& name) {
+      [](const std::filesystem::path& path, const std::string& name) {
         return value_of(read_camera(path, name)).camera;
       },
       py::arg("path"), py::arg("name") = "",

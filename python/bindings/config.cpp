@@ -41,11 +41,9 @@ void write_grey(const Path& path, const py::object& image) {
   check(status);
 }
 
-World world_named(const std::string& name) {
-  return value_of(read_world(value_of(find_shared("worlds", name))));
-}
+World world_named(const Path& name) { return value_of(read_world(value_of(find_shared("worlds", name)))); }
 
-RobotDescription robot_named(const std::string& name) {
+RobotDescription robot_named(const Path& name) {
   return value_of(read_robot(value_of(find_shared("robots", name))));
 }
 

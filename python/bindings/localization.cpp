@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "python/bindings/arrays.hpp"
 #include "python/bindings/errors.hpp"
@@ -106,9 +107,9 @@ PoseList localize(const py::iterable& samples, const TagMap& map, const RobotDes
   return run.end();
 }
 
-PoseList localize_recording(const std::string& recording, const std::string& map, const std::string& method,
-                            const py::kwargs& given) {
-  LocalizeJob job{.logs = {recording}, .map = map};
+PoseList localize_recording(const std::filesystem::path& recording, const std::filesystem::path& map,
+                            const std::string& method, const py::kwargs& given) {
+  LocalizeJob job{.logs = {recording.string()}, .map = map.string()};
   job.method = value_of(parse_localization_method(method));
   take_options(job.method, given, job.filter, job.anchor);
   const py::gil_scoped_release release;

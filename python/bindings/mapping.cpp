@@ -3,6 +3,7 @@
 
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 #include <nlohmann/json.hpp>
 
 #include "python/bindings/errors.hpp"
@@ -27,7 +28,8 @@ void take_section(py::dict& given, const char* name, Options& options) {
   update_options(options, section);
 }
 
-MapJob job_of(const std::string& recording, const std::string& folder, const py::kwargs& given) {
+MapJob job_of(const std::filesystem::path& recording, const std::filesystem::path& folder,
+              const py::kwargs& given) {
   py::dict rest = given.attr("copy")();
   MapJob job{.lap = recording, .folder = folder};
   if (const py::object method = take(rest, "method"); !method.is_none())
@@ -46,8 +48,8 @@ MapJob job_of(const std::string& recording, const std::string& folder, const py:
   return job;
 }
 
-MapReport map_file(const std::string& recording, const std::string& folder, const py::object& progress,
-                   const py::kwargs& given) {
+MapReport map_file(const std::filesystem::path& recording, const std::filesystem::path& folder,
+                   const py::object& progress, const py::kwargs& given) {
   const MapJob job = job_of(recording, folder, given);
   PythonJob control(progress);
   Result<MapReport> report;
@@ -92,11 +94,14 @@ void bind_mapping(py::module_& m) {
       "warnings", [](const MapReport& r) { return r.warnings; }, "What is doubtful about the map, in words.");
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "What was written.");
+  report.def_readonly("set_aside", &MapReport::set_aside,
+                      "Files of an earlier map in the folder, by the names that they have now: list of str.");
   report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does; those of an earlier map there are replaced. progress(words, "
+         "map` does; those of an earlier map there stay, with a number in their names (map.1.yaml; "
+         "MapReport.set_aside). progress(words, "
          "done, all) is called meanwhile; an exception in it, or Ctrl-C, leaves the folder as it was. "
          "Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "python/bindings/errors.hpp"
 #include "python/bindings/finite_samples.hpp"
@@ -51,7 +52,7 @@ struct Recording {
   std::unique_ptr<MessageLog> log{};
 };
 
-std::unique_ptr<Recording> open_recording(const std::string& path) {
+std::unique_ptr<Recording> open_recording(const std::filesystem::path& path) {
   auto recording = std::make_unique<Recording>(Recording{.path = path});
   const py::gil_scoped_release release;
   recording->log = value_of(open_log(path));
@@ -112,7 +113,7 @@ std::vector<std::string> problems_of(const Recording& recording) {
 /// A recorder that knows when it is closed.
 class Writer {
  public:
-  explicit Writer(const std::string& path)
+  explicit Writer(const std::filesystem::path& path)
       : path_(path),
         process_(getpid()),
         recorder_(std::make_unique<SampleRecorder>(
@@ -184,7 +185,7 @@ void bind_writer(py::module_& m) {
       "Writes samples as ROS 2 messages into a new MCAP file "
       "(docs/formats/recording.md). Use it in a with statement: one that is given up without close() "
       "ends its file and warns. In a child after fork() it refuses to write.");
-  writer.def(py::init<const std::string&>(), py::arg("path"),
+  writer.def(py::init<const std::filesystem::path&>(), py::arg("path"),
              "A new file; raises Unwritable where one stands already.");
   writer.def("add", &Writer::add, py::arg("sample"),
              "A sample; its stamp is the log time. One with a number that is not finite is refused.");

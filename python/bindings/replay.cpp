@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "python/bindings/detector.hpp"
 #include "python/bindings/errors.hpp"
@@ -166,9 +167,9 @@ py::dict dict_of(const ReplayEnd& end) {
   return answer;
 }
 
-std::unique_ptr<PythonSession> make_session(const std::string& map, const std::string& route, double laps,
-                                            const std::string& method, const std::string& controller,
-                                            const py::kwargs& given) {
+std::unique_ptr<PythonSession> make_session(const std::filesystem::path& map, const std::string& route,
+                                            double laps, const std::string& method,
+                                            const std::string& controller, const py::kwargs& given) {
   auto session =
       std::make_unique<PythonSession>(PythonSession{.folder = value_of(read_map_folder(map, route))});
   session->replayer = value_of(make_replayer(session->folder, setup_of(given, laps, method, controller)));
@@ -207,8 +208,8 @@ py::dict drive_session(PythonSession& session, const py::object& robot, double t
   return dict_of(value_of(std::move(end)));
 }
 
-py::dict drive_robot(const std::string& map, const py::object& robot, const std::string& route, double laps,
-                     const std::string& method, const std::string& controller, double timeout_s,
+py::dict drive_robot(const std::filesystem::path& map, const py::object& robot, const std::string& route,
+                     double laps, const std::string& method, const std::string& controller, double timeout_s,
                      double period_s, const PythonDetector* detector, const py::object& on_step,
                      const py::kwargs& given) {
   const auto session = make_session(map, route, laps, method, controller, given);

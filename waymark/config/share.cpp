@@ -5,6 +5,7 @@
 #include <system_error>
 #include <vector>
 
+#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include "waymark/base/suggest.hpp"
@@ -14,9 +15,26 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr int kMostLevels = 5;  // from a module to the prefix it is installed in
+
 bool is_folder(const fs::path& path) {
   std::error_code ignored;
   return fs::is_directory(path, ignored);
+}
+
+/// Where the code that runs is a library (the Python module, an application's), share/waymark of the prefix
+/// it is installed in: PREFIX/lib/python3/dist-packages/waymark/_waymark.so. Empty when there is none.
+fs::path beside_module() {
+  Dl_info module{};
+  if (::dladdr(reinterpret_cast<const void*>(&share_folder), &module) == 0 || module.dli_fname == nullptr)
+    return {};
+  std::error_code ignored;
+  fs::path prefix = fs::absolute(module.dli_fname, ignored).parent_path();
+  for (int level = 0; level < kMostLevels && prefix.has_relative_path(); ++level) {
+    prefix = prefix.parent_path();
+    if (is_folder(prefix / "share/waymark")) return prefix / "share/waymark";
+  }
+  return {};
 }
 
 std::vector<std::string> names_in(const fs::path& folder) {
@@ -46,8 +64,9 @@ Result<fs::path> share_folder() {
   }
   std::error_code ignored;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored);
-  for (const fs::path& folder : {program.parent_path().parent_path() / "share/waymark",
-                                 fs::path(WAYMARK_SOURCE_SHARE), fs::path(WAYMARK_INSTALLED_SHARE)}) {
+  const fs::path beside = program.parent_path().parent_path() / "share/waymark";
+  for (const fs::path& folder :
+       {beside, beside_module(), fs::path(WAYMARK_SOURCE_SHARE), fs::path(WAYMARK_INSTALLED_SHARE)}) {
     if (is_folder(folder)) return folder;
   }
   return fail(ErrorCode::NotFound, "the data that comes with Waymark is not found",

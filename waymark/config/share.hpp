@@ -9,8 +9,9 @@
 namespace waymark {
 
 /// Where the data that comes with Waymark lies: what the environment variable WAYMARK_SHARE names; else
-/// ../share/waymark beside the running program; else the source tree this was built from; else where it was
-/// to be installed. Fails when none of them is there.
+/// ../share/waymark beside the running program; else share/waymark of the prefix where the library that this
+/// is part of is installed (a Python module); else the source tree this was built from; else where it was to
+/// be installed. Fails when none of them is there.
 [[nodiscard]] Result<std::filesystem::path> share_folder();
 
 /// The file that a word of the command line means: a path (with a '/' or ending in .yaml) as it is, a plain
