@@ -1,6 +1,7 @@
 """The robot as its maker describes it, and the file that says so to Waymark. What it is really like, the plants know."""
 import dataclasses
 import math
+import textwrap
 
 import numpy as np
 
@@ -52,6 +53,20 @@ class Camera:
         return x, y
 
 
+def camera_info_yaml(camera: Camera) -> str:
+    """As ROS's camera_calibration writes it."""
+    c = camera
+    return f"""image_width: {WIDTH_PX}
+image_height: {HEIGHT_PX}
+camera_name: plant
+camera_matrix: {{rows: 3, cols: 3, data: [{c.fx_px}, 0.0, {c.cx_px}, 0.0, {c.fy_px}, {c.cy_px}, 0.0, 0.0, 1.0]}}
+distortion_model: plumb_bob
+distortion_coefficients: {{rows: 1, cols: 4, data: [{c.k1}, {c.k2}, 0.0, 0.0]}}
+rectification_matrix: {{rows: 3, cols: 3, data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]}}
+projection_matrix: {{rows: 3, cols: 4, data: [{c.fx_px}, 0.0, {c.cx_px}, 0.0, 0.0, {c.fy_px}, {c.cy_px}, 0.0, 0.0, 0.0, 1.0, 0.0]}}
+"""
+
+
 def robot_yaml(camera: Camera) -> str:
     """The robot file that goes to Waymark: give it the camera that is assumed, which need not be the true one."""
     c = camera
@@ -61,12 +76,4 @@ limits: {{speed_m_s: 1.0, yaw_rate_rad_s: 2.0, acceleration_m_s2: 2.0, yaw_accel
 wheels: {{radius_m: {WHEEL_RADIUS_M}, track_m: {TRACK_M}}}
 camera_mounting: {{x_m: {c.x_m}, y_m: {c.y_m}, z_m: {c.z_m}, roll_deg: {math.degrees(c.roll_rad)}, pitch_deg: {math.degrees(c.pitch_rad)}, yaw_deg: {math.degrees(c.yaw_rad)}}}
 camera_info:
-  image_width: {WIDTH_PX}
-  image_height: {HEIGHT_PX}
-  camera_name: plant
-  camera_matrix: {{rows: 3, cols: 3, data: [{c.fx_px}, 0.0, {c.cx_px}, 0.0, {c.fy_px}, {c.cy_px}, 0.0, 0.0, 1.0]}}
-  distortion_model: plumb_bob
-  distortion_coefficients: {{rows: 1, cols: 4, data: [{c.k1}, {c.k2}, 0.0, 0.0]}}
-  rectification_matrix: {{rows: 3, cols: 3, data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]}}
-  projection_matrix: {{rows: 3, cols: 4, data: [{c.fx_px}, 0.0, {c.cx_px}, 0.0, 0.0, {c.fy_px}, {c.cy_px}, 0.0, 0.0, 0.0, 1.0, 0.0]}}
-"""
+""" + textwrap.indent(camera_info_yaml(c), "  ")

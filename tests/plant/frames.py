@@ -31,6 +31,13 @@ def on_floor(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
     return rigid(rotation(2, yaw_rad), (x_m, y_m, 0.0))
 
 
+def from_quaternion(x: float, y: float, z: float, w: float) -> np.ndarray:
+    return np.array([
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
 def wrap(angle_rad: float) -> float:
     return math.atan2(math.sin(angle_rad), math.cos(angle_rad))
 

@@ -89,10 +89,7 @@ def read_map(file: pathlib.Path) -> dict[int, np.ndarray]:
             position = np.array(json.loads(value))
         elif key == "quaternion_xyzw":
             x, y, z, w = json.loads(value)
-            found[number] = frames.rigid(np.array([
-                [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]), position)
+            found[number] = frames.rigid(frames.from_quaternion(x, y, z, w), position)
     return found
 
 

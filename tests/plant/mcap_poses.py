@@ -7,6 +7,8 @@ import typing
 
 import numpy as np
 
+import frames
+
 MAGIC = b"\x89MCAP0\r\n"
 OP_CHANNEL, OP_MESSAGE, OP_CHUNK = 0x04, 0x05, 0x06
 
@@ -74,11 +76,22 @@ def messages(file: pathlib.Path, topic: str) -> typing.Iterator[tuple[int, bytes
             yield struct.unpack_from("<Q", content, 6)[0], content[22:]
 
 
-def pose_with_covariance(cdr: bytes) -> tuple[list[float], np.ndarray]:
+def read_in_space(file: pathlib.Path, topic: str = "/waymark/pose") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times [s]; 4 x 4 poses in the map; and 6 x 6 covariances of position and of a turn about the axes of the map."""
+    found = [in_space(content) for _, content in messages(file, topic)]
+    return tuple(np.array([one[place] for one in found]) for place in range(3))  # type: ignore[return-value]
+
+
+def in_space(cdr: bytes) -> tuple[float, np.ndarray, np.ndarray]:
     """geometry_msgs/PoseWithCovarianceStamped, little-endian, after four bytes of encapsulation."""
     sec, nanosec, length = struct.unpack_from("<iII", cdr, 4)
     at = 4 + (12 + length + 7) // 8 * 8
-    x, y, _, qx, qy, qz, qw, *covariance = struct.unpack_from("<43d", cdr, at)
-    yaw = math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+    x, y, z, qx, qy, qz, qw, *covariance = struct.unpack_from("<43d", cdr, at)
+    return sec + nanosec * 1e-9, frames.rigid(frames.from_quaternion(qx, qy, qz, qw), (x, y, z)), np.array(covariance).reshape(6, 6)
+
+
+def pose_with_covariance(cdr: bytes) -> tuple[list[float], np.ndarray]:
+    """x, y and yaw of the same."""
+    time_s, pose, covariance = in_space(cdr)
     keep = [0, 1, 5]
-    return [sec + nanosec * 1e-9, x, y, yaw], np.array(covariance).reshape(6, 6)[np.ix_(keep, keep)]
+    return [time_s, pose[0, 3], pose[1, 3], math.atan2(pose[1, 0], pose[0, 0])], covariance[np.ix_(keep, keep)]

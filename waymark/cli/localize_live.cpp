@@ -7,6 +7,7 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
+#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/jobs/localize_text.hpp"
 #include "waymark/jobs/localize_video.hpp"
 #include "waymark/live/camera_address.hpp"
@@ -14,7 +15,6 @@
 #include "waymark/live/localize_lines.hpp"
 #include "waymark/live/localize_robot.hpp"
 #include "waymark/live/robot_kinds.hpp"
-#include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -106,10 +106,10 @@ void LocalizeLiveFlags::add_to(CLI::App& app) {
   add_option(app, "--robot-file NAME", robot_file,
              std::string("With --robot KIND:ADDRESS: body and camera of the robot: ") + kRobotNames +
                  ". Unless given: robot.yaml beside the map, or as the kind says");
-  add_option(
-      app, "--camera FILE", camera.file,
-      "Calibration of a live camera without a robot, or of a video (calibration.yaml, ROS camera_info, "
-      "kalibr YAML or JSON of PhotonVision)");
+  add_option(app, "--camera FILE", camera.file,
+             "Calibration of a camera without a robot: live, of a video or of its recording "
+             "(calibration.yaml, ROS camera_info, "
+             "kalibr YAML or JSON of PhotonVision)");
   add_camera_details(app, camera);
   add_option(
       app, "--readout-ms NUMBER", camera.readout_ms,
@@ -155,16 +155,17 @@ Status check_inputs(const LocalizeJob& job, LocalizeInput input) {
   return {};
 }
 
-LocalizeInput kind_of(const LocalizeJob& job) {
+LocalizeInput kind_of(const LocalizeJob& job, bool calibrated) {
   if (is_robot_kind(job.robot)) return LocalizeInput::Robot;
   if (std::ranges::any_of(job.logs, is_camera_address)) return LocalizeInput::Camera;
-  return std::ranges::any_of(job.logs, looks_like_video) ? LocalizeInput::Video : LocalizeInput::Recording;
+  const auto filmed = [&](const std::string& log) { return is_of_camera(log, calibrated); };
+  return std::ranges::any_of(job.logs, filmed) ? LocalizeInput::Video : LocalizeInput::Recording;
 }
 
 }  // namespace
 
 Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job) {
-  const LocalizeInput input = kind_of(job);
+  const LocalizeInput input = kind_of(job, app.count("--camera") > 0);
   const bool robot = input == LocalizeInput::Robot;
   const bool camera = input == LocalizeInput::Camera;
   const bool video = input == LocalizeInput::Video;

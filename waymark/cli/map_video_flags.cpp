@@ -12,9 +12,9 @@
 #include "waymark/cli/map_flags.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/warnings.hpp"
+#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/jobs/json_line.hpp"
 #include "waymark/jobs/map_text.hpp"
-#include "waymark/media/video_format.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -55,7 +55,8 @@ Status check_effects(const MapArgs& args, const MapVideoDescription& of) {
 MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
   const auto videos = in_group("Videos");
   add_option(app, "--camera FILE", of_.camera.file,
-             "Calibration of the camera of a video (calibration.yaml, ROS camera_info, kalibr YAML or JSON "
+             "Calibration of the camera of a video, or of the recording of a camera (calibration.yaml, ROS "
+             "camera_info, kalibr YAML or JSON "
              "of PhotonVision); the standard deviations of a calibration.yaml become part of the map's",
              videos);
   add_camera_details(app, of_.camera);
@@ -96,7 +97,7 @@ MapVideoFlags::MapVideoFlags(CLI::App& app) : app_(app) {
              between(1e-4, 180.0), kMore);
 }
 
-bool MapVideoFlags::takes(const MapArgs& args) { return looks_like_video(args.lap); }
+bool MapVideoFlags::takes(const MapArgs& args) { return is_of_camera(args.lap, args.app.count("--camera")); }
 
 Status MapVideoFlags::check_unused() const {
   for (const char* name : {"--camera", "--camera-name", "--camera-size"}) {

@@ -114,7 +114,11 @@ class PictureChoice {
 
   void end_video() {
     const std::vector<std::size_t> chosen = views_of_video(filmed_, job_.views);
-    if (!filmed_.empty())
+    const auto shows = [](const SeenPicture& picture) { return !picture.marks.empty(); };
+    if (!filmed_.empty() && std::ranges::none_of(filmed_, shows))
+      control_.note(
+          fmt::format("{}: the board is in none of its {} pictures", inputs_[video_].path, filmed_.size()));
+    else if (!filmed_.empty())
       control_.note(fmt::format("{}: {} of {} pictures stand still and show the board anew",
                                 inputs_[video_].path, chosen.size(), filmed_.size()));
     for (const std::size_t i : chosen)
@@ -156,7 +160,11 @@ Result<CalibrateCameraReport> calibrate_camera(const CalibrateCameraJob& job, co
       job.detections.empty() ? PictureChoice(job, target, control).read(target.is_board() ? reader : finder)
                              : from_detections(job.detections);
   if (!seen) return tl::unexpected(seen.error());
-  if (seen->names.empty()) return fail(ErrorCode::NotFound, "no picture could be read");
+  if (seen->names.empty())
+    return fail(
+        ErrorCode::NotFound, "no picture shows the board, or none could be read", {},
+        "Check what the board is (--target, --cols, --rows, --dictionary), and that it stands still now "
+        "and then.");
   const auto lens = lens_model(job.lens);  // nothing: auto
   const CameraCalibrationOptions options = fit_options(job);
   Result<CameraCalibration> found =

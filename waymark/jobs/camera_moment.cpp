@@ -1,6 +1,7 @@
 #include "waymark/jobs/camera_moment.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "waymark/factors/rolling_shutter.hpp"
@@ -12,7 +13,10 @@ namespace waymark {
 namespace {
 
 constexpr auto kNear = std::chrono::milliseconds(250);  // pictures that show the motion of the one between
-constexpr int kIterations = 5;                          // a pose that none had at first helps its neighbours
+constexpr int kIterations = 8;                          // a pose that none had at first helps its neighbours
+constexpr std::size_t kLast = 100;
+constexpr int kReckonAfter = 5;
+constexpr double kSettled = 0.02;  // relative change of the corners' common error
 
 SE3 map_T_optical(const CameraMoment& moment) {
   return moment.map_T_body->mean * SE3(body_R_optical(), Eigen::Vector3d::Zero());
@@ -64,6 +68,20 @@ TagFrame at_middle_row(const Motion& motion, const TagMap& map, const CameraMode
   return frame;
 }
 
+/// The moment has a pose.
+PosedTags posed(const TagFrame& frame, const CameraMoment& moment) {
+  PosedTags picture{.cam_T_map = map_T_optical(moment).inverse()};
+  for (const std::size_t k : moment.used) picture.detections.push_back(frame.detections[k]);
+  return picture;
+}
+
+std::vector<PosedTags> posed(const std::vector<TagFrame>& frames, const std::vector<CameraMoment>& moments) {
+  std::vector<PosedTags> pictures;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (moments[i].map_T_body) pictures.push_back(posed(frames[i], moments[i]));
+  return pictures;
+}
+
 }  // namespace
 
 CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const CameraModel& camera) {
@@ -79,27 +97,44 @@ CameraMoment camera_moment(const TagFrame& frame, const TagMap& map, const Camer
     return moment;
   }
   const CameraPoseEstimate& best = pose->estimates.front();
-  moment.tags = static_cast<int>(best.detections.size());
+  moment.used = best.detections;
+  moment.tags = static_cast<int>(moment.used.size());
   // A turn from the right leaves an error of the parent's side as it is.
   const SE3 cam_T_body(body_R_optical().inverse(), Eigen::Vector3d::Zero());
   moment.map_T_body = Uncertain<SE3>{best.map_T_cam * cam_T_body, best.covariance};
   return moment;
 }
 
-std::vector<CameraMoment> camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
-                                         const CameraModel& camera, double readout_s) {
-  std::vector<CameraMoment> moments;
-  moments.reserve(frames.size());
-  for (const TagFrame& frame : frames) moments.push_back(camera_moment(frame, map, camera));
-  for (int k = 0; k < kIterations && readout_s != 0; ++k) {  // the motion is that of the poses before
-    const std::vector<CameraMoment> before = moments;
-    for (std::size_t i = 0; i < frames.size(); ++i) {
-      const auto motion = motion_at(before, i);
-      if (!motion) continue;
-      moments[i] = camera_moment(at_middle_row(*motion, map, camera, readout_s, frames[i]), map, camera);
-    }
+CameraMoment LiveMoments::of(const TagFrame& frame) {
+  CameraMoment moment = camera_moment(with_corner_error(frame, corner_error_px_), *map_, *camera_);
+  if (!moment.map_T_body) return moment;
+  last_.push_back(posed(frame, moment));
+  if (last_.size() > kLast) last_.pop_front();
+  if (++since_ >= kReckonAfter) {
+    since_ = 0;
+    corner_error_px_ = common_corner_error_px({last_.begin(), last_.end()}, *map_, *camera_);
   }
-  return moments;
+  return moment;
+}
+
+CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
+                             const CameraModel& camera, double readout_s) {
+  CameraMoments all;
+  std::vector<TagFrame> at_once = frames;  // the corners as a global shutter would have them
+  for (int k = 0; k < kIterations; ++k) {
+    const std::vector<CameraMoment> before = std::move(all.moments);
+    all.moments.clear();
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const auto motion = k > 0 && readout_s != 0 ? motion_at(before, i) : std::nullopt;
+      if (motion) at_once[i] = at_middle_row(*motion, map, camera, readout_s, frames[i]);
+      all.moments.push_back(camera_moment(with_corner_error(at_once[i], all.corner_error_px), map, camera));
+    }
+    const double error_px = common_corner_error_px(posed(at_once, all.moments), map, camera);
+    const bool settled = std::abs(error_px - all.corner_error_px) < kSettled * error_px;
+    all.corner_error_px = error_px;
+    if (settled && readout_s == 0) break;
+  }
+  return all;
 }
 
 ros2::PoseWithCovarianceStamped pose_message(const CameraMoment& moment) {

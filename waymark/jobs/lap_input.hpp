@@ -52,8 +52,9 @@ struct SetupOverrides {
 [[nodiscard]] std::optional<std::string> robot_yaml_of(const RecordedLap& lap);
 
 /// Opens and reads a recording of any kind. Where it holds pictures only, their tags are looked for
-/// (tag36h11 and the family of the recorded anchor, the usual settings). With a `finder` it is the pictures that count, also where the recording
-/// holds tags, and it fails when there are none. Cancelling ends it with an error.
+/// (tag36h11 and the family of the recorded anchor, the usual settings). With a `finder` it is the pictures
+/// that count, also where the recording holds tags, and it fails when there are none. Cancelling ends it with
+/// an error.
 [[nodiscard]] Result<RecordedLap> read_lap_file(const std::string& path, const JobControl& control = {},
                                                 const TagFinder* finder = nullptr);
 /// The same of several files of one lap (tables, say), and of the camera that `choice` names.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "waymark/config/landmarks_file.hpp"
+#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/jobs/localize_output.hpp"
 #include "waymark/samples/camera_body.hpp"
 
@@ -42,18 +43,20 @@ Result<LocalizeVideoReport> localize_video(const LocalizeVideoJob& job, const Jo
   const Result<TagFinder> finder = tag_finder_for(map->tags);
   if (!finder) return tl::unexpected(finder.error());
   std::vector<TagFrame> frames;
-  Result<VideoTags> found = find_video_tags(job.localize.logs.front(), *finder, &job.camera, control,
-                                            [&](const VideoFrame&, TagFrame& tags) -> Status {
-                                              frames.push_back(std::move(tags));
-                                              return {};
-                                            });
+  Result<VideoTags> found = find_camera_tags(job.localize.logs.front(), *finder, job.camera, control,
+                                             [&](TagFrame& tags) -> Status {
+                                               frames.push_back(std::move(tags));
+                                               return {};
+                                             });
   if (!found) return tl::unexpected(found.error());
-  const std::vector<CameraMoment> moments = camera_moments(frames, map->tags, job.camera, job.readout_s);
+  const auto [moments, corner_error_px] = camera_moments(frames, map->tags, job.camera, job.readout_s);
   if (Status written = write(job, frames, moments); !written) return tl::unexpected(written.error());
   for (const CameraMoment& moment : moments) job.on_moment(moment);
   const auto known = std::ranges::count_if(
       moments, [](const CameraMoment& moment) { return moment.map_T_body.has_value(); });
-  return LocalizeVideoReport{.video = std::move(*found), .known = static_cast<std::size_t>(known)};
+  return LocalizeVideoReport{.video = std::move(*found),
+                             .known = static_cast<std::size_t>(known),
+                             .corner_error_px = corner_error_px};
 }
 
 }  // namespace waymark

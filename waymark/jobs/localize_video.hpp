@@ -18,7 +18,8 @@ struct LocalizeVideoJob {
 
 struct LocalizeVideoReport {
   VideoTags video{};
-  std::size_t known = 0;  ///< pictures with a pose
+  std::size_t known = 0;       ///< pictures with a pose
+  double corner_error_px = 0;  ///< CameraMoments::corner_error_px
 };
 
 /// Finds the tags of every picture, and then the poses. The output appears whole or not at all; a recording

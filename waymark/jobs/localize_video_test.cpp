@@ -15,6 +15,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/config/map_exchange.hpp"
 #include "waymark/config/trajectory_file.hpp"
+#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/samples/camera_body.hpp"
 #include "waymark/simulation/photograph.hpp"
@@ -57,7 +58,8 @@ struct Errors {
 };
 
 Errors errors_of(const Filmed& filmed, double readout_s) {
-  const auto moments = camera_moments(filmed.frames, filmed.world.tags, phone(), readout_s);
+  const auto [moments, corner_error_px] =
+      camera_moments(filmed.frames, filmed.world.tags, phone(), readout_s);
   EXPECT_EQ(moments.size(), filmed.frames.size());
   Errors errors;
   for (std::size_t i = 0; i < moments.size(); ++i) {
@@ -94,8 +96,8 @@ TEST(CameraMoments, CountTheRowsOfARollingShutter) {
 }
 
 TEST(CameraMoments, OfNothingAreNothing) {
-  EXPECT_TRUE(camera_moments({}, testing::walk_room(0.165).tags, phone(), 0.01).empty());
-  const auto moments = camera_moments({TagFrame{}, TagFrame{}, TagFrame{}}, {}, phone(), 0.01);
+  EXPECT_TRUE(camera_moments({}, testing::walk_room(0.165).tags, phone(), 0.01).moments.empty());
+  const auto moments = camera_moments({TagFrame{}, TagFrame{}, TagFrame{}}, {}, phone(), 0.01).moments;
   ASSERT_EQ(moments.size(), 3U);
   EXPECT_FALSE(moments[1].map_T_body);
   EXPECT_EQ(moments[1].tags, 0);
@@ -167,6 +169,29 @@ TEST_F(FilmedWall, SaysWhereTheCameraWas) {
     EXPECT_LT(off.translation().norm(), 0.005) << k;
     EXPECT_LT(off.rotation().log().norm(), to_radians(0.3)) << k;
   }
+}
+
+TEST_F(FilmedWall, OfItsRecordingSaysTheSame) {
+  const TagFinder finder = std::move(*make_tag_finder());
+  ASSERT_TRUE(
+      convert_video({.input = at("walk.mp4"), .output = at("tags.mcap"), .camera = phone()}, finder, {}));
+  EXPECT_FALSE(is_of_camera(at("tags.mcap"), false)) << "a lap, to which odometry may be given";
+  EXPECT_TRUE(is_of_camera(at("tags.mcap"), true));
+  EXPECT_TRUE(is_of_camera(at("walk.mp4"), false));
+  EXPECT_TRUE(is_of_camera(at("nothing.mp4"), true)) << "whoever opens it says so";
+  EXPECT_FALSE(is_of_camera(at("map.yaml"), true));
+  std::vector<SE3> of_video, of_recording;
+  for (const auto& [file, poses] : {std::pair("walk.mp4", &of_video), {"tags.mcap", &of_recording}}) {
+    job_.localize.logs = {at(file)};
+    job_.on_moment = [to = poses](const CameraMoment& moment) {
+      to->push_back(moment.map_T_body.value().mean);
+    };
+    const auto report = localize_video(job_, {});
+    ASSERT_TRUE(report) << to_string(report.error());
+  }
+  ASSERT_EQ(of_recording.size(), of_video.size());
+  for (std::size_t k = 0; k < of_video.size(); ++k)
+    EXPECT_LT((of_video[k].inverse() * of_recording[k]).log().norm(), 1e-6) << k;
 }
 
 TEST_F(FilmedWall, WritesAllOrNothing) {

@@ -15,6 +15,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/config/wpilib_layout.hpp"
+#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/jobs/route_files.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/jobs/stopwatch.hpp"
@@ -55,11 +56,11 @@ Result<std::vector<SceneFrame>> film(const MapVideoJob& job, const TagFinder& fi
   std::vector<SceneFrame> frames;
   Duration offset{};
   for (const std::string& video : job.videos) {
-    const auto add = [&](const VideoFrame& picture, TagFrame& tags) -> Status {
-      frames.push_back({picture.stamp + offset, {{0, std::move(tags.detections)}}});
+    const auto add = [&](TagFrame& tags) -> Status {
+      frames.push_back({tags.stamp + offset, {{0, std::move(tags.detections)}}});
       return {};
     };
-    const Result<VideoTags> found = find_video_tags(video, finder, &job.camera, control, add);
+    const Result<VideoTags> found = find_camera_tags(video, finder, job.camera, control, add);
     if (!found) return tl::unexpected(found.error());
     for (const VideoProblem& problem : found->problems) warnings.push_back(to_string(problem.error));
     offset = frames.back().stamp.time_since_epoch() + std::chrono::seconds(1);

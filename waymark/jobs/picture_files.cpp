@@ -84,6 +84,9 @@ Input missing(const std::string& source) {
     if (names.size() == kEnough) break;
     names.push_back(it->path().filename().string());
   }
+  if (source.starts_with("/dev/video") || source == "v4l2")
+    return failed(source, ErrorCode::NotFound, "no such file or folder",
+                  "A camera is named with its kind, such as v4l2:/dev/video0; `waymark cameras` lists them.");
   const std::string nearest = nearest_word(path.filename().string(), names);
   const std::string hint =
       nearest.empty() ? "" : fmt::format("Did you mean '{}'?", (path.parent_path() / nearest).string());

@@ -74,6 +74,7 @@ TEST_F(Sources, WhatGivesNothingIsAnErrorAmongTheOthers) {
               ElementsAre("b.png", HasSubstr("no picture in this folder"), "a.JPG"));
   EXPECT_THAT(found({"c.png"}), ElementsAre(HasSubstr("b.png'?")));
   EXPECT_THAT(found({"empty/none.png"}), ElementsAre(HasSubstr("no such file or folder")));
+  EXPECT_THAT(found({"/dev/video97"}), ElementsAre(HasSubstr("v4l2:/dev/video0")));
 }
 
 TEST_F(Sources, StreamsAndDevicesAreRefusedInWordsAndVideosPass) {

@@ -17,7 +17,7 @@ namespace {
 class CameraLog {
  public:
   CameraLog(const LocalizeCameraJob& job, const TagMap& map, LocalizeOutput& output)
-      : job_(job), map_(map), output_(output), fresh_(job.localize.output) {
+      : job_(job), moments_(map, job.camera), output_(output), fresh_(job.localize.output) {
     if (job.feed == nullptr) return;
     job.feed->show_camera(job.camera, base_T_camera({}));
     job.feed->show_shapes(map_markers(map, {}));
@@ -25,7 +25,7 @@ class CameraLog {
 
   Status take(CameraPicture& seen) {
     const TagFrame tags{seen.frame.stamp, seen.frame.camera, std::move(seen.found.detections)};
-    CameraMoment moment = camera_moment(tags, map_, job_.camera);
+    CameraMoment moment = moments_.of(tags);
     moment.age = seen.age;
     fresh_.keep();
     Status status = output_.on_sample(seen.frame);
@@ -51,7 +51,7 @@ class CameraLog {
   }
 
   const LocalizeCameraJob& job_;
-  const TagMap& map_;
+  LiveMoments moments_;
   LocalizeOutput& output_;
   FreshFile fresh_;
   std::size_t known_ = 0;
