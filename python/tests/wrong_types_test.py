@@ -77,7 +77,7 @@ class Types(unittest.TestCase):
                             (lambda: samples.visible_corners(lens, None, 0.1), "visible_corners(): argument 'cam_T_tag' is None: needed is a waymark.geometry.SE3"),
                             (lambda: samples.Odometry(speed_m_s="fast"), "Odometry.speed_m_s is 'fast' (str): needed is a number"),
                             (lambda: samples.Odometry(stamp_ns=2**70), "Odometry.stamp_ns is too large a whole number"),
-                            (lambda: recording.Recording(3), "Recording(): argument 'path' is 3 (int): needed is a string"),
+                            (lambda: recording.Recording(3), "Recording(): argument 'path' is 3 (int): needed is a path"),
                             (lambda: families.bitmap(7), "bitmap(): argument 'tag' is 7 (int): needed is a string"),
                             (lambda: geometry.SO3.from_rpy(0, 0, [1]), "from_rpy(): argument 'yaw' is a list of 1: needed is a number")):
             with self.assertRaises(TypeError, msg=words) as raised:

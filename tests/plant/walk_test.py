@@ -30,7 +30,7 @@ SHORT_TAGS = 8
 TAGS_M = 0.015  # RMSE of a walk's tags, its anchor laid onto the true one
 POSES_M = 0.012
 NEES = (3.0, 8.0)  # 6 where poses are consistent; the errors of a walk's pictures hang together
-UNKNOWN = 0.03  # share of the pictures without a pose
+UNKNOWN = 0.05  # share of the pictures without a pose: refused, as their tags contradict each other
 
 
 @dataclasses.dataclass

@@ -16,6 +16,7 @@ constexpr auto kNear = std::chrono::milliseconds(250);  // pictures that show th
 constexpr int kIterations = 8;                          // a pose that none had at first helps its neighbours
 constexpr std::size_t kLast = 100;
 constexpr int kReckonAfter = 5;
+constexpr double kFirst_px = 1;    // so that no picture is refused before the motion is known
 constexpr double kSettled = 0.02;  // relative change of the corners' common error
 
 SE3 map_T_optical(const CameraMoment& moment) {
@@ -119,7 +120,7 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
 
 CameraMoments camera_moments(const std::vector<TagFrame>& frames, const TagMap& map,
                              const CameraModel& camera, double readout_s) {
-  CameraMoments all;
+  CameraMoments all{.corner_error_px = kFirst_px};
   std::vector<TagFrame> at_once = frames;  // the corners as a global shutter would have them
   for (int k = 0; k < kIterations; ++k) {
     const std::vector<CameraMoment> before = std::move(all.moments);

@@ -81,7 +81,7 @@ bool is_of_camera(const std::string& path, bool calibrated) {
   if (looks_like_video(path)) return true;
   if (!calibrated) return false;
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return true;
+  if (!std::filesystem::exists(path, ignored)) return is_video_name(path);
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
   const auto has = [&](const char* what) { return contents && contents->contains(what); };
