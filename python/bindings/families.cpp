@@ -8,6 +8,7 @@
 #include <pybind11/stl.h>
 
 #include "python/bindings/errors.hpp"
+#include "python/bindings/jobs.hpp"
 #include "python/bindings/rooms.hpp"
 #include "waymark/families/hamming.hpp"
 
@@ -88,8 +89,14 @@ void bind_families(py::module_& m) {
       "minimum_distance",
       [](const std::string& name) {
         const Family& found = family(family_named(name));
-        const py::gil_scoped_release release;
-        return minimum_distance(found);
+        PythonJob control(py::none{});
+        int distance = 0;
+        {
+          const py::gil_scoped_release release;
+          distance = minimum_distance(found, control.control().cancelled);
+        }
+        control.rethrow();
+        return distance;
       },
       py::arg("family"),
       "Smallest distance between two codes of the family in any turn; seconds for the largest families.");

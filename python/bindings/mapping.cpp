@@ -1,6 +1,7 @@
 #include <optional>
 #include <string>
 
+#include <fmt/format.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
@@ -94,8 +95,14 @@ void bind_mapping(py::module_& m) {
       "warnings", [](const MapReport& r) { return r.warnings; }, "What is doubtful about the map, in words.");
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "What was written.");
-  report.def_readonly("set_aside", &MapReport::set_aside,
-                      "Files of an earlier map in the folder, by the names that they have now: list of str.");
+  report.def_readonly(
+      "set_aside", &MapReport::set_aside,
+      "Files of an earlier map in the folder, which have a number in their names now (map.1.yaml), as "
+      "they were called: list of str.");
+  report.def("__repr__", [](const MapReport& r) {
+    return fmt::format("MapReport({} tags, {} points of the route, {} warnings)", r.lap.map.tags.size(),
+                       r.lap.route.points.size(), r.warnings.size());
+  });
   report.def_property_readonly("summary", &summary_of, "summary.json as a dictionary (docs/formats/map.md).");
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),

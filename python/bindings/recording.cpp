@@ -226,6 +226,9 @@ void bind_recording(py::module_& m) {
                                   "A recording of any format. Iterating over it gives its samples.");
   recording.def(py::init(&open_recording), py::arg("path"),
                 "Recognised by its first bytes; raises NotFound or Unreadable.");
+  recording.def("__repr__", [](const Recording& r) {
+    return fmt::format("Recording('{}', {})", r.path, to_string(r.log->format()));
+  });
   recording.def_readonly("path", &Recording::path, "Path of the file or folder.");
   recording.def_property_readonly(
       "channels", &channels_of,

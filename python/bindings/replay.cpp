@@ -260,6 +260,10 @@ void bind_replay(py::module_& m) {
   step.def_readonly("reason", &ReplayStep::reason, "Of a refusal, a stop, or a pause; else None.");
   step.def_readonly("estimate", &ReplayStep::estimate, "LocalizationEstimate; None before the first.");
   step.def_readonly("driven_m", &ReplayStep::driven_m, "Along the route since the start [m].");
+  step.def("__repr__", [](const ReplayStep& s) {
+    return fmt::format("ReplayStep({}, {:.3f} m/s, {:.3f} rad/s, {:.2f} m driven)", word_of(s.state),
+                       s.command.speed_m_s, s.command.yaw_rate_rad_s, s.driven_m);
+  });
   def_packed(step);
   bind_session(m);
   m.def("drive", &drive_robot, py::arg("map"), py::arg("robot"), py::arg("route") = "", py::arg("laps") = 1.0,

@@ -287,7 +287,7 @@ class Callbacks(unittest.TestCase):
         end = replay.drive(str(self.map), robot, on_step=lambda now, step: states.add(step.state))
         self.assertTrue(end["finished"], end)
         self.assertGreater(end["driven_m"], 5)
-        self.assertEqual(robot.commands[-1][0], robot.commands[-1][0])
+        self.assertEqual(robot.commands[-1], (0, 0))
         self.assertIn("driving", states)
 
     def test_a_session_drives_once(self):
@@ -333,15 +333,26 @@ class Callbacks(unittest.TestCase):
         robot = Robot(self.map, wrong=raises)
         with self.assertRaisesRegex(KeyError, "encoder"):
             replay.drive(str(self.map), robot)
+        self.assertGreater(robot.commands[-2][0], 0)
+        self.assertEqual(robot.commands[-1], (0, 0))
         for wrong in (lambda: 3, lambda: ["odometry"], lambda: None):
+            robot = Robot(self.map, wrong=wrong)
             with self.assertRaises((TypeError, RuntimeError)):
-                replay.drive(str(self.map), Robot(self.map, wrong=wrong))
+                replay.drive(str(self.map), robot)
+            self.assertEqual(robot.commands[-1], (0, 0))
         with self.assertRaises(TypeError):
             replay.drive(str(self.map), object())
         with self.assertRaises(TypeError):
             replay.drive(str(self.map), Robot(self.map), speed=3)
-        with self.assertRaises(ZeroDivisionError):
-            replay.drive(str(self.map), Robot(self.map), on_step=lambda now, step: 1 / 0)
+        for end in ({"on_step": lambda now, step: 1 / (len(robot.commands) < 60)}, {"timeout_s": 3}):
+            robot = Robot(self.map)
+            if "on_step" in end:
+                with self.assertRaises(ZeroDivisionError):
+                    replay.drive(str(self.map), robot, **end)
+            else:
+                self.assertTrue(replay.drive(str(self.map), robot, **end)["timed_out"])
+            self.assertGreater(robot.commands[-2][0], 0)
+            self.assertEqual(robot.commands[-1], (0, 0))
 
     def test_a_job_that_is_interrupted_leaves_nothing(self):
         folder = pathlib.Path(self.folder.name) / "other"

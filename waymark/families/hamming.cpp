@@ -8,6 +8,7 @@ namespace waymark {
 namespace {
 
 constexpr int kTurns = 4;
+constexpr std::size_t kAskAfter = 1024;  // codes, a multiple of kTurns: some ten milliseconds
 
 /// The four turns of every code, code by code; the upright one first.
 std::vector<std::uint64_t> all_turns(const Family& family) {
@@ -82,11 +83,13 @@ struct Buckets {
 
 /// Whether two different codes in any relative turn, or a code and a turn of itself, are at most `radius`
 /// apart, and at most `near` within the part.
-bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int near, int radius) {
+bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int near, int radius,
+              const std::function<bool()>& cancelled) {
   const std::vector<std::uint32_t> differences = light_words(part.width, near);
   if (differences.empty()) return false;
   Buckets buckets(turns, part);
   for (std::size_t i = 0; i < turns.size(); i += kTurns) {
+    if (i % kAskAfter == 0 && cancelled()) return true;
     // A pair is looked at once: the upright first code against the turns of the second; and before the turns
     // of the first are dropped, against its own.
     ++buckets.first[part.value(turns[i])];
@@ -99,12 +102,13 @@ bool any_pair(const std::vector<std::uint64_t>& turns, const Part& part, int nea
 /// Whether any pair is at most `radius` apart. Such a pair is, in one of three parts of the word, at most
 /// `near` apart if the three (near + 1) add up to radius + 1: only codes whose parts nearly agree need to be
 /// compared.
-bool any_pair(const std::vector<std::uint64_t>& turns, int bits, int radius) {
+bool any_pair(const std::vector<std::uint64_t>& turns, int bits, int radius,
+              const std::function<bool()>& cancelled) {
   constexpr int kParts = 3;
   for (int i = 0; i < kParts; ++i) {
     const int begin = bits * i / kParts;
     const Part part{begin, bits * (i + 1) / kParts - begin};
-    if (any_pair(turns, part, (radius + 1 + i) / kParts - 1, radius)) return true;
+    if (any_pair(turns, part, (radius + 1 + i) / kParts - 1, radius, cancelled)) return true;
   }
   return false;
 }
@@ -147,13 +151,13 @@ int CodeRotation::min_rotational_distance(std::uint64_t a, std::uint64_t b) cons
   return best;
 }
 
-int minimum_distance(const Family& family) {
+int minimum_distance(const Family& family, const std::function<bool()>& cancelled) {
   const std::vector<std::uint64_t> turns = all_turns(family);
   const int bits = static_cast<int>(family.bits.size());
   // The promise is nearly always kept exactly: ruling out one less first saves the small radii.
   const int promised = std::clamp(family.min_hamming, 0, bits);
-  int distance = any_pair(turns, bits, promised - 1) ? 0 : promised;
-  while (distance < bits && !any_pair(turns, bits, distance)) ++distance;
+  int distance = any_pair(turns, bits, promised - 1, cancelled) ? 0 : promised;
+  while (distance < bits && !any_pair(turns, bits, distance, cancelled)) ++distance;
   return distance;
 }
 

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "waymark/families/family.hpp"
@@ -36,6 +37,8 @@ class CodeRotation {
 /// code and its own turns by 90, 180 and 270 degrees (else the orientation of the tag would be ambiguous).
 /// Exact; the families with tens of thousands of codes take a second or two (Norouzi, Punjani and Fleet,
 /// "Fast search in Hamming space with multi-index hashing", CVPR 2012).
-[[nodiscard]] int minimum_distance(const Family& family);
+/// `cancelled` is asked now and then; once it says so the answer comes soon and means nothing.
+[[nodiscard]] int minimum_distance(
+    const Family& family, const std::function<bool()>& cancelled = [] { return false; });
 
 }  // namespace waymark

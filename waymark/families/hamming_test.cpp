@@ -84,6 +84,12 @@ TEST_P(HammingOf, MinimumDistanceEqualsThatOfAllPairs) {
   EXPECT_EQ(minimum_distance(table), minimum_distance_of_all_pairs(table));
 }
 
+TEST(MinimumDistance, EndsSoonOnceItIsCancelled) {
+  int asked = 0;
+  (void)minimum_distance(family(FamilyId::TagStandard52h13), [&] { return ++asked >= 3; });
+  EXPECT_LE(asked, 4) << "once more at the next distance";
+}
+
 TEST(MinimumDistance, FindsAPlantedPairAtEveryDistance) {
   Random random(3);
   for (int planted = 0; planted <= 8; ++planted) {
