@@ -95,10 +95,10 @@ void bind_mapping(py::module_& m) {
       "warnings", [](const MapReport& r) { return r.warnings; }, "What is doubtful about the map, in words.");
   report.def_property_readonly(
       "files", [](const MapReport& r) { return r.files; }, "What was written.");
-  report.def_readonly(
-      "set_aside", &MapReport::set_aside,
-      "Files of an earlier map in the folder, which have a number in their names now (map.1.yaml), as "
-      "they were called: list of str.");
+  report.def_readonly("backed_up", &MapReport::set_aside,
+                      "Names of the files of an earlier map in the folder, of which there are backups now "
+                      "(map.1.yaml): list of "
+                      "str.");
   report.def("__repr__", [](const MapReport& r) {
     return fmt::format("MapReport({} tags, {} points of the route, {} warnings)", r.lap.map.tags.size(),
                        r.lap.route.points.size(), r.warnings.size());
@@ -107,8 +107,8 @@ void bind_mapping(py::module_& m) {
   def_packed(report);
   m.def("map_recording", &map_file, py::arg("recording"), py::arg("folder"), py::arg("progress") = py::none(),
         ("Maps a recorded lap of any format and writes map.yaml, route.yaml, … into the folder, as `waymark "
-         "map` does; those of an earlier map there stay, with a number in their names (map.1.yaml; "
-         "MapReport.set_aside). progress(words, "
+         "map` does; those of an earlier map there stay as backups (map.1.yaml; "
+         "MapReport.backed_up). progress(words, "
          "done, all) is called meanwhile; an exception in it, or Ctrl-C, leaves the folder as it was. "
          "Keywords: method ('bundle', 'chain'), "
          "anchor, map_T_anchor (SE3), tag_size_m, and dictionaries of options:\n\nchain:\n" +

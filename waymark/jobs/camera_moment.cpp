@@ -14,8 +14,8 @@ namespace {
 
 constexpr auto kNear = std::chrono::milliseconds(250);  // pictures that show the motion of the one between
 constexpr int kIterations = 8;                          // a pose that none had at first helps its neighbours
-constexpr std::size_t kLast = 100;
-constexpr int kReckonAfter = 5;
+constexpr std::size_t kLast = 100;                      // pictures of a live camera
+constexpr int kUpdateAfter = 5;
 constexpr double kFirst_px = 1;    // so that no picture is refused before the motion is known
 constexpr double kSettled = 0.02;  // relative change of the corners' common error
 
@@ -111,7 +111,7 @@ CameraMoment LiveMoments::of(const TagFrame& frame) {
   if (!moment.map_T_body) return moment;
   last_.push_back(posed(frame, moment));
   if (last_.size() > kLast) last_.pop_front();
-  if (++since_ >= kReckonAfter) {
+  if (++since_ >= kUpdateAfter) {
     since_ = 0;
     corner_error_px_ = common_corner_error_px({last_.begin(), last_.end()}, *map_, *camera_);
   }

@@ -45,7 +45,7 @@ class LiveMoments {
   const TagMap* map_;
   const CameraModel* camera_;
   std::deque<PosedTags> last_{};
-  int since_ = 0;  ///< pictures since it was reckoned
+  int since_ = 0;  ///< pictures since the last update
   double corner_error_px_ = 0;
 };
 

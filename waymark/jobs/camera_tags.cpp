@@ -70,6 +70,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
     return each(**tags);
   });
   if (!status) return tl::unexpected(status.error());
+  for (const LogProblem& problem : (*log)->problems()) control.note(to_string(problem.error));
   if (all.pictures == 0)
     return fail(ErrorCode::Unreadable, "no picture of this recording is whole", {.source = path});
   return all;

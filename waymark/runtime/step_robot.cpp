@@ -14,7 +14,7 @@ Status StepRobot::command(const VelocityCommand& command) {
 void StepRobot::finish() {
   if (std::exchange(obeyed_, {}) == VelocityCommand{}) return;
   clock_ += period_;
-  (void)step_({}, SensorTime(clock_));  // what it measures, or that it fails, is nobody's business any more
+  (void)step_({}, SensorTime(clock_));  // the drive is over: its samples and its error are not used
 }
 
 Result<std::optional<RobotEvent>> StepRobot::next(Duration /*most*/) {

@@ -210,7 +210,8 @@ class Ros2Robot {
     if (now < next_look_) return {};
     next_look_ = now + kLookAgain;
     const std::vector<BusEndpoint> others = bus_->endpoints();
-    for (const std::string& words : mismatches(uses_, others)) talk_.say_once(words);
+    const std::vector<std::string> misfits = mismatches(uses_, others);
+    for (const std::string& words : misfits) talk_.say_once(words);
     if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
@@ -220,9 +221,10 @@ class Ros2Robot {
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
-    const std::string where = missing_clock() +
-                              (published(profile_.odometry_topic, others) ? kNothingArrives : "") +
-                              searched(bus_options_, *bus_);
+    const std::string where =
+        missing_clock() +
+        (misfits.empty() && published(profile_.odometry_topic, others) ? kNothingArrives : "") +
+        searched(bus_options_, *bus_);
     if (waited >= options_.give_up_after)
       return fail(ErrorCode::NotFound,
                   fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
