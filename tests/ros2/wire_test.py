@@ -166,12 +166,12 @@ class Robot(Wire):
         profile.write_text("robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n")
         commands = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)["commands"]
         self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
-        robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        said = ""
-        while not all(words in said for words in ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")):
-            line = robot.stdout.readline()
-            self.assertNotEqual(line, "", said)
-            said += line if "nobody" in line else ""
+        robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
+        expected = ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")
+        lines = lines_of(robot, lambda all: sum("nobody" in line.get("text", "") for line in all) >= len(expected))
+        said = " ".join(line["text"] for line in lines if line["type"] == "log")
+        for words in expected:
+            self.assertIn(words, said)
 
 
 class Kill(Wire):

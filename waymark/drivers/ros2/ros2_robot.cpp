@@ -138,19 +138,14 @@ class Ros2Robot {
   Status take_compressed(const std::vector<BusEndpoint>& others) {
     if (profile_.image_topic.empty() || compressed_) return {};
     const std::string topic = profile_.image_topic + "/compressed";
-    const BusTopic plain = dds_topic(profile_.image_topic, ros2::Image::kType);
-    const BusTopic compressed = dds_topic(topic, ros2::CompressedImage::kType);
-    const auto published = [&](const BusTopic& name) {
-      return std::ranges::any_of(others, [&](const BusEndpoint& one) {
-        return one.publishes && one.name.topic == name.topic && one.name.type == name.type;
-      });
-    };
-    if (published(plain) || !published(compressed)) return {};
+    const std::string_view type = ros2::CompressedImage::kType;
+    if (published(profile_.image_topic, others, ros2::Image::kType) || !published(topic, others, type))
+      return {};
     compressed_ = true;
     TopicQos qos{.reliable = profile_.reliable_sensors, .depth = 2};
-    const auto number = bus_->subscribe(compressed, qos);
+    const auto number = bus_->subscribe(dds_topic(topic, type), qos);
     if (!number) return tl::unexpected(number.error());
-    subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(ros2::CompressedImage::kType), qos});
+    subscriptions_.emplace(*number, Ros2Subscription{topic, std::string(type), qos});
     talk_.say_once(
         fmt::format("nobody publishes {}: pictures are taken from {}", profile_.image_topic, topic));
     return {};
@@ -215,7 +210,7 @@ class Ros2Robot {
     if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
-      if (waited > kListen) say_unpublished(others);
+      if (waited > kListen && talk_.greeted()) say_unpublished(others);
       if (publisher_ && now - advertised_ > kListen && bus_->matched_subscriptions(*publisher_) == 0)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
@@ -235,10 +230,14 @@ class Ros2Robot {
     return {};
   }
 
-  [[nodiscard]] static bool published(const std::string& topic, const std::vector<BusEndpoint>& others) {
-    const std::string wanted = dds_topic(topic, "").topic;
-    return std::ranges::any_of(
-        others, [&](const BusEndpoint& one) { return one.publishes && one.name.topic == wanted; });
+  /// Whether somebody publishes it, as that type or, without one, as any.
+  [[nodiscard]] static bool published(const std::string& topic, const std::vector<BusEndpoint>& others,
+                                      std::string_view type = {}) {
+    const BusTopic wanted = dds_topic(topic, type);
+    return std::ranges::any_of(others, [&](const BusEndpoint& one) {
+      return one.publishes && one.name.topic == wanted.topic &&
+             (type.empty() || one.name.type == wanted.type);
+    });
   }
 
   /// Topics of tags and pictures that the profile names and nobody has.
