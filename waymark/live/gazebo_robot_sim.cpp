@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/live/plant_pace.hpp"
 
 namespace waymark {
 namespace {
@@ -19,7 +20,8 @@ class GazeboRobotSim {
   GazeboRobotSim(GazeboLink& link, const GazeboProfile& profile, Plant& plant, const CameraModel& camera)
       : link_(link), profile_(profile), plant_(plant), camera_(camera) {}
 
-  Status run(const std::function<bool()>& should_stop) {
+  Status run(const JobControl& control) {
+    const auto& should_stop = control.cancelled;
     if (Status alone = nobody_simulates(); !alone) return alone;
     constexpr int kNewest = 1;
     if (const auto orders = link_.subscribe(profile_.command_topic, kNewest); !orders)
@@ -27,12 +29,12 @@ class GazeboRobotSim {
     Status status;
     for (const GazeboSubscription& one : subscriptions_of(profile_))
       if (status) status = advertise(one);
-    began_ = steady_now() - plant_.uptime();
+    PlantPace pace(steady_now, plant_.uptime(), control.note);
     while (status && !should_stop()) {
       const auto sample = plant_.next();
       status = sample ? say_sample(*sample) : tl::unexpected(sample.error());
       if (status) status = say(GazeboKind::Clock, GazeboClock{plant_.now()});
-      wait(should_stop);
+      wait(pace, should_stop);
     }
     return should_stop() ? Status() : status;
   }
@@ -103,15 +105,13 @@ class GazeboRobotSim {
     return status ? say(GazeboKind::Image, frame) : status;
   }
 
-  /// Until real time is where the simulation is; a busy machine makes the simulation slower, and what was
-  /// late is not made up for.
-  void wait(const std::function<bool()>& should_stop) {
-    constexpr Duration kLate = std::chrono::milliseconds(20);
-    began_ = std::max(began_, steady_now() - plant_.uptime() - kLate);
+  /// Until real time is where the simulation is; a busy computer makes the simulation slower.
+  void wait(PlantPace& pace, const std::function<bool()>& should_stop) {
+    pace.leave_out(plant_.uptime());
     do {
-      const auto message = link_.next(std::max(Duration(0), began_ + plant_.uptime() - steady_now()));
+      const auto message = link_.next(pace.ahead(plant_.uptime()));
       if (message) obey(*message);
-    } while (began_ + plant_.uptime() > steady_now() && !should_stop());
+    } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
   }
 
   void obey(const GazeboMessage& message) {
@@ -127,15 +127,14 @@ class GazeboRobotSim {
   GazeboProfile profile_;
   Plant& plant_;
   CameraModel camera_;
-  Duration began_{};  ///< steady clock when simulated time was zero
   std::map<GazeboKind, std::size_t> publishers_{};
 };
 
 }  // namespace
 
 Status run_gazebo_robot_sim(GazeboLink& link, const GazeboProfile& profile, Plant& plant,
-                            const CameraModel& camera, const std::function<bool()>& should_stop) {
-  return GazeboRobotSim(link, profile, plant, camera).run(should_stop);
+                            const CameraModel& camera, const JobControl& control) {
+  return GazeboRobotSim(link, profile, plant, camera).run(control);
 }
 
 }  // namespace waymark

@@ -17,6 +17,7 @@
 #include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/watchdog/device_file.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/live/plant_pace.hpp"
 
 namespace waymark {
 namespace {
@@ -80,16 +81,19 @@ class LimoRobotSim {
     if (setup.robot.dynamics.drive == "ackermann") state_.drive = LimoDrive::Ackermann;
   }
 
-  Status run(const std::function<bool()>& should_stop) {
+  Status run(const JobControl& control) {
+    const auto& should_stop = control.cancelled;
     switched_on_ = steady_now() - plant_.uptime();
+    PlantPace pace(steady_now, plant_.uptime(), control.note);
     Status status;
     while (status && !should_stop()) {
       auto sample = plant_.next();
-      status = sample ? speak(std::move(*sample)) : tl::unexpected(sample.error());
+      status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       write_lines();
+      pace.leave_out(plant_.uptime());
       do {  // until its clock is due, and at least what waits
-        obey(std::max(Duration(0), switched_on_ + plant_.uptime() - steady_now()));
-      } while (switched_on_ + plant_.uptime() > steady_now() && !should_stop());
+        obey(pace.ahead(plant_.uptime()));
+      } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
     }
     return should_stop() ? Status() : status;
   }
@@ -121,8 +125,8 @@ class LimoRobotSim {
     (void)write_some(terminal_.master.number(), bytes, written);
   }
 
-  Status speak(Sample sample) {
-    std::visit([this](auto& value) { value.stamp += switched_on_; }, sample);
+  Status speak(Sample sample, Duration left_out) {
+    std::visit([&](auto& value) { value.stamp += switched_on_ + left_out; }, sample);
     return std::visit([this](const auto& value) { return say(value); }, sample);
   }
 
@@ -188,14 +192,13 @@ class LimoRobotSim {
 }  // namespace
 
 Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup, const LimoSimOptions& options,
-                          const std::function<void(const std::string&)>& on_port,
-                          const std::function<bool()>& should_stop) {
+                          const std::function<void(const std::string&)>& on_port, const JobControl& control) {
   auto terminal = make_terminal();
   if (!terminal) return tl::unexpected(terminal.error());
   auto pipe = open_pipe(options.beside);
   if (!pipe) return tl::unexpected(pipe.error());
   on_port(terminal->path);
-  return LimoRobotSim(plant, setup, options, std::move(*terminal), std::move(*pipe)).run(should_stop);
+  return LimoRobotSim(plant, setup, options, std::move(*terminal), std::move(*pipe)).run(control);
 }
 
 }  // namespace waymark

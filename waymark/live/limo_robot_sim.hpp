@@ -5,6 +5,7 @@
 #include <string>
 
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
 #include "waymark/live/wire_faults.hpp"
 
@@ -18,13 +19,13 @@ struct LimoSimOptions {
 };
 
 /// Runs a plant in real time as a LIMO with the wheels of the setup at the other end of a pseudo-terminal,
-/// until should_stop() says so: frames at the rates of its sensors, its state ten times a second. It obeys
+/// until it is cancelled: frames at the rates of its sensors, its state ten times a second. It obeys
 /// after it was asked to (0x421). `on_port` is told the path of the terminal once. Pictures or tags, the
 /// lidar and the truth go to the pipe as lines of a robot process, stamped by this machine's steady clock:
 /// those that nobody reads in time are dropped.
 [[nodiscard]] Status run_limo_robot_sim(Plant& plant, const SimulatedSetup& setup,
                                         const LimoSimOptions& options,
                                         const std::function<void(const std::string&)>& on_port,
-                                        const std::function<bool()>& should_stop);
+                                        const JobControl& control);
 
 }  // namespace waymark

@@ -10,6 +10,7 @@
 #include "waymark/drivers/mbot/presence.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/live/plant_pace.hpp"
 #include "waymark/pose/tag_pose.hpp"
 #include "waymark/recording/mbot_messages.hpp"
 
@@ -57,22 +58,26 @@ class MbotRobotSim {
   MbotRobotSim(LcmLink& link, Plant& plant, const SimulatedSetup& setup, MbotGeneration generation)
       : link_(link), plant_(plant), camera_(setup.camera), tags_(setup.world.tags), generation_(generation) {}
 
-  Status run(const std::function<bool()>& should_stop) {
+  Status run(const JobControl& control) {
+    const auto& should_stop = control.cancelled;
     Status status = link_.subscribe("MBOT_VEL_CMD");
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     switched_on_ = std::chrono::duration_cast<Duration>(now) - plant_.uptime();
-    const Duration began = steady_now() - plant_.uptime();
+    PlantPace pace(steady_now, plant_.uptime(), control.note);
     while (status && !should_stop()) {
       const auto next = plant_.next();
       if (!next) return should_stop() ? Status() : tl::unexpected(next.error());
       std::visit([this, &status](const auto& sample) { status = say(sample); }, *next);
       if (status) status = send_what_is_due();
+      const Duration left_out = pace.left_out();
+      pace.leave_out(plant_.uptime());
+      switched_on_ += pace.left_out() - left_out;
       bool waits = true;  // for its clock, and at least for what is there
       while (status && waits && !should_stop()) {
-        auto message = link_.next(std::max(Duration(0), began + plant_.uptime() - steady_now()));
+        auto message = link_.next(pace.ahead(plant_.uptime()));
         if (!message) return tl::unexpected(message.error());
         if (*message) obey(**message);
-        waits = began + plant_.uptime() > steady_now();
+        waits = pace.ahead(plant_.uptime()) > Duration(0);
       }
     }
     return status;
@@ -175,8 +180,8 @@ class MbotRobotSim {
 }  // namespace
 
 Status run_mbot_robot_sim(LcmLink& link, Plant& plant, const SimulatedSetup& setup, MbotGeneration generation,
-                          const std::function<bool()>& should_stop) {
-  return MbotRobotSim(link, plant, setup, generation).run(should_stop);
+                          const JobControl& control) {
+  return MbotRobotSim(link, plant, setup, generation).run(control);
 }
 
 }  // namespace waymark

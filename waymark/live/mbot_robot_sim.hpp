@@ -1,9 +1,8 @@
 #pragma once
 
-#include <functional>
-
 #include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
 
 namespace waymark {
@@ -14,11 +13,11 @@ enum class MbotGeneration : std::uint8_t {
   Pi5,     ///< quaternions w, x, y, z; never stamped (utime 0)
 };
 
-/// Runs a plant in real time as an MBot on LCM with the setup's camera and tags, until should_stop() says so:
+/// Runs a plant in real time as an MBot on LCM with the setup's camera and tags, until it is cancelled:
 /// channels, types, units and signs of a real one's log, stamped by this machine's clock; TRUE_POSE
 /// (pose2D_t) beside them, for judges. It obeys MBOT_VEL_CMD. Tags are sent as poses, 65 ms after the
 /// exposure.
 [[nodiscard]] Status run_mbot_robot_sim(LcmLink& link, Plant& plant, const SimulatedSetup& setup,
-                                        MbotGeneration generation, const std::function<bool()>& should_stop);
+                                        MbotGeneration generation, const JobControl& control);
 
 }  // namespace waymark

@@ -38,7 +38,7 @@ Status run_as_mbot(const RobotSimJob& job, Plant& plant, const SimulatedSetup& s
   if (Status alone = no_mbot_at(job.mbot_address); !alone) return alone;
   const auto link = open_lcm(job.mbot_address);
   if (!link) return tl::unexpected(link.error());
-  return run_mbot_robot_sim(**link, plant, setup, job.mbot_generation, control.cancelled);
+  return run_mbot_robot_sim(**link, plant, setup, job.mbot_generation, control);
 }
 
 Status run_as_gazebo(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
@@ -47,7 +47,7 @@ Status run_as_gazebo(const RobotSimJob& job, Plant& plant, const SimulatedSetup&
   if (!profile) return tl::unexpected(profile.error());
   const auto link = open_gazebo();
   if (!link) return tl::unexpected(link.error());
-  return run_gazebo_robot_sim(**link, *profile, plant, setup.camera, control.cancelled);
+  return run_gazebo_robot_sim(**link, *profile, plant, setup.camera, control);
 }
 
 Status run_as_ros2(const RobotSimJob& job, Plant& plant, const SimulatedSetup& setup,
@@ -86,14 +86,14 @@ Status run_robot_sim(const RobotSimJob& job, Plant& plant, const SimulatedSetup&
     case SimWire::Limo: {
       LimoSimOptions options = job.limo;
       options.seed = setup.robot.seed;
-      return run_limo_robot_sim(plant, setup, options, on_port, control.cancelled);
+      return run_limo_robot_sim(plant, setup, options, on_port, control);
     }
     case SimWire::Mbot:
       return run_as_mbot(job, plant, setup, control);
     case SimWire::Gazebo:
       return run_as_gazebo(job, plant, setup, control);
   }
-  return run_simulated_process(plant, setup, job.process, control.cancelled);
+  return run_simulated_process(plant, setup, job.process, control);
 }
 
 }  // namespace waymark

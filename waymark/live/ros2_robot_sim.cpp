@@ -13,6 +13,7 @@
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
+#include "waymark/live/plant_pace.hpp"
 #include "waymark/recording/cdr.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
@@ -37,18 +38,18 @@ class Ros2RobotSim {
     const auto now =
         std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch());
     switched_on_ = now - plant_.uptime();
-    const Duration began = steady_now();
+    PlantPace pace(steady_now, plant_.uptime(), control.note);
     control.note("publishes /odom and the sensors of " + model_.name +
                  " on ROS 2, and obeys /cmd_vel, until Ctrl-C");
     Status status = publish("/tf_static", mountings(SensorTime(now)), kFixed);
     while (status && !should_stop()) {
       auto sample = plant_.next();
-      status = sample ? speak(std::move(*sample)) : tl::unexpected(sample.error());
+      status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
+      pace.leave_out(plant_.uptime());
       do {  // until its clock is due, and at least what waits
-        const Duration ahead = std::max(Duration(0), began + plant_.uptime() - steady_now());
-        const auto message = bus_.next(ahead);
+        const auto message = bus_.next(pace.ahead(plant_.uptime()));
         if (message) obey(message->bytes);
-      } while (began + plant_.uptime() > steady_now() && !should_stop());
+      } while (pace.ahead(plant_.uptime()) > Duration(0) && !should_stop());
     }
     return should_stop() ? Status() : status;
   }
@@ -104,8 +105,8 @@ class Ros2RobotSim {
     return bus_.publish(known->second, cdr::encode(message));
   }
 
-  Status speak(Sample sample) {
-    std::visit([this](auto& value) { value.stamp += switched_on_; }, sample);
+  Status speak(Sample sample, Duration left_out) {
+    std::visit([&](auto& value) { value.stamp += switched_on_ + left_out; }, sample);
     return std::visit([this](const auto& value) { return say(value); }, sample);
   }
 

@@ -1,6 +1,7 @@
 #include "waymark/live/simulated_process.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
+#include "waymark/live/plant_pace.hpp"
 
 namespace waymark {
 namespace {
@@ -56,23 +58,24 @@ class OrderInput {
 class SimulatedProcess {
  public:
   SimulatedProcess(Plant& plant, std::string name, bool pictures, const SimulatedProcessOptions& options,
-                   std::function<bool()> cancelled)
+                   const JobControl& control)
       : plant_(plant),
         name_(std::move(name)),
         pictures_(pictures),
         lockstep_(options.lockstep),
-        pace_(options.pace),
-        cancelled_(std::move(cancelled)) {}
+        factor_(options.lockstep ? options.pace : 1),
+        cancelled_(control.cancelled),
+        // With lockstep the pace is a limit, no promise.
+        pace_(steady_now, due(), lockstep_ ? [](const std::string&) {} : control.note) {}
 
   Status run() {
     RobotHello hello{.name = name_, .lockstep = lockstep_, .simulated = true};
     hello.sends = {"odometry", "wheels", "imu", "truth", pictures_ ? "image" : "detections"};
     Status status = write(to_line(hello));
-    start_ = steady_now();
     Duration next_order{};
     while (status && !over()) {
-      const auto sample = plant_.next();
-      status = sample ? send(*sample) : tl::unexpected(sample.error());
+      auto sample = plant_.next();
+      status = sample ? send(std::move(*sample)) : tl::unexpected(sample.error());
       if (!status || plant_.uptime() < next_order) continue;
       next_order += kOrderPeriod;
       status = lockstep_ ? step_in_lockstep() : step_in_time();
@@ -89,7 +92,14 @@ class SimulatedProcess {
     return {};
   }
 
-  Status send(const Sample& sample) {
+  /// The plant's uptime as time on this computer.
+  [[nodiscard]] Duration due() const {
+    return factor_ > 0 ? Duration(std::llround(static_cast<double>(plant_.uptime().count()) / factor_))
+                       : Duration(0);
+  }
+
+  Status send(Sample sample) {
+    if (!lockstep_) std::visit([this](auto& value) { value.stamp += pace_.left_out(); }, sample);
     const auto* frame = std::get_if<CameraFrame>(&sample);
     if (frame == nullptr) return write(to_line(sample));
     const auto jpeg = encode_jpeg(frame->image, kPictureQuality);
@@ -101,7 +111,7 @@ class SimulatedProcess {
     const std::int64_t step = ++step_;
     Status status = write(to_line(RobotStep{step, plant_.now()}));
     (void)std::fflush(stdout);
-    if (pace_ > 0) keep_pace();
+    if (factor_ > 0) keep_pace();
     orders_.wait_for(step);
     while (status && !over()) {
       const auto order = orders_.newest(std::chrono::milliseconds(100));
@@ -110,18 +120,14 @@ class SimulatedProcess {
     return status;
   }
 
-  /// What a busy host was late by is not made up for: a robot must not drive faster than commanded.
   void keep_pace() {
-    const Duration due(static_cast<std::int64_t>(static_cast<double>(plant_.uptime().count()) / pace_));
-    const Duration ahead = start_ + due - steady_now();
-    if (ahead > Duration(0)) std::this_thread::sleep_for(ahead);
-    if (ahead < -kOrderPeriod) start_ -= ahead + kOrderPeriod;
+    pace_.leave_out(due());
+    std::this_thread::sleep_for(pace_.ahead(due()));
   }
 
   Status step_in_time() {
     (void)std::fflush(stdout);
-    const Duration ahead = start_ + plant_.uptime() - steady_now();
-    if (ahead > Duration(0)) std::this_thread::sleep_for(ahead);
+    keep_pace();
     const auto order = orders_.newest(Duration(0));
     return order ? plant_.command(order->command) : Status();
   }
@@ -130,10 +136,10 @@ class SimulatedProcess {
   std::string name_;
   bool pictures_;
   bool lockstep_;
-  double pace_;
+  double factor_;  ///< most seconds of the plant a second; 0: any
   std::function<bool()> cancelled_;
+  PlantPace pace_;
   OrderInput orders_{};
-  Duration start_{};
   std::int64_t step_ = 0;
   bool reader_gone_ = false;
 };
@@ -141,9 +147,9 @@ class SimulatedProcess {
 }  // namespace
 
 Status run_simulated_process(Plant& plant, const SimulatedSetup& setup,
-                             const SimulatedProcessOptions& options, const std::function<bool()>& cancelled) {
+                             const SimulatedProcessOptions& options, const JobControl& control) {
   never_wait(STDIN_FILENO);
-  return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, cancelled).run();
+  return SimulatedProcess(plant, setup.model.name, setup.pictures.has_value(), options, control).run();
 }
 
 }  // namespace waymark

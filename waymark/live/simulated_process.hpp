@@ -1,8 +1,7 @@
 #pragma once
 
-#include <functional>
-
 #include "waymark/drivers/simulated/simulated_lap.hpp"
+#include "waymark/jobs/job_control.hpp"
 #include "waymark/live/plant.hpp"
 
 namespace waymark {
@@ -16,7 +15,6 @@ struct SimulatedProcessOptions {
 /// Runs the plant of a setup that speaks the protocol of robot processes on standard output and listens on
 /// standard input, until that ends or it is cancelled.
 [[nodiscard]] Status run_simulated_process(Plant& plant, const SimulatedSetup& setup,
-                                           const SimulatedProcessOptions& options,
-                                           const std::function<bool()>& cancelled);
+                                           const SimulatedProcessOptions& options, const JobControl& control);
 
 }  // namespace waymark

@@ -7,15 +7,9 @@
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/bridge/picture_ring.hpp"
+#include "waymark/drivers/process/drop_words.hpp"
 
 namespace waymark {
-namespace {
-
-constexpr std::uint64_t kEachSaid = 8;  // then each time their number has doubled
-
-bool worth_saying(std::uint64_t count) { return count <= kEachSaid || (count & (count - 1)) == 0; }
-
-}  // namespace
 
 PutPicture pictures_in_memory() {
   auto made = PictureRing::make();
@@ -65,10 +59,8 @@ Result<std::string> SampleLines::picture_line(SensorTime stamp,
 
 void SampleLines::drop(const std::string& topic, const Error& error) {
   ++dropped_;
-  const std::uint64_t count = ++dropped_of_[topic];
-  if (!worth_saying(count)) return;
-  words_.push_back(fmt::format("{} message{} of {} {} dropped, the last one: {}", count,
-                               count == 1 ? "" : "s", topic, count == 1 ? "was" : "were", error.message));
+  std::string words = drop_words(++dropped_of_[topic], topic, error.message);
+  if (!words.empty()) words_.push_back(std::move(words));
 }
 
 void SampleLines::say_once(std::string words) {

@@ -183,11 +183,16 @@ TEST(Searched, SaysWhereItWasLookedAndWhatIsThere) {
   EXPECT_EQ(searched({.localhost_only = true}, bus),
             "domain 0 on 127.0.0.1: 1 other participant, 1 topic (/odom)")
       << "a topic once, and no service";
+  bus.found.clear();
+  EXPECT_NE(searched({}, bus).find(
+                "1 other participant, 0 topics; it has none or is restricted to its own machine"),
+            std::string::npos)
+      << "one with --localhost is discovered, but none of its topics";
   bus.others.emplace_back("/another");
   for (int i = 10; i < 30; ++i)
     bus.found.push_back({true, dds_topic("/a" + std::to_string(i), "a/msg/B"), {}, {}});
   const std::string words = searched({.localhost_only = true}, bus);
-  EXPECT_NE(words.find("2 other participants, 21 topics (/a10, "), std::string::npos) << words;
+  EXPECT_NE(words.find("2 other participants, 20 topics (/a10, "), std::string::npos) << words;
   EXPECT_NE(words.find("/a21, …)"), std::string::npos) << words;
 }
 

@@ -85,6 +85,10 @@ std::vector<Interface> interfaces_up() {
 
 constexpr const char* kOnlyHere =
     "; programs restricted to this machine are found with --localhost or ROS_LOCALHOST_ONLY=1";
+/// Such a program may be discovered, but none of its topics.
+constexpr const char* kNoTopics =
+    "; it has none or is restricted to its own machine (--localhost, ROS_LOCALHOST_ONLY), or a firewall is "
+    "between";
 
 /// The process that started this one, by /proc; 0: not known.
 pid_t parent_of(pid_t process) {
@@ -154,7 +158,7 @@ std::string searched(const BusOptions& options, const Bus& bus) {
     words += fmt::format(" ({}{})",
                          fmt::join(topics.begin(), std::next(topics.begin(), static_cast<long>(named)), ", "),
                          topics.size() > named ? ", …" : "");
-  return words;
+  return words + (named > 0 ? "" : kNoTopics);
 }
 
 }  // namespace waymark

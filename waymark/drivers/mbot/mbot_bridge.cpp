@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/drivers/process/drop_words.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -14,12 +15,9 @@ constexpr Duration kListen = std::chrono::seconds(1);
 constexpr std::uint64_t kEnoughTags = 10;
 constexpr std::uint64_t kEnoughImus = 10;
 constexpr std::size_t kMostHeld = 400;
-constexpr std::uint64_t kEachSaid = 8;              // then each time their number has doubled
 constexpr const char* kTruthChannel = "TRUE_POSE";  // of a simulator
 constexpr std::int64_t kLatest_us = std::int64_t{1} << 52U;
 constexpr double kClocksApart_s = 0.1;
-
-bool worth_saying(std::uint64_t count) { return count <= kEachSaid || (count & (count - 1)) == 0; }
 
 /// Words for which stream of the robot's a sample is one of.
 std::string stream_of(const Sample& sample) {
@@ -62,10 +60,8 @@ void MbotBridge::drop(const std::string& channel, const std::string& why) {
   ++dropped_;
   constexpr std::size_t kMostChannels = 100;
   if (dropped_of_.size() >= kMostChannels && !dropped_of_.contains(channel)) return;
-  const std::uint64_t count = ++dropped_of_[channel];
-  if (!worth_saying(count)) return;
-  words_.push_back(fmt::format("{} message{} of {} {} dropped, the last one: {}", count,
-                               count == 1 ? "" : "s", channel, count == 1 ? "was" : "were", why));
+  std::string words = drop_words(++dropped_of_[channel], channel, why);
+  if (!words.empty()) words_.push_back(std::move(words));
 }
 
 void MbotBridge::survey(const LcmMessage& message) {
