@@ -86,7 +86,8 @@ Result<std::unique_ptr<OperatorInput>> make_operator_input(const std::string& na
 std::optional<ViewerLink> viewer_link(LiveFeed* feed) {
   if (feed == nullptr) return std::nullopt;
   return ViewerLink{.take_orders = [feed] { return feed->take_orders(); },
-                    .control = [feed] { return feed->control(); }};
+                    .control = [feed] { return feed->control(); },
+                    .words = feed->words()};
 }
 
 }  // namespace waymark

@@ -8,7 +8,7 @@
 namespace waymark {
 namespace {
 
-/// "stopped after 2 m: a stick was moved", but "stopped by the operator after 2 m".
+/// "stopped 2 m along a route: a stick was moved", but "stopped by the operator 2 m along a route".
 std::string stopped_where(const std::string& where, const std::string& reason) {
   constexpr std::string_view kState = "stopped: ";
   if (reason.starts_with("stopped ")) return reason + " " + where;
@@ -29,7 +29,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   const double driven_m =
       std::round(100 * report.end.driven_m) / 100 + 0.0;  // a robot that swayed: no "-0.00"
   const std::string where =
-      fmt::format("after {:.2f} m of a route of {:.2f} m", driven_m, report.route_length_m);
+      fmt::format("{:.2f} m along a route of {:.2f} m", driven_m, report.route_length_m);
   if (end.finished) return "the route was driven to its end";
   if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", stopped_by, where);
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;

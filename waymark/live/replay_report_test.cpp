@@ -14,9 +14,9 @@ TEST(ReplayReport, ARobotThatSwayedBackwardsHasNoNegativeZero) {
   report.end.driven_m = -0.001;
   report.end.state = ReplayState::Stopped;
   report.end.reason = "a tag is near";
-  EXPECT_THAT(ending(report), HasSubstr("after 0.00 m of a route of 17.40 m"));
+  EXPECT_THAT(ending(report), HasSubstr("0.00 m along a route of 17.40 m"));
   report.end.driven_m = -0.01;
-  EXPECT_THAT(ending(report), HasSubstr("after -0.01 m"));
+  EXPECT_THAT(ending(report), HasSubstr("stopped -0.01 m along"));
   EXPECT_THAT(to_text(report), Not(HasSubstr("-0.00")));
 }
 

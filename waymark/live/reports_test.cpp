@@ -78,7 +78,7 @@ TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
   report.replays[1].judgement->cross_track_max_m = 0.02;
   const std::string text = to_text(report, "Ctrl-C");
   EXPECT_THAT(text, HasSubstr("1 laps taught, 2 replays"));
-  EXPECT_THAT(text, HasSubstr("stopped by Ctrl-C after 1.50 m of a route of 10.00 m: the robot stands"));
+  EXPECT_THAT(text, HasSubstr("stopped by Ctrl-C 1.50 m along a route of 10.00 m: the robot stands"));
   EXPECT_THAT(text,
               HasSubstr("the route was driven to its end; by the truth 0.000 m rmse from the taught way, "
                         "0.020 m worst"));
@@ -105,7 +105,7 @@ TEST(ReplayReportText, SaysOnceThatItStopped) {
   report.end.state = ReplayState::Stopped;
   report.end.driven_m = 1;
   report.route_length_m = 3;
-  const std::string where = "after 1.00 m of a route of 3.00 m";
+  const std::string where = "1.00 m along a route of 3.00 m";
   for (const auto& [reason, words] :
        {std::pair{"stopped: a stick was moved", "stopped " + where + ": a stick was moved"},
         {"stopped by the operator", "stopped by the operator " + where},

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
@@ -54,6 +55,21 @@ bool is_as_before(LiveStatus now, const LiveStatus& before) {
 }
 
 }  // namespace
+
+ViewerWords service_words() {
+  const std::string buttons = fmt::format("services of ROS 2: /waymark/{}", fmt::join(kServices, ", "));
+  const auto of_state = [](OperatorState state) {
+    const Kind pressed = state == OperatorState::Idle ? Kind::Teach : Kind::Go;
+    const auto go = std::ranges::find_if(
+        kRules, [&](const Rule& rule) { return rule.phase == to_string(state) && rule.press == pressed; });
+    const std::string_view name = go == std::end(kRules) ? "replay" : go->service;
+    return OperatorButtons{fmt::format("/waymark/{}", name), "/waymark/stop", "another program drives"};
+  };
+  return {.alone = "its buttons are " + buttons,
+          .beside = "the same buttons are " + buttons,
+          .stopped = "stopped by a service of ROS 2",
+          .buttons = of_state};
+}
 
 ServiceButton button_of_service(const std::string& service, const std::string& phase) {
   for (const Rule& rule : kRules)

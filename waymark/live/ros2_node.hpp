@@ -83,5 +83,7 @@ struct ServiceButton {
   std::string words{};
 };
 [[nodiscard]] ServiceButton button_of_service(const std::string& service, const std::string& phase);
+/// What an operator is told of them.
+[[nodiscard]] ViewerWords service_words();
 
 }  // namespace waymark

@@ -149,5 +149,15 @@ TEST(Ros2Services, StopIsNeverRefusedAndNothingElseActsOutOfTurn) {
   EXPECT_TRUE(button_of_service("replay", "paused").press);
 }
 
+TEST(Ros2Services, OperatorsAreToldWhichOneActsNow) {
+  using S = OperatorState;
+  const ViewerWords words = service_words();
+  EXPECT_NE(words.alone.find("/waymark/start_teach, "), std::string::npos) << words.alone;
+  const std::pair<S, const char*> buttons[] = {
+      {S::Idle, "/waymark/start_teach"}, {S::Teaching, "/waymark/map"},  {S::Ready, "/waymark/replay"},
+      {S::Replaying, "/waymark/pause"},  {S::Paused, "/waymark/replay"}, {S::Stopped, "/waymark/replay"}};
+  for (const auto& [state, service] : buttons) EXPECT_EQ(words.buttons(state).go, service);
+}
+
 }  // namespace
 }  // namespace waymark

@@ -34,7 +34,7 @@ class OperatorInput {
   /// How to use it, in one line.
   [[nodiscard]] virtual std::string usage() const = 0;
   /// What its buttons are called.
-  [[nodiscard]] virtual OperatorButtons buttons() const { return {}; }
+  [[nodiscard]] virtual OperatorButtons buttons(OperatorState /*state*/) const { return {}; }
   /// Whether a person uses it, who sees the robot.
   [[nodiscard]] virtual bool is_person() const { return true; }
   /// Whether the keys of the page drive while teaching.

@@ -70,7 +70,7 @@ Status OperatorSession::handle(E event, Duration uptime, std::string reason) {
   }
   Status status = act(*action);
   const S after = operator_.state();
-  if (after != before && after != S::Over) tasks_.on_state(operator_, input_.buttons());
+  if (after != before && after != S::Over) tasks_.on_state(operator_, input_.buttons(after));
   return status;
 }
 

@@ -66,7 +66,7 @@ class OperatorSession {
         operator_({}, has_map ? OperatorState::Ready : OperatorState::Idle) {}
 
   /// Says how to begin.
-  void begin() { tasks_.on_state(operator_, input_.buttons()); }
+  void begin() { tasks_.on_state(operator_, input_.buttons(operator_.state())); }
   Status receive(const Sample& sample);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);
   /// This session as what drives a robot: add to it who may stop it.

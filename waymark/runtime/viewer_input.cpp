@@ -103,7 +103,8 @@ void ViewerInput::receive(const Sample& sample) {
 }
 
 std::string ViewerInput::usage() const {
-  return other_ ? other_->usage() + "; the page has the same buttons" : "the page has the buttons";
+  const ViewerWords& words = requests_.words();
+  return other_ ? other_->usage() + "; " + words.beside : words.alone;
 }
 
 SessionRequest PhaseRequests::read(Duration uptime) {
@@ -122,7 +123,7 @@ SessionRequest PhaseRequests::read(Duration uptime) {
     request.pause = phase_ == S::Replaying;
     phase_ = *request.pause ? S::Paused : S::Replaying;
   }
-  if (request.end && request.reason.empty()) request.reason = "stopped on the page";
+  if (request.end && request.reason.empty()) request.reason = requests_->words().stopped;
   return request;
 }
 

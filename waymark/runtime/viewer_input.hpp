@@ -30,6 +30,7 @@ class ViewerRequests {
   [[nodiscard]] Request read(Duration uptime, OperatorState state);
   /// Somebody at the robot did something: they see it.
   void somebody_is_here() { stand_ = false; }
+  [[nodiscard]] const ViewerWords& words() const { return link_.words; }
 
  private:
   void notice_control(ViewerControl control, Duration uptime, OperatorState state);
@@ -59,8 +60,8 @@ class ViewerInput final : public OperatorInput {
   Result<OperatorRequest> read(Duration uptime, SensorTime now, OperatorState state) override;
   void receive(const Sample& sample) override;
   [[nodiscard]] std::string usage() const override;
-  [[nodiscard]] OperatorButtons buttons() const override {
-    return other_ ? other_->buttons() : OperatorButtons{"'go'", "'stop'", "take control and drive"};
+  [[nodiscard]] OperatorButtons buttons(OperatorState state) const override {
+    return other_ ? other_->buttons(state) : requests_.words().buttons(state);
   }
   [[nodiscard]] bool page_drives() const override { return other_ == nullptr; }
   [[nodiscard]] bool has_script() const override {

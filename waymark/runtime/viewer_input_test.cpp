@@ -216,11 +216,11 @@ TEST(ViewerInput, NamesItsButtons) {
   const ViewerInput alone(viewers.link(), nullptr, none);
   EXPECT_TRUE(alone.page_drives());
   EXPECT_EQ(alone.usage(), "the page has the buttons");
-  EXPECT_EQ(alone.buttons().go, "'go'");
+  EXPECT_EQ(alone.buttons(S::Idle).go, "'go'");
   const ViewerInput beside(viewers.link(), std::make_unique<FakeInput>(), none);
   EXPECT_FALSE(beside.page_drives());
   EXPECT_EQ(beside.usage(), "sticks; the page has the same buttons");
-  EXPECT_EQ(beside.buttons().go, OperatorButtons{}.go);
+  EXPECT_EQ(beside.buttons(S::Idle).go, OperatorButtons{}.go);
 }
 
 TEST(ViewerCommands, AreThoseThatMeanSomething) {

@@ -57,6 +57,8 @@ class LiveFeed {
   /// `wake` is called from the robot's side when something is there for the server; it must not wait.
   explicit LiveFeed(std::function<void()> wake = [] {}) : wake_(std::move(wake)) {}
   void set_wake(std::function<void()> wake) { wake_ = std::move(wake); }  ///< before either side begins
+  void set_words(ViewerWords words) { words_ = std::move(words); }        ///< before either side begins
+  [[nodiscard]] const ViewerWords& words() const { return words_; }
 
   // The robot's side.
   void publish(const Sample& sample, std::int64_t host_ns);
@@ -98,6 +100,7 @@ class LiveFeed {
   void hand_over();
 
   std::function<void()> wake_;
+  ViewerWords words_{};
   std::atomic<bool> listening_{false};
   std::atomic<Control> control_{Control::Nobody};
   std::atomic<std::uint64_t> dropped_{0};

@@ -37,7 +37,7 @@ class KeyInput final : public OperatorInput {
   [[nodiscard]] std::string usage() const override {
     return "y goes on, b or space stops, q ends; teaching: w a s d or arrows drive while they are held";
   }
-  [[nodiscard]] OperatorButtons buttons() const override {
+  [[nodiscard]] OperatorButtons buttons(OperatorState /*state*/) const override {
     return {"y", "b", "hold w a s d or arrows to drive"};
   }
 

@@ -20,7 +20,7 @@ class LineInput final : public OperatorInput {
   [[nodiscard]] std::string usage() const override {
     return "lines: go, stop, quit, drive SPEED_M_S YAW_RATE_RAD_S";
   }
-  [[nodiscard]] OperatorButtons buttons() const override {
+  [[nodiscard]] OperatorButtons buttons(OperatorState /*state*/) const override {
     return {"'go'", "'stop'", "'drive SPEED_M_S YAW_RATE_RAD_S' twice a second and more drives"};
   }
 
