@@ -7,12 +7,14 @@ usage: flags_test.py PROGRAM [unittest options]
 """
 import functools
 import os
+import pathlib
 import re
 import unittest
 
 from harness import InFolder, waymark
 
 FULL = bool(os.environ.get("WAYMARK_FULL"))
+LAP = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/lap.mcap"
 MOST = 20  # flags that --help shows
 
 # What each verb with option structs needs before it looks at them.
@@ -91,7 +93,7 @@ WITHOUT_EFFECT = {
     ("calibrate camera", "--first-id"): "photograph.png --map map.yaml --first-id 3",
     ("calibrate robot", "--map-sigma"): "lap.mcap --map-sigma 0.1",
     ("localize", "--no-adapt"): f"{NEEDS['localize']} --method anchor --no-adapt",
-    ("map", "--camera"): f"{NEEDS['map']} --camera camera.yaml",
+    ("map", "--camera"): f"{LAP} -o map --camera camera.yaml",
     ("map", "--camera-name"): f"{NEEDS['map']} --camera-name left",
     **{("map", flag): f"{NEEDS['map']} {flag} {value}" for flag, value in (
         ("--readout-ms", "15"), ("--tag-size-sigma-m", "0.001"), ("--distance", "3,7,2.4"), ("--upright", "3"), ("--floor", "3"),

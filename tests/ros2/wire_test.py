@@ -411,7 +411,7 @@ class Simulated(Wire):
         self.succeeds("teach", "--world", "mbot-square", "-o", lap)
         recorder = self.start(PEER, "record", 10)
         time.sleep(1)
-        played = self.run_program("play", lap, "--ros2", "--commands", "--to", 8)
+        played = self.run_program("play", lap, "--ros2", "--to", 8)  # the recorder itself publishes commands
         self.assertEqual(played.returncode, 0, played.stderr)
         self.assertIn("messages published", played.stdout)
         words = recorder.communicate(timeout=60)[0].split()

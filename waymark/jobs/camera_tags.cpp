@@ -81,11 +81,10 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
 bool is_of_camera(const std::string& path, bool calibrated) {
   if (looks_like_video(path)) return true;
   if (!calibrated) return false;
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return is_video_name(path);
   const auto log = open_log(path);
   const auto contents = log ? contents_of(**log) : tl::unexpected(log.error());
-  const auto has = [&](const char* what) { return contents && contents->contains(what); };
+  if (!contents || contents->empty()) return true;  // who reads it says what is wrong
+  const auto has = [&](const char* what) { return contents->contains(what); };
   return (has("tags") || has("pictures")) && !has("odometry") && !has("imu");
 }
 

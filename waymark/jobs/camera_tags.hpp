@@ -9,8 +9,8 @@
 namespace waymark {
 
 /// Whether a file is of a camera without a robot: a video. Where somebody gives the camera's calibration,
-/// also a recording that holds tags or pictures and neither odometry nor an IMU; and a name of a video that
-/// is not there, so that whoever opens it says so.
+/// also a recording that holds tags or pictures and neither odometry nor an IMU; and whatever cannot be read,
+/// or holds nothing, so that whoever opens it says so.
 [[nodiscard]] bool is_of_camera(const std::string& path, bool calibrated);
 
 /// Called with the tags of each picture, in order.

@@ -10,6 +10,7 @@
 
 #include "tests/support/data.hpp"
 #include "waymark/config/map_exchange.hpp"
+#include "waymark/jobs/convert_video.hpp"
 #include "waymark/media/video_writer.hpp"
 #include "waymark/simulation/photograph.hpp"
 #include "waymark/tags/tag_finder.hpp"
@@ -143,6 +144,24 @@ TEST_F(Walk, TheFilesAreReadBack) {
   }
   for (const char* name : {"poses.yaml", "trajectory.txt", "summary.json"})
     EXPECT_TRUE(fs::exists(folder_ / "map" / name)) << name;
+}
+
+TEST_F(Walk, ItsRecordingMakesTheSameMap) {
+  film(12);
+  if (IsSkipped() || HasFatalFailure()) return;
+  ASSERT_TRUE(convert_video({.input = at("walk.mp4"), .output = at("walk.mcap"), .camera = walk_camera()},
+                            finder_, {}));
+  const auto of_video = map_video(job_, finder_, {});
+  ASSERT_TRUE(of_video) << to_string(of_video.error());
+  job_.videos = {at("walk.mcap")};
+  job_.folder = at("again");
+  const auto of_recording = map_video(job_, finder_, {});
+  ASSERT_TRUE(of_recording) << to_string(of_recording.error());
+  EXPECT_EQ(of_recording->pictures, of_video->pictures);
+  ASSERT_EQ(of_recording->file.tags.tags.size(), of_video->file.tags.tags.size());
+  for (const auto& [id, tag] : of_recording->file.tags.tags)
+    EXPECT_LT((of_video->file.tags.tags.at(id).map_T_tag.inverse() * tag.map_T_tag).log().norm(), 1e-6)
+        << to_string(id);
 }
 
 TEST_F(Walk, WhatIsMissingIsNamedAndNothingIsWritten) {

@@ -201,7 +201,8 @@ Result<LogContents> contents_of(MessageLog& log, bool whole) {
     if (!picture) others.topics.insert(channel.topic);
   }
   if (others.topics.empty()) return contents;
-  if (!whole) others.to = log.summary().start.value_or(0) + kContents_ns;
+  // One that was cut does not know when it starts.
+  if (const auto start = log.summary().start; start && !whole) others.to = *start + kContents_ns;
   const Status status = log.visit_samples(others, [&](const Sample& sample) {
     constexpr std::array<const char*, 11> kNames = {"tags",          "odometry", "wheels",   "imu",
                                                     "commands",      "truth",    "pictures", "tag_poses",
