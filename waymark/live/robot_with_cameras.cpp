@@ -10,6 +10,7 @@ namespace waymark {
 namespace {
 
 constexpr Duration kRobotSlice = std::chrono::milliseconds(2);  // a picture waits no longer for the robot
+constexpr Duration kMostAge = std::chrono::seconds(1);  // of a picture, as of all messages (StampGate)
 
 }  // namespace
 
@@ -20,8 +21,8 @@ bool RobotWithCameras::more() const {
 /// Stamps of one camera grow also where the estimate of the robot's clock is moved back.
 bool RobotWithCameras::move_to_robots_clock(CameraFrame& frame) {
   const auto now = robot_.now();
-  if (!now) return false;
   const Duration age = steady_now() - frame.stamp.time_since_epoch();
+  if (!now || age > kMostAge) return false;
   SensorTime& newest = newest_[frame.camera];
   newest = frame.stamp = std::max(*now - age, newest + Duration(1));
   return true;
@@ -51,18 +52,23 @@ Result<std::optional<RobotEvent>> RobotWithCameras::of_cameras() {
   return std::optional<RobotEvent>();
 }
 
+Result<std::optional<RobotEvent>> RobotWithCameras::hear_robot(Duration most) {
+  auto event = robot_.next(most);
+  if (event && *event && replaced(**event)) event = std::optional<RobotEvent>();
+  return event;
+}
+
 Result<std::optional<RobotEvent>> RobotWithCameras::next(Duration most) {
   const Duration deadline = steady_now() + most;
-  while (true) {
-    if (!robot_.more()) {
-      auto event = of_cameras();
-      if (!event || *event) return event;
-    }
-    const Duration left = std::max(Duration(0), deadline - steady_now());
-    auto event = robot_.next(std::min(kRobotSlice, left));
-    if (event && *event && replaced(**event)) event = std::optional<RobotEvent>();
-    if (!event || *event || steady_now() >= deadline) return event;
+  // The robot first: a camera that always has a picture, because it takes longer to look at one than to take
+  // it, must not keep the robot from being heard.
+  auto event = hear_robot(Duration(0));
+  while (event && !*event) {
+    if (!robot_.more()) event = of_cameras();
+    if (!event || *event || steady_now() >= deadline) break;
+    event = hear_robot(std::min(kRobotSlice, std::max(Duration(0), deadline - steady_now())));
   }
+  return event;
 }
 
 }  // namespace waymark

@@ -12,8 +12,10 @@ namespace waymark {
 
 /// A robot whose pictures come from cameras of this computer: its samples and theirs as one source. Stamps of
 /// pictures are moved to the robot's clock, by what that shows when the picture arrives; pictures that come
-/// before the robot's first sample are left out. What the robot's own detector saw with a camera that gives
-/// pictures here (tags with their corners or as poses) is left out, too: the pictures say more.
+/// before the robot's first sample are left out, and those that waited for more than a second while this
+/// computer was busy: what the robot did since then was already heard. What the robot's own detector saw with
+/// a camera that gives pictures here (tags with their corners or as poses) is left out, too: the pictures say
+/// more.
 class RobotWithCameras final : public Source {
  public:
   /// The robot outlives this; `names` of the cameras.
@@ -28,6 +30,7 @@ class RobotWithCameras final : public Source {
 
  private:
   [[nodiscard]] Result<std::optional<RobotEvent>> of_cameras();
+  [[nodiscard]] Result<std::optional<RobotEvent>> hear_robot(Duration most);
   [[nodiscard]] bool move_to_robots_clock(CameraFrame& frame);
   [[nodiscard]] bool replaced(const RobotEvent& event) const;
 

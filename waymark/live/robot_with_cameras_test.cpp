@@ -27,11 +27,12 @@ class AheadRobot final : public Source {
     waiting.pop_front();
     return std::optional(event);
   }
-  [[nodiscard]] bool more() const override { return !waiting.empty(); }
+  [[nodiscard]] bool more() const override { return polled && !waiting.empty(); }
   [[nodiscard]] std::optional<SensorTime> now() const override {
     return started ? std::optional(SensorTime(steady_now() + seconds(1000))) : std::nullopt;
   }
   std::deque<RobotEvent> waiting{};
+  bool polled = true;  ///< more() knows of what waits; else it is in a pipe that only next() reads
   bool started = false;
 };
 
@@ -82,6 +83,35 @@ TEST(RobotWithCameras, MovesStampsToTheRobotsClock) {
   const auto second = rig.both->next(milliseconds(10));
   ASSERT_TRUE(second && *second);
   EXPECT_GT(stamp_of(std::get<Sample>(**second)), stamp);
+}
+
+TEST(RobotWithCameras, LeavesOutWhatWaitedForTooLong) {
+  Rig rig;
+  rig.robot.waiting.emplace_back(Sample(Odometry{}));
+  ASSERT_TRUE(*rig.both->next(milliseconds(10)));
+  rig.camera->take_picture(steady_now() - milliseconds(1100));
+  EXPECT_FALSE(*rig.both->next(milliseconds(10)));
+  rig.camera->take_picture(steady_now() - milliseconds(800));
+  EXPECT_TRUE(*rig.both->next(milliseconds(10)));
+}
+
+TEST(RobotWithCameras, ACameraThatAlwaysHasAPictureDoesNotKeepTheRobotFromBeingHeard) {
+  Rig rig;
+  rig.robot.polled = false;
+  rig.robot.waiting.emplace_back(Sample(Odometry{}));
+  ASSERT_TRUE(*rig.both->next(milliseconds(10)));
+  for (int i = 0; i < 5; ++i) {
+    rig.camera->take_picture(steady_now());
+    rig.robot.waiting.emplace_back(Sample(Odometry{}));
+  }
+  int odometry = 0;
+  for (int i = 0; i < 10; ++i) {
+    rig.camera->take_picture(steady_now());
+    const auto event = rig.both->next(milliseconds(10));
+    ASSERT_TRUE(event && *event);
+    odometry += std::holds_alternative<Odometry>(std::get<Sample>(**event)) ? 1 : 0;
+  }
+  EXPECT_EQ(odometry, 5);
 }
 
 TEST(RobotWithCameras, PicturesReplaceWhatTheRobotsOwnDetectorSawWithTheSameCamera) {
