@@ -100,6 +100,12 @@ TEST(SampleLines, WhatTheOtherEndWouldRefuseDoesNotLeave) {
       lines.line_of(ImuSample{.stamp = at_ms(0), .angular_velocity_rad_s = {0, 0, nan}}, "/imu", {}, false));
 }
 
+TEST(SampleLines, WordsMayQuoteBytesThatAreNoText) {
+  SampleLines lines("the network", "limo", {});
+  lines.drop("/tf", {ErrorCode::InvalidArgument, "frame '\xFE' has no parent", {}, {}});
+  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("has no parent")));
+}
+
 TEST(SampleLines, DropsAreAllCountedAndSaidLessAndLess) {
   SampleLines lines("the network", "limo", {});
   for (int i = 0; i < 1000; ++i)

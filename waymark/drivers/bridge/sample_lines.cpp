@@ -7,7 +7,6 @@
 
 #include "waymark/codecs/image_codec.hpp"
 #include "waymark/drivers/bridge/picture_ring.hpp"
-#include "waymark/drivers/process/drop_words.hpp"
 
 namespace waymark {
 
@@ -59,7 +58,7 @@ Result<std::string> SampleLines::picture_line(SensorTime stamp,
 
 void SampleLines::drop(const std::string& topic, const Error& error) {
   ++dropped_;
-  std::string words = drop_words(++dropped_of_[topic], topic, error.message);
+  std::string words = drops_.add(topic, error.message);
   if (!words.empty()) words_.push_back(std::move(words));
 }
 

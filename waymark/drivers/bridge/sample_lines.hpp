@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "waymark/config/robot_file.hpp"
+#include "waymark/drivers/process/drop_words.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/process/stamp_gate.hpp"
 
@@ -53,7 +54,7 @@ class SampleLines {
   StampGate gate_{};
   RobotMessageReader check_;  ///< nothing leaves that the other end would refuse
   std::int64_t checked_ = 0;
-  std::map<std::string, std::uint64_t> dropped_of_{};
+  DropWords drops_{};
   std::uint64_t dropped_ = 0;
   std::map<std::string, bool> said_{};
   std::vector<std::string> words_{};

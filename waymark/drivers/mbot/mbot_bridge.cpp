@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include "waymark/drivers/process/drop_words.hpp"
 #include "waymark/geometry/planar.hpp"
 
 namespace waymark {
@@ -58,9 +57,7 @@ void MbotBridge::say_once(const std::string& words) {
 
 void MbotBridge::drop(const std::string& channel, const std::string& why) {
   ++dropped_;
-  constexpr std::size_t kMostChannels = 100;
-  if (dropped_of_.size() >= kMostChannels && !dropped_of_.contains(channel)) return;
-  std::string words = drop_words(++dropped_of_[channel], channel, why);
+  std::string words = drops_.add(channel, why);
   if (!words.empty()) words_.push_back(std::move(words));
 }
 

@@ -11,6 +11,7 @@
 
 #include "waymark/drivers/mbot/lcm_link.hpp"
 #include "waymark/drivers/process/arrival_clock.hpp"
+#include "waymark/drivers/process/drop_words.hpp"
 #include "waymark/drivers/process/robot_messages.hpp"
 #include "waymark/drivers/process/stamp_gate.hpp"
 #include "waymark/recording/mbot_samples.hpp"
@@ -79,7 +80,7 @@ class MbotBridge {
   RobotMessageReader check_{"LCM"};  ///< nothing leaves that the other end would refuse
   std::int64_t checked_ = 0;
   std::vector<std::string> lines_{};
-  std::map<std::string, std::uint64_t> dropped_of_{};
+  DropWords drops_{};
   std::uint64_t dropped_ = 0;
   std::set<std::string> said_{};
   std::vector<std::string> words_{};

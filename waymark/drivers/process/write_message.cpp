@@ -149,7 +149,9 @@ std::string to_line(const RobotMessage& message, const std::vector<std::uint8_t>
   } else {
     line = std::visit([](const auto& value) { return of(value); }, message);
   }
-  return line.is_null() || line.empty() ? std::string() : line.dump() + "\n";
+  if (line.is_null() || line.empty()) return {};
+  // Words may quote bytes of a network that are no UTF-8.
+  return line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace waymark
