@@ -6,7 +6,6 @@ import pathlib
 import shlex
 import sys
 
-import lap_player
 import machine
 
 MOST_S = 900
@@ -18,10 +17,7 @@ def main() -> int:
         print(f"devices_test.py: not installed: {' '.join(packages)}", file=sys.stderr)
         return 1
     sources = pathlib.Path(__file__).resolve().parents[2]
-    lap = folder / "lap"
-    lap.mkdir(parents=True, exist_ok=True)
-    lap_player.record(str(program), lap)
-    guest = shlex.join(["/usr/bin/python3", str(sources / "tests/devices/guest_test.py"), str(program), str(sources), str(lap), *sys.argv[3:]])
+    guest = shlex.join(["/usr/bin/python3", str(sources / "tests/devices/guest_test.py"), str(program), str(sources), *sys.argv[3:]])
     code, said = machine.boot(folder, guest, MOST_S)
     print(said[said.find("machine: started"):])
     if code is None:
