@@ -27,7 +27,7 @@ void PlantPace::leave_out(Duration uptime) {
     left_out_ += lost;
   }
   if (left_out_ == said_ || now < next_said_) return;
-  say_(fmt::format("this computer is too slow or was suspended: the robot's time stood still for {:.2f} s",
+  say_(fmt::format("this computer is too slow or was suspended: simulated time was paused for {:.2f} s",
                    to_seconds(left_out_ - std::exchange(said_, left_out_))));
   next_said_ = now + kSayAgain;
 }

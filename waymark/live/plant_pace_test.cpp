@@ -44,7 +44,7 @@ TEST_F(PlantPaceTest, LeavesOutWhatWouldMakeTheRobotFast) {
   EXPECT_EQ(pace_.left_out(), milliseconds(1500));
   EXPECT_EQ(pace_.ahead(seconds(2) + milliseconds(100)), Duration(0));
   EXPECT_EQ(pace_.ahead(seconds(2) + milliseconds(150)), milliseconds(50));
-  EXPECT_THAT(said_, ElementsAre(HasSubstr("stood still for 1.50 s")));
+  EXPECT_THAT(said_, ElementsAre(HasSubstr("paused for 1.50 s")));
 }
 
 TEST_F(PlantPaceTest, SaysAllOfItWithinTenSecondsAtOnce) {
