@@ -10,7 +10,9 @@
 namespace waymark {
 
 /// Refuses stamps that would mislead an estimator: those that go back within a topic, and those of another
-/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured.
+/// clock than the odometry's. The clocks of robot and computer may differ by any amount, which is measured;
+/// when one of them is set while they run, everything after it is refused: samples before and after it have
+/// no common time.
 class StampGate {
  public:
   /// Fails, and says why, on a stamp that is refused. `arrived`: steady clock here. `leads`: the topic whose
@@ -21,7 +23,15 @@ class StampGate {
   [[nodiscard]] std::optional<Duration> offset() const { return offset_; }
 
  private:
+  [[nodiscard]] Error refused(const std::string& topic, Duration offset, Duration arrived, bool leads);
+
+  /// An offset that the leading topic has shown since `since`, another than the one that counts.
+  struct OtherOffset {
+    Duration offset{};
+    Duration since{};
+  };
   std::optional<Duration> offset_{};
+  std::optional<OtherOffset> other_{};
   std::map<std::string, SensorTime> newest_{};
 };
 
