@@ -64,6 +64,14 @@ PictureReport report_on(const std::string& path, SensorTime stamp, const ImageVi
   return report;
 }
 
+void count(const PictureReport& report, const JobControl& control, DetectSummary& summary) {
+  summary.tags += report.detections.size();
+  ++(report.error ? summary.failed : summary.pictures);
+  if (!report.error) return;
+  const std::string words = to_string(*report.error);
+  if (summary.said.insert(words).second) control.note(words);
+}
+
 void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary) {
   if (error.place.source.empty()) error.place.source = path;
   control.note(to_string(error));
@@ -94,9 +102,7 @@ DetectSummary detect_all(const std::vector<Input>& inputs, const TagFinder& find
     PictureReport report;
     const Image image = process(inputs[i], finder, report);
     going = each(i, report, image);
-    summary.tags += report.detections.size();
-    ++(report.error ? summary.failed : summary.pictures);
-    if (report.error) control.note(to_string(*report.error));
+    internal::count(report, control, summary);
   }
   return summary;
 }

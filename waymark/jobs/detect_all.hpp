@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <functional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "waymark/image/image.hpp"
@@ -19,6 +21,7 @@ struct DetectSummary {
   std::size_t failed = 0;
   bool stopped = false;             ///< cancelled before the end of the list
   bool annotations_failed = false;  ///< their folder could not be made
+  std::set<std::string> said{};     ///< errors of pictures that are notes already: each once
 };
 
 /// Called with each report, in the order of the inputs; `image` is empty when the picture could not be read.
@@ -46,6 +49,8 @@ namespace internal {
 /// Finds the tags of a picture of a recording or a video.
 [[nodiscard]] PictureReport report_on(const std::string& path, SensorTime stamp, const ImageView& image,
                                       const TagFinder& finder);
+/// Counts a picture that was looked at. Its error becomes a note, unless an earlier picture had the same one.
+void count(const PictureReport& report, const JobControl& control, DetectSummary& summary);
 /// A failure of the whole file.
 void fail_with(Error error, const std::string& path, const JobControl& control, DetectSummary& summary);
 

@@ -41,9 +41,7 @@ bool detect_recording(std::size_t index, const std::string& path, const TagFinde
     if (frame == nullptr) return {};
     PictureReport report = internal::report_on(path, frame->stamp, frame->image, finder);
     going = each(index, report, frame->image);
-    summary.tags += report.detections.size();
-    ++(report.error ? summary.failed : summary.pictures);
-    if (report.error) control.note(to_string(*report.error));
+    internal::count(report, control, summary);
     control.progress({fmt::format("{}, {} tags", report.image, report.detections.size())});
     summary.stopped = control.cancelled();
     going = going && !summary.stopped;

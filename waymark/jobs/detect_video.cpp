@@ -34,9 +34,7 @@ bool detect_video(std::size_t index, const std::string& path, const TagFinder& f
     if (!frame || !*frame) break;
     PictureReport report = internal::report_on(path, (*frame)->stamp, (*frame)->luma, finder);
     going = each(index, report, (*frame)->luma);
-    summary.tags += report.detections.size();
-    ++(report.error ? summary.failed : summary.pictures);
-    if (report.error) control.note(to_string(*report.error));
+    internal::count(report, control, summary);
     control.progress({fmt::format("{} {:.0f} %, {} tags", report.image, 100 * reader->progress(),
                                   report.detections.size())});
     summary.stopped = control.cancelled();

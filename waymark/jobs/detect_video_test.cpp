@@ -73,6 +73,26 @@ TEST_F(TagVideo, EveryPictureIsReportedWithItsStamp) {
   EXPECT_THAT(notes, ::testing::ElementsAre(::testing::HasSubstr("has a rotation flag")));
 }
 
+TEST_F(TagVideo, ACalibrationOfAnotherSizeIsSaidOnce) {
+  const CameraModel camera =
+      CameraModel::make(PinholeRadtan{.fx = 300, .fy = 301, .cx = 320, .cy = 240}, 640, 480).value();
+  std::vector<std::string> notes;
+  JobControl control;
+  control.note = [&](const std::string& words) { notes.push_back(words); };
+  std::size_t errors = 0;
+  const DetectJob job{.sources = {at("walk.mp4")}, .poses = PoseSetup{.camera = camera}};
+  const auto summary =
+      detect_pictures(job, finder_, control, [&](const PictureReport& report, const PoseList&) {
+        errors += report.error ? 1 : 0;
+        return true;
+      });
+  ASSERT_TRUE(summary) << to_string(summary.error());
+  EXPECT_EQ(summary->failed, static_cast<std::size_t>(kPictures));
+  EXPECT_EQ(errors, static_cast<std::size_t>(kPictures)) << "each report has it";
+  EXPECT_THAT(notes, ::testing::UnorderedElementsAre(HasSubstr("the calibration is for 640x480"),
+                                                     HasSubstr("has a rotation flag")));
+}
+
 TEST_F(TagVideo, AnnotatedPicturesBecomeAVideo) {
   const DetectJob job{.sources = {at("walk.mp4")}, .annotate_folder = at("seen.mp4")};
   const auto summary =
