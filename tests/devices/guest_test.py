@@ -1,11 +1,14 @@
 #!/usr/bin/python3
 """In the machine of machine.py: Linux' own driver of a camera (vivid), and gamepads by uinput. As root.
 
-usage: guest_test.py PROGRAM SOURCES"""
+usage: guest_test.py PROGRAM SOURCES LAP [unittest options]
+
+LAP: a folder of lap_player.py."""
 import csv
 import json
 import os
 import pathlib
+import shlex
 import signal
 import subprocess
 import sys
@@ -13,13 +16,14 @@ import tempfile
 import time
 import unittest
 
-PROGRAM, ROOT = sys.argv[1], pathlib.Path(sys.argv[2])
+PROGRAM, ROOT, LAP = sys.argv[1], pathlib.Path(sys.argv[2]), sys.argv[3]
 sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "tests/devices")]
 import pad
 import pictures
 
 CAMERA, OUTPUT = "/dev/video0", "/dev/video1"
 WIDTH, HEIGHT = 640, 480
+SLOWER = 2  # a lap's time in the machine, which is that much slower, over its time
 TAGS = [("tag36h11", 7, 80, 100, 12), ("tag36h11", 42, 360, 180, 20)]
 DRIVER = pathlib.Path("/sys/bus/platform/drivers/vivid")
 
@@ -50,17 +54,21 @@ class Devices(unittest.TestCase):
 
 
 class Camera(Devices):
-    def feed(self, fourcc):
-        """Tags on the output of vivid, which come back on its camera."""
-        rows = pictures.scene(WIDTH, HEIGHT, TAGS)
-        frame = b"".join(bytes(row) if fourcc == "GREY" else bytes(part for value in row for part in (value, 128)) for row in rows)
-        (self.folder / "frames").write_bytes(frame * 4)
+    def connect(self, fourcc):
+        """What is written to the output of vivid comes back on its camera."""
         v4l2("-d", CAMERA, "-i", "3")
         v4l2("-d", OUTPUT, "-o", "1")
         v4l2("-d", CAMERA, "-c", "loop_video=1,osd_text_mode=2")  # no words over the pictures
         for device in (OUTPUT, CAMERA):
             v4l2("-d", device, "--set-dv-bt-timings", "index=0")  # 640 x 480
         v4l2("-d", OUTPUT, f"--set-fmt-video-out=width={WIDTH},height={HEIGHT},pixelformat={fourcc}")
+
+    def feed(self, fourcc):
+        """Tags on the output of vivid."""
+        rows = pictures.scene(WIDTH, HEIGHT, TAGS)
+        frame = b"".join(bytes(row) if fourcc == "GREY" else bytes(part for value in row for part in (value, 128)) for row in rows)
+        (self.folder / "frames").write_bytes(frame * 4)
+        self.connect(fourcc)
         fed = subprocess.Popen(["v4l2-ctl", "-d", OUTPUT, "--stream-out-mmap=3", "--stream-loop", f"--stream-from={self.folder}/frames"],
                                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(fed.wait)
@@ -126,7 +134,16 @@ class Camera(Devices):
         self.assertIn("v4l2-ctl", err)
         self.assertIn("uses the camera", err)
 
-    def test_6_a_plug_that_is_pulled_is_waited_for(self):
+    def test_6_a_lap_is_taught_through_the_driver(self):
+        """devices_test.py makes a map of it, which would take minutes here."""
+        self.connect("GREY")
+        player = shlex.join(["/usr/bin/python3", str(ROOT / "tests/devices/lap_player.py"), "play", LAP, OUTPUT, str(SLOWER)])
+        _, words = self.run_here("teach", "--robot", f"process:{player}", "--robot-file", "mbot", "--world", "mbot-square", "--camera-source",
+                                 f"v4l2:{CAMERA},size={WIDTH}x{HEIGHT},format=GREY", "-o", "/mnt/lap.mcap")
+        print(words, flush=True)
+        self.assertNotIn("clock went back", words)
+
+    def test_7_a_plug_that_is_pulled_is_waited_for(self):
         process = self.start("detect", f"v4l2:{CAMERA}", "--json")
         self.assertTrue(process.stdout.readline(), "no picture before the plug is pulled")
         (DRIVER / "unbind").write_text("vivid.0")
@@ -182,4 +199,4 @@ class Gamepad(Devices):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=[sys.argv[0], *sys.argv[3:]], verbosity=2)
+    unittest.main(argv=[sys.argv[0], *sys.argv[4:]], verbosity=2)

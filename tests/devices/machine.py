@@ -1,5 +1,5 @@
 """A Debian kernel with drivers of devices that are not there, under QEMU without virtualisation; the root folder of this computer is shared read-only, so
-that what was built here runs there as it is.
+that what was built here runs there as it is. What the machine writes to /mnt is in the folder "out" afterwards.
 
 Needs Debian's qemu-system-x86, busybox-static, cpio, kmod and, to get the kernel, apt-get download."""
 import pathlib
@@ -18,6 +18,7 @@ for m in $(cat /modules/order); do case $m in vivid*) insmod /modules/$m n_devs=
 mount -t 9p -o trans=virtio,version=9p2000.L,msize=262144,ro,cache=loose host /host || echo "the root folder is not shared"
 mount --bind /dev /host/dev; mount --bind /proc /host/proc; mount --bind /sys /host/sys
 mount -t tmpfs t /host/run; mount -t tmpfs t /host/tmp
+mount -t 9p -o trans=virtio,version=9p2000.L,msize=262144 out /host/mnt || echo "the folder out is not shared"
 echo "machine: started after $(cut -d' ' -f1 /proc/uptime) s"
 chroot /host /bin/bash -c 'cd /tmp && export HOME=/tmp LANG=C.UTF-8 && {command}'
 echo "machine: ended with $?"
@@ -71,9 +72,13 @@ def start_disk(folder: pathlib.Path, command: str) -> tuple[pathlib.Path, pathli
 def boot(folder: pathlib.Path, command: str, most_s: float) -> tuple[int | None, str]:
     """The exit code of a command of the shell in the machine, nothing where it did not end, and what was said."""
     image, first = start_disk(folder, command)
+    out = folder / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    out.mkdir()
     words = ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-m", "2048", "-smp", "2", "-nographic", "-no-reboot", "-net", "none",
              "-kernel", str(image), "-initrd", str(first), "-append", "console=ttyS0 loglevel=3 panic=-1 rdinit=/init",
-             "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap"]
+             "-virtfs", "local,path=/,mount_tag=host,security_model=none,readonly=on,multidevs=remap",
+             "-virtfs", f"local,path={out},mount_tag=out,security_model=none"]
     try:
         said = subprocess.run(words, stdin=subprocess.DEVNULL, capture_output=True, timeout=most_s, check=False).stdout
     except subprocess.TimeoutExpired as late:
