@@ -165,5 +165,11 @@ TEST(RobotTalk, WordsGoToThePersonUntilTheHelloAndThenDownTheWire) {
   EXPECT_THAT(sent, SizeIs(3)) << "nothing more once nobody reads";
 }
 
+TEST(SampleLines, WordsOfSeveralLinesBecomeOne) {
+  SampleLines lines("ROS 2", "robot", {});
+  lines.say_once("no transform has the frame 'base'; the transforms are:\n  odom\n    link  (moves)");
+  EXPECT_THAT(lines.take_words(), ElementsAre(HasSubstr("the transforms are: odom, link  (moves)")));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -10,6 +10,25 @@
 
 namespace waymark {
 
+namespace {
+
+/// "the transforms are:\n  odom\n    base" becomes "the transforms are: odom, base": words of a robot are
+/// lines.
+std::string one_line(const std::string& words) {
+  std::string line;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] != '\n') {
+      line += words[i];
+      continue;
+    }
+    line += line.ends_with(':') ? " " : ", ";
+    while (i + 1 < words.size() && words[i + 1] == ' ') ++i;
+  }
+  return line;
+}
+
+}  // namespace
+
 PutPicture pictures_in_memory() {
   auto made = PictureRing::make();
   if (!made) return {};
@@ -68,7 +87,8 @@ void SampleLines::say_once(std::string words) {
 
 std::vector<std::string> SampleLines::take_words() {
   std::vector<std::string> lines;
-  for (std::string& words : std::exchange(words_, {})) lines.push_back(to_line(RobotLog{std::move(words)}));
+  for (const std::string& words : std::exchange(words_, {}))
+    lines.push_back(to_line(RobotLog{one_line(words)}));
   return lines;
 }
 
