@@ -51,6 +51,7 @@ nlohmann::ordered_json to_json(const TeachReport& report, const std::string& fil
           {"longest_blind_s", s.longest_blind_s},
           {"longest_silence_s", s.longest_silence_s},
           {"clock_back_s", s.clock_back_s},
+          {"odometry_jumps", s.odometry_jumps},
           {"distance_m", s.distance_m},
           {"worst_blur_px", report.worst_blur_px},
           {"blurred_frames", report.blurred_frames},

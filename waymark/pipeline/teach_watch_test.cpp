@@ -141,6 +141,22 @@ TEST(Teacher, AClockThatJumpsIsNamed) {
   EXPECT_FALSE(warns(driven(true, 12), "clock"));
 }
 
+TEST(Teacher, ARobotThatIsRestartedIsNamed) {
+  Teacher teacher(setup_with(true));
+  for (int i = 0; i < 100; ++i) {
+    const double x_m = i < 60 ? 0.03 * i : 0.03 * (i - 60);
+    const double t = i < 60 ? 0.1 * i : 0.1 * i + 0.4;
+    teacher.add(Odometry{.stamp = at(t), .odom_T_base = SE2(x_m, 0, 0), .speed_m_s = 0.3});
+    teacher.watch(TagFrame{.stamp = at(t + 0.01)});
+  }
+  const TeachSummary summary = teacher.summary();
+  EXPECT_EQ(summary.odometry_jumps, 1);
+  EXPECT_NEAR(summary.distance_m, 0.03 * (59 + 39), 1e-9) << "not the way back to the origin";
+  EXPECT_FALSE(summary.mappable);
+  EXPECT_TRUE(warns(summary, "odometry jumped 1 times"));
+  EXPECT_FALSE(warns(driven(true, 12), "odometry jumped"));
+}
+
 TEST(Teacher, PicturesThatComeLateAreNamedAndNotTheClock) {
   Teacher teacher(setup_with(true));
   for (int i = 0; i < 120; ++i) {

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/samples/odometry_jump.hpp"
+
 namespace waymark {
 namespace {
 
@@ -112,7 +114,9 @@ void Teacher::receive(SensorTime stamp, bool is_frame) {
 
 void Teacher::add(const Odometry& odometry) {
   receive(odometry.stamp, false);
-  if (odometry_) {
+  const bool jumped = odometry_ && odometry_jumped(*odometry_, odometry);
+  counters_.odometry_jumps += jumped ? 1 : 0;
+  if (odometry_ && !jumped) {
     counters_.distance_m += (odometry_->odom_T_base.inverse() * odometry.odom_T_base).translation().norm();
   }
   odometry_ = odometry;
@@ -143,6 +147,11 @@ void Teacher::judge_stamps(TeachSummary& summary) const {
         "the sensors' clock went back by {:.2f} s: what was seen before and after cannot be put in "
         "order, drive the lap again",
         summary.clock_back_s));
+  if (summary.odometry_jumps > 0)
+    summary.warnings.push_back(fmt::format(
+        "odometry jumped {} times, as it does when the robot is restarted or its odometry is set back: how "
+        "the robot moved meanwhile is not known, drive the lap again",
+        summary.odometry_jumps));
   if (summary.late_pictures_s > 0)
     summary.warnings.push_back(
         fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "
@@ -201,7 +210,7 @@ TeachSummary Teacher::summary() const {
   summary.anchor_at_end = !last_sights_.empty() && last_sights_.back().stamp >= last_window;
   summary.closed_loop = summary.anchor_at_start && summary.anchor_at_end && came_back(last_window);
   summary.mappable = first_anchored_cam_.has_value() && summary.seen.size() >= 2 &&
-                     summary.clock_back_s == 0 && long_enough(summary);
+                     summary.clock_back_s == 0 && summary.odometry_jumps == 0 && long_enough(summary);
 
   judge_views(summary);
   judge_links(summary);

@@ -51,9 +51,10 @@ struct TeachSummary {
   bool closed_loop = false;
   double clock_back_s = 0;       ///< how far the sensors' clock went back, at most
   double longest_silence_s = 0;  ///< without any sample at all
+  int odometry_jumps = 0;        ///< where odometry was set back (odometry_jumped())
   double late_pictures_s = 0;    ///< how far tags came behind the odometry of their time, where that is long
-  /// A map can be made: the anchor and another tag were seen, the clock held, and the loop is closed where it
-  /// was meant to be, or half a metre was driven where it was not.
+  /// A map can be made: the anchor and another tag were seen, clock and odometry held, and the loop is closed
+  /// where it was meant to be, or half a metre was driven where it was not.
   bool mappable = false;
   std::vector<TagLink> weak_links{};  ///< without which the map falls apart, of few frames; weakest first
   std::vector<TagId> unreachable{};   ///< joined to the anchor by no chain of frames

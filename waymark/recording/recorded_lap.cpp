@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/samples/odometry_jump.hpp"
+
 namespace waymark {
 namespace {
 
@@ -61,6 +63,31 @@ void order_frames(RecordedLap& lap) {
   put_in_order(lap.tag_poses, lap.notes);
 }
 
+void rejoin_odometry(RecordedLap& lap) {
+  SE2 odom_T_later;  // the frame of what follows the last jump, in that of the begin
+  int jumps = 0;
+  for (std::size_t i = 1; i < lap.odometry.size(); ++i) {
+    Odometry rejoined = lap.odometry[i];
+    rejoined.odom_T_base = odom_T_later * rejoined.odom_T_base;
+    const Odometry& before = lap.odometry[i - 1];
+    if (odometry_jumped({.stamp = before.stamp,
+                         .odom_T_base = odom_T_later.inverse() * before.odom_T_base,
+                         .speed_m_s = before.speed_m_s},
+                        lap.odometry[i])) {
+      ++jumps;
+      odom_T_later = before.odom_T_base * lap.odometry[i].odom_T_base.inverse();
+      rejoined.odom_T_base = before.odom_T_base;
+    }
+    lap.odometry[i] = rejoined;
+  }
+  if (jumps > 0)
+    lap.notes.push_back(
+        fmt::format("odometry jumped {} times, as it does when the robot is restarted or its odometry is set "
+                    "back: the robot is taken to have stood meanwhile; where tags contradict that, drive the "
+                    "lap again",
+                    jumps));
+}
+
 Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,
                              const CameraChoice& choice) {
   Result<RecordingSetup> setup = log.setup(choice);
@@ -91,6 +118,7 @@ Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource
   if (status && lap.frames.empty() && lap.tag_poses.empty() && find) status = find_tags(log, find, lap);
   if (!status) return tl::unexpected(status.error());
   order_frames(lap);
+  rejoin_odometry(lap);
   lap.setup.problems = std::move(damaged);
   for (const LogProblem& problem : log.problems()) lap.setup.problems.push_back(problem.error);
   return lap;

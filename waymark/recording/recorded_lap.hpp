@@ -28,6 +28,10 @@ struct RecordedLap {
 /// that went back by more is left as it is: what came before and after it has no order.
 void order_frames(RecordedLap& lap);
 
+/// Odometry that was set back on the way (odometry_jumped()) goes on from where it was, as if the robot had
+/// stood meanwhile; a note says so.
+void rejoin_odometry(RecordedLap& lap);
+
 /// Finds the tags of a picture, where a recording holds pictures only.
 using FrameFinder = std::function<Result<TagFrame>(const CameraFrame& frame, const CameraModel* camera)>;
 

@@ -203,5 +203,31 @@ TEST(ReadLap, AnEmptyRecordingIsALapOfNothing) {
   EXPECT_FALSE(lap->setup.camera);
 }
 
+TEST(RecordedLap, OdometryThatWasSetBackGoesOnFromWhereItWas) {
+  RecordedLap lap;
+  const auto drive = [&lap](const SE2& begin, int from) {
+    for (int i = from; i < from + 20; ++i)
+      lap.odometry.push_back({.stamp = SensorTime(std::chrono::milliseconds(50 * i)),
+                              .odom_T_base = begin * SE2::exp({0.02 * (i - from), 0, 0.05 * (i - from)}),
+                              .speed_m_s = 0.4});
+  };
+  drive(SE2(1, 2, 0.5), 0);
+  const SE2 end = lap.odometry.back().odom_T_base;
+  const RecordedLap whole = lap;
+  RecordedLap untouched = whole;
+  rejoin_odometry(untouched);
+  EXPECT_THAT(untouched.notes, ::testing::IsEmpty());
+  EXPECT_EQ(untouched.odometry[7].odom_T_base.translation(), whole.odometry[7].odom_T_base.translation());
+  drive(SE2(), 30);  // after half a second: the robot was restarted
+  rejoin_odometry(lap);
+  EXPECT_THAT(lap.notes, ::testing::ElementsAre(::testing::HasSubstr("odometry jumped 1 times")));
+  for (std::size_t i = 20; i < 40; ++i) {
+    const double t = static_cast<double>(i) - 20;
+    const SE2 expected = end * SE2::exp({0.02 * t, 0, 0.05 * t});
+    EXPECT_LT((lap.odometry[i].odom_T_base.translation() - expected.translation()).norm(), 1e-9) << i;
+    EXPECT_NEAR(lap.odometry[i].odom_T_base.yaw(), expected.yaw(), 1e-9) << i;
+  }
+}
+
 }  // namespace
 }  // namespace waymark

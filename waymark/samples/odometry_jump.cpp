@@ -1,0 +1,38 @@
+#include "waymark/samples/odometry_jump.hpp"
+
+#include <cmath>
+
+namespace waymark {
+namespace {
+
+bool faster_than_any_robot(const SE2& step, double dt_s) {
+  constexpr double kFastest_m_s = 5;
+  constexpr double kNoise_m = 0.1;
+  constexpr double kFastestTurn_rad_s = 15;
+  constexpr double kTurn_rad = 0.3;
+  return step.translation().norm() > kNoise_m + kFastest_m_s * dt_s ||
+         std::abs(step.yaw()) > kTurn_rad + kFastestTurn_rad_s * dt_s;
+}
+
+/// Samples may be missing: a robot that drives on to the origin has come from no farther than its speed
+/// tells.
+bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, double dt_s) {
+  constexpr double kAtOrigin_m = 0.02;
+  constexpr double kAtOrigin_rad = 0.05;
+  constexpr double kAfar_m = 0.3;
+  constexpr double kFaster = 2;  // it may have gained speed meanwhile
+  return now.odom_T_base.translation().norm() < kAtOrigin_m &&
+         std::abs(now.odom_T_base.yaw()) < kAtOrigin_rad &&
+         way_m > kAfar_m + kFaster * std::abs(before.speed_m_s) * dt_s;
+}
+
+}  // namespace
+
+bool odometry_jumped(const Odometry& before, const Odometry& now) {
+  const double dt_s = to_seconds(now.stamp - before.stamp);
+  if (!(dt_s > 0)) return false;
+  const SE2 step = before.odom_T_base.inverse() * now.odom_T_base;
+  return faster_than_any_robot(step, dt_s) || back_at_origin(before, now, step.translation().norm(), dt_s);
+}
+
+}  // namespace waymark
