@@ -159,13 +159,17 @@ class Robot(Wire):
         self.assertIn("/imu is published as nav_msgs/msg/Odometry, but sensor_msgs/msg/Imu is expected here", robot.stderr)
         self.assertIn("no odometry came on /odom", robot.stderr)
 
-
     def test_topics_that_nobody_has_are_named(self):
         self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
         profile = self.folder / "wrong.yaml"
-        profile.write_text("robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n")
-        commands = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)["commands"]
+        wrong = "robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n"
+        profile.write_text(wrong + "ros_distro: noetic\n")
+        checks = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)
+        self.assertEqual(checks["topics"]["words"], "nobody publishes /wrong: is its name in the profile right?")
+        self.assertIn("no release 'noetic' of ROS 2", checks["profile"]["words"])
+        commands = checks["commands"]
         self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
+        profile.write_text(wrong)
         robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
         expected = ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")
         lines = lines_of(robot, lambda all: sum("nobody" in line.get("text", "") for line in all) >= len(expected))

@@ -50,21 +50,33 @@ std::optional<std::pair<SensorTime, SensorTime>> knowable(const EvaluationInputs
   return std::nullopt;
 }
 
+/// The first estimate at whose time there is odometry, of those of the first second: a picture may come
+/// before it.
+std::optional<StampedPose> common_start(const EstimatedTrajectory& estimate, const Trajectory& wheels) {
+  constexpr Duration kMost = std::chrono::seconds(1);
+  for (const EstimatedPose& pose : estimate) {
+    if (pose.stamp - estimate.front().stamp > kMost) break;
+    if (pose_at(wheels, pose.stamp, Duration::max())) return StampedPose{pose.stamp, pose.map_T_base};
+  }
+  return std::nullopt;
+}
+
 /// The rows of dead reckoning, from where the estimate begins to where it ends.
 Status add_dead_reckoning(const EvaluationInputs& inputs, TrajectoryReport& report) {
   const EstimatedTrajectory estimate = report.rows.front().poses;
-  const StampedPose start{estimate.front().stamp, estimate.front().map_T_base};
   const Trajectory wheels = wheel_odometry(inputs.motion.odometry);
   const Trajectory gyro = gyro_odometry(inputs.motion.odometry, inputs.motion.imu);
   if (!report.rows.front().jumps && !wheels.empty())
     report.rows.front().jumps =
         count_jumps(pair_by_time(estimate, wheels, duration_of(report.options.max_gap_s)), report.options);
-  if (!wheels.empty() && !pose_at(wheels, start.stamp, Duration::max()))
+  if (wheels.empty()) return {};
+  const std::optional<StampedPose> start = common_start(estimate, wheels);
+  if (!start)
     return fail(ErrorCode::InvalidArgument, "the odometry does not cover the time at which EST begins",
                 {.key = "--odometry"}, "Give a recording of the same drive, on the same clock.");
   for (const auto& [name, trajectory] :
        {std::pair("odometry", &wheels), std::pair("odometry with gyro", &gyro)}) {
-    EstimatedTrajectory placed = within(placed_at(*trajectory, start), start.stamp, estimate.back().stamp);
+    EstimatedTrajectory placed = within(placed_at(*trajectory, *start), start->stamp, estimate.back().stamp);
     if (placed.empty()) continue;
     Result<TrajectoryRow> row = score_row(name, std::move(placed), inputs, report);
     if (!row) return tl::unexpected(row.error());

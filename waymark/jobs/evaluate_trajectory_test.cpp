@@ -2,6 +2,7 @@
 // unknown.
 #include "waymark/jobs/evaluate_trajectory.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -135,6 +136,29 @@ TEST_F(EvaluateTrajectoryFiles, OdometryStandsBesideTheEstimate) {
   EvaluateTrajectoryJob none = job;
   none.odometry = tum("no_odometry.txt", ellipse(0, 1));
   EXPECT_FALSE(evaluated(none));
+}
+
+TEST_F(EvaluateTrajectoryFiles, APictureMayComeBeforeTheFirstOdometry) {
+  const std::string lap = test::record_lap(folder_ / "lap.mcap", 81, {.for_s = 8});
+  EvaluateTrajectoryJob job{
+      .estimate = lap, .reference = lap, .estimate_topic = topics::kTruth, .odometry = lap};
+  const auto inputs = read_evaluation(job, {});
+  ASSERT_TRUE(inputs) << to_string(inputs.error());
+  const Trajectory truth = inputs->reference.timed;
+  const auto with_pose_before = [&](Duration before) {
+    Trajectory path = truth;
+    path.insert(path.begin(), {truth.front().stamp - before, truth.front().map_T_base});
+    job.estimate = tum(fmt::format("before_{}.txt", before.count()), path);
+    job.estimate_topic.clear();
+    return evaluated(job);
+  };
+  const auto report = with_pose_before(std::chrono::milliseconds(60));
+  ASSERT_TRUE(report) << to_string(report.error());
+  ASSERT_GE(report->rows.size(), 2U);
+  EXPECT_EQ(report->rows[1].name, "odometry");
+  const auto apart = with_pose_before(std::chrono::seconds(100));
+  ASSERT_FALSE(apart) << "another clock";
+  EXPECT_THAT(apart.error().message, HasSubstr("does not cover"));
 }
 
 TEST_F(EvaluateTrajectoryFiles, ALapThatComesBackEndsWhereItBegan) {

@@ -5,8 +5,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/config/robot_file.hpp"
+#include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/drivers/ros2/publisher_names.hpp"
@@ -99,6 +102,24 @@ class Ros2Listener {
   std::set<Guid> drivers_{};  ///< publishers of commands that came
 };
 
+/// What the profile names and a drive would not find.
+std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
+  std::vector<DoctorLine> lines;
+  const auto wrong = [&](const Error& error) {
+    lines.push_back({"profile", DoctorLevel::Fail, to_string(error), "docs/formats/ros2-profile.md"});
+  };
+  const auto file = find_shared("robots", profile.robot);
+  if (!file) {
+    wrong(file.error());
+  } else if (const auto robot = read_robot(*file); !robot) {
+    wrong(robot.error());
+  }
+  if (profile.ros_distro.empty()) return lines;
+  const auto node = ros_node_description(profile.ros_distro, "waymark");
+  if (!node) wrong(node.error());
+  return lines;
+}
+
 /// Who is there, and which of the profile's topics cannot be heard.
 std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, const Ros2Profile& profile) {
   const bool alone = bus.participants().empty();
@@ -110,6 +131,9 @@ std::vector<DoctorLine> peer_lines(const Bus& bus, const BusOptions& options, co
   if (lines.size() == 1 && !alone)
     lines.push_back(
         {"qos", DoctorLevel::Ok, "no topic of the profile is offered in a way that excludes it", ""});
+  if (!alone)
+    for (const std::string& words : missing_publishers(profile, bus.endpoints()))
+      lines.push_back({"topics", DoctorLevel::Fail, words, "waymark ros2 topic list"});
   return lines;
 }
 
@@ -132,6 +156,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   if (Status status = listener.listen(kListen, cancelled); !status) return failed(status.error());
   listener.heard().there = searched(options, **bus);
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
+  for (DoctorLine& line : profile_lines(*found)) lines.push_back(std::move(line));
   for (DoctorLine& line : peer_lines(**bus, options, *found)) lines.push_back(std::move(line));
   return lines;
 }

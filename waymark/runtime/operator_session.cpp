@@ -1,6 +1,9 @@
 #include "waymark/runtime/operator_session.hpp"
 
 #include <utility>
+#include <variant>
+
+#include <fmt/format.h>
 
 namespace waymark {
 namespace {
@@ -9,16 +12,23 @@ using A = OperatorAction;
 using E = OperatorEvent;
 using S = OperatorState;
 
+/// Not of the operator, or what was commanded.
+bool is_of_robot(const Sample& sample) {
+  return !std::holds_alternative<GamepadState>(sample) && !std::holds_alternative<StampedCommand>(sample);
+}
+
 }  // namespace
 
 Status OperatorSession::receive(const Sample& sample) {
   input_.receive(sample);
+  heard_ = heard_ || is_of_robot(sample);
   if (lap_open_) return tasks_.add_to_lap(sample);
   return replay_ != nullptr ? replay_->receive(sample) : Status();
 }
 
 Result<DriverDecision> OperatorSession::decide(Duration uptime, SensorTime now) {
   tasks_.on_decision(operator_, input_);
+  notice_silence(uptime);
   Result<OperatorRequest> request = input_.read(uptime, now, operator_.state());
   if (!request) return tl::unexpected(request.error());
   if (stop_pressed_()) request->events.insert(request->events.begin(), E::Stop);
@@ -40,6 +50,18 @@ RobotListener OperatorSession::listener() {
   listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
   return listener;
+}
+
+/// While a lap is taught: a replay stops by itself.
+void OperatorSession::notice_silence(Duration uptime) {
+  constexpr Duration kSilence = std::chrono::seconds(2);
+  if (std::exchange(heard_, false) || !lap_open_) {
+    last_heard_ = uptime;
+    silence_said_ = false;
+  }
+  if (uptime - last_heard_ < kSilence || std::exchange(silence_said_, true)) return;
+  tasks_.on_words(
+      fmt::format("nothing was heard of the robot for {:.0f} s: does it still run?", to_seconds(kSilence)));
 }
 
 void OperatorSession::restart_from(const GivenPose& given) {

@@ -83,6 +83,7 @@ class OperatorSession {
 
  private:
   void restart_from(const GivenPose& given);
+  void notice_silence(Duration uptime);
   Status handle(OperatorEvent event, Duration uptime, std::string reason = {});
   Status act(OperatorAction action);
   Status start_lap();
@@ -98,6 +99,9 @@ class OperatorSession {
   std::function<bool()> stop_pressed_;
   Operator operator_;
   bool lap_open_ = false;
+  bool heard_ = false;     ///< a sample of the robot since the last decision
+  Duration last_heard_{};  ///< uptime
+  bool silence_said_ = false;
   bool mapping_ = false;
   ReplaySession* replay_ = nullptr;
   int laps_taught_ = 0;

@@ -58,6 +58,35 @@ TEST(OperatorSession, RecordsTheLapAndWhatIsHeldInHandWhileItIsTaughtAndOnlyThen
   EXPECT_EQ(run.tasks.decisions, static_cast<int>(to_seconds(run.robot.clock) * 20));
 }
 
+TEST(OperatorSession, SaysOnceThatARobotFellSilentWhileItIsTaught) {
+  Drive run({{S::Idle, 5, E::Go}, {S::Teaching, 1000, E::Quit}});
+  const auto decide_for = [&](double from_s, double to_s, bool heard) {
+    for (double t = from_s; t < to_s; t += 0.05) {
+      const SensorTime now(Duration(static_cast<std::int64_t>(t * 1e9)));
+      if (heard) {
+        ASSERT_TRUE(run.session.receive(Odometry{.stamp = now}));
+      }
+      ASSERT_TRUE(run.session.receive(StampedCommand{.stamp = now}))
+          << "its own commands are no sign of life";
+      ASSERT_TRUE(run.session.receive(GamepadState{.stamp = now}));
+      ASSERT_TRUE(run.session.decide(now.time_since_epoch(), now));
+    }
+  };
+  decide_for(0, 4.9, false);
+  EXPECT_TRUE(run.tasks.words.empty()) << "nothing is taught yet";
+  decide_for(4.9, 10, true);
+  EXPECT_EQ(run.session.state(), S::Teaching);
+  EXPECT_TRUE(run.tasks.words.empty());
+  decide_for(10, 11.9, false);
+  EXPECT_TRUE(run.tasks.words.empty());
+  decide_for(11.9, 20, false);
+  ASSERT_EQ(run.tasks.words.size(), 1U);
+  EXPECT_EQ(run.tasks.words[0], "nothing was heard of the robot for 2 s: does it still run?");
+  decide_for(20, 21, true);
+  decide_for(21, 24, false);
+  EXPECT_EQ(run.tasks.words.size(), 2U) << "said again after it was heard";
+}
+
 TEST(OperatorSession, DropsALapWithoutMappingIt) {
   Drive run(way_to(S::Teaching) + PlannedInput::Step{S::Teaching, 1, E::Stop} +
             PlannedInput::Step{S::Idle, 0.5, E::Quit});

@@ -1,5 +1,6 @@
 #include "waymark/drivers/ros2/profile.hpp"
 
+#include <algorithm>
 #include <map>
 #include <type_traits>
 
@@ -126,6 +127,25 @@ std::vector<TopicUse> uses_of(const Ros2Profile& profile) {
   for (const Ros2Subscription& one : subscriptions_of(profile))
     all.push_back({false, dds_topic(one.topic, one.type), one.qos});
   return all;
+}
+
+bool is_published(const std::string& topic, const std::vector<BusEndpoint>& others, std::string_view type) {
+  const BusTopic wanted = dds_topic(topic, type);
+  return std::ranges::any_of(others, [&](const BusEndpoint& one) {
+    return one.publishes && one.name.topic == wanted.topic && (type.empty() || one.name.type == wanted.type);
+  });
+}
+
+std::vector<std::string> missing_publishers(const Ros2Profile& profile,
+                                            const std::vector<BusEndpoint>& others) {
+  std::vector<std::string> words;
+  for (const std::string* topic :
+       {&profile.image_topic, &profile.compressed_image_topic, &profile.detections_topic})
+    if (!topic->empty() && !is_published(*topic, others) && !is_published(*topic + "/compressed", others))
+      words.push_back(fmt::format("nobody publishes {}: is its name in the profile right?", *topic));
+  if (profile.use_sim_time && !is_published("/clock", others))
+    words.emplace_back("nobody publishes /clock, whose time the profile asks for (use_sim_time)");
+  return words;
 }
 
 }  // namespace waymark

@@ -116,4 +116,12 @@ struct Ros2Subscription {
 /// Everything, as DDS has it.
 [[nodiscard]] std::vector<TopicUse> uses_of(const Ros2Profile& profile);
 
+/// Whether one of the endpoints publishes a topic, of that type where one is given.
+[[nodiscard]] bool is_published(const std::string& topic, const std::vector<BusEndpoint>& others,
+                                std::string_view type = {});
+/// What a drive by the profile needs and nobody publishes, in words: topics of tags and pictures, and the
+/// time.
+[[nodiscard]] std::vector<std::string> missing_publishers(const Ros2Profile& profile,
+                                                          const std::vector<BusEndpoint>& others);
+
 }  // namespace waymark

@@ -139,7 +139,7 @@ class Ros2Robot {
     if (profile_.image_topic.empty() || compressed_) return {};
     const std::string topic = profile_.image_topic + "/compressed";
     const std::string_view type = ros2::CompressedImage::kType;
-    if (published(profile_.image_topic, others, ros2::Image::kType) || !published(topic, others, type))
+    if (is_published(profile_.image_topic, others, ros2::Image::kType) || !is_published(topic, others, type))
       return {};
     compressed_ = true;
     TopicQos qos{.reliable = profile_.reliable_sensors, .depth = 2};
@@ -210,16 +210,14 @@ class Ros2Robot {
     if (Status status = take_compressed(others); !status) return status;
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
-      if (waited > kListen && talk_.greeted()) say_unpublished(others);
+      if (waited > kListen && talk_.greeted())
+        for (std::string& words : missing_publishers(profile_, others)) talk_.say_once(std::move(words));
       if (publisher_ && now - advertised_ > kListen && bus_->matched_subscriptions(*publisher_) == 0)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
-    const std::string where =
-        missing_clock() +
-        (misfits.empty() && published(profile_.odometry_topic, others) ? kNothingArrives : "") +
-        searched(bus_options_, *bus_);
+    const std::string where = why_nothing_came(misfits.empty(), others) + searched(bus_options_, *bus_);
     if (waited >= options_.give_up_after)
       return fail(ErrorCode::NotFound,
                   fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
@@ -230,27 +228,13 @@ class Ros2Robot {
     return {};
   }
 
-  /// Whether somebody publishes it, as that type or, without one, as any.
-  [[nodiscard]] static bool published(const std::string& topic, const std::vector<BusEndpoint>& others,
-                                      std::string_view type = {}) {
-    const BusTopic wanted = dds_topic(topic, type);
-    return std::ranges::any_of(others, [&](const BusEndpoint& one) {
-      return one.publishes && one.name.topic == wanted.topic &&
-             (type.empty() || one.name.type == wanted.type);
-    });
-  }
+  [[nodiscard]] bool waits_for_clock() const { return profile_.use_sim_time && !bridge_.simulated_time(); }
 
-  /// Topics of tags and pictures that the profile names and nobody has.
-  void say_unpublished(const std::vector<BusEndpoint>& others) {
-    for (const std::string* topic :
-         {&profile_.image_topic, &profile_.compressed_image_topic, &profile_.detections_topic})
-      if (!topic->empty() && !published(*topic, others) && !published(*topic + "/compressed", others))
-        talk_.say_once(fmt::format("nobody publishes {}: is its name in the profile right?", *topic));
-  }
-
-  [[nodiscard]] std::string missing_clock() const {
-    return profile_.use_sim_time && !bridge_.simulated_time() ? "no time came on /clock (use_sim_time); "
-                                                              : "";
+  [[nodiscard]] std::string why_nothing_came(bool fits, const std::vector<BusEndpoint>& others) const {
+    if (waits_for_clock() && !is_published("/clock", others))
+      return "nobody publishes /clock, whose time the profile asks for (use_sim_time); ";
+    if (waits_for_clock()) return "no time came on /clock (use_sim_time); ";
+    return fits && is_published(profile_.odometry_topic, others) ? kNothingArrives : "";
   }
 
   Ros2Profile profile_;

@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "waymark/drivers/dds/ros_graph.hpp"
@@ -55,6 +56,23 @@ TEST(Ros2Profile, ItsInterfaceIsUsedWhereNothingElseRestricts) {
   EXPECT_TRUE(use_interface_of({.interface = "203.0.113.9"}, local)) << "not used";
   BusOptions all;
   EXPECT_FALSE(use_interface_of({.interface = "203.0.113.9"}, all));
+}
+
+TEST(Ros2Profile, NamesWhatADriveNeedsAndNobodyPublishes) {
+  const auto published = [](const char* topic, std::string_view type) {
+    return BusEndpoint{.publishes = true, .name = dds_topic(topic, type)};
+  };
+  const Ros2Profile pictures{.image_topic = "/image"};
+  EXPECT_THAT(missing_publishers(pictures, {}), ::testing::ElementsAre(::testing::HasSubstr("/image")));
+  EXPECT_TRUE(missing_publishers(pictures, {published("/image", ros2::Image::kType)}).empty());
+  EXPECT_TRUE(
+      missing_publishers(pictures, {published("/image/compressed", ros2::CompressedImage::kType)}).empty());
+  BusEndpoint wanted = published("/image", ros2::Image::kType);
+  wanted.publishes = false;
+  EXPECT_EQ(missing_publishers(pictures, {wanted}).size(), 1U) << "somebody asks for it";
+  const Ros2Profile simulated{.use_sim_time = true};
+  EXPECT_THAT(missing_publishers(simulated, {}), ::testing::ElementsAre(::testing::HasSubstr("/clock")));
+  EXPECT_TRUE(missing_publishers(simulated, {published("/clock", "rosgraph_msgs/msg/Clock")}).empty());
 }
 
 TEST(Ros2Profile, SensorsAreBestEffortAndTfStaticIsKept) {
