@@ -400,7 +400,8 @@ class Simulated(Wire):
         over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
         self.assertEqual(over.returncode, 1, over.stderr)
         self.assertIn("another program publishes /odom", over.stderr)
-        for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "no network interface that is up"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
+        for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "no network interface that is up"),
+                             (("topic", "list", "--interface", "eth99"), "no network interface that is up"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
                              (("topic", "echo", ""), "'' is no name of a topic"), (("relay", "--from", ""), "'' is no name of a topic"), (("robot", ""), "no profile is named")):
             refused = self.run_program("ros2", *flags)
             self.assertEqual(refused.returncode, 2, refused.stderr)

@@ -12,8 +12,7 @@ Ros2Flags::Ros2Flags(CLI::App& app) {
              between(0, 232));
   CLI::Option* const local =
       app.add_flag("--localhost", localhost, "Only this machine, as ROS_LOCALHOST_ONLY=1");
-  add_option(app, "--interface ADDRESS", interface, "IPv4 address of the only network interface to use")
-      ->check(CLI::ValidIPV4)
+  add_option(app, "--interface NAME", interface, "Only network interface to use: its name or IPv4 address")
       ->excludes(local);
   add_option(app, "--ros-distro NAME", distro, kRosDistroHelp, kMore);
 }

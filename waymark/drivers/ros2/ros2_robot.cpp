@@ -211,7 +211,7 @@ class Ros2Robot {
     const Duration waited = now - began_;
     if (senders_.heard_robot()) {
       if (waited > kListen && talk_.greeted())
-        for (std::string& words : missing_publishers(profile_, others)) talk_.say_once(std::move(words));
+        for (const std::string& words : missing_publishers(profile_, others)) talk_.say_once(words);
       if (publisher_ && now - advertised_ > kListen && bus_->matched_subscriptions(*publisher_) == 0)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
