@@ -16,7 +16,7 @@ def generate_launch_description():
         DeclareLaunchArgument("tag_size_m", default_value="0.16", description="Side of the tags' black squares"),
         DeclareLaunchArgument("folder", default_value="waymark_session", description="Where recordings and maps are written"),
         DeclareLaunchArgument("robot", default_value="ros2:limo", description="ros2: and the name or path of a profile"),
-        DeclareLaunchArgument("robot_file", default_value="limo", description="Robot file: a name, or the path of what `waymark commission` wrote"),
+        DeclareLaunchArgument("robot_file", default_value="", description="Name of a robot file, or path of what `waymark commission` wrote; unless given: as the profile says"),
         DeclareLaunchArgument("driver", default_value="page", description="Who drives the lap: page (its address is printed), or gamepad, plugged in"),
         ExecuteProcess(
             cmd=["waymark", "run", "--robot", LaunchConfiguration("robot"), "--robot-file", LaunchConfiguration("robot_file"),

@@ -15,7 +15,7 @@ import machine
 MOST_S = 900
 MOST_PX = 0.02  # between the corners of a rendered picture and of the same one through the driver
 LEAST_SAME = 0.99
-MOST_RMSE_M = 0.15  # pictures come 0.06 to 0.12 s late through queues of the driver, which nothing measures: 25 mm without it
+MOST_RMSE_M = 0.15  # pictures come 0.06 to 0.12 s late through queues of the driver, which nothing measures: 29 mm for the rendered lap itself
 PICTURES_HZ = 60  # of a lap that is played at half its speed to a camera that takes at most as many
 
 

@@ -15,7 +15,7 @@ import threading
 import time
 
 WIDTH, HEIGHT = 640, 480
-ON_THE_WAY_S = 0.094  # a picture waits for the output of the driver and for its camera; median as measured, 90 % within 0.07 to 0.12 s
+ON_THE_WAY_S = 0.094  # a picture waits for the output of the driver and for its camera; median as measured, 80 % within 0.07 to 0.12 s
 
 
 def record(program, folder, rate_hz):

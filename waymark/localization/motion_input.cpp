@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "waymark/geometry/lie.hpp"
+#include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
 namespace {
@@ -126,13 +127,8 @@ MotionStep MotionInput::step_of(const Odometry& a, const Odometry& b) {
 
 /// A counter that was set back, or another drive: faster than anything that is taught a route.
 bool MotionInput::impossible(const MotionStep& step) {
-  constexpr double kFastest = 5;       // [m/s]
-  constexpr double kNoise = 0.1;       // [m]
-  constexpr double kTurn = 0.3;        // [rad]
-  constexpr double kFastestTurn = 15;  // [rad/s]
-  constexpr double kGap = 5;           // [s] in which anything can happen to a robot that says nothing
-  return step.twist.head<2>().norm() > kNoise + kFastest * step.dt_s ||
-         std::abs(step.twist.z()) > kTurn + kFastestTurn * step.dt_s || step.dt_s > kGap;
+  constexpr double kGap = 5;  // [s] in which anything can happen to a robot that says nothing
+  return faster_than_any_robot(step.twist.head<2>().norm(), step.twist.z(), step.dt_s) || step.dt_s > kGap;
 }
 
 std::optional<MotionSegment> MotionInput::add(const Odometry& odometry) {

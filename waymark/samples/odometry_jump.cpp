@@ -5,15 +5,6 @@
 namespace waymark {
 namespace {
 
-bool faster_than_any_robot(const SE2& step, double dt_s) {
-  constexpr double kFastest_m_s = 5;
-  constexpr double kNoise_m = 0.1;
-  constexpr double kFastestTurn_rad_s = 15;
-  constexpr double kTurn_rad = 0.3;
-  return step.translation().norm() > kNoise_m + kFastest_m_s * dt_s ||
-         std::abs(step.yaw()) > kTurn_rad + kFastestTurn_rad_s * dt_s;
-}
-
 /// Samples may be missing: a robot that drives on to the origin has come from no farther than its speed
 /// tells.
 bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, double dt_s) {
@@ -28,11 +19,21 @@ bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, d
 
 }  // namespace
 
+bool faster_than_any_robot(double distance_m, double turn_rad, double dt_s) {
+  constexpr double kFastest_m_s = 5;
+  constexpr double kNoise_m = 0.1;
+  constexpr double kFastestTurn_rad_s = 15;
+  constexpr double kTurn_rad = 0.3;
+  return distance_m > kNoise_m + kFastest_m_s * dt_s ||
+         std::abs(turn_rad) > kTurn_rad + kFastestTurn_rad_s * dt_s;
+}
+
 bool odometry_jumped(const Odometry& before, const Odometry& now) {
   const double dt_s = to_seconds(now.stamp - before.stamp);
   if (!(dt_s > 0)) return false;
   const SE2 step = before.odom_T_base.inverse() * now.odom_T_base;
-  return faster_than_any_robot(step, dt_s) || back_at_origin(before, now, step.translation().norm(), dt_s);
+  const double way_m = step.translation().norm();
+  return faster_than_any_robot(way_m, step.yaw(), dt_s) || back_at_origin(before, now, way_m, dt_s);
 }
 
 }  // namespace waymark
