@@ -70,7 +70,7 @@ class Detect(InFolder):
         self.assertEqual((record["width_px"], record["height_px"]), (320, 240))
         converted = self.run_here("convert", "walk.mp4", "walk.mcap", "--pictures", "jpeg")
         self.assertEqual(converted.code, 0, converted.err)
-        self.assertIn("1 pictures", converted.out)
+        self.assertIn("1 picture", converted.out)
         again = self.run_here("convert", "walk.mp4", "walk.mcap")
         self.assertEqual(again.code, 1)
         self.assertIn("exists already", again.err)

@@ -130,7 +130,7 @@ class Camera(InFolder):
         asked = ["localize", "walk.mp4", "--map", "map.yaml", "--camera", "camera.yaml"]
         seen = self.run_here(*asked, "--json", "-o", "walk.tum")
         self.assertEqual(seen.code, 0, seen.err)
-        self.assertIn("1 pictures, the place known in 1", seen.err)
+        self.assertIn("1 picture, the place known in 1", seen.err)
         self.assertLess(max(map(abs, seen.records[0]["pose"]["position_m"])), 0.05)
         self.assertEqual(len((self.folder / "walk.tum").read_text().splitlines()), 2, "a comment and a pose")
         for flags, words in ((["--view"], "a robot or a camera that is there"), (["--method", "ekf"], "the tags of one picture"),

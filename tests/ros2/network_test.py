@@ -5,14 +5,13 @@ damaged pictures, a simulation's clock. The other side runs on Eclipse Cyclone D
 usage: network_test.py PROGRAM PEER LOSSY [TestClass.test]
 """
 import pathlib
-import re
 import signal
 import subprocess
 import sys
 import time
 import unittest
 
-from wire_case import LONG, PEER, PROGRAM, Wire, lines_of
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire, lines_of
 from wire_peer import MULTICAST
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -20,7 +19,6 @@ sys.path.insert(0, str(ROOT / "tests/support"))
 import wire_driver
 
 LOSSY = sys.argv[3]
-COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
 
 
 def of_type(lines, kind):

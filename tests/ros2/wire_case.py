@@ -6,6 +6,7 @@ import itertools
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from wire_peer import environment
 PROGRAM, PEER = sys.argv[1:3]
 DOMAINS = itertools.count(1 + os.getpid() % 199)
 LONG = unittest.skipUnless(os.environ.get("WAYMARK_FULL"), "longer: WAYMARK_FULL=1")
+COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)  # of the peer: nanoseconds, m/s, rad/s
 
 
 class Wire(unittest.TestCase):
@@ -52,6 +54,11 @@ class Wire(unittest.TestCase):
         finally:
             os.close(never_ends)
             os.close(keep)
+
+    def succeeds(self, *words):
+        done = self.run_program(*words, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
 
 
 def lines_of(robot, enough):

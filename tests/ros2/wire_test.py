@@ -16,12 +16,10 @@ import threading
 import time
 import unittest
 
-from wire_case import LONG, PEER, PROGRAM, Wire, lines_of
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire, lines_of
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 import wire_driver
-
-COMMAND = re.compile(r"^cmd (\d+) (\S+) (\S+)$", re.M)
 
 
 def command_of(line):
@@ -29,51 +27,6 @@ def command_of(line):
 
 
 WATCHDOG = str(pathlib.Path(PROGRAM).with_name("waymark-watchdog"))
-
-
-class FirstAid(Wire):
-    def test_topics_messages_and_rates_of_another_vendor(self):
-        self.start(PEER, "robot", 30)
-        listing = self.run_program("ros2", "topic", "list")
-        self.assertEqual(listing.returncode, 0, listing.stderr)
-        self.assertIn("/odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions", listing.stdout)
-        self.assertIn("/imu [sensor_msgs/msg/Imu] 1 publisher (best effort)", listing.stdout)
-        self.assertIn("(reliable, transient local)", listing.stdout)
-        self.assertIn("/cmd_vel [geometry_msgs/msg/Twist] 0 publishers, 1 subscription", listing.stdout)
-        echo = self.run_program("ros2", "topic", "echo", "/imu", "--count", 1)
-        self.assertIn("angular_velocity:\n  x: 0\n  y: 0\n  z: 0.25\n", echo.stdout)
-        # Sent once, before anybody listened.
-        late = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
-        self.assertIn("child_frame_id: 'camera_color_optical_frame'", late.stdout)
-        self.assertIn("z: 0.18", late.stdout)
-        rate = self.run_program("ros2", "topic", "hz", "/odom", "--count", 60)
-        self.assertGreater(float(rate.stdout.split()[0]), 10, rate.stdout)
-
-    def test_nobody_there_is_said_with_domain_and_interfaces(self):
-        began = time.monotonic()
-        nobody = self.run_program("ros2", "topic", "list")
-        self.assertEqual(nobody.returncode, 1)
-        self.assertIn(f"domain {self.environment['ROS_DOMAIN_ID']} on 127.0.0.1: no other participant", nobody.stderr)
-        self.assertLess(time.monotonic() - began, 20)
-
-    def test_node_lists_show_it_by_the_release_that_is_named(self):
-        seen = {}
-        for distro, gid_bytes in (("humble", 24), ("jazzy", 16), (None, 16)):
-            self.next_domain()
-            self.start(PROGRAM, "ros2", "relay", *(("--ros-distro", distro) if distro else ()))
-            seen[distro] = self.start(PEER, "nodes", 20 if distro else 2, gid_bytes)
-        for distro, peer in seen.items():
-            self.assertEqual(peer.communicate(timeout=40)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
-        wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
-        self.assertEqual(wrong.returncode, 2, wrong.stderr)
-        self.assertIn("humble", wrong.stderr)
-
-    @LONG
-    def test_two_hundred_topics_are_discovered(self):
-        crowd = self.start(PEER, "crowd", 60, 200)
-        self.assertEqual(crowd.stdout.readline(), "there\n")
-        listing = self.run_program("ros2", "topic", "list")
-        self.assertEqual(len(listing.stdout.splitlines()), 201)
 
 
 class Robot(Wire):
@@ -292,11 +245,6 @@ class Simulated(Wire):
             sim.send_signal(signal.SIGINT)
             self.assertEqual(sim.wait(20), 0)
 
-    def succeeds(self, *words):
-        done = self.run_program(*words, timeout=300)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        return done.stdout
-
     @LONG
     def test_the_loop_over_the_wire(self):
         """A lap taught, mapped and replayed over DDS follows its route as one in a single process does."""
@@ -368,62 +316,6 @@ class Simulated(Wire):
 
     def call(self, service):
         return self.start(PEER, "call", 20, service).communicate(timeout=40)[0]
-
-    def test_commands_of_a_recording_are_left_out_unless_asked_for(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
-        topics = ("--topics", "/cmd_vel", "--from", "2", "--to", "3")
-        played = self.run_program("play", lap, "--ros2", *topics)
-        self.assertEqual((played.returncode, played.stdout), (0, "0 messages published\n"), played.stderr)
-        self.assertIn("/cmd_vel was left out: velocity commands move a robot", played.stderr)
-        self.assertEqual(self.run_program("play", lap, "--commands").returncode, 2)
-        for interrupted in (False, True):
-            echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel", "--seconds", "8", stdout=subprocess.PIPE)
-            time.sleep(1)
-            end = "30" if interrupted else "3"
-            play = self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2", "--to", end, stdout=subprocess.PIPE)
-            if interrupted:
-                time.sleep(2.5)
-                play.send_signal(signal.SIGINT)
-            self.assertIn("messages published", play.communicate(timeout=30)[0])
-            self.assertEqual(play.returncode, 130 if interrupted else 0)
-            speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
-            self.assertGreater(max(speeds), 0.1, "it was published")
-            self.assertEqual(speeds[-1], 0, "zero is the last")
-        robot = self.start(PEER, "listen", 8)  # it subscribes to Twist, and TwistStamped was recorded
-        self.assertEqual(robot.stdout.readline(), "listening\n")
-        stamped = self.run_program("play", lap, "--ros2", "--commands", *topics)
-        self.assertEqual(stamped.returncode, 0, stamped.stderr)
-        self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist", stamped.stderr)
-        self.assertGreater(max(float(v) for _, v, _ in COMMAND.findall(robot.communicate(timeout=30)[0])), 0.1)
-        self.start(PEER, "robot", 30)
-        over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
-        self.assertEqual(over.returncode, 1, over.stderr)
-        self.assertIn("another program publishes /odom", over.stderr)
-        for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "no network interface that is up"),
-                             (("topic", "list", "--interface", "eth99"), "no network interface that is up"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
-                             (("topic", "echo", ""), "'' is no name of a topic"), (("relay", "--from", ""), "'' is no name of a topic"), (("robot", ""), "no profile is named")):
-            refused = self.run_program("ros2", *flags)
-            self.assertEqual(refused.returncode, 2, refused.stderr)
-            self.assertIn(words, refused.stderr)
-        looped = self.run_program("ros2", "relay", "--from", "/cmd_vel", "--to", "cmd_vel")
-        self.assertEqual(looped.returncode, 2, looped.stderr)
-        self.assertIn("--from and --to name the same topic", looped.stderr)
-
-    @LONG
-    def test_a_recording_is_played_to_the_network(self):
-        lap = self.folder / "lap.mcap"
-        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
-        recorder = self.start(PEER, "record", 10)
-        time.sleep(1)
-        played = self.run_program("play", lap, "--ros2", "--to", 8)  # the recorder itself publishes commands
-        self.assertEqual(played.returncode, 0, played.stderr)
-        self.assertIn("messages published", played.stdout)
-        words = recorder.communicate(timeout=60)[0].split()
-        seen = dict(zip(words[0:10:2], words[1:10:2]))
-        self.assertGreater(int(seen["odometry"]), 50, words)
-        self.assertEqual(seen["links"], "1", words)
-        self.assertGreater(abs(float(words[11])) + abs(float(words[12])), 0.3, words)
 
     def folder_of(self, name):
         (self.folder / name).mkdir()

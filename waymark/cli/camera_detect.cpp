@@ -6,6 +6,7 @@
 #include <CLI/App.hpp>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/options_flags.hpp"
@@ -40,11 +41,11 @@ ExitCode say_ends(const std::vector<DetectedCamera>& cameras, Console& console) 
       continue;
     }
     const CameraCounts& counts = camera.end->counts;
-    console.say(
-        fmt::format("{}{} pictures in {:.1f} s, {} tags; {} dropped for newer ones, {} lost by the driver, "
-                    "{} damaged",
-                    cameras.size() > 1 ? camera.address + ": " : "", camera.end->pictures,
-                    camera.end->seconds, camera.end->tags, counts.dropped, counts.lost, counts.damaged));
+    console.say(fmt::format(
+        "{}{} in {:.1f} s, {}; {} dropped for newer ones, {} lost by the driver, "
+        "{} damaged",
+        cameras.size() > 1 ? camera.address + ": " : "", counted(camera.end->pictures, "picture"),
+        camera.end->seconds, counted(camera.end->tags, "tag"), counts.dropped, counts.lost, counts.damaged));
   }
   return code;
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/failure.hpp"
 #include "waymark/cli/flags.hpp"
@@ -77,9 +78,9 @@ ExitCode ConvertVideoFlags::convert(const std::string& input, const std::string&
     console.say(fmt::format("note: {}{}", to_string(problem.error),
                             problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
   console.print(json ? json_line(to_json(prepared->job, *found))
-                     : fmt::format("{} ({}, {} x {} px) to {}: {} pictures, {} tags\n", input,
-                                   found->info.codec, found->info.width_px, found->info.height_px, output,
-                                   found->pictures, found->tags));
+                     : fmt::format("{} ({}, {} x {} px) to {}: {}, {}\n", input, found->info.codec,
+                                   found->info.width_px, found->info.height_px, output,
+                                   counted(found->pictures, "picture"), counted(found->tags, "tag")));
   return ExitCode::Ok;
 }
 

@@ -13,7 +13,8 @@ Error naming_flag(Error error) {
 
 ExitCode exit_code_of(const Error& error) {
   if (interrupted()) return ExitCode::Interrupted;
-  return error.place.key.starts_with("--") ? ExitCode::Usage : ExitCode::SomeFailed;
+  const bool given_wrong = error.place.key.starts_with("--") || error.place.source == "environment";
+  return given_wrong ? ExitCode::Usage : ExitCode::SomeFailed;
 }
 
 ExitCode fail_with(const Error& error, Console& console) {

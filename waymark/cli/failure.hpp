@@ -9,7 +9,8 @@ namespace waymark::cli {
 /// file stays as it is.
 [[nodiscard]] Error naming_flag(Error error);
 
-/// 130 after Ctrl-C, 2 for what the command line says (the error's key is a flag), 1 for a file that is not
+/// 130 after Ctrl-C, 2 for what the command line or the environment says (the error's key is a flag,
+/// its source is "environment"), 1 for a file that is not
 /// usable or could not be written.
 [[nodiscard]] ExitCode exit_code_of(const Error& error);
 

@@ -2,6 +2,9 @@
 
 #include <atomic>
 #include <csignal>
+#include <string_view>
+
+#include <unistd.h>
 
 namespace waymark::cli {
 namespace {
@@ -11,9 +14,21 @@ std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
 
 std::atomic<int> ending_signal{SIGINT};
+std::atomic<unsigned> seen_signals{0};  ///< a bit each
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler sets it");
 
+/// The second time the same signal ends the program at once, as without a handler; that is said first.
 extern "C" void raise_flag(int signal) {
+  constexpr std::string_view kAtOnce =
+      "\nwaymark: the second signal: ended at once, without closing its files (`waymark recover` mends a "
+      "recording); a robot that was driven is stopped by its watchdog\n";
+  const unsigned bit = 1U << static_cast<unsigned>(signal);
+  if ((seen_signals.fetch_or(bit) & bit) != 0) {
+    (void)!write(STDERR_FILENO, kAtOnce.data(), kAtOnce.size());
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+    return;
+  }
   ending_signal = signal;
   interrupt_flag = true;
 }
@@ -23,7 +38,7 @@ extern "C" void raise_flag(int signal) {
 void watch_signals() {
   struct sigaction on_interrupt {};
   on_interrupt.sa_handler = raise_flag;
-  on_interrupt.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  on_interrupt.sa_flags = SA_RESTART;
   sigaction(SIGINT, &on_interrupt, nullptr);
   sigaction(SIGTERM, &on_interrupt, nullptr);
   struct sigaction on_hangup {};  // the terminal was closed; under nohup it does not matter

@@ -3,7 +3,8 @@
 namespace waymark::cli {
 
 /// From now on the first Ctrl-C (or SIGTERM) only raises a flag, so that the picture at hand is finished and
-/// what was done is kept; the second one ends the program at once. Writing to a closed pipe, or more than a
+/// what was done is kept; the second of the same kind says so and ends the
+/// program at once. Writing to a closed pipe, or more than a
 /// file may hold, becomes an error instead of a signal.
 void watch_signals();
 

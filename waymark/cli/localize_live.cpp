@@ -4,6 +4,7 @@
 #include <initializer_list>
 #include <optional>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
@@ -80,7 +81,7 @@ ExitCode localize_a_camera(const LocalizeLiveFlags& flags, const LocalizeJob& jo
   live.on_moment = [&](const CameraMoment& moment) { lines.take(moment); };
   const auto report = localize_camera(**camera, live, control);
   if (!report) return fail_with(report.error(), console);
-  console.say(fmt::format("{} pictures in {:.1f} s, the place known in {}", report->end.pictures,
+  console.say(fmt::format("{} in {:.1f} s, the place known in {}", counted(report->end.pictures, "picture"),
                           report->end.seconds, report->known));
   if (report->end.stopped && interrupted()) return ExitCode::Interrupted;
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
@@ -98,7 +99,8 @@ ExitCode localize_a_video(const LocalizeLiveFlags& flags, const LocalizeJob& job
   const auto report = localize_video(video, control_from(console));
   if (!report) return fail_with(report.error(), console);
   for (const VideoProblem& problem : report->video.problems) console.say(to_string(problem.error));
-  console.say(fmt::format("{} pictures, the place known in {}", report->video.pictures, report->known));
+  console.say(
+      fmt::format("{}, the place known in {}", counted(report->video.pictures, "picture"), report->known));
   return report->known > 0 ? ExitCode::Ok : ExitCode::SomeFailed;
 }
 

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/cli/camera_detect.hpp"
 #include "waymark/cli/detector_flags.hpp"
 #include "waymark/cli/page_flags.hpp"
@@ -81,8 +82,8 @@ ExitCode detect(const DetectArgs& args, Console& console) {
         return !console.output_ended();
       });
   if (!summary) return wrong_usage(summary.error());
-  console.say(
-      fmt::format("{} pictures, {} tags, {} failed", summary->pictures, summary->tags, summary->failed));
+  console.say(fmt::format("{}, {}, {} failed", counted(summary->pictures, "picture"),
+                          counted(summary->tags, "tag"), summary->failed));
   if (summary->stopped) return ExitCode::Interrupted;
   return summary->failed > 0 || summary->annotations_failed ? ExitCode::SomeFailed : ExitCode::Ok;
 }

@@ -44,7 +44,8 @@ ExitCode examine(const DoctorArgs& args, Console& console) {
   const auto lines = run_doctor(args.job, interrupted);
   if (!lines) {
     if (interrupted()) return console.failed(lines.error(), ExitCode::Interrupted);
-    const bool usage = lines.error().code == ErrorCode::InvalidArgument;
+    const ErrorCode code = lines.error().code;  // a file or profile that is named wrongly, too
+    const bool usage = code == ErrorCode::InvalidArgument || code == ErrorCode::NotFound;
     return console.failed(lines.error(), usage ? ExitCode::Usage : ExitCode::SomeFailed);
   }
   console.print(args.json ? json_line(to_json(*lines)) : to_text(*lines));

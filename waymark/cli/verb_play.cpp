@@ -78,7 +78,7 @@ ExitCode play(const PlayArgs& args, Console& console) {
   }
   console.say_first(problems, "`waymark info --json` gives all");
   if (interrupted()) return ExitCode::Interrupted;
-  if (!status && !console.output_ended()) return console.failed(status.error(), ExitCode::SomeFailed);
+  if (!status && !console.output_ended()) return fail_with(status.error(), console);
   return damaged ? ExitCode::SomeFailed : ExitCode::Ok;
 }
 

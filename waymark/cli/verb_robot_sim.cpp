@@ -111,6 +111,10 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   if (status && !args.job.process.lockstep)
     status = refuse_flag(args.app, "--pace", "without lockstep the robot goes by the clock",
                          "Add --lockstep, or leave it out.");
+  for (const char* flag : {"--domain", "--localhost", "--interface", "--ros-distro"})
+    if (status && !args.ros2)
+      status =
+          refuse_flag(args.app, flag, "this is about the network of ROS 2", "Add --ros2, or leave it out.");
   if (status && args.wire() == SimWire::Process)
     status = refuse_flag(args.app, "--plant", "a robot process may be driven as it is",
                          "Name it as --robot, or add --ros2, --limo, --mbot or --gazebo.");

@@ -78,7 +78,8 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   const auto bus = open_bus(*options);
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
   console.say(words_of(args.relay, options->domain));
-  const auto counts = relay_commands(**bus, args.relay, interrupted);
+  const auto counts = relay_commands(
+      **bus, args.relay, [&](const std::string& problem) { console.say(problem); }, interrupted);
   if (!counts) return console.failed(counts.error(), ExitCode::SomeFailed);
   console.say(words_of(*counts));
   return ExitCode::Ok;

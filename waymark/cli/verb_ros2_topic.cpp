@@ -1,4 +1,3 @@
-#include <cmath>
 #include <functional>
 
 #include "waymark/cli/parts.hpp"
@@ -8,86 +7,52 @@
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
-#include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark::cli {
 namespace {
-
-constexpr Duration kTopicPatience = std::chrono::seconds(3);
 
 struct TopicArgs {
   explicit TopicArgs(CLI::App& app) : network(app) {}
 
   Ros2Flags network;
   std::string topic{};
-  int count = 0;
-  double seconds = 0;
+  WatchLimits limits{};
 };
 
-using TopicRun = ExitCode (*)(const TopicArgs&, Bus&, const BusOptions&, Console&);
+using TopicRun = Status (*)(const TopicArgs&, Bus&, Console&);
 
-ExitCode list(const TopicArgs& /*args*/, Bus& bus, const BusOptions& options, Console& console) {
-  wait_for_discovery(bus, kTopicPatience, interrupted);
+Status list(const TopicArgs& /*args*/, Bus& bus, Console& console) {
+  wait_for_discovery(bus, WatchLimits().patience, interrupted);
   const auto topics = list_topics(bus.endpoints());
-  for (const TopicListing& one : topics)
-    console.print(fmt::format("{} [{}] {} publisher{}{}, {} subscription{}\n", one.topic, one.type,
-                              one.publishers, one.publishers == 1 ? "" : "s",
-                              one.offered.empty() ? "" : " (" + one.offered + ")", one.subscriptions,
-                              one.subscriptions == 1 ? "" : "s"));
-  if (!topics.empty()) return ExitCode::Ok;
-  console.say(searched(options, bus));
-  return ExitCode::SomeFailed;
+  for (const TopicListing& one : topics) console.print(to_text(one) + "\n");
+  return topics.empty() ? fail(ErrorCode::NotFound, "no topic was found") : Status();
 }
 
-/// Calls `take` for each message of the topic until it says that it has enough.
-ExitCode watch(const TopicArgs& args, Bus& bus, const BusOptions& options, Console& console,
-               const std::function<bool(const WatchedTopic&, const BusMessage&)>& take) {
-  const auto topic = watch_topic(bus, args.topic, kTopicPatience, interrupted);
-  if (!topic) {
-    console.say(topic.error());
-    console.say(searched(options, bus));
-    return ExitCode::SomeFailed;
-  }
-  const Duration began = steady_now();
-  int count = 0;
-  constexpr Duration kSlice = std::chrono::milliseconds(50);
-  while (!interrupted() && !console.output_ended()) {
-    if (args.seconds > 0 && to_seconds(steady_now() - began) > args.seconds) break;
-    const auto message = bus.next(kSlice);
-    if (!message) continue;
-    if (!take(*topic, *message)) return ExitCode::SomeFailed;
-    if (++count == args.count) break;
-  }
-  if (count > 0) return ExitCode::Ok;
-  console.say("no message came on " + topic->name.topic);
-  return ExitCode::SomeFailed;
+Status watch(const TopicArgs& args, Bus& bus, Console& console,
+             const std::function<Status(const WatchedTopic&, const BusMessage&)>& take) {
+  return watch_messages(
+      bus, args.topic, args.limits, [&] { return interrupted() || console.output_ended(); }, take);
 }
 
-ExitCode echo(const TopicArgs& args, Bus& bus, const BusOptions& options, Console& console) {
-  return watch(args, bus, options, console, [&](const WatchedTopic& topic, const BusMessage& message) {
+Status echo(const TopicArgs& args, Bus& bus, Console& console) {
+  return watch(args, bus, console, [&](const WatchedTopic& topic, const BusMessage& message) -> Status {
     const auto text = message_text(topic.name.type, message.bytes);
-    if (!text) {
-      console.say(text.error());
-      return false;
-    }
+    if (!text) return tl::unexpected(text.error());
     console.print(*text + "---\n");
-    return true;
+    return {};
   });
 }
 
-ExitCode hz(const TopicArgs& args, Bus& bus, const BusOptions& options, Console& console) {
+Status hz(const TopicArgs& args, Bus& bus, Console& console) {
   RateCounter counter;
-  Duration next = steady_now() + std::chrono::seconds(1);
-  const ExitCode code =
-      watch(args, bus, options, console, [&](const WatchedTopic&, const BusMessage& message) {
-        counter.add(message.arrived, message.bytes.size());
-        if (steady_now() >= next) console.live(counter.text());
-        if (steady_now() >= next) next += std::chrono::seconds(1);
-        return true;
-      });
+  Status status = watch(args, bus, console, [&](const WatchedTopic&, const BusMessage& message) -> Status {
+    counter.add(message.arrived, message.bytes.size());
+    console.live(counter.text());
+    return {};
+  });
   console.end_progress();
-  if (code == ExitCode::Ok) console.print(counter.text() + "\n");
-  return code;
+  if (status) console.print(counter.text() + "\n");
+  return status;
 }
 
 Verb topic_verb(const char* name, const char* sentence, const char* help, TopicRun run, bool one_topic) {
@@ -95,9 +60,9 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
     const auto args = std::make_shared<TopicArgs>(app);
     if (one_topic) {
       add_option(app, "topic TOPIC", args->topic, "Name of the topic, for example /odom", kRequired);
-      add_option(app, "--count INTEGER", args->count, "End after so many messages; 0: go on until Ctrl-C",
-                 between(0, 1'000'000'000));
-      add_option(app, "--seconds FLOAT", args->seconds, "End after so long; 0: go on until Ctrl-C",
+      add_option(app, "--count INTEGER", args->limits.messages,
+                 "End after so many messages; 0: go on until Ctrl-C", between(0, 1'000'000'000));
+      add_option(app, "--seconds FLOAT", args->limits.duration_s, "End after so long; 0: go on until Ctrl-C",
                  between(0.0, 1e9));
     }
     return [args, run, one_topic](Console& console) {
@@ -111,7 +76,11 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
       if (!options) return console.failed(options.error(), ExitCode::Usage);
       const auto bus = open_bus(*options);
       if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
-      return run(*args, **bus, *options, console);
+      const Status status = run(*args, **bus, console);
+      if (status) return ExitCode::Ok;
+      console.say(status.error());
+      if (status.error().code == ErrorCode::NotFound) console.say(searched(*options, **bus));
+      return ExitCode::SomeFailed;
     };
   };
   return {.name = name, .sentence = sentence, .help = help, .prepare = prepare};

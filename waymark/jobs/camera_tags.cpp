@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/jobs/camera_description.hpp"
 #include "waymark/media/video_format.hpp"
 #include "waymark/recording/log_report.hpp"
@@ -66,7 +67,7 @@ Result<VideoTags> find_recorded_tags(const std::string& path, const TagFinder& f
     if (!*tags) return {};
     ++all.pictures;
     all.tags += (*tags)->detections.size();
-    control.progress({fmt::format("finding tags: {} pictures", all.pictures)});
+    control.progress({fmt::format("finding tags: {}", counted(all.pictures, "picture"))});
     return each(**tags);
   });
   if (!status) return tl::unexpected(status.error());

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/base/counted.hpp"
 #include "waymark/samples/corners.hpp"
 
 namespace waymark {
@@ -116,8 +117,8 @@ std::string row(const std::string& name, const TagPoseSolution& solution) {
 
 std::string to_text(const PictureReport& report) {
   Text text;
-  put(text, "{}: {} tag{} in {} x {} px\n", report.image, report.detections.size(),
-      report.detections.size() == 1 ? "" : "s", report.width_px, report.height_px);
+  put(text, "{}: {} in {} x {} px\n", report.image, counted(report.detections.size(), "tag"), report.width_px,
+      report.height_px);
   if (report.detections.empty()) return fmt::to_string(text);
   put(text, "  {:<22}{:>10}{:>10}{:>9}{:>9}{:>8}{:>8}\n", "tag", "centre x", "centre y", "side px",
       "sigma px", "margin", "hamming");

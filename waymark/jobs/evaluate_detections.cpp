@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
+
 namespace waymark {
 namespace {
 
@@ -56,11 +58,10 @@ Result<std::vector<ImageDetections>> join(std::vector<PictureReport> reports, co
                               : fmt::format("The truth names '{}', for example.", truth.begin()->first));
   }
   if (without_truth > 0) {
-    control.note(fmt::format("{} pictures are not in the truth: taken as holding no tag", without_truth));
+    control.note("not in the truth, taken as holding no tag: " + counted(without_truth, "picture"));
   }
   if (seen.size() < truth.size()) {
-    control.note(
-        fmt::format("{} pictures of the truth were not given: left out", truth.size() - seen.size()));
+    control.note("of the truth, but not given: " + counted(truth.size() - seen.size(), "picture"));
   }
   return images;
 }
@@ -104,7 +105,7 @@ Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob
   if (all->reports.empty() && (report.failed > 0 || report.stopped)) return report;
   const auto failed = static_cast<std::size_t>(std::ranges::count_if(
       all->reports, [](const PictureReport& picture) { return picture.error.has_value(); }));
-  if (failed > 0) control.note(fmt::format("{} pictures failed: left out", failed));
+  if (failed > 0) control.note("failed and left out: " + counted(failed, "picture"));
   report.failed = std::max(report.failed, failed);
   const auto images = join(std::move(all->reports), *truth, control);
   if (images)

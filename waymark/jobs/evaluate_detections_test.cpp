@@ -98,8 +98,8 @@ TEST_F(EvaluateDetections, PicturesOfOneSideAreSaid) {
   const auto report = evaluate({picture("a.png", {square_at(1, 100)}), picture("b.png", {square_at(2, 100)})},
                                truth_row("a.png", square_at(1, 100)) + truth_row("c.png", square_at(3, 100)));
   ASSERT_TRUE(report && report->scores);
-  EXPECT_THAT(notes_, Contains(HasSubstr("1 pictures are not in the truth")));
-  EXPECT_THAT(notes_, Contains(HasSubstr("1 pictures of the truth were not given")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("not in the truth, taken as holding no tag: 1 picture")));
+  EXPECT_THAT(notes_, Contains(HasSubstr("of the truth, but not given: 1 picture")));
   EXPECT_EQ(report->scores->false_positives, 1U) << "a picture without truth holds no tag";
   EXPECT_EQ(report->scores->truth, 1U) << "a picture that was not given is not missed";
   const auto others = evaluate({picture("x.png", {})}, truth_row("a.png", square_at(1, 100)));

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/angles.hpp"
+#include "waymark/base/counted.hpp"
 #include "waymark/jobs/map_text.hpp"
 
 namespace waymark {
@@ -96,8 +97,9 @@ std::string to_text(const MapSceneReport& report, const std::string& folder) {
 }
 
 std::string to_text(const MapVideoReport& report, const std::string& folder) {
-  std::string text = fmt::format("{}: {} tags from {} pictures ({} with a pose)\n", folder,
-                                 report.file.tags.tags.size(), report.pictures, report.trajectory.size());
+  std::string text =
+      fmt::format("{}: {} from {} ({} with a pose)\n", folder, counted(report.file.tags.tags.size(), "tag"),
+                  counted(report.pictures, "picture"), report.trajectory.size());
   text += fmt::format(
       "corners within {:.2f} px (mean), noise {:.2f} px; {:.1f} successive pictures count as one\n",
       report.map.reprojection_mean_px, report.map.noise_px, report.map.correlated_frames);

@@ -89,6 +89,13 @@ Result<LogSelection> select_part(MessageLog& log, const LogPart& part) {
                 fmt::format("from {} s to {} s is no time", part.from_s, part.to_s), {.key = "--from"},
                 "Give seconds from the first message, for example --from 10 --to 20.");
   const std::uint64_t start = recording_start_ns(log);
+  if (const LogSummary& all = log.summary(); all.complete && all.end) {
+    const double long_s = static_cast<double>(static_cast<std::int64_t>(*all.end - start)) * 1e-9;
+    if (part.from_s > std::max(0.0, long_s))
+      return fail(ErrorCode::InvalidArgument,
+                  fmt::format("the recording ends {:.3f} s after its first message", long_s),
+                  {.key = "--from"}, "Give a smaller number of seconds.");
+  }
   constexpr double kMost_s = 1e9;  // 30 years
   if (part.from_s > 0)
     selection.from = start + static_cast<std::uint64_t>(std::min(part.from_s, kMost_s) * 1e9);

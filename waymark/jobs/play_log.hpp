@@ -16,7 +16,7 @@ struct LogPart {
   double to_s = std::numeric_limits<double>::infinity();
 };
 /// Fails on a topic that the recording does not have (with the nearest that it has) and on times that make no
-/// sense.
+/// sense or lie behind its end.
 [[nodiscard]] Result<LogSelection> select_part(MessageLog& log, const LogPart& part);
 
 struct PlayOptions {

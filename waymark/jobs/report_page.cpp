@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/config/route_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
@@ -142,9 +143,8 @@ Result<plot::Page> report_page(const Runs& runs, const JobControl& control) {
   if (page.sections.empty())
     return fail(ErrorCode::NotFound, "nothing in these files can be drawn: no tags, odometry or poses", {},
                 "`waymark info FILE` says what a recording holds.");
-  page.subtitle =
-      fmt::format("{} drive{}, {} map{}. Truth green, odometry blue, estimate red.", runs.drives.size(),
-                  runs.drives.size() == 1 ? "" : "s", runs.maps.size(), runs.maps.size() == 1 ? "" : "s");
+  page.subtitle = fmt::format("{}, {}. Truth green, odometry blue, estimate red.",
+                              counted(runs.drives.size(), "drive"), counted(runs.maps.size(), "map"));
   return page;
 }
 

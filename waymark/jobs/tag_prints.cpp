@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/media/board_finder.hpp"
 
 namespace waymark {
@@ -63,9 +64,9 @@ nlohmann::ordered_json to_json(const plot::BoardLayout& layout, const std::vecto
 std::string to_text(const plot::SheetLayout& layout, const std::vector<std::string>& files) {
   const std::size_t pages = layout.pages.size();
   const std::size_t tags = layout.pages.front().size();
-  return fmt::format("{}: {} page{} {}, {} tag{} a page, {} of {:g} m\n",
-                     files.size() == 1 ? files.front() : files.front() + " …", pages, pages == 1 ? "" : "s",
-                     layout.paper.name, tags, tags == 1 ? "" : "s", to_string(layout.family),
+  return fmt::format("{}: {} {}, {} a page, {} of {:g} m\n",
+                     files.size() == 1 ? files.front() : files.front() + " …", counted(pages, "page"),
+                     layout.paper.name, counted(tags, "tag"), to_string(layout.family),
                      layout.tag_size_mm / 1e3);
 }
 
@@ -86,10 +87,9 @@ nlohmann::ordered_json to_json(const plot::SheetLayout& layout, const std::vecto
 std::string to_text(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {
   const CalibrationBoard& board = layout.options.board;
   const std::size_t pages = layout.pages.size();
-  return fmt::format("{}: {} of {} x {} squares of {:g} m, {} page{} {}\n",
+  return fmt::format("{}: {} of {} x {} squares of {:g} m, {} {}\n",
                      files.size() == 1 ? files.front() : files.front() + " …", to_string(board.kind),
-                     board.columns, board.rows, board.size_m, pages, pages == 1 ? "" : "s",
-                     layout.paper.name);
+                     board.columns, board.rows, board.size_m, counted(pages, "page"), layout.paper.name);
 }
 
 nlohmann::ordered_json to_json(const plot::SquareBoardLayout& layout, const std::vector<std::string>& files) {

@@ -12,7 +12,8 @@ DoctorLine odometry_line(const NetworkHeard& heard, const std::string& howto) {
   constexpr double kLeastRateHz = 10;
   if (heard.odometries == 0)
     return {"robot", DoctorLevel::Fail,
-            fmt::format("no odometry on {} in {:.1f} s; {}", heard.odometry, heard.listened_s, heard.there),
+            fmt::format("no odometry on {} in {:.1f} s{}{}", heard.odometry, heard.listened_s,
+                        heard.there.empty() ? "" : "; ", heard.there),
             howto};
   const double rate_Hz = heard.odometries / (heard.listened_s * heard.sim_pace.value_or(1));
   const bool slow = rate_Hz < kLeastRateHz;

@@ -8,7 +8,6 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
@@ -146,18 +145,15 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   };
   const auto found = find_ros2_profile(profile);
   if (!found) return failed(found.error());
-  BusOptions options{.node = "waymark_doctor"};
-  if (Status status = apply_ros_environment(options, process_environment()); !status)
-    return failed(status.error());
-  if (Status there = use_interface_of(*found, options); !there) return failed(there.error());
-  const auto bus = open_bus(options);
+  const auto options = network_of(*found, "waymark_doctor");
+  if (!options) return failed(options.error());
+  const auto bus = open_bus(*options);
   if (!bus) return failed(bus.error());
   Ros2Listener listener(**bus, *found);
   if (Status status = listener.listen(kListen, cancelled); !status) return failed(status.error());
-  listener.heard().there = searched(options, **bus);
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
   for (DoctorLine& line : profile_lines(*found)) lines.push_back(std::move(line));
-  for (DoctorLine& line : peer_lines(**bus, options, *found)) lines.push_back(std::move(line));
+  for (DoctorLine& line : peer_lines(**bus, *options, *found)) lines.push_back(std::move(line));
   return lines;
 }
 

@@ -41,7 +41,8 @@ Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ro
     say();
     return status;
   };
-  const Status status = play_messages(log, selection, options.speed, publish, control.cancelled);
+  Status status = publisher.publish_kept(log, selection);
+  if (status) status = play_messages(log, selection, options.speed, publish, control.cancelled);
   const Status stopped = publisher.stop();
   say();
   note_rest(publisher, control);

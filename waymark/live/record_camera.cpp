@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/live/camera_address.hpp"
 
 namespace waymark {
@@ -30,8 +31,9 @@ Result<RecordCameraReport> record_camera(const ConvertVideoJob& job, double dura
 }
 
 std::string to_text(const ConvertVideoJob& job, const RecordCameraReport& report) {
-  return fmt::format("{} ({}) to {}: {} pictures in {:.1f} s, {} tags\n", job.input, report.description,
-                     job.output, report.end.pictures, report.end.seconds, report.end.tags);
+  return fmt::format("{} ({}) to {}: {} in {:.1f} s, {}\n", job.input, report.description, job.output,
+                     counted(report.end.pictures, "picture"), report.end.seconds,
+                     counted(report.end.tags, "tag"));
 }
 
 nlohmann::ordered_json to_json(const ConvertVideoJob& job, const RecordCameraReport& report) {

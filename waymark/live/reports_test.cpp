@@ -77,7 +77,7 @@ TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
   report.replays[1].judgement = ReplayJudgement{};
   report.replays[1].judgement->cross_track_max_m = 0.02;
   const std::string text = to_text(report, "Ctrl-C");
-  EXPECT_THAT(text, HasSubstr("1 laps taught, 2 replays"));
+  EXPECT_THAT(text, HasSubstr("1 lap taught, 2 replays"));
   EXPECT_THAT(text, HasSubstr("stopped by Ctrl-C 1.50 m along a route of 10.00 m: the robot stands"));
   EXPECT_THAT(text,
               HasSubstr("the route was driven to its end; by the truth 0.000 m rmse from the taught way, "

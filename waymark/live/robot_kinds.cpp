@@ -35,6 +35,7 @@ Result<RobotStart> start_own(std::vector<std::string> words, const std::string& 
 Result<RobotStart> start_ros2(const std::string& profile, const std::string& robot_file) {
   const auto found = find_ros2_profile(profile);
   if (!found) return tl::unexpected(found.error());
+  if (const auto network = network_of(*found, "waymark"); !network) return tl::unexpected(network.error());
   auto start = start_own({"ros2", "robot", profile}, robot_file.empty() ? found->robot : robot_file);
   if (start) start->topics = digest_of(found->text);
   return start;

@@ -136,8 +136,8 @@ class SessionTasks final : public OperatorTasks {
   }
 
   void on_state(const Operator& session, const OperatorButtons& buttons) override {
-    control_.note(fmt::format("{}. {}", with_reason(to_string(session.state()), session.reason()),
-                              session.prompt(buttons)));
+    const std::string state = with_reason(to_string(session.state()), session.reason());
+    control_.note(fmt::format("{}{} {}", state, state.ends_with('.') ? "" : ".", session.prompt(buttons)));
   }
   void on_decision(const Operator& session, const OperatorInput& input) override {
     viewers_.tell(session, input);

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/live/run_session.hpp"
 
 namespace waymark {
 
 std::string to_text(const SessionReport& report, std::string_view stopped_by) {
-  std::string text = fmt::format("{} laps taught, {} replays\n", report.laps_taught, report.replays.size());
+  std::string text = fmt::format("{} taught, {}\n", counted(report.laps_taught, "lap"),
+                                 counted(report.replays.size(), "replay"));
   for (const ReplayReport& replay : report.replays) {
     text += ending(replay, stopped_by);
     if (replay.judgement)

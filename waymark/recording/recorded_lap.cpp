@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
@@ -31,8 +32,8 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
   }
   if (late > 0) {
     std::ranges::stable_sort(frames, {}, &Frame::stamp);
-    notes.push_back(
-        fmt::format("{} pictures were recorded after later ones: put in the order of their stamps", late));
+    notes.push_back(fmt::format("recorded after later pictures, and put in the order of the stamps: {}",
+                                counted(late, "picture")));
   }
   std::map<std::string, SensorTime> newest;
   const std::size_t again = std::erase_if(frames, [&](const Frame& frame) {
@@ -40,7 +41,8 @@ void put_in_order(std::vector<Frame>& frames, std::vector<std::string>& notes) {
     return !is_first && std::exchange(entry->second, frame.stamp) == frame.stamp;
   });
   if (again > 0)
-    notes.push_back(fmt::format("{} pictures have the stamp of another of the same camera: left out", again));
+    notes.push_back(
+        fmt::format("left out, with the stamp of another of the same camera: {}", counted(again, "picture")));
 }
 
 Status find_tags(MessageLog& log, const FrameFinder& find, RecordedLap& lap) {

@@ -111,7 +111,8 @@ TEST(ReadLap, PicturesThatCameLateArePutInOrderAndRepeatedOnesLeftOut) {
   ASSERT_TRUE(lap) << to_string(lap.error());
   EXPECT_THAT(stamps_ms(*lap), ElementsAre(10, 20, 30, 40, 50));
   ASSERT_EQ(lap->notes.size(), 2U);
-  EXPECT_THAT(lap->notes[0], HasSubstr("1 pictures were recorded after later ones"));
+  EXPECT_THAT(lap->notes[0],
+              HasSubstr("recorded after later pictures, and put in the order of the stamps: 1 picture"));
   EXPECT_THAT(lap->notes[1], HasSubstr("1 pictures have the stamp of another"));
 }
 

@@ -65,8 +65,10 @@ void OperatorSession::notice_silence(Duration uptime) {
 }
 
 void OperatorSession::restart_from(const GivenPose& given) {
-  if (replay_ != nullptr) return replay_->restart_from(given);
-  tasks_.on_words("a pose was given, but nothing is replayed: it has no effect");
+  if (replay_ == nullptr)
+    return tasks_.on_words("a pose was given, but nothing is replayed: it has no effect");
+  tasks_.on_words("a pose was given: the replay is paused");
+  replay_->restart_from(given);
 }
 
 /// While paused it is asked as well, so that it keeps its place; permit() lets nothing through.

@@ -13,6 +13,7 @@
 #include <netinet/in.h>
 #include <unistd.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 
 namespace waymark {
@@ -152,8 +153,8 @@ std::string searched(const BusOptions& options, const Bus& bus) {
       topics.insert(ros->topic);
   constexpr std::size_t kMostNamed = 12;
   const std::size_t named = std::min(topics.size(), kMostNamed);
-  words += fmt::format(": {} other participant{}, {} topic{}", others.size(), others.size() == 1 ? "" : "s",
-                       topics.size(), topics.size() == 1 ? "" : "s");
+  words +=
+      fmt::format(": {}, {}", counted(others.size(), "other participant"), counted(topics.size(), "topic"));
   if (named > 0)
     words += fmt::format(" ({}{})",
                          fmt::join(topics.begin(), std::next(topics.begin(), static_cast<long>(named)), ", "),

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
+
 namespace waymark {
 namespace {
 
@@ -23,7 +25,7 @@ std::string DropWords::add(const std::string& topic, std::string_view why) {
   std::ranges::copy_if(why, std::back_inserter(reason), [](char c) { return c < '0' || c > '9'; });
   const bool is_new = reasons_.size() < kMost && reasons_.insert(std::move(reason)).second;
   if (!is_new && !is_round(count)) return {};
-  return fmt::format("{} message{} of {} {} dropped, the last one: {}", count, count == 1 ? "" : "s", topic,
+  return fmt::format("{} of {} {} dropped, the last one: {}", counted(count, "message"), topic,
                      count == 1 ? "was" : "were", why);
 }
 

@@ -56,7 +56,10 @@ Result<GivenPose> read_initial_pose(std::span<const std::uint8_t> cdr) {
   if (frame != ros2::kMapFrame)
     return wrong(fmt::format("the pose is in the frame '{}', not in '{}'", frame, ros2::kMapFrame),
                  fmt::format("Set RViz's fixed frame to {}.", ros2::kMapFrame));
-  if (!sound(message->pose.pose)) return wrong("the numbers of the pose are none");
+  if (!sound(message->pose.pose))
+    return wrong(fmt::format(
+        "the position is not finite or farther than {:g} m, or the orientation is no unit quaternion",
+        kFarthest_m));
   const SE3 map_T_base = ros2::from_ros(message->pose.pose);
   const double upright = (map_T_base.rotation() * Eigen::Vector3d::UnitZ()).z();
   if (upright < std::cos(kMostTilt_rad)) return wrong("the robot of this pose does not stand upright");

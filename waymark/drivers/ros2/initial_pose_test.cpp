@@ -50,13 +50,13 @@ TEST(InitialPose, OfAnythingElseIsRefusedInWords) {
   const Case cases[] = {
       {"in the frame 'odom'", [](Message& m) { m.header.frame_id = "odom"; }},
       {"in the frame ''", [](Message& m) { m.header.frame_id.clear(); }},
-      {"numbers of the pose", [](Message& m) { m.pose.pose.position.x = kNone; }},
-      {"numbers of the pose", [](Message& m) { m.pose.pose.position.y = kFar; }},
-      {"numbers of the pose",
+      {"is not finite", [](Message& m) { m.pose.pose.position.x = kNone; }},
+      {"is not finite", [](Message& m) { m.pose.pose.position.y = kFar; }},
+      {"is not finite",
        [](Message& m) {
          m.pose.pose.orientation = {0, 0, 0, 0};
        }},
-      {"numbers of the pose", [](Message& m) { m.pose.pose.orientation.z = kNone; }},
+      {"is not finite", [](Message& m) { m.pose.pose.orientation.z = kNone; }},
       {"stand upright",
        [](Message& m) {
          m.pose.pose.orientation = {1, 0, 0, 0};

@@ -1,5 +1,6 @@
 #include "waymark/drivers/ros2/log_publisher.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,15 +10,19 @@
 #include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/ros2/velocity_message.hpp"
 #include "waymark/recording/cdr.hpp"
+#include "waymark/recording/offered_qos.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
 namespace waymark {
 namespace {
 
+constexpr const char* kStaticFrames = "/tf_static";
+
 TopicQos qos_of(const LogChannel& channel) {
-  const bool kept = channel.topic == "/tf_static" || channel.type == ros2::CameraInfo::kType;
   const bool picture = channel.type == ros2::Image::kType || channel.type == ros2::CompressedImage::kType;
-  return {.reliable = true, .transient_local = kept, .depth = kept || picture ? 5 : 100, .large = picture};
+  const bool kept = is_kept_for_late_joiners(channel);
+  const bool few = picture || (kept && channel.topic != kStaticFrames);
+  return {.reliable = true, .transient_local = kept, .depth = few ? 5 : 100, .large = picture};
 }
 
 bool is_command(const std::string& type) {
@@ -26,7 +31,7 @@ bool is_command(const std::string& type) {
 }
 
 bool many_publish(const std::string& topic) {
-  return topic == "/tf" || topic == "/tf_static" || topic == "/diagnostics" || topic == "/rosout" ||
+  return topic == "/tf" || topic == kStaticFrames || topic == "/diagnostics" || topic == "/rosout" ||
          topic == "/parameter_events";
 }
 
@@ -45,6 +50,15 @@ Result<Bytes> command_as(const std::string& type, const std::string& recorded, B
 }
 
 }  // namespace
+
+bool is_kept_for_late_joiners(const LogChannel& channel) {
+  constexpr int kTransientLocal = 1;
+  if (channel.topic == kStaticFrames || channel.type == ros2::CameraInfo::kType) return true;
+  const auto offered = channel.metadata.find("offered_qos_profiles");
+  return offered != channel.metadata.end() &&
+         std::ranges::any_of(parse_offered_qos(offered->second),
+                             [](const OfferedQos& qos) { return qos.durability == kTransientLocal; });
+}
 
 Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus) {
   std::set<std::string> topics;
@@ -120,6 +134,29 @@ Status LogPublisher::publish(const LogChannel& channel, const LogMessage& messag
   }
   ++published_;
   return bus_.publish(to.number, *command);
+}
+
+Status LogPublisher::publish_kept(MessageLog& log, const LogSelection& selection) {
+  LogSelection before{.to = selection.from};
+  for (const LogChannel& channel : log.channels())
+    if (selection.takes(channel.topic) && is_kept_for_late_joiners(channel) && !is_command(channel.type))
+      before.topics.insert(channel.topic);
+  if (before.topics.empty() || selection.from == 0) return {};
+  struct Newest {
+    LogChannel channel{};
+    std::uint64_t log_time = 0;
+    Bytes data{};
+  };
+  std::map<std::string, Newest> newest;
+  const Status read = log.visit(before, [&](const LogChannel& channel, const LogMessage& message) -> Status {
+    if (channel.topic == kStaticFrames) return publish(channel, message);  // each message has other frames
+    newest[channel.topic] = {channel, message.log_time, Bytes(message.data.begin(), message.data.end())};
+    return {};
+  });
+  if (!read) return read;
+  for (const auto& [topic, kept] : newest)
+    if (Status sent = publish(kept.channel, {kept.log_time, kept.log_time, kept.data}); !sent) return sent;
+  return {};
 }
 
 std::vector<std::string> LogPublisher::take_words() {

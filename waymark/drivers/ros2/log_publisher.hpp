@@ -16,9 +16,13 @@ namespace waymark {
 /// commands only where `commands` says that they are played.
 [[nodiscard]] Status nobody_publishes(const std::vector<LogChannel>& channels, bool commands, const Bus& bus);
 
+/// Whether a topic's last messages are kept for subscriptions that come later: /tf_static, camera_info, and
+/// what the recording says was offered transient local ("/map", "/robot_description").
+[[nodiscard]] bool is_kept_for_late_joiners(const LogChannel& channel);
+
 /// Publishes the messages of a recording as they lie in it, with their own stamps; those of ROS 1 as ROS 2
 /// writes them. Velocity commands are published as Twist or TwistStamped, whichever is subscribed where the
-/// recorded one is not. /tf_static and camera_info are kept for late joiners.
+/// recorded one is not. What is_kept_for_late_joiners() is offered transient local.
 class LogPublisher {
  public:
   /// Velocity commands move a robot that listens to them: they are published where `commands` says so.
@@ -26,6 +30,9 @@ class LogPublisher {
 
   /// A message that is not of ROS is passed over. Fails where the network refuses it.
   Status publish(const LogChannel& channel, const LogMessage& message);
+  /// What a subscription that came at the beginning of the selection would have been given of earlier times:
+  /// every message of /tf_static, the newest of the other topics that are kept for late joiners.
+  Status publish_kept(MessageLog& log, const LogSelection& selection);
   /// Zero on every topic on which velocity commands were published.
   Status stop();
   [[nodiscard]] std::uint64_t published() const { return published_; }

@@ -10,6 +10,7 @@
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -57,10 +58,10 @@ Status check_topics(const Ros2Profile& profile, const std::string& source) {
 }  // namespace
 
 Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string& source) {
-  if (text.find(':') == std::string_view::npos)  // defaults alone would drive whatever listens to /cmd_vel
-    return wrong(source, "this profile is empty: it names the robot and its topics", "");
   auto profile = parse_fields<Ros2Profile>(text, source);
   if (!profile) return profile;
+  if (text.find(':') == std::string_view::npos)  // defaults alone would drive whatever listens to /cmd_vel
+    return wrong(source, "this profile is empty: it names the robot and its topics", "");
   if (profile->odometry_topic.empty())
     return wrong(source, "a robot without odometry is not driven", "odometry_topic");
   if (profile->command_topic.empty()) return wrong(source, "commands need a topic", "command_topic");
@@ -91,6 +92,14 @@ Result<Ros2Profile> find_ros2_profile(const std::string& name) {
 Status use_interface_of(const Ros2Profile& profile, BusOptions& options) {
   if (profile.interface.empty() || options.localhost_only || !options.interfaces.empty()) return {};
   return use_interface(options, profile.interface);
+}
+
+Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node) {
+  BusOptions options{.node = node};
+  Status status = apply_ros_environment(options, process_environment());
+  if (status) status = use_interface_of(profile, options);
+  if (!status) return tl::unexpected(status.error());
+  return options;
 }
 
 std::vector<Ros2Subscription> subscriptions_of(const Ros2Profile& profile) {

@@ -97,6 +97,10 @@ struct Ros2Profile {
 /// them. Fails where no interface of this machine is that.
 [[nodiscard]] Status use_interface_of(const Ros2Profile& profile, BusOptions& options);
 
+/// How a program of the profile's robot joins the network: as ROS's environment says, on the profile's
+/// interface. Fails on what makes no sense in either.
+[[nodiscard]] Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node);
+
 /// The time of a simulation.
 struct ClockMessage {
   static constexpr std::string_view kType = "rosgraph_msgs/msg/Clock";

@@ -1,6 +1,8 @@
 #include "waymark/drivers/ros2/relay.hpp"
 
+#include <algorithm>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -27,7 +29,51 @@ Result<VelocityCommand> decode_command(bool stamped, std::span<const std::uint8_
   return ros2::from_ros(message).command;
 }
 
+/// Says each problem once: first when discovery has had time, then as others come.
+class ProblemWatch {
+ public:
+  ProblemWatch(const Bus& bus, TopicUse from, TopicUse to, const std::function<void(const std::string&)>& say)
+      : bus_(bus), from_(std::move(from)), to_(std::move(to)), say_(say) {}
+
+  void look(Duration now) {
+    constexpr Duration kPeriod = std::chrono::seconds(2);
+    if (now < next_) return;
+    next_ = now + kPeriod;
+    for (const std::string& problem : relay_problems(from_, to_, bus_.endpoints()))
+      if (said_.insert(problem).second) say_(problem);
+  }
+
+ private:
+  const Bus& bus_;
+  TopicUse from_;
+  TopicUse to_;
+  const std::function<void(const std::string&)>& say_;
+  std::set<std::string> said_{};
+  Duration next_ = steady_now() + std::chrono::seconds(3);
+};
+
 }  // namespace
+
+std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to,
+                                        const std::vector<BusEndpoint>& others) {
+  const auto any = [&others](const TopicUse& use, bool publishes) {
+    return std::ranges::any_of(others, [&](const BusEndpoint& endpoint) {
+      return endpoint.publishes == publishes && endpoint.name.topic == use.name.topic;
+    });
+  };
+  const auto topic_of = [](const TopicUse& use) { return ros_topic(use.name)->topic; };
+  std::vector<std::string> problems = mismatches({from, to}, others);
+  if (!any(from, true))
+    problems.push_back(fmt::format("nobody publishes {} yet: the robot gets zero", topic_of(from)));
+  if (!any(to, false))
+    problems.push_back(fmt::format("nobody subscribes to {} yet: no robot hears the relay", topic_of(to)));
+  if (any(to, true))
+    problems.push_back(
+        fmt::format("another program publishes {0} too: its commands reach the robot past the relay, between "
+                    "zeros. Let it publish {1}",
+                    topic_of(to), topic_of(from)));
+  return problems;
+}
 
 std::string words_of(const RelayOptions& options, int domain) {
   return fmt::format(
@@ -53,17 +99,22 @@ Status check_relay(const RelayOptions& options) {
 }
 
 Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
+                                   const std::function<void(const std::string&)>& say,
                                    const std::function<bool()>& should_stop) {
   if (Status possible = check_relay(options); !possible) return tl::unexpected(possible.error());
   const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
-  const auto in = bus.subscribe(dds_topic(options.from, type), {.reliable = false, .depth = 1});
+  const TopicUse from{.name = dds_topic(options.from, type), .qos = {.reliable = false, .depth = 1}};
+  const TopicUse to{.publishes = true, .name = dds_topic(options.to, type), .qos = {.depth = 1}};
+  const auto in = bus.subscribe(from.name, from.qos);
   if (!in) return tl::unexpected(in.error());
-  const auto out = bus.advertise(dds_topic(options.to, type), {.depth = 1});
+  const auto out = bus.advertise(to.name, to.qos);
   if (!out) return tl::unexpected(out.error());
   CommandRepeat repeat(options.repeat);
   RelayCounts counts;
   std::optional<Duration> newest;
+  ProblemWatch watch(bus, from, to, say);
   while (!should_stop()) {
+    watch.look(steady_now());
     const auto message = bus.next(repeat.wait(steady_now()));
     const auto command = message ? decode_command(options.stamped, message->bytes)
                                  : Result<VelocityCommand>(fail(ErrorCode::NotFound, "nothing came"));

@@ -3,8 +3,10 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "waymark/drivers/dds/bus.hpp"
+#include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/process/command_repeat.hpp"
 
 namespace waymark {
@@ -28,10 +30,17 @@ struct RelayCounts {
 /// Fails where both topics are one.
 [[nodiscard]] Status check_relay(const RelayOptions& options);
 
+/// What keeps commands from their way from publisher to robot, in words: topics of another type or with
+/// qualities of service that exclude ours, nobody who publishes or listens, somebody who commands the robot
+/// past the relay. `others`: endpoints of other participants.
+[[nodiscard]] std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to,
+                                                      const std::vector<BusEndpoint>& others);
+
 /// The watchdog of a robot that does not stop by itself, to be run on that robot: passes velocity commands on
 /// from one topic to another and publishes zero when none came for 0.25 s, until should_stop() says so; then
-/// zero.
+/// zero. Each problem is said once, as soon as discovery shows it.
 [[nodiscard]] Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
+                                                 const std::function<void(const std::string&)>& say,
                                                  const std::function<bool()>& should_stop);
 
 }  // namespace waymark

@@ -7,8 +7,10 @@
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/drivers/ros2/publisher_names.hpp"
+#include "waymark/drivers/ros2/relay.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
 #include "waymark/recording/cdr.hpp"
+#include "waymark/recording/offered_qos.hpp"
 #include "waymark/recording/ros2_convert.hpp"
 
 namespace waymark {
@@ -41,6 +43,7 @@ TEST(Ros2Profile, SaysWhatIsWrong) {
   EXPECT_NE(error("imu_topic: odom\n").find("'odom' is the topic of "), std::string::npos)
       << "with and without the slash";
   EXPECT_NE(error("").find("this profile is empty"), std::string::npos);
+  EXPECT_EQ(error("- limo\n- /odom\n").find("is empty"), std::string::npos) << error("- limo\n");
   EXPECT_NE(error("# my robot\n").find("this profile is empty"), std::string::npos);
   EXPECT_FALSE(find_ros2_profile("limmo"));
   const auto nameless = find_ros2_profile("");
@@ -176,6 +179,41 @@ TEST(LogPublisher, CommandsGoOutAsTheTypeThatIsSubscribed) {
             std::string::npos);
   EXPECT_TRUE(nobody_publishes({recorded}, false, bus)) << "commands are left out";
   EXPECT_FALSE(nobody_publishes({recorded}, true, bus));
+}
+
+TEST(LogPublisher, KeepsForLateJoinersWhatWasOfferedSo) {
+  const auto kept = [](const char* topic, std::string_view type, const std::string& offered) {
+    return is_kept_for_late_joiners(
+        {.topic = topic, .type = std::string(type), .metadata = {{"offered_qos_profiles", offered}}});
+  };
+  EXPECT_TRUE(kept("/tf_static", "tf2_msgs/msg/TFMessage", ""));
+  EXPECT_TRUE(kept("/camera/camera_info", ros2::CameraInfo::kType, ""));
+  EXPECT_FALSE(kept("/odom", ros2::Odometry::kType, ""));
+  EXPECT_FALSE(
+      kept("/odom", ros2::Odometry::kType, to_yaml({OfferedQos{.durability = 2}}, QosNotation::Names)));
+  for (const QosNotation notation : {QosNotation::Numbers, QosNotation::Names})
+    EXPECT_TRUE(kept("/map", "nav_msgs/msg/OccupancyGrid", to_yaml({OfferedQos{.durability = 1}}, notation)));
+}
+
+TEST(Relay, SaysWhatKeepsCommandsFromTheRobot) {
+  const auto topic = [](const char* name, const char* type) { return dds_topic(name, type); };
+  const TopicUse from{.name = topic("/teleop", "geometry_msgs/msg/Twist"), .qos = {.reliable = false}};
+  const TopicUse to{.publishes = true, .name = topic("/cmd_vel", "geometry_msgs/msg/Twist")};
+  const BusEndpoint driver{true, from.name, {}, Guid{1}};
+  const BusEndpoint robot{false, to.name, {}, Guid{2}};
+  EXPECT_TRUE(relay_problems(from, to, {driver, robot}).empty());
+  const auto nobody = relay_problems(from, to, {});
+  ASSERT_EQ(nobody.size(), 2U);
+  EXPECT_NE(nobody[0].find("nobody publishes /teleop yet"), std::string::npos);
+  EXPECT_NE(nobody[1].find("nobody subscribes to /cmd_vel yet"), std::string::npos);
+  const BusEndpoint stamped{true, topic("/teleop", "geometry_msgs/msg/TwistStamped"), {}, Guid{3}};
+  const auto other_type = relay_problems(from, to, {stamped, robot});
+  ASSERT_EQ(other_type.size(), 1U);
+  EXPECT_NE(other_type[0].find("/teleop is published as geometry_msgs/msg/TwistStamped"), std::string::npos);
+  const BusEndpoint past{true, to.name, {}, Guid{4}};
+  const auto beside = relay_problems(from, to, {driver, robot, past});
+  ASSERT_EQ(beside.size(), 1U);
+  EXPECT_NE(beside[0].find("another program publishes /cmd_vel too"), std::string::npos);
 }
 
 TEST(PublisherNames, AreThoseOfNodesWhereNodesSayWhatTheyHave) {

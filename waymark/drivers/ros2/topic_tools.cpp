@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/base/suggest.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 
@@ -44,6 +45,13 @@ std::vector<TopicListing> list_topics(const std::vector<BusEndpoint>& endpoints)
     all.push_back(std::move(entry));
   }
   return all;
+}
+
+std::string to_text(const TopicListing& listing) {
+  return fmt::format("{} [{}] {}{}, {}", listing.topic, listing.type,
+                     counted(listing.publishers, "publisher"),
+                     listing.offered.empty() ? "" : " (" + listing.offered + ")",
+                     counted(listing.subscriptions, "subscription"));
 }
 
 void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop) {
@@ -89,6 +97,24 @@ Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration mo
   } while (steady_now() - began < most && !should_stop());
   return fail(ErrorCode::NotFound, "nobody publishes it", {.key = wanted},
               suggestion(wanted, std::vector<std::string>(names.begin(), names.end())));
+}
+
+Status watch_messages(Bus& bus, const std::string& topic, const WatchLimits& limits,
+                      const std::function<bool()>& should_stop,
+                      const std::function<Status(const WatchedTopic&, const BusMessage&)>& take) {
+  const auto watched = watch_topic(bus, topic, limits.patience, should_stop);
+  if (!watched) return tl::unexpected(watched.error());
+  const Duration began = steady_now();
+  int count = 0;
+  while (!should_stop() && (limits.messages == 0 || count < limits.messages) &&
+         (limits.duration_s == 0 || to_seconds(steady_now() - began) <= limits.duration_s)) {
+    const auto message = bus.next(kSlice);
+    if (!message) continue;
+    if (Status taken = take(*watched, *message); !taken) return taken;
+    ++count;
+  }
+  if (count > 0) return {};
+  return fail(ErrorCode::NotFound, "no message came", {.key = watched->name.topic});
 }
 
 void RateCounter::add(Duration arrived, std::size_t bytes) {

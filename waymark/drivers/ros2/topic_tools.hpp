@@ -22,6 +22,9 @@ struct TopicListing {
 /// The topics of ROS among the endpoints, by name; one that is used with two types stands twice.
 [[nodiscard]] std::vector<TopicListing> list_topics(const std::vector<BusEndpoint>& endpoints);
 
+/// "/odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions".
+[[nodiscard]] std::string to_text(const TopicListing& listing);
+
 /// Waits until nothing new was discovered for half a second, or for `most`.
 void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop);
 
@@ -33,6 +36,18 @@ struct WatchedTopic {
 };
 [[nodiscard]] Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration most,
                                                const std::function<bool()>& should_stop);
+
+/// How long a topic is listened to.
+struct WatchLimits {
+  int messages = 0;                             ///< 0: any number
+  double duration_s = 0;                        ///< 0: without an end
+  Duration patience = std::chrono::seconds(3);  ///< until somebody publishes it
+};
+/// Gives each message of a topic to `take` until the limits, should_stop(), or an error of `take`. Fails
+/// where nobody publishes the topic, and where no message came.
+[[nodiscard]] Status watch_messages(
+    Bus& bus, const std::string& topic, const WatchLimits& limits, const std::function<bool()>& should_stop,
+    const std::function<Status(const WatchedTopic&, const BusMessage&)>& take);
 
 /// How often messages came, as they are counted.
 class RateCounter {

@@ -1,0 +1,160 @@
+#!/usr/bin/python3
+"""The tools for a network of ROS 2 (`waymark ros2 topic`, `ros2 relay`, `play --ros2`) against peers on Eclipse Cyclone DDS (peer.c).
+
+WAYMARK_FULL=1 runs also the longer ones.
+
+usage: tools_test.py PROGRAM PEER [TestClass.test]
+"""
+import re
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+from wire_case import COMMAND, LONG, PEER, PROGRAM, Wire
+
+
+class FirstAid(Wire):
+    def test_topics_messages_and_rates_of_another_vendor(self):
+        self.start(PEER, "robot", 30)
+        listing = self.run_program("ros2", "topic", "list")
+        self.assertEqual(listing.returncode, 0, listing.stderr)
+        self.assertIn("/odom [nav_msgs/msg/Odometry] 1 publisher (reliable), 0 subscriptions", listing.stdout)
+        self.assertIn("/imu [sensor_msgs/msg/Imu] 1 publisher (best effort)", listing.stdout)
+        self.assertIn("(reliable, transient local)", listing.stdout)
+        self.assertIn("/cmd_vel [geometry_msgs/msg/Twist] 0 publishers, 1 subscription", listing.stdout)
+        echo = self.run_program("ros2", "topic", "echo", "/imu", "--count", 1)
+        self.assertIn("angular_velocity:\n  x: 0\n  y: 0\n  z: 0.25\n", echo.stdout)
+        # Sent once, before anybody listened.
+        late = self.run_program("ros2", "topic", "echo", "/tf_static", "--count", 1)
+        self.assertIn("child_frame_id: 'camera_color_optical_frame'", late.stdout)
+        self.assertIn("z: 0.18", late.stdout)
+        rate = self.run_program("ros2", "topic", "hz", "/odom", "--count", 60)
+        self.assertGreater(float(rate.stdout.split()[0]), 10, rate.stdout)
+
+    def test_nobody_there_is_said_with_domain_and_interfaces(self):
+        began = time.monotonic()
+        nobody = self.run_program("ros2", "topic", "list")
+        self.assertEqual(nobody.returncode, 1)
+        self.assertIn(f"domain {self.environment['ROS_DOMAIN_ID']} on 127.0.0.1: no other participant", nobody.stderr)
+        self.assertLess(time.monotonic() - began, 20)
+
+    def test_node_lists_show_it_by_the_release_that_is_named(self):
+        seen = {}
+        for distro, gid_bytes in (("humble", 24), ("jazzy", 16), (None, 16)):
+            self.next_domain()
+            self.start(PROGRAM, "ros2", "relay", *(("--ros-distro", distro) if distro else ()))
+            seen[distro] = self.start(PEER, "nodes", 20 if distro else 2, gid_bytes)
+        for distro, peer in seen.items():
+            self.assertEqual(peer.communicate(timeout=40)[0], "/waymark_relay readers 1 writers 1 known 2\n" if distro else "none\n", distro)
+        wrong = self.run_program("ros2", "relay", "--ros-distro", "humbel")
+        self.assertEqual(wrong.returncode, 2, wrong.stderr)
+        self.assertIn("humble", wrong.stderr)
+
+    @LONG
+    def test_two_hundred_topics_are_discovered(self):
+        crowd = self.start(PEER, "crowd", 60, 200)
+        self.assertEqual(crowd.stdout.readline(), "there\n")
+        listing = self.run_program("ros2", "topic", "list")
+        self.assertEqual(len(listing.stdout.splitlines()), 201)
+
+    def test_wrong_flags_are_refused(self):
+        for flags, words in ((("topic", "list", "--interface", "203.0.113.9"), "no network interface that is up"),
+                             (("topic", "list", "--interface", "eth99"), "no network interface that is up"), (("topic", "list", "--localhost", "--interface", "127.0.0.1"), "--localhost"),
+                             (("topic", "echo", ""), "'' is no name of a topic"), (("robot", ""), "no profile is named")):
+            refused = self.run_program("ros2", *flags)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn(words, refused.stderr)
+
+
+class Relay(Wire):
+    def words_of(self, *flags, after=()):
+        """What the relay says within five seconds."""
+        relay = self.start(PROGRAM, "ros2", "relay", *flags, stderr=subprocess.PIPE)
+        time.sleep(5)
+        relay.send_signal(signal.SIGINT)
+        words = relay.communicate(timeout=20)[1]
+        self.assertEqual(relay.returncode, 0, words)
+        return words
+
+    def test_what_keeps_commands_from_the_robot_is_said(self):
+        words = self.words_of()
+        self.assertIn("nobody publishes /waymark/cmd_vel yet", words)
+        self.assertIn("nobody subscribes to /cmd_vel yet", words)
+        robot = self.start(PEER, "listen", 15)  # subscribes to Twist
+        self.assertEqual(robot.stdout.readline(), "listening\n")
+        words = self.words_of("--stamped")
+        self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist, but geometry_msgs/msg/TwistStamped is published here", words)
+        self.assertNotIn("nobody subscribes", words)
+
+    def test_both_topics_are_named_and_differ(self):
+        for flags, words in ((("--from", ""), "'' is no name of a topic"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to name the same topic")):
+            refused = self.run_program("ros2", "relay", *flags)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn(words, refused.stderr)
+
+
+class Play(Wire):
+    def test_commands_of_a_recording_are_left_out_unless_asked_for(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        topics = ("--topics", "/cmd_vel", "--from", "2", "--to", "3")
+        played = self.run_program("play", lap, "--ros2", *topics)
+        self.assertEqual((played.returncode, played.stdout), (0, "0 messages published\n"), played.stderr)
+        self.assertIn("/cmd_vel was left out: velocity commands move a robot", played.stderr)
+        self.assertEqual(self.run_program("play", lap, "--commands").returncode, 2)
+        for interrupted in (False, True):
+            echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel", "--seconds", "8", stdout=subprocess.PIPE)
+            time.sleep(1)
+            end = "30" if interrupted else "3"
+            play = self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2", "--to", end, stdout=subprocess.PIPE)
+            if interrupted:
+                time.sleep(2.5)
+                play.send_signal(signal.SIGINT)
+            self.assertIn("messages published", play.communicate(timeout=30)[0])
+            self.assertEqual(play.returncode, 130 if interrupted else 0)
+            speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
+            self.assertGreater(max(speeds), 0.1, "it was published")
+            self.assertEqual(speeds[-1], 0, "zero is the last")
+        robot = self.start(PEER, "listen", 8)  # it subscribes to Twist, and TwistStamped was recorded
+        self.assertEqual(robot.stdout.readline(), "listening\n")
+        stamped = self.run_program("play", lap, "--ros2", "--commands", *topics)
+        self.assertEqual(stamped.returncode, 0, stamped.stderr)
+        self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist", stamped.stderr)
+        self.assertGreater(max(float(v) for _, v, _ in COMMAND.findall(robot.communicate(timeout=30)[0])), 0.1)
+        self.start(PEER, "robot", 30)
+        over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
+        self.assertEqual(over.returncode, 1, over.stderr)
+        self.assertIn("another program publishes /odom", over.stderr)
+
+    @LONG
+    def test_a_recording_is_played_to_the_network(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        recorder = self.start(PEER, "record", 10)
+        time.sleep(1)
+        played = self.run_program("play", lap, "--ros2", "--to", 8)  # the recorder itself publishes commands
+        self.assertEqual(played.returncode, 0, played.stderr)
+        self.assertIn("messages published", played.stdout)
+        words = recorder.communicate(timeout=60)[0].split()
+        seen = dict(zip(words[0:10:2], words[1:10:2]))
+        self.assertGreater(int(seen["odometry"]), 50, words)
+        self.assertEqual(seen["links"], "1", words)
+        self.assertGreater(abs(float(words[11])) + abs(float(words[12])), 0.3, words)
+
+    def test_frames_of_before_are_published_where_it_begins_later(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        echo = self.start(PROGRAM, "ros2", "topic", "echo", "/tf_static", "--count", "1")
+        time.sleep(0.5)
+        played = self.run_program("play", lap, "--ros2", "--topics", "/tf_static,/odom", "--from", 2, "--to", 4)
+        self.assertEqual(played.returncode, 0, played.stderr)
+        self.assertIn("child_frame_id", echo.communicate(timeout=20)[0])
+        late = self.run_program("play", lap, "--ros2", "--from", 1000)
+        self.assertEqual(late.returncode, 2, late.stderr)
+        self.assertRegex(late.stderr, "the recording ends .* s after its first message")
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
