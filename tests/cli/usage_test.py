@@ -5,9 +5,11 @@ usage: usage_test.py PROGRAM [unittest options]
 """
 import json
 import os
+import pathlib
 import re
 import signal
 import subprocess
+import time
 import unittest
 
 import pictures
@@ -168,6 +170,18 @@ class PipesAndSignals(InFolder):
         records = [json.loads(line) for line in (first + rest).splitlines()]
         self.assertLess(len(records), self.COPIES)
         self.assertIn(f"stopped after {len(records)} of {self.COPIES} inputs", words)
+
+    def test_the_second_ctrl_c_says_that_it_ends_at_once(self):
+        lap = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/lap.mcap"
+        stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # nobody reads
+        time.sleep(1)
+        for _ in range(2):
+            stuck.send_signal(signal.SIGINT)
+            time.sleep(0.2)
+        self.assertEqual(stuck.wait(10), -signal.SIGINT)
+        self.assertIn("the second signal: ended at once", stuck.stderr.read())
+        stuck.stdout.close()
+        stuck.stderr.close()
 
 
 if __name__ == "__main__":

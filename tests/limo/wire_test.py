@@ -311,6 +311,11 @@ class Refusals(Wire):
         limo = Limo()
         self.robot(limo)
         self.assertRegex(self.refused(limo.path), r"\(process \d+\) uses the serial port")
+        free = Limo()
+        reader = subprocess.Popen(["/usr/bin/tail", "-f", free.path], stdout=subprocess.DEVNULL)  # takes no lock
+        self.ends.append(reader)
+        time.sleep(0.5)
+        self.assertIn(f"tail (process {reader.pid}) uses the serial port", self.refused(free.path))
 
 
 class WithoutOrders(Wire):

@@ -4,7 +4,7 @@ process, the watchdog and the detector, until the decision that follows; all by 
 
 Beside other work it measures that work: `chrt -r 1 latency.py …` goes before it.
 
-usage: latency.py PROGRAM PEER [SECONDS]
+usage: latency.py PROGRAM PEER [SECONDS [FLAG ...]]: flags of `waymark run`, for example --detector waymark
 """
 import os
 import pathlib
@@ -48,7 +48,7 @@ def main():
         there = environment(1 + os.getpid() % 199)
         robot = subprocess.Popen([peer, "latency", str(seconds)], env=there, stdout=subprocess.DEVNULL)
         run = subprocess.Popen([program, "run", "--robot", f"ros2:{folder / 'robot.yaml'}", "--driver", "lines", "--anchor", "0",
-                                "--tag-size-m", "0.16", "-o", str(folder / "session")], env=there, stdin=subprocess.PIPE, text=True)
+                                "--tag-size-m", "0.16", *sys.argv[4:], "-o", str(folder / "session")], env=there, stdin=subprocess.PIPE, text=True)
         time.sleep(4)
         run.stdin.write("go\n")
         run.stdin.flush()

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "waymark/base/counted.hpp"
+
 namespace waymark {
 namespace {
 
@@ -65,8 +67,8 @@ std::string stamps_text(const TopicReport& topic) {
   count(stamps.duplicate(), "stamps twice");
   count(stamps.backward(), "stamps before the one before");
   if (topic.clock_jumps > 0)
-    words.push_back(fmt::format("the clock jumped {} times, at most by {:.2f} s", topic.clock_jumps,
-                                topic.largest_jump_s));
+    words.push_back(fmt::format("the clock jumped {}, at most by {:.2f} s",
+                                counted(topic.clock_jumps, "time"), topic.largest_jump_s));
   return words.empty() ? "" : fmt::format("  {}: {}\n", topic.topic, fmt::join(words, "; "));
 }
 

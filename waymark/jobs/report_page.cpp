@@ -68,6 +68,7 @@ std::vector<std::string> recordings_in(const fs::path& folder) {
   }
   std::ranges::sort(found);
   std::vector<std::string> files;
+  files.reserve(found.size());
   for (auto& [time, file] : found) files.push_back(std::move(file));
   return files;
 }

@@ -177,7 +177,7 @@ TEST(OdometryThatJumps, IsSaidAndTheRobotIsLookedForAnew) {
   EXPECT_EQ(certain_and_wrong, 0);
   EXPECT_TRUE(filter.estimate()->certain);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(says(filter, "odometry jumped 1 times"));
+  EXPECT_TRUE(says(filter, "odometry jumped 1 time"));
 }
 
 TEST(ARobotThatIsCarried, IsSaidToHaveBeenLostAndFound) {

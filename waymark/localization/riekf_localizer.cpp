@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/localization/tag_fix.hpp"
 
 namespace waymark {
@@ -225,8 +226,8 @@ void RiekfLocalizer::add(const Odometry& odometry) {
 
 std::vector<std::string> RiekfLocalizer::problems() const {
   std::vector<std::string> all = tracker_.watch().findings();
-  const auto say = [&](int count, const char* words) {
-    if (count > 0) all.push_back(fmt::format(fmt::runtime(words), count));
+  const auto say = [&](int count, const char* thing, const char* words) {
+    if (count > 0) all.push_back(fmt::format(fmt::runtime(words), counted(count, thing)));
   };
   if (frames_ > 0 && observations_ == 0) all.emplace_back("no tag was seen in any picture");
   if (observations_ > 0 && mapped_ == 0)
@@ -238,16 +239,16 @@ std::vector<std::string> RiekfLocalizer::problems() const {
         "no two tags of the map ever agreed about where the robot is: do their sizes, the camera and its "
         "mounting match the recording, and is it the map of this place?");
   if (!moved_ && frames_ > 0) all.emplace_back("there is no odometry: motion between pictures is guessed");
-  say(input_.not_forwards(), "{} motion samples had stamps that do not go forwards: left out");
-  say(input_.not_finite(), "{} motion samples were not numbers: left out");
-  say(too_late_, "{} pictures came more than a second late: left out");
-  say(crowded_, "{} tags beyond the sixteenth of a picture: left out");
-  say(input_.jumps(),
-      "odometry jumped {} times, further than a robot can drive or after seconds of silence (set back, "
+  say(input_.not_forwards(), "motion sample", "left out, with stamps that do not go forwards: {}");
+  say(input_.not_finite(), "motion sample", "left out, as not finite: {}");
+  say(too_late_, "picture", "left out, as more than a second late: {}");
+  say(crowded_, "tag", "left out, beyond the sixteenth of a picture: {}");
+  say(input_.jumps(), "time",
+      "odometry jumped {}, further than a robot can drive or after seconds of silence (set back, "
       "another "
       "clock, or two drives in one recording): the robot was looked for anew after each");
-  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts() - tracker_.restarts(),
-      "tags contradicted where the robot was taken to be, and it was lost and found again, {} times: it was "
+  say(tracker_.state().starts - 1 - input_.jumps() - tracker_.refused_starts() - tracker_.restarts(), "time",
+      "tags contradicted where the robot was taken to be, and it was lost and found again, {}: it was "
       "carried, its wheels told the way wrongly, or pictures and motion are not stamped by one clock");
   if (tracker_.refused_starts() > 0)
     all.push_back(fmt::format("the tags that were seen do not agree with {}: the robot {}",
@@ -269,7 +270,7 @@ std::vector<std::string> RiekfLocalizer::problems() const {
                     "overconfident. The tags are known worse than the map and --tag-sigma-m say",
                     std::sqrt(*lasting)));
   }
-  say(tracker_.broken(), "the filter broke {} times and began anew");
+  say(tracker_.broken(), "time", "the filter broke {} and began anew");
   return all;
 }
 

@@ -279,7 +279,7 @@ TEST(RiekfLocalizer, BadInputIsSaidAndHarmsNothing) {
   EXPECT_TRUE(filter.estimate()->covariance.allFinite());
   EXPECT_LT(off_m(filter, robot), 0.03);
   EXPECT_TRUE(says(filter, "stamps that do not go forwards"));
-  EXPECT_TRUE(says(filter, "not numbers"));
+  EXPECT_TRUE(says(filter, "not finite"));
   EXPECT_TRUE(says(filter, "late"));
 }
 

@@ -153,7 +153,7 @@ TEST(Teacher, ARobotThatIsRestartedIsNamed) {
   EXPECT_EQ(summary.odometry_jumps, 1);
   EXPECT_NEAR(summary.distance_m, 0.03 * (59 + 39), 1e-9) << "not the way back to the origin";
   EXPECT_FALSE(summary.mappable);
-  EXPECT_TRUE(warns(summary, "odometry jumped 1 times"));
+  EXPECT_TRUE(warns(summary, "odometry jumped 1 time"));
   EXPECT_FALSE(warns(driven(true, 12), "odometry jumped"));
 }
 

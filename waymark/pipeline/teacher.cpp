@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/samples/odometry_jump.hpp"
 
 namespace waymark {
@@ -149,9 +150,9 @@ void Teacher::judge_stamps(TeachSummary& summary) const {
         summary.clock_back_s));
   if (summary.odometry_jumps > 0)
     summary.warnings.push_back(fmt::format(
-        "odometry jumped {} times, as it does when the robot is restarted or its odometry is set back: how "
+        "odometry jumped {}, as it does when the robot is restarted or its odometry is set back: how "
         "the robot moved meanwhile is not known, drive the lap again",
-        summary.odometry_jumps));
+        counted(summary.odometry_jumps, "time")));
   if (summary.late_pictures_s > 0)
     summary.warnings.push_back(
         fmt::format("pictures came up to {:.2f} s later than odometry of the same time: a replay would drive "

@@ -84,10 +84,10 @@ void rejoin_odometry(RecordedLap& lap) {
   }
   if (jumps > 0)
     lap.notes.push_back(
-        fmt::format("odometry jumped {} times, as it does when the robot is restarted or its odometry is set "
+        fmt::format("odometry jumped {}, as it does when the robot is restarted or its odometry is set "
                     "back: the robot is taken to have stood meanwhile; where tags contradict that, drive the "
                     "lap again",
-                    jumps));
+                    counted(jumps, "time")));
 }
 
 Result<RecordedLap> read_lap(MessageLog& log, const FrameFinder& find, TagSource source,

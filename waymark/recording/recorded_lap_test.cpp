@@ -221,7 +221,7 @@ TEST(RecordedLap, OdometryThatWasSetBackGoesOnFromWhereItWas) {
   EXPECT_EQ(untouched.odometry[7].odom_T_base.translation(), whole.odometry[7].odom_T_base.translation());
   drive(SE2(), 30);  // after half a second: the robot was restarted
   rejoin_odometry(lap);
-  EXPECT_THAT(lap.notes, ::testing::ElementsAre(::testing::HasSubstr("odometry jumped 1 times")));
+  EXPECT_THAT(lap.notes, ::testing::ElementsAre(::testing::HasSubstr("odometry jumped 1 time")));
   for (std::size_t i = 20; i < 40; ++i) {
     const double t = static_cast<double>(i) - 20;
     const SE2 expected = end * SE2::exp({0.02 * t, 0, 0.05 * t});

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/samples/odometry_jump.hpp"
+
 namespace waymark {
 
 namespace {
@@ -42,10 +44,21 @@ Status ReplaySession::receive(const Sample& sample) {
   if (is_sensed(sample)) newest_ = newest_ ? std::max(*newest_, stamp_of(sample)) : stamp_of(sample);
   if (const auto* frame = std::get_if<TagFrame>(&sample)) count(*frame, frame->detections);
   if (const auto* frame = std::get_if<TagPoseFrame>(&sample)) count(*frame, frame->tags);
-  if (const auto* odometry = std::get_if<Odometry>(&sample)) replayer_.add(*odometry);
+  if (const auto* odometry = std::get_if<Odometry>(&sample)) {
+    notice_jump(*odometry);
+    replayer_.add(*odometry);
+  }
   if (const auto* imu = std::get_if<ImuSample>(&sample)) replayer_.add(*imu);
   if (const auto* scan = std::get_if<LaserScan>(&sample)) replayer_.add(*scan);
   return listener_.on_sample(sample);
+}
+
+void ReplaySession::notice_jump(const Odometry& odometry) {
+  if (odometry_ && odometry_jumped(*odometry_, odometry))
+    listener_.on_words(
+        "odometry jumped, as it does when the robot is restarted or its odometry is set back: how the robot "
+        "moved meanwhile is taken from tags alone");
+  odometry_ = odometry;
 }
 
 /// A silence shows in the stamps and on our clock: a clock that jumped shows in the stamps alone, a computer

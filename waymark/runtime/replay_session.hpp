@@ -19,7 +19,7 @@ struct ReplayListener {
   std::function<Status(SensorTime, const ReplayStep&)> on_step = [](SensorTime, const ReplayStep&) {
     return Status();
   };
-  /// What somebody asked for and cannot have.
+  /// What somebody asked for and cannot have, and what looks like a restarted robot.
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
 };
 
@@ -78,6 +78,7 @@ class ReplaySession {
   [[nodiscard]] ReplayEnd end(const RobotLoopEnd& loop) const;
 
  private:
+  void notice_jump(const Odometry& odometry);
   void ask_after_silence(Duration uptime);
   Result<DriverDecision> follow(Duration uptime, SensorTime now);
 
@@ -89,7 +90,8 @@ class ReplaySession {
   TagsInView in_view_{};
   std::string ended_by_{};  ///< a request, in words
   bool paused_ = false;
-  std::optional<Duration> goes_{};  ///< when it last drove, or was meant to stand
+  std::optional<Odometry> odometry_{};  ///< the newest
+  std::optional<Duration> goes_{};      ///< when it last drove, or was meant to stand
   /// What sensors said: the newest stamp, that of the decision before, and when that was.
   std::optional<SensorTime> newest_{};
   std::optional<SensorTime> newest_before_{};

@@ -264,6 +264,17 @@ TEST(ReplaySession, ARobotWhoseComputerWasFrozenStandsUntilItIsAsked) {
   EXPECT_GT(step.command.speed_m_s, 0.1) << step.reason.value_or("");
 }
 
+TEST(ReplaySession, ARobotThatIsRestartedIsNamed) {
+  Replayer replayer = test::tiny_replayer();
+  std::vector<std::string> words;
+  ReplaySession session(replayer, {.on_words = [&](const std::string& said) { words.push_back(said); }});
+  int messages = 0;
+  for (const double x_m : {2.0, 2.02, 0.0, 0.02})  // back to the origin of its frame
+    ASSERT_TRUE(session.receive(
+        Odometry{.stamp = SensorTime(milliseconds(50 * ++messages)), .odom_T_base = SE2(x_m, 0, 0)}));
+  EXPECT_EQ(words.size(), 1U);
+}
+
 TEST(ReplaySession, ARobotThatIsGoneIsAnErrorAndSoIsAListenerThatFails) {
   Drive dead;
   dead.robot.dies_after = milliseconds(2000);

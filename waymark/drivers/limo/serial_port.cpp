@@ -19,8 +19,10 @@
 namespace waymark {
 namespace {
 
-Error in_use(const std::string& path) {
-  const std::string holder = holder_of(path);
+/// By a program that locked it (as this one does), or by one that has it open without a lock and would take
+/// half of LIMO's bytes away. The simulator behind a pseudo-terminal is not meant.
+Error in_use(const std::string& path, bool without_lock = false) {
+  const std::string holder = holder_of(path, !without_lock);
   const bool ours = holder.starts_with("waymark");
   return {ErrorCode::Unreadable,
           (holder.empty() ? "another program" : holder) + " uses the serial port",
@@ -85,7 +87,8 @@ Result<Descriptor> open_serial_port(const std::string& path) {
   if (::isatty(port.number()) == 0)
     return fail(ErrorCode::Unsupported, "this is no serial port", {.source = path},
                 "For example /dev/ttyTHS1 (Jetson Nano) or /dev/ttyUSB0.");
-  if (::flock(port.number(), LOCK_EX | LOCK_NB) != 0) return tl::unexpected(in_use(path));
+  const bool locked = ::flock(port.number(), LOCK_EX | LOCK_NB) == 0;
+  if (!locked || !holder_of(path, false).empty()) return tl::unexpected(in_use(path, locked));
   if (!set_line(port.number()))
     return fail(ErrorCode::Unsupported, "the serial port cannot be set to 460800 baud", {.source = path},
                 "Use the port of LIMO's mainboard.");

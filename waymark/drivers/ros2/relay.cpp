@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/velocity_message.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
@@ -83,7 +84,8 @@ std::string words_of(const RelayOptions& options, int domain) {
 }
 
 std::string words_of(const RelayCounts& counts) {
-  return fmt::format("{} commands were passed on; they ceased {} times", counts.received, counts.ceased);
+  return fmt::format("passed on: {}; they ceased {}", counted(counts.received, "command"),
+                     counted(counts.ceased, "time"));
 }
 
 Status check_relay(const RelayOptions& options) {

@@ -60,7 +60,7 @@ std::string name_of(const std::string& process) {
 
 }  // namespace
 
-std::string holder_of(const std::string& path) {
+std::string holder_of(const std::string& path, bool maker_counts) {
   char* resolved = ::realpath(path.c_str(), nullptr);
   const std::string node = resolved != nullptr ? resolved : path;
   std::free(resolved);  // NOLINT: realpath() allocates
@@ -73,7 +73,10 @@ std::string holder_of(const std::string& path) {
     const std::string number = entry->d_name;
     if (number.find_first_not_of("0123456789") != std::string::npos) continue;
     if (std::atoi(number.c_str()) == ::getpid()) continue;
-    if (!has_open("/proc/" + number + "/fd", node)) continue;
+    const std::string descriptors = "/proc/" + number + "/fd";
+    if (!has_open(descriptors, node)) continue;
+    if (!maker_counts && (has_open(descriptors, "/dev/ptmx") || has_open(descriptors, "/dev/pts/ptmx")))
+      continue;
     holder = name_of(number);
   }
   ::closedir(processes);
