@@ -107,7 +107,7 @@ TEST_P(InEachState, AGivenPoseStopsAReplayAndHasNoOtherEffect) {
   run.input.pose_in = GetParam();
   const bool replays = GetParam() == S::Replaying || GetParam() == S::Paused;
   ASSERT_TRUE(run.drive(15));
-  ASSERT_EQ(run.tasks.words.size(), 1U);
+  ASSERT_FALSE(run.tasks.words.empty());
   EXPECT_EQ(run.tasks.words[0].find("no effect") == std::string::npos, replays) << run.tasks.words[0];
   if (GetParam() == S::Replaying) {
     EXPECT_LT(run.robot.x_m(), 0.5) << "it was on its way";
