@@ -209,6 +209,7 @@ class Faults(Wire):
         self.assertTrue(until(lambda: limo.control_mode == 1, 3), "asked for once both stand")
         time.sleep(0.3)  # the driver goes on asking for zero
         self.drives(limo, robot)
+        self.assertIn("LIMO obeys again", robot.said())
 
     def test_silence_is_zero_with_words(self):
         limo = Limo()

@@ -108,7 +108,7 @@ std::string to_yaml(const CommissionRecord& record) {
       n(record.limits.speed_m_s), n(record.limits.yaw_rate_rad_s), n(record.limits.acceleration_m_s2),
       n(record.limits.yaw_acceleration_rad_s2), n(record.wheel_radius_m), n(record.track_m), failed);
   for (const auto& [name, member] : kFigures) {
-    if (record.figures.*member) text += fmt::format("    {}: {}\n", name, n(*(record.figures.*member)));
+    if (record.figures.*member) text += fmt::format("    {}: {:.4g}\n", name, *(record.figures.*member));
   }
   return text;
 }

@@ -9,6 +9,7 @@
 #include "waymark/base/angles.hpp"
 #include "waymark/config/camera_file.hpp"
 #include "waymark/config/camera_formats.hpp"
+#include "waymark/config/robot_motion_file.hpp"
 #include "waymark/config/text_file.hpp"
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/config/yaml_numbers.hpp"
@@ -19,6 +20,8 @@ namespace waymark {
 namespace {
 
 constexpr YamlLimits kRobotLimits{.bytes = std::size_t{1} << 18U, .nodes = 20'000, .depth = 16};
+
+constexpr double kMostMetres = 20;  ///< of hull, wheels and mounting
 
 /// One part of the file: the keys it must have, and what reads them.
 template <class Read>
@@ -33,24 +36,25 @@ Status part(const YamlCursor& root, std::string_view key, const std::vector<std:
 
 Status read_model(const YamlCursor& root, RobotModel& model) {
   Status status = part(root, "hull", {"front_m", "rear_m", "width_m", "height_m"}, [&](auto& value) {
-    model.hull = {.front_m = value.positive("front_m"),
-                  .rear_m = value.positive("rear_m"),
-                  .width_m = value.positive("width_m"),
-                  .height_m = value.positive("height_m")};
+    model.hull = {.front_m = value.plausible("front_m", kMostMetres, "m"),
+                  .rear_m = value.plausible("rear_m", kMostMetres, "m"),
+                  .width_m = value.plausible("width_m", kMostMetres, "m"),
+                  .height_m = value.plausible("height_m", kMostMetres, "m")};
   });
   if (!status) return status;
   status =
       part(root, "limits", {"speed_m_s", "yaw_rate_rad_s", "acceleration_m_s2", "yaw_acceleration_rad_s2"},
            [&](auto& value) {
-             model.limits = {.speed_m_s = value.positive("speed_m_s"),
-                             .yaw_rate_rad_s = value.positive("yaw_rate_rad_s"),
-                             .acceleration_m_s2 = value.positive("acceleration_m_s2"),
-                             .yaw_acceleration_rad_s2 = value.positive("yaw_acceleration_rad_s2")};
+             model.limits = {
+                 .speed_m_s = value.plausible("speed_m_s", 50, "m/s"),
+                 .yaw_rate_rad_s = value.plausible("yaw_rate_rad_s", 30, "rad/s"),
+                 .acceleration_m_s2 = value.plausible("acceleration_m_s2", 200, "m/s^2"),
+                 .yaw_acceleration_rad_s2 = value.plausible("yaw_acceleration_rad_s2", 1000, "rad/s^2")};
            });
   if (!status) return status;
   status = part(root, "wheels", {"radius_m", "track_m"}, [&](auto& value) {
-    model.wheel_radius_m = value.positive("radius_m");
-    model.track_m = value.positive("track_m");
+    model.wheel_radius_m = value.plausible("radius_m", kMostMetres, "m");
+    model.track_m = value.plausible("track_m", kMostMetres, "m");
   });
   return status;
 }
@@ -60,20 +64,25 @@ constexpr const char* kInfo = "camera_info";
 
 /// Lens and mounting, of the root or of an entry of `cameras`.
 Result<MountedCamera> read_camera_at(const YamlCursor& entry, std::string name) {
-  SE3 base_T_cam;
-  const Status status =
+  CameraMounting at;
+  Status status =
       part(entry, kMounting, {"x_m", "y_m", "z_m", "roll_deg", "pitch_deg", "yaw_deg"}, [&](auto& value) {
-        base_T_cam = base_T_camera({.x_m = value("x_m"),
-                                    .y_m = value("y_m"),
-                                    .z_m = value("z_m"),
-                                    .roll_rad = to_radians(value("roll_deg")),
-                                    .pitch_rad = to_radians(value("pitch_deg")),
-                                    .yaw_rad = to_radians(value("yaw_deg"))});
+        at = {.x_m = value("x_m"),
+              .y_m = value("y_m"),
+              .z_m = value("z_m"),
+              .roll_rad = to_radians(value("roll_deg")),
+              .pitch_rad = to_radians(value("pitch_deg")),
+              .yaw_rad = to_radians(value("yaw_deg"))};
       });
+  if (status && Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm() > kMostMetres)
+    status = entry.at(kMounting)->fail_here(ErrorCode::InvalidArgument,
+                                            fmt::format("a camera is not {:g} m away from its robot",
+                                                        Eigen::Vector3d(at.x_m, at.y_m, at.z_m).norm()),
+                                            "The unit is metres.");
   if (!status) return tl::unexpected(status.error());
   const auto info = entry.read_at(kInfo, &internal::read_camera_info);
   if (!info) return tl::unexpected(info.error());
-  return MountedCamera{.name = std::move(name), .camera = info->camera, .base_T_cam = base_T_cam};
+  return MountedCamera{.name = std::move(name), .camera = info->camera, .base_T_cam = base_T_camera(at)};
 }
 
 /// A name goes into topics and frames.
@@ -179,6 +188,7 @@ Result<RobotDescription> parse_robot(std::string_view text, const std::string& s
   auto commissioned = parse_commission(text, source);
   if (!commissioned) return tl::unexpected(commissioned.error());
   robot.commissioned = std::move(*commissioned);
+  if (const auto motion = parse_robot_motion(text, source); !motion) return tl::unexpected(motion.error());
   if (const auto simulation = root.find("simulation")) {
     const auto options = read_fields<SimulatedRobotOptions>(*simulation);
     if (!options) return tl::unexpected(options.error());

@@ -113,6 +113,10 @@ TEST(RobotFile, BadInputIsAnsweredWithFileLineAndKey) {
             std::string::npos);
   EXPECT_NE(error_of(replaced(kLimo, "image_width: 640\n", "image_width: 0\n")).find("camera_info"),
             std::string::npos);
+  EXPECT_NE(error_of(replaced(kLimo, "width_m: 0.22", "width_m: 220")).find("220 m is more than the 20"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(kLimo, "x_m: 0.084", "x_m: 84")).find("a camera is not 84"), std::string::npos);
+  EXPECT_NE(error_of(kLimo + "motion:\n  foo: 3\n").find("(motion.foo): unknown key"), std::string::npos);
   EXPECT_NE(error_of("name: x\n").find("'hull' is missing"), std::string::npos);
   const std::size_t needed = kLimo.find("rectification_matrix");  // what follows may be left out
   for (std::size_t length = 0; length + 20 < needed; length += 7)

@@ -45,6 +45,16 @@ class Numbers {
       status_ = cursor_.at(key)->fail_here(ErrorCode::InvalidArgument, "must be greater than 0");
     return value;
   }
+  /// A number greater than 0, and not greater than anything it describes is: else its unit was another one.
+  double plausible(std::string_view key, double most, std::string_view unit) {
+    const double value = positive(key);
+    if (status_ && value > most)
+      status_ = cursor_.at(key)->fail_here(
+          ErrorCode::InvalidArgument,
+          fmt::format("{:g} {} is more than the {:g} that any robot has", value, unit, most),
+          fmt::format("The unit is {}.", unit));
+    return value;
+  }
   double optional_positive(std::string_view key, double fallback) {
     return cursor_.find(key) ? positive(key) : fallback;
   }

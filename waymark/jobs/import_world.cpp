@@ -50,6 +50,7 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   ImportWorldReport report{.warnings = scene->warnings};
   auto world = world_of(*scene, job.families, report.warnings);
   if (!world) {
+    for (const std::string& warning : report.warnings) control.note("warning: " + warning);  // why, perhaps
     Error error = world.error();
     if (error.place.source.empty()) error.place.source = job.file.string();
     return tl::unexpected(std::move(error));

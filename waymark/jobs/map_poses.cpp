@@ -29,6 +29,12 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
   lap.sizes.default_size_m = tag_size_of(recorded, job.overrides);
   if (Status status = lap.sizes.check(); !status) return tl::unexpected(status.error());
+  if (const auto facts = recorded.setup.metadata.find(lap_facts::kMetadata);
+      facts != recorded.setup.metadata.end() && facts->second.contains(lap_facts::kAnchor))
+    report.warnings.push_back(
+        fmt::format("the map stands where the lap began, not on the anchor {} that the recording names: it "
+                    "holds poses of tags and no corners",
+                    facts->second.at(lap_facts::kAnchor)));
   if (recorded.setup.base_T_cam) {
     lap.base_T_cam = *recorded.setup.base_T_cam;
   } else {

@@ -33,6 +33,19 @@ Result<Trajectory> aligned_to(const Trajectory& estimated, const Trajectory& tru
   return aligned;
 }
 
+/// Compares the way alone, moved onto the true one: nobody told how the two stand to each other.
+void compare_aligned(const RecordedLap& recorded, MapReport& report) {
+  Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
+  if (!aligned) {
+    report.warnings.push_back(
+        fmt::format("the true trajectory is not compared: {}", aligned.error().message));
+    return;
+  }
+  report.true_path = std::move(*aligned);
+  report.truth_aligned = true;
+  report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
+}
+
 /// Compares with what is known of the truth. Where the anchor's pose was told, nothing is aligned, so the map
 /// must stand where the truth does.
 Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const TeachSetup& setup,
@@ -58,18 +71,11 @@ Status compare_with_truth(const RecordedLap& recorded, const MapJob& job, const 
     report.tag_errors = tag_map_errors(report.lap.map, world->tags);
   }
   if (recorded.truth.empty()) return {};
-  report.true_path = recorded.truth;
   if (!world && !setup.anchor_pose_given) {
-    Result<Trajectory> aligned = aligned_to(report.lap.trajectory, recorded.truth);
-    if (!aligned) {
-      report.true_path.clear();
-      report.warnings.push_back(
-          fmt::format("the true trajectory is not compared: {}", aligned.error().message));
-      return {};
-    }
-    report.true_path = std::move(*aligned);
-    report.truth_aligned = true;
+    compare_aligned(recorded, report);
+    return {};
   }
+  report.true_path = recorded.truth;
   report.trajectory_errors = trajectory_errors(report.lap.trajectory, report.true_path);
   return {};
 }
@@ -94,7 +100,11 @@ Result<MapFile> map_corners(const RecordedLap& recorded, const MapJob& job, cons
 /// Poses of tags, where there are no corners.
 Result<MapFile> map_anything(RecordedLap& recorded, const MapJob& job, const MapProgress& progress,
                              MapReport& report) {
-  if (recorded.frames.empty() && !recorded.tag_poses.empty()) return map_poses(recorded, job, report);
+  if (recorded.frames.empty() && !recorded.tag_poses.empty()) {
+    Result<MapFile> map = map_poses(recorded, job, report);
+    if (map && !recorded.truth.empty()) compare_aligned(recorded, report);
+    return map;
+  }
   SetupOverrides overrides = job.overrides;
   MapLapOptions options = job.options;
   if (Status status = prepare_extension(job, recorded, overrides, options); !status)

@@ -15,14 +15,16 @@ struct MapNeeds {
   std::vector<std::string> missing{};  ///< cannot
 };
 
+/// Whether the recording itself names it: "anchor", "tag_size_m".
+bool says(const RecordingInfo& info, const char* key) {
+  const auto block = info.setup.metadata.find("waymark");
+  return block != info.setup.metadata.end() && block->second.contains(key);
+}
+
 MapNeeds map_needs(const RecordingInfo& info) {
   MapNeeds needs;
-  const auto block = info.setup.metadata.find("waymark");
-  const auto says = [&](const char* key) {
-    return block != info.setup.metadata.end() && block->second.contains(key);
-  };
-  if (!says("anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
-  if (!says("tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
+  if (!says(info, "anchor")) needs.flags.emplace_back("--anchor tag36h11:0");
+  if (!says(info, "tag_size_m")) needs.flags.emplace_back("--tag-size-m 0.16");
   if (!info.setup.camera || !info.setup.base_T_cam) needs.flags.emplace_back("--robot robot.yaml");
   if (info.setup.chosen.ambiguous) needs.flags.emplace_back("--camera-topic TOPIC");
   if (!info.setup.camera) needs.missing.emplace_back("a calibration of its camera (sensor_msgs/CameraInfo)");
@@ -84,9 +86,9 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
                      "tag36h11:0 -o map",
                      shell_word(info.file))});
   } else if (moves && has("tag_poses")) {
-    steps.push_back(
-        {"Make a map of the tags from the poses its robot gave them.",
-         fmt::format("waymark map {} --tag-size-m 0.16 --anchor tag36h11:0 -o map", shell_word(info.file))});
+    steps.push_back({"Make a map of the tags from the poses its robot gave them.",
+                     fmt::format("waymark map {}{} -o map", shell_word(info.file),
+                                 says(info, "tag_size_m") ? "" : " --tag-size-m 0.16")});
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
   if (moves && (corners || has("tag_poses") || has("range_bearing"))) {

@@ -33,6 +33,9 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   if (end.finished) return "the route was driven to its end";
   if (end.interrupted) return fmt::format("stopped by {} {}: the robot stands", stopped_by, where);
   if (end.state == ReplayState::Refused) return "refused to start: " + end.reason;
+  if (end.state == ReplayState::Waiting && end.frames == 0)
+    return "never knew where it is: nothing was heard of a camera. Does the robot send pictures or tags? One "
+           "of this computer is named with --camera-source";
   if (end.state == ReplayState::Waiting)
     return end.frames_with_two_tags > 0 ? "never knew where it is: the tags that were seen contradict the "
                                           "map. Is it the map of this place?"

@@ -32,6 +32,7 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
     text += fmt::format("Every tag was seen in {} frames or more ({} in fewest).\n", fewest->second,
                         to_string(fewest->first));
   }
+  if (s.seen.empty()) return text + "No tag was seen: there is nothing to make a map of.\n";
   text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
                      : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
                        "makes of it what it can.\n";

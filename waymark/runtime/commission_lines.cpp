@@ -89,7 +89,9 @@ CommissionLine command_line(const std::vector<MotionReading>& readings, const Ax
   if (std::abs(all.size - 1) <= kFar) return line;
   line.verdict = V::Warn;
   line.words = fmt::format("{} by {:.2f} of what was commanded", axis.does, all.size);
-  line.mend = "waymark calibrate robot (a replay learns it, too)";
+  line.mend = std::string(axis.command) + " where the robot's program obeys it";
+  if (std::string_view(axis.command) == "command.yaw_rate_rad_s")
+    line.mend += "; a replay learns this factor";
   return line;
 }
 

@@ -73,7 +73,7 @@ VelocityCommand CommandGate::pass(const VelocityCommand& asked, Duration now) {
   const bool sound = state_ && state_->commanded && same_drive(state_->drive, file_) &&
                      state_->vehicle == LimoState::Vehicle::Normal &&
                      (state_->errors & kLimoStoppingErrors) == 0;
-  if (sound && asked_zero_) stopped_ = false;
+  if (sound && asked_zero_ && std::exchange(stopped_, false)) words_.emplace_back("LIMO obeys again");
   return sound && ready() && !stopped_ && !silent_ ? asked : VelocityCommand{};
 }
 

@@ -100,7 +100,10 @@ class LimoRobot {
   Status cut() {
     const char* words = "the serial port is gone: LIMO is not heard and cannot be stopped by it";
     const char* advice = "Check the cable, and that LIMO is on.";
-    if (greeted_) say(fmt::format("{}: {}. {}", options_.port, words, advice));
+    if (greeted_) {
+      say(fmt::format("{}: {}. {}", options_.port, words, advice));
+      return fail(ErrorCode::Unreadable, "the serial port is gone", {.source = options_.port});
+    }
     return fail(ErrorCode::Unreadable, words, {.source = options_.port}, advice);
   }
 
