@@ -41,6 +41,23 @@ Result<TrajectoryRow> score_row(const std::string& name, EstimatedTrajectory pos
   return row;
 }
 
+/// Errors without alignment say little where the two trajectories stand in different frames, as where a map
+/// begins where its lap did.
+void tell_of_frames(const TrajectoryRow& row, const EvaluationInputs& inputs, const TrajectoryReport& report,
+                    const JobControl& control) {
+  constexpr double kLarge_m = 0.05;
+  constexpr double kMostOfIt = 0.25;
+  if (!row.scores || report.alignment != AlignmentKind::None || row.scores->ate_m.rmse < kLarge_m) return;
+  const auto pairs = pair_by_time(row.poses, inputs.reference.timed, duration_of(report.options.max_gap_s));
+  const auto aligned = score_trajectory(pairs, AlignmentKind::Se2, report.options);
+  if (!aligned || aligned->ate_m.rmse > kMostOfIt * row.scores->ate_m.rmse) return;
+  control.note(
+      fmt::format("aligned (--alignment se2) the ATE is {:.4f} m: where EST and REF stand in different "
+                  "frames, as where a "
+                  "map begins where its lap did, that is the error",
+                  aligned->ate_m.rmse));
+}
+
 /// When something was there to be known: the reference, else the odometry.
 std::optional<std::pair<SensorTime, SensorTime>> knowable(const EvaluationInputs& inputs) {
   if (!inputs.reference.timed.empty())
@@ -147,6 +164,7 @@ Result<TrajectoryReport> evaluate_trajectory(const EvaluateTrajectoryJob& job, c
                                      begin + duration_of(job.to_s), control);
   Result<TrajectoryRow> row = score_row("estimate", std::move(chosen), inputs, report);
   if (!row) return tl::unexpected(row.error());
+  tell_of_frames(*row, inputs, report, control);
   report.rows.push_back(std::move(*row));
   if (const Status added = add_dead_reckoning(inputs, report); !added) return tl::unexpected(added.error());
   return report;

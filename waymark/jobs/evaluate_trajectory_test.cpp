@@ -37,10 +37,11 @@ class EvaluateTrajectoryFiles : public ::testing::Test {
     EXPECT_TRUE(write_text_file(folder_ / name, to_tum(path)));
     return (folder_ / name).string();
   }
-  static Result<TrajectoryReport> evaluated(const EvaluateTrajectoryJob& job) {
+  static Result<TrajectoryReport> evaluated(const EvaluateTrajectoryJob& job,
+                                            const JobControl& control = {}) {
     const auto inputs = read_evaluation(job, {});
     if (!inputs) return tl::unexpected(inputs.error());
-    return evaluate_trajectory(job, *inputs, {});
+    return evaluate_trajectory(job, *inputs, control);
   }
   fs::path folder_ = testing::fresh_folder("jobs_evaluate_trajectory");
   EvaluateTrajectoryJob job_{.estimate = tum("est.txt", ellipse(0, 30)),
@@ -62,11 +63,16 @@ TEST_F(EvaluateTrajectoryFiles, TheSameIsWithoutErrorAndWhatIsUnknownIsNull) {
 TEST_F(EvaluateTrajectoryFiles, OnlyAnAlignmentForgivesAnotherFrame) {
   const SE3 moved = lift(SE2(5, -1, 0.8));
   job_.estimate = tum("moved.txt", ellipse(0, 30, moved));
-  const auto plain = evaluated(job_);
+  std::string notes;
+  const JobControl control{.note = [&](const std::string& words) { notes += words; }};
+  const auto plain = evaluated(job_, control);
   ASSERT_TRUE(plain);
   EXPECT_GT(plain->rows.front().scores->ate_m.rmse, 2);
+  EXPECT_THAT(notes, HasSubstr("aligned (--alignment se2) the ATE is 0.0000 m"));
+  notes.clear();
   job_.alignment = AlignmentKind::Se2;
-  const auto aligned = evaluated(job_);
+  const auto aligned = evaluated(job_, control);
+  EXPECT_EQ(notes, "");
   ASSERT_TRUE(aligned) << to_string(aligned.error());
   EXPECT_LT(aligned->rows.front().scores->ate_m.rmse, 1e-6);
   EXPECT_EQ(aligned->alignment, AlignmentKind::Se2);
