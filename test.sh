@@ -88,7 +88,7 @@ build() {  # build PRESET [targets...]
 run_tests() {  # run_tests PRESET [ctest options...]; adds to the totals
   local preset="$1"; shift
   local report="$PWD/build/$preset/tests.xml" outcome=0
-  ctest --preset "$preset" -j "$jobs" --timeout "$([ -n "$full" ] && echo 7200 || echo 600)" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
+  ctest --preset "$preset" -j "$((jobs + 1))" --timeout "$([ -n "$full" ] && echo 7200 || echo 600)" --output-junit "$report" "$@" >"build/$preset/tests.log" 2>&1 || outcome=$?
   [ "$outcome" -eq 0 ] || sed -n '/^ *[0-9]*\/[0-9]* Test.*\*\*\*/,$p' "build/$preset/tests.log" | tail -150
   read -r total bad skip < <(sed -n 's/.*tests="\([0-9]*\)".*/\1/p;s/.*failures="\([0-9]*\)".*/\1/p;s/.*skipped="\([0-9]*\)".*/\1/p' \
     "$report" | head -3 | tr '\n' ' ') || true  # no newline at the end is no failure
