@@ -58,6 +58,25 @@ class Robot(Wire):
         self.assertGreater(len(moving), 10)
         self.assertEqual([float(v) for _, v, _ in commands[-3:]], [0, 0, 0], "it stands at the end")
 
+    def test_two_that_begin_at_once_are_refused_and_one_that_comes_later_is_named(self):
+        self.start(PEER, "robot", 60, stdout=subprocess.DEVNULL)
+        both = [self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE, stderr=subprocess.PIPE) for _ in range(2)]
+        for robot in both:
+            self.assertEqual(json.loads(robot.stdout.readline())["type"], "hello")
+        for robot in both:
+            wire_driver.say_hello(robot)
+            wire_driver.drain(robot)
+        for robot in both:
+            self.assertEqual(robot.wait(20), 1)
+            self.assertIn("both began at the same time", robot.stderr.read())
+        first = self.start(PROGRAM, "ros2", "robot", "limo", stdin=subprocess.PIPE)
+        self.assertEqual(json.loads(first.stdout.readline())["type"], "hello")
+        wire_driver.say_hello(first)
+        time.sleep(3.5)
+        self.start(PROGRAM, "ros2", "relay", stderr=subprocess.DEVNULL)  # publishes zero
+        lines = lines_of(first, lambda all: any("obeys both in turn" in line.get("text", "") for line in all))
+        self.assertIn("obeys both in turn", " ".join(line.get("text", "") for line in lines))
+
     def test_who_only_listens_publishes_no_command(self):
         for flags in (["--listen-only"], []):
             peer = self.start(PEER, "robot", 60)
@@ -117,12 +136,14 @@ class Robot(Wire):
         profile = self.folder / "wrong.yaml"
         wrong = "robot: limo\ncommand_topic: /cmd_velocity\ndetections_topic: /wrong\n"
         profile.write_text(wrong + "ros_distro: noetic\n")
+        refused = self.run_program("doctor", "--robot", f"ros2:{profile}")
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        self.assertRegex(refused.stderr, r"wrong.yaml \(ros_distro\): .*'noetic'")
+        profile.write_text(wrong)
         checks = wire_driver.doctor(PROGRAM, f"ros2:{profile}", self.environment)
         self.assertEqual(checks["topics"]["words"], "nobody publishes /wrong: is its name in the profile right?")
-        self.assertIn("no release 'noetic' of ROS 2", checks["profile"]["words"])
         commands = checks["commands"]
         self.assertEqual((commands["level"], commands["words"]), ("fail", "nobody subscribes to /cmd_velocity: it would not move"))
-        profile.write_text(wrong)
         robot = self.start(PROGRAM, "ros2", "robot", profile, stdin=subprocess.PIPE)
         expected = ("nobody subscribes to /cmd_velocity", "nobody publishes /wrong")
         lines = lines_of(robot, lambda all: sum("nobody" in line.get("text", "") for line in all) >= len(expected))

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <string_view>
 
+#include <termios.h>
 #include <unistd.h>
 
 namespace waymark::cli {
@@ -17,13 +18,22 @@ std::atomic<int> ending_signal{SIGINT};
 std::atomic<unsigned> seen_signals{0};  ///< a bit each
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler sets it");
 
+termios terminal_before{};
+bool has_terminal = false;
+
+/// The keyboard may be a driver's, without echo. A program in the background may not touch its terminal.
+void restore_terminal() {
+  if (has_terminal && tcgetpgrp(STDIN_FILENO) == getpgrp())
+    tcsetattr(STDIN_FILENO, TCSANOW, &terminal_before);
+}
+
 /// The second time the same signal ends the program at once, as without a handler; that is said first.
 extern "C" void raise_flag(int signal) {
   constexpr std::string_view kAtOnce =
-      "\nwaymark: the second signal: ended at once, without closing its files (`waymark recover` mends a "
-      "recording); a robot that was driven is stopped by its watchdog\n";
+      "\nwaymark: the second signal: ended at once, nothing more is written\n";
   const unsigned bit = 1U << static_cast<unsigned>(signal);
   if ((seen_signals.fetch_or(bit) & bit) != 0) {
+    restore_terminal();
     (void)!write(STDERR_FILENO, kAtOnce.data(), kAtOnce.size());
     std::signal(signal, SIG_DFL);
     std::raise(signal);
@@ -36,6 +46,7 @@ extern "C" void raise_flag(int signal) {
 }  // namespace
 
 void watch_signals() {
+  has_terminal = tcgetattr(STDIN_FILENO, &terminal_before) == 0;
   struct sigaction on_interrupt {};
   on_interrupt.sa_handler = raise_flag;
   on_interrupt.sa_flags = SA_RESTART;

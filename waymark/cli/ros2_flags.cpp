@@ -17,7 +17,7 @@ Ros2Flags::Ros2Flags(CLI::App& app) {
   add_option(app, "--ros-distro NAME", distro, kRosDistroHelp, kMore);
 }
 
-Result<BusOptions> Ros2Flags::options(const std::string& node) const {
+Result<BusOptions> Ros2Flags::options(const std::string& node, const std::string& usual_distro) const {
   BusOptions options{.node = node};
   if (Status status = apply_ros_environment(options, process_environment()); !status)
     return tl::unexpected(status.error());
@@ -30,7 +30,8 @@ Result<BusOptions> Ros2Flags::options(const std::string& node) const {
     }
     options.localhost_only = false;
   }
-  if (Status status = show_in_node_list(options, distro); !status) return tl::unexpected(status.error());
+  if (Status status = show_in_node_list(options, distro.empty() ? usual_distro : distro); !status)
+    return tl::unexpected(status.error());
   return options;
 }
 

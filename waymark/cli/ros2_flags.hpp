@@ -23,7 +23,8 @@ struct Ros2Flags {
 
   /// As the node of this name. Fails on variables of the environment that make no sense, and on a release of
   /// ROS 2 that is none.
-  [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark") const;
+  [[nodiscard]] Result<BusOptions> options(const std::string& node = "waymark",
+                                           const std::string& usual_distro = "") const;
 
   int domain = -1;
   bool localhost = false;

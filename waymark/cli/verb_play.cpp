@@ -44,21 +44,21 @@ Status publish(const PlayArgs& args, MessageLog& log, const LogSelection& select
   return played.status;
 }
 
+Status check(const PlayArgs& args) {
+  if (!(args.speed >= 0 && args.speed <= 1e6))
+    return fail(ErrorCode::InvalidArgument, fmt::format("{} is no speed", args.speed), {.key = "--speed"},
+                "1 is as it was, 0 as fast as possible.");
+  const char* const unused = args.messages ? "--messages" : "--json";
+  if (args.ros2 && (args.messages || args.json))
+    return fail(ErrorCode::InvalidArgument, "nothing is printed with --ros2", {.key = unused},
+                "Leave it out.");
+  if (!args.commands || args.ros2) return {};
+  return fail(ErrorCode::InvalidArgument, "nothing is published without --ros2", {.key = "--commands"},
+              "Add --ros2, or leave it out.");
+}
+
 ExitCode play(const PlayArgs& args, Console& console) {
-  if (!(args.speed >= 0 && args.speed <= 1e6)) {
-    console.say(Error{ErrorCode::InvalidArgument,
-                      fmt::format("{} is no speed", args.speed),
-                      {.key = "--speed"},
-                      "1 is as it was, 0 as fast as possible."});
-    return ExitCode::Usage;
-  }
-  if (args.commands && !args.ros2) {
-    console.say(Error{ErrorCode::InvalidArgument,
-                      "nothing is published without --ros2",
-                      {.key = "--commands"},
-                      "Add --ros2, or leave it out."});
-    return ExitCode::Usage;
-  }
+  if (Status status = check(args); !status) return console.failed(status.error(), ExitCode::Usage);
   const Result<std::unique_ptr<MessageLog>> log = open_log(args.file, control_from(console).log_options());
   if (!log) return console.failed(log.error(), ExitCode::SomeFailed);
   const Result<LogSelection> selection = select_part(**log, args.part);

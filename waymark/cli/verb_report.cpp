@@ -23,12 +23,11 @@ struct ReportArgs {
 
 ExitCode report(const ReportArgs& args, Console& console) {
   const std::string suffix = std::filesystem::path(args.output).extension().string();
-  if (suffix != ".html" && suffix != ".htm") {
-    console.say(Error{ErrorCode::InvalidArgument,
-                      "a report is a page: its name ends with .html",
-                      {.source = args.output, .key = "--output"}});
-    return ExitCode::Usage;
-  }
+  if (suffix != ".html" && suffix != ".htm")
+    return console.failed({ErrorCode::InvalidArgument,
+                           "a report is a page: its name ends with .html",
+                           {args.output, {}, {}, "--output"}},
+                          ExitCode::Usage);
   const auto summary = write_report(args.runs, args.output, args.force, control_from(console));
   if (!summary) return fail_run(summary.error(), console);
   console.print(fmt::format("{}: {} sections, {:.1f} MB, opens in any browser\n", args.output,

@@ -121,7 +121,7 @@ ExitCode robot_sim(const RobotSimArgs& args, Console& console) {
   if (status && args.plant.empty()) status = fit_to_wire(args.wire(), setup->simulated);
   if (!status) return console.failed(status.error(), ExitCode::Usage);
   status = run_with(args, *setup, control_from(console), console);
-  return status ? ExitCode::Ok : console.failed(status.error(), ExitCode::SomeFailed);
+  return status ? ExitCode::Ok : fail_with(status.error(), console);
 }
 
 }  // namespace
@@ -139,7 +139,7 @@ robot on the network instead, for --robot ros2:limo-sim (with --images) or ros2:
 --limo it is a LIMO on a serial port (docs/howto/limo.md), with --mbot an MBot on LCM (docs/howto/mbot.md). With
 --gazebo it stands in for Gazebo, for --robot gazebo:PROFILE.
 
-Exit code: 0 its input ended, 1 a picture could not be made, 2 wrong usage.
+Exit code: 0 its input or a Ctrl-C ended it, 1 a picture could not be made, or another robot is there, 2 wrong usage.
 
 Examples:
   waymark robot-sim --world circuit24 < /dev/null | head -3

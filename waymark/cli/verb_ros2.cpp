@@ -2,7 +2,6 @@
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/cli/standard_wire.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/ros2/relay.hpp"
 #include "waymark/drivers/ros2/ros2_robot.hpp"
 
@@ -25,10 +24,7 @@ ExitCode ros2_robot(const Ros2RobotArgs& args, Console& console) {
   const auto profile = find_ros2_profile(args.profile);
   if (!profile) return console.failed(profile.error(), ExitCode::Usage);
   const auto robot = args.joined.robot(profile->robot);
-  auto options = args.network.options("waymark_robot");
-  if (options && args.network.distro.empty() && !profile->ros_distro.empty())
-    if (Status shown = show_in_node_list(*options, profile->ros_distro); !shown)
-      options = tl::unexpected(shown.error());
+  auto options = args.network.options("waymark_robot", profile->ros_distro);
   if (!robot) return console.failed(robot.error(), ExitCode::Usage);
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (Status there = use_interface_of(*profile, *options); !there)

@@ -4,7 +4,6 @@
 #include "waymark/cli/ros2_flags.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/message_text.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
 
@@ -65,22 +64,17 @@ Verb topic_verb(const char* name, const char* sentence, const char* help, TopicR
       add_option(app, "--seconds FLOAT", args->limits.duration_s, "End after so long; 0: go on until Ctrl-C",
                  between(0.0, 1e9));
     }
-    return [args, run, one_topic](Console& console) {
-      if (one_topic && !is_topic_name(args->topic))
-        return console.failed({.code = ErrorCode::InvalidArgument,
-                               .message = fmt::format("'{}' is no name of a topic", args->topic),
-                               .place = {.key = "topic"},
-                               .hint = "`waymark ros2 topic list` shows those there are."},
-                              ExitCode::Usage);
+    return [args, run](Console& console) {
       const auto options = args->network.options();
       if (!options) return console.failed(options.error(), ExitCode::Usage);
       const auto bus = open_bus(*options);
       if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
       const Status status = run(*args, **bus, console);
       if (status) return ExitCode::Ok;
-      console.say(status.error());
-      if (status.error().code == ErrorCode::NotFound) console.say(searched(*options, **bus));
-      return ExitCode::SomeFailed;
+      const Error& error = status.error();
+      console.say(error);
+      if (error.code == ErrorCode::NotFound && error.hint.empty()) console.say(searched(*options, **bus));
+      return error.code == ErrorCode::InvalidArgument ? ExitCode::Usage : ExitCode::SomeFailed;
     };
   };
   return {.name = name, .sentence = sentence, .help = help, .prepare = prepare};

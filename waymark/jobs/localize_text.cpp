@@ -7,11 +7,10 @@
 namespace waymark {
 
 std::string to_text(const LocalizeReport& report) {
+  if (report.estimates == 0) return fmt::format("no estimate over {:.1f} s\n", report.duration_s);
   std::string text =
       fmt::format("{} estimates over {:.1f} s, {:.1f} % of them certain", report.estimates, report.duration_s,
-                  report.estimates > 0
-                      ? 100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates)
-                      : 0.0);
+                  100.0 * static_cast<double>(report.certain) / static_cast<double>(report.estimates));
   text += report.first_fix_s ? fmt::format(", the first after {:.2f} s\n", *report.first_fix_s) : "\n";
   if (report.compared > 0)
     text += fmt::format("{} of {} observations accepted, NIS {:.2f} per degree of freedom\n", report.accepted,

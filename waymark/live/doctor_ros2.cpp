@@ -8,7 +8,6 @@
 #include "waymark/config/robot_file.hpp"
 #include "waymark/config/share.hpp"
 #include "waymark/drivers/dds/open_bus.hpp"
-#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/ros2/profile.hpp"
 #include "waymark/drivers/ros2/publisher_names.hpp"
@@ -54,7 +53,7 @@ class Ros2Listener {
       const auto message = bus_.next(std::min(kDoctorSlice, until - steady_now()));
       if (!message || names_.take(*message)) continue;
       if (message->subscription == *commands) hear_command(*message);
-      if (message->subscription == *odometry) hear_odometry(message->bytes);
+      if (message->subscription == *odometry) hear_odometry(*message);
       if (message->subscription == *battery) hear_battery(message->bytes);
     }
     heard_.listened_s = to_seconds(most);
@@ -66,6 +65,14 @@ class Ros2Listener {
     return {};
   }
   [[nodiscard]] NetworkHeard& heard() { return heard_; }
+  /// One command would move all of them.
+  [[nodiscard]] std::vector<DoctorLine> robot_lines() const {
+    if (robots_.size() < 2) return {};
+    return {{"robots", DoctorLevel::Fail,
+             fmt::format("{} programs publish odometry on {}: are there two robots in this domain?",
+                         robots_.size(), profile_.odometry_topic),
+             "Give each a ROS_DOMAIN_ID, or a namespace and the topics of its profile."}};
+  }
 
  private:
   void hear_command(const BusMessage& message) {
@@ -78,9 +85,10 @@ class Ros2Listener {
     heard_.silent_publishers = static_cast<int>(all.size());
     heard_.silent_names = names_.of(all, bus_);
   }
-  void hear_odometry(std::span<const std::uint8_t> bytes) {
-    const auto odometry = cdr::decode<ros2::Odometry>(bytes);
+  void hear_odometry(const BusMessage& message) {
+    const auto odometry = cdr::decode<ros2::Odometry>(message.bytes);
     if (!odometry) return;
+    robots_.insert(message.identity.guid);
     ++heard_.odometries;
     const auto now = std::chrono::system_clock::now().time_since_epoch();
     const Duration stamp = ros2::from_ros(odometry->header.stamp).time_since_epoch();
@@ -98,6 +106,7 @@ class Ros2Listener {
   const Ros2Profile& profile_;
   NetworkHeard heard_{};
   PublisherNames names_{};
+  std::set<Guid> robots_{};   ///< publishers of odometry that came
   std::set<Guid> drivers_{};  ///< publishers of commands that came
 };
 
@@ -113,9 +122,6 @@ std::vector<DoctorLine> profile_lines(const Ros2Profile& profile) {
   } else if (const auto robot = read_robot(*file); !robot) {
     wrong(robot.error());
   }
-  if (profile.ros_distro.empty()) return lines;
-  const auto node = ros_node_description(profile.ros_distro, "waymark");
-  if (!node) wrong(node.error());
   return lines;
 }
 
@@ -152,6 +158,7 @@ std::vector<DoctorLine> check_ros2(const std::string& profile, const DoctorCance
   Ros2Listener listener(**bus, *found);
   if (Status status = listener.listen(kListen, cancelled); !status) return failed(status.error());
   std::vector<DoctorLine> lines = network_lines(listener.heard(), kRos2HowTo);
+  for (DoctorLine& line : listener.robot_lines()) lines.push_back(std::move(line));
   for (DoctorLine& line : profile_lines(*found)) lines.push_back(std::move(line));
   for (DoctorLine& line : peer_lines(**bus, *options, *found)) lines.push_back(std::move(line));
   return lines;

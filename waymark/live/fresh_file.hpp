@@ -25,6 +25,8 @@ class FreshFile {
   /// What was sent to the robot does not count.
   void receive(const Sample& sample) { kept_ = kept_ || !std::holds_alternative<StampedCommand>(sample); }
   void keep() { kept_ = true; }
+  /// Nothing was driven, whatever the robot said.
+  void discard() { kept_ = false; }
 
  private:
   std::string path_;

@@ -26,7 +26,8 @@ void PlantPace::leave_out(Duration uptime) {
     began_ += lost;
     left_out_ += lost;
   }
-  if (left_out_ == said_ || now < next_said_) return;
+  constexpr Duration kWorthSaying = std::chrono::milliseconds(50);
+  if (left_out_ - said_ < kWorthSaying || now < next_said_) return;
   say_(fmt::format("this computer is too slow or was suspended: simulated time was paused for {:.2f} s",
                    to_seconds(left_out_ - std::exchange(said_, left_out_))));
   next_said_ = now + kSayAgain;

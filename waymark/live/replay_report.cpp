@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/live/replay_route.hpp"
 
 namespace waymark {
@@ -47,7 +48,7 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
 std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
   const ReplayEnd& end = report.end;
   std::string text =
-      fmt::format("{}; {:.1f} s, {} stops\n", ending(report, stopped_by), end.lap_s, end.stops);
+      fmt::format("{}; {:.1f} s, {}\n", ending(report, stopped_by), end.lap_s, counted(end.stops, "stop"));
   for (const StationVisit& visit : report.visits)
     text += fmt::format("stood at '{}', {:.2f} m along the route, for {:.1f} s\n", visit.name,
                         visit.arc_length_m, visit.stood_s);
@@ -57,11 +58,11 @@ std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
   if (!report.judgement) return text;
   const ReplayJudgement& j = *report.judgement;
   return text + fmt::format(
-                    "by the truth: {} laps completed, {:.2f} m driven\n"
+                    "by the truth: {} completed, {:.2f} m driven\n"
                     "  from the taught way  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
                     "  heading              {:.2f} deg rmse\n"
                     "  nearest to a tag     {:.3f} m from the hull\n",
-                    j.laps_completed, j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
+                    counted(j.laps_completed, "lap"), j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
                     j.cross_track_max_m, j.heading_rmse_deg, j.min_clearance_m);
 }
 

@@ -150,4 +150,12 @@ Result<std::vector<DoctorLine>> check_robot(const std::string& robot, const Doct
               {.key = "--robot"}, suggestion(robot, names));
 }
 
+bool finds_tags_itself(const std::string& robot) {
+  constexpr std::string_view kRos2 = "ros2:";
+  if (robot.starts_with("mbot:")) return true;
+  if (!robot.starts_with(kRos2)) return false;
+  const auto profile = find_ros2_profile(robot.substr(kRos2.size()));
+  return profile && !profile->detections_topic.empty();
+}
+
 }  // namespace waymark

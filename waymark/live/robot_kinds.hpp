@@ -57,4 +57,7 @@ struct RobotKind {
 [[nodiscard]] Result<std::vector<DoctorLine>> check_robot(const std::string& robot,
                                                           const DoctorCancelled& cancelled);
 
+/// Whether the robot sends tags instead of pictures, so that this computer looks for none.
+[[nodiscard]] bool finds_tags_itself(const std::string& robot);
+
 }  // namespace waymark

@@ -11,6 +11,7 @@
 
 #include "waymark/base/angles.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/geometry/planar.hpp"
 #include "waymark/live/plant_pace.hpp"
@@ -42,7 +43,14 @@ class Ros2RobotSim {
     control.note("publishes /odom and the sensors of " + model_.name +
                  " on ROS 2, and obeys /cmd_vel, until Ctrl-C");
     Status status = publish("/tf_static", mountings(SensorTime(now)), kFixed);
+    const Duration look_again =
+        steady_now() + std::chrono::seconds(2);  // for one that began at the same time
+    bool looked = false;
     while (status && !should_stop()) {
+      if (!looked && steady_now() > look_again) {
+        looked = true;
+        if (Status alone = look_for_another(); !alone) return alone;
+      }
       auto sample = plant_.next();
       status = sample ? speak(std::move(*sample), pace.left_out()) : tl::unexpected(sample.error());
       pace.leave_out(plant_.uptime());
@@ -72,19 +80,21 @@ class Ros2RobotSim {
   Status nobody_simulates(const std::function<bool()>& should_stop) {
     constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
     constexpr Duration kLookFor = std::chrono::milliseconds(50);
-    const BusTopic odometry = dds_topic("/odom", ros2::Odometry::kType);
     const Duration until = steady_now() + kDiscovery;
     while (steady_now() < until && !should_stop()) {
-      for (const BusEndpoint& endpoint : bus_.endpoints())
-        if (endpoint.publishes && endpoint.name.topic == odometry.topic)
-          return fail(ErrorCode::InvalidArgument,
-                      fmt::format("another program publishes this topic already; nodes there: {}",
-                                  fmt::join(bus_.participants(), ", ")),
-                      {.source = "/odom"},
-                      "End that robot or simulation, or give this one and its driver another ROS_DOMAIN_ID.");
+      if (Status alone = look_for_another(); !alone) return alone;
       (void)bus_.next(kLookFor);
     }
     return {};
+  }
+
+  [[nodiscard]] Status look_for_another() const {
+    if (publishers_of(dds_topic("/odom", ros2::Odometry::kType), bus_).empty()) return {};
+    return fail(ErrorCode::InvalidArgument,
+                fmt::format("another program publishes this topic already; nodes there: {}",
+                            fmt::join(bus_.participants(), ", ")),
+                {.source = "/odom"},
+                "End that robot or simulation, or give this one and its driver another ROS_DOMAIN_ID.");
   }
 
   /// Numbers that are none do not move it.

@@ -162,10 +162,11 @@ class SessionTasks final : public OperatorTasks {
   SessionViewers viewers_;
 };
 
-Status make_folder(const fs::path& folder) {
+/// Whether it was not there before.
+Result<bool> make_folder(const fs::path& folder) {
   std::error_code error;
-  fs::create_directories(folder, error);
-  if (!error) return {};
+  const bool made = fs::create_directories(folder, error);
+  if (!error) return made;
   return fail(ErrorCode::Unwritable, "cannot make the folder: " + error.message(),
               {.source = folder.string()});
 }
@@ -183,11 +184,16 @@ Result<SessionReport> run_session(const RobotSetup& setup, const SessionJob& job
   const Stopwatch watch;
   StopKey stop_key(job.driver == "keyboard" || job.driver == "lines");
   SessionTasks tasks(setup, job, control);
-  Status status = job.map.empty() ? Status() : tasks.load_map();
-  if (status) status = make_folder(job.folder);
-  if (!status) return tl::unexpected(status.error());
+  if (const Status loaded = job.map.empty() ? Status() : tasks.load_map(); !loaded)
+    return tl::unexpected(loaded.error());
+  const auto made = make_folder(job.folder);
+  if (!made) return tl::unexpected(made.error());
   const auto robot = LiveRobot::open(setup, control);
-  if (!robot) return tl::unexpected(robot.error());
+  if (!robot) {
+    std::error_code ignored;
+    if (*made) fs::remove(job.folder, ignored);  // nothing is in it
+    return tl::unexpected(robot.error());
+  }
   OperatorSession session(*input, tasks, !job.map.empty(), [&] { return stop_key.pressed(); });
   tasks.limit_speed((*robot)->speed_limit_m_s());
   tasks.begin(*input);

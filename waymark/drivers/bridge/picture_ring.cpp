@@ -1,17 +1,37 @@
 #include "waymark/drivers/bridge/picture_ring.hpp"
 
+#include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
 constexpr unsigned kNames = 10;
+constexpr std::string_view kFolder = "waymark-pictures-";
+
+/// The folders of processes that were killed: nobody else removes them.
+void remove_abandoned(const fs::path& where) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(where, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kFolder)) continue;
+    pid_t process = 0;
+    const char* const end = name.data() + name.size();
+    const auto [rest, error] = std::from_chars(name.data() + kFolder.size(), end, process);
+    const bool of_process = error == std::errc{} && rest != end && *rest == '-' && process > 0;
+    if (of_process && ::kill(process, 0) != 0 && errno == ESRCH) fs::remove_all(entry.path(), ignored);
+  }
+}
 
 }  // namespace
 
@@ -19,7 +39,8 @@ Result<PictureRing> PictureRing::make() {
   std::error_code error;
   const fs::path memory = "/dev/shm";
   const fs::path where = fs::is_directory(memory, error) ? memory : fs::temp_directory_path(error);
-  std::string name = (where / "waymark-pictures-XXXXXX").string();
+  remove_abandoned(where);
+  std::string name = (where / fmt::format("{}{}-XXXXXX", kFolder, ::getpid())).string();
   if (mkdtemp(name.data()) == nullptr)
     return fail(ErrorCode::Unwritable, "no folder for pictures can be made", {.source = where.string()});
   return PictureRing(fs::path(name));

@@ -11,6 +11,7 @@
 #include "waymark/config/yaml_fields.hpp"
 #include "waymark/drivers/dds/discovery.hpp"
 #include "waymark/drivers/dds/ros_environment.hpp"
+#include "waymark/drivers/dds/ros_graph.hpp"
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 
@@ -72,7 +73,13 @@ Result<Ros2Profile> parse_ros2_profile(std::string_view text, const std::string&
   if (eyes > 1)
     return wrong(source, "image_topic, compressed_image_topic and detections_topic exclude each other",
                  "image_topic");
+  if (!profile->ros_distro.empty())
+    if (auto node = ros_node_description(profile->ros_distro, "waymark"); !node) {
+      node.error().place = {.source = source, .key = "ros_distro"};
+      return tl::unexpected(node.error());
+    }
   profile->text = text;
+  profile->source = source;
   return profile;
 }
 
@@ -91,7 +98,9 @@ Result<Ros2Profile> find_ros2_profile(const std::string& name) {
 
 Status use_interface_of(const Ros2Profile& profile, BusOptions& options) {
   if (profile.interface.empty() || options.localhost_only || !options.interfaces.empty()) return {};
-  return use_interface(options, profile.interface);
+  Status there = use_interface(options, profile.interface);
+  if (!there) there.error().place = {.source = profile.source, .key = "interface"};
+  return there;
 }
 
 Result<BusOptions> network_of(const Ros2Profile& profile, const std::string& node) {

@@ -34,7 +34,8 @@ struct Ros2Profile {
   std::string ros_distro{};
   bool use_sim_time = false;
   bool simulated = false;
-  std::string text{};  ///< that it was read from; no field of its own
+  std::string text{};    ///< that it was read from; no field of its own
+  std::string source{};  ///< the file of that text
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {

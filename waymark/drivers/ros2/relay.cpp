@@ -68,7 +68,13 @@ std::vector<std::string> relay_problems(const TopicUse& from, const TopicUse& to
     problems.push_back(fmt::format("nobody publishes {} yet: the robot gets zero", topic_of(from)));
   if (!any(to, false))
     problems.push_back(fmt::format("nobody subscribes to {} yet: no robot hears the relay", topic_of(to)));
-  if (any(to, true))
+  for (const BusEndpoint& other : others)
+    if (other.publishes && other.name.topic == to.name.topic && other.name.type != to.name.type)
+      problems.push_back(fmt::format("{} is published as {} by another program: is it a topic of commands?",
+                                     topic_of(to), ros_topic(other.name)->type));
+  if (std::ranges::any_of(others, [&](const BusEndpoint& other) {
+        return other.publishes && other.name.topic == to.name.topic && other.name.type == to.name.type;
+      }))
     problems.push_back(
         fmt::format("another program publishes {0} too: its commands reach the robot past the relay, between "
                     "zeros. Let it publish {1}",

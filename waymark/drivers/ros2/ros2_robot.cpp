@@ -34,6 +34,9 @@ SensorTime wall_clock() {
       std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
 }
 
+/// Who begins at the same time is not heard by then.
+constexpr Duration kBeginsToo = std::chrono::seconds(3);
+
 constexpr const char* kNothingArrives =
     "it is offered, but nothing arrives: is its program restricted to its own machine (--localhost, "
     "ROS_LOCALHOST_ONLY), or a firewall between? ";
@@ -70,6 +73,7 @@ class Ros2Robot {
         sender.emplace(send, wire_, early.role());
       }
       if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
+      if (Status alone = stay_alone(); !alone) return alone;
       if (const std::string words = watch_.take_words(steady_now()); !words.empty()) talk_.say(words);
       if (Status status = look(); !status) return status;
     }
@@ -99,10 +103,7 @@ class Ros2Robot {
 
   void receive(const BusMessage& message) {
     if (names_.take(message)) return;
-    if (message.subscription == commands_) {
-      commanders_.insert(message.identity.guid);
-      return senders_.hear_command();
-    }
+    if (message.subscription == commands_) return hear_command(message.identity.guid);
     const auto from = subscriptions_.find(message.subscription);
     if (from == subscriptions_.end()) return;
     if (from->second.topic == profile_.odometry_topic) count_robot(message);
@@ -113,6 +114,32 @@ class Ros2Robot {
     if (!talk_.greeted()) return;
     talk_.write(lines);
     talk_.write(bridge_.take_words());
+  }
+
+  /// While it is driven, its own commands come here, too.
+  void hear_command(const Guid& from) {
+    if (from == own_publisher_) return;
+    if (publisher_ && !publishers_of(command_use(profile_).name, *bus_).contains(from)) {
+      own_publisher_ = from;
+      return;
+    }
+    commanders_.insert(from);
+    senders_.hear_command();
+    others_commands_ += publisher_ ? 1 : 0;
+  }
+
+  /// Others that begin to command it while it is driven.
+  Status stay_alone() {
+    constexpr int kMeansIt = 2;
+    if (others_commands_ < kMeansIt || options_.share_commands) return {};
+    const std::string who = names_.of(commanders_, *bus_);
+    const std::string words =
+        fmt::format("another program commands this robot{}", who.empty() ? "" : ", " + who);
+    if (steady_now() - advertised_ < kBeginsToo)
+      return fail(ErrorCode::InvalidArgument, words + ": both began at the same time",
+                  {.source = profile_.command_topic}, "Start one of them alone.");
+    talk_.say_once(words + ": the robot obeys both in turn. End one of them");
+    return {};
   }
 
   void watch_simulation(const Ros2Subscription& from, Duration arrived, SensorTime time, bool passed) {
@@ -166,8 +193,10 @@ class Ros2Robot {
   Status prepare_commands() {
     if (!listens_)
       if (Status alone = look_for_others(); !alone) return alone;
-    bus_->unsubscribe(commands_);  // what comes there from now on is ours, too
-    if (listens_) return {};
+    if (listens_) {
+      bus_->unsubscribe(commands_);
+      return {};
+    }
     const TopicUse commands = command_use(profile_);
     const auto publisher = bus_->advertise(commands.name, commands.qos);
     if (!publisher) return tl::unexpected(publisher.error());
@@ -179,6 +208,11 @@ class Ros2Robot {
   void greet() {
     talk_.greet(name_, profile_.use_sim_time, profile_.simulated);
     say_clock();
+    if (profile_.image_topic.empty() && profile_.compressed_image_topic.empty() &&
+        profile_.detections_topic.empty())
+      talk_.say_once(
+          "the profile names no topic of pictures or tags (image_topic, compressed_image_topic, "
+          "detections_topic): the robot is placed only by a camera of this computer (--camera-source)");
     if (!profile_.stops_by_itself && !listens_)
       talk_.say_once(
           "the robot does not stop by itself when commands cease: where the network may fail, run `waymark "
@@ -212,17 +246,23 @@ class Ros2Robot {
     if (senders_.heard_robot()) {
       if (waited > kListen && talk_.greeted())
         for (const std::string& words : missing_publishers(profile_, others)) talk_.say_once(words);
-      if (publisher_ && now - advertised_ > kListen && bus_->matched_subscriptions(*publisher_) == 0)
+      const BusTopic commands = command_use(profile_).name;
+      const bool hears = std::ranges::any_of(others, [&](const BusEndpoint& other) {
+        return !other.publishes && other.name.topic == commands.topic && other.name.type == commands.type;
+      });
+      if (publisher_ && now - advertised_ > kListen && !hears)
         talk_.say_once(
             fmt::format("nobody subscribes to {}: the robot will not move", profile_.command_topic));
       return {};
     }
     const std::string where = why_nothing_came(misfits.empty(), others) + searched(bus_options_, *bus_);
     if (waited >= options_.give_up_after)
-      return fail(ErrorCode::NotFound,
-                  fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
-                  {.source = "ROS 2"},
-                  "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
+      return fail(
+          ErrorCode::NotFound, fmt::format("no odometry came on {}; {}", profile_.odometry_topic, where),
+          {.source = "ROS 2"},
+          (others.empty() ? std::string()
+                          : "Is the topic's name in the profile right (`waymark ros2 topic list`)? ") +
+              "Is the robot on, is ROS_DOMAIN_ID the same there, does a firewall block UDP?");
     if (waited >= options_.report_after)
       talk_.say_once(fmt::format("no odometry on {} yet; {}", profile_.odometry_topic, where));
     return {};
@@ -252,6 +292,8 @@ class Ros2Robot {
   std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
   PublisherNames names_{};
   std::set<Guid> commanders_{};  ///< others that command the robot
+  std::optional<Guid> own_publisher_{};
+  int others_commands_ = 0;  ///< since it is driven
   std::optional<std::size_t> publisher_{};
   Duration advertised_{};
   bool listens_ = false;                                     ///< somebody else drives

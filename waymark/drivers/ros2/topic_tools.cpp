@@ -69,6 +69,9 @@ void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool(
 
 Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration most,
                                  const std::function<bool()>& should_stop) {
+  if (!is_topic_name(topic))
+    return fail(ErrorCode::InvalidArgument, fmt::format("'{}' is no name of a topic", topic),
+                {.key = "topic"}, "`waymark ros2 topic list` shows those there are.");
   const Duration began = steady_now();
   const std::string wanted = topic.starts_with('/') ? topic : "/" + topic;
   std::set<std::string> names;
@@ -86,7 +89,7 @@ Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration mo
       qos.transient_local = endpoint.qos.transient_local;
     }
     if (types.size() > 1)
-      return fail(ErrorCode::InvalidArgument, "it is published with two types", {.key = wanted},
+      return fail(ErrorCode::Unsupported, "it is published with two types", {.key = wanted},
                   *types.begin() + " and " + *types.rbegin());
     if (types.size() == 1) {
       const auto number = bus.subscribe(dds_topic(wanted, *types.begin()), qos);
@@ -95,8 +98,8 @@ Result<WatchedTopic> watch_topic(Bus& bus, const std::string& topic, Duration mo
     }
     std::this_thread::sleep_for(kSlice);
   } while (steady_now() - began < most && !should_stop());
-  return fail(ErrorCode::NotFound, "nobody publishes it", {.key = wanted},
-              suggestion(wanted, std::vector<std::string>(names.begin(), names.end())));
+  return fail(ErrorCode::NotFound, "nobody publishes " + wanted, {},
+              names.empty() ? "" : suggestion(wanted, std::vector<std::string>(names.begin(), names.end())));
 }
 
 Status watch_messages(Bus& bus, const std::string& topic, const WatchLimits& limits,

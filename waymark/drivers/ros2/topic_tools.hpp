@@ -29,7 +29,8 @@ struct TopicListing {
 void wait_for_discovery(const Bus& bus, Duration most, const std::function<bool()>& should_stop);
 
 /// Subscribes to a topic that somebody publishes, as its publishers offer it. Fails, and names the nearest,
-/// when nobody does within `most`, or with two types.
+/// when nobody does within `most` (NotFound), with two types (Unsupported), and where the name is none
+/// (InvalidArgument).
 struct WatchedTopic {
   RosTopic name{};
   std::size_t subscription = 0;
