@@ -177,7 +177,7 @@ class PipesAndSignals(InFolder):
         time.sleep(1)
         for _ in range(2):
             stuck.send_signal(signal.SIGINT)
-            time.sleep(0.2)
+            time.sleep(0.5)
         self.assertEqual(stuck.wait(10), -signal.SIGINT)
         self.assertIn("the second signal: ended at once", stuck.stderr.read())
         stuck.stdout.close()

@@ -4,41 +4,41 @@
 #include <csignal>
 #include <string_view>
 
-#include <termios.h>
 #include <unistd.h>
+
+#include "waymark/base/time.hpp"
+#include "waymark/drivers/keyboard/terminal_settings.hpp"
+#include "waymark/drivers/watchdog/pipes.hpp"
 
 namespace waymark::cli {
 namespace {
 
 std::atomic<bool> interrupt_flag{false};
 std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler sets it");
-
 std::atomic<int> ending_signal{SIGINT};
 std::atomic<unsigned> seen_signals{0};  ///< a bit each
-static_assert(std::atomic<int>::is_always_lock_free, "a signal handler sets it");
+std::atomic<Duration::rep> first_seen{0};
+static_assert(std::atomic<Duration::rep>::is_always_lock_free, "a signal handler sets it");
+TerminalSettings terminal;  // keys may be read from it, without echo
 
-termios terminal_before{};
-bool has_terminal = false;
-
-/// The keyboard may be a driver's, without echo. A program in the background may not touch its terminal.
-void restore_terminal() {
-  if (has_terminal && tcgetpgrp(STDIN_FILENO) == getpgrp())
-    tcsetattr(STDIN_FILENO, TCSANOW, &terminal_before);
-}
+/// timeout(1) and some shells send one signal to the program and again to its group.
+constexpr Duration kSameKey = std::chrono::milliseconds(200);
 
 /// The second time the same signal ends the program at once, as without a handler; that is said first.
 extern "C" void raise_flag(int signal) {
   constexpr std::string_view kAtOnce =
       "\nwaymark: the second signal: ended at once, nothing more is written\n";
   const unsigned bit = 1U << static_cast<unsigned>(signal);
+  const Duration now = steady_now();
   if ((seen_signals.fetch_or(bit) & bit) != 0) {
-    restore_terminal();
+    if (now - Duration(first_seen) < kSameKey) return;
+    put_back(terminal);
     (void)!write(STDERR_FILENO, kAtOnce.data(), kAtOnce.size());
     std::signal(signal, SIG_DFL);
     std::raise(signal);
     return;
   }
+  first_seen = now.count();
   ending_signal = signal;
   interrupt_flag = true;
 }
@@ -46,7 +46,7 @@ extern "C" void raise_flag(int signal) {
 }  // namespace
 
 void watch_signals() {
-  has_terminal = tcgetattr(STDIN_FILENO, &terminal_before) == 0;
+  terminal = terminal_settings(STDIN_FILENO);
   struct sigaction on_interrupt {};
   on_interrupt.sa_handler = raise_flag;
   on_interrupt.sa_flags = SA_RESTART;

@@ -74,8 +74,9 @@ ExitCode calibrate(const CalibrateRobotArgs& args, Console& console) {
                           interrupted() ? ExitCode::Interrupted : exit_code_of(report.error()));
   console.print(args.json ? json_line(to_json(*report)) : to_text(*report));
   say_warnings(report->warnings, console);
-  if (const Status written = write_robot_calibration(*job, *report); !written)
-    return console.failed(written.error(), ExitCode::SomeFailed);
+  const auto earlier = write_robot_calibration(*job, *report);
+  if (!earlier) return console.failed(earlier.error(), ExitCode::SomeFailed);
+  if (!earlier->empty()) console.say("the earlier file is kept: " + *earlier);
   if (!job->drive.output.empty()) console.say("wrote " + job->drive.output);
   return ExitCode::Ok;
 }

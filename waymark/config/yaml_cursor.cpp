@@ -102,6 +102,7 @@ Status YamlCursor::check_keys(const std::vector<std::string>& known) const {
 }
 
 tl::unexpected<Error> YamlCursor::not_a(std::string_view what) const {
+  if (is_null() && key_.empty()) return fail_here(ErrorCode::InvalidArgument, "the file is empty");
   return fail_here(ErrorCode::InvalidArgument, fmt::format("{} is not {}", in_words(*node_), what));
 }
 

@@ -148,7 +148,8 @@ Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job, const
   return report;
 }
 
-Status write_robot_calibration(const CalibrateRobotJob& job, const CalibrateRobotReport& report) {
+Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
+                                            const CalibrateRobotReport& report) {
   if (report.innovations && report.innovations->changed && !report.innovations->improved)
     return tl::unexpected(of_the_drive(
         ErrorCode::NotFound,
@@ -162,8 +163,13 @@ Status write_robot_calibration(const CalibrateRobotJob& job, const CalibrateRobo
         ErrorCode::NotFound,
         "this drive determines none of the values: there is no calibration, and nothing was written", job,
         "What to drive stands beside each of them."));
-  if (job.drive.output.empty()) return {};
-  return write_calibration(job.drive.output, report.calibration);
+  if (job.drive.output.empty()) return std::string();
+  if (Status place = check_calibration_place(job.drive.output); !place) return tl::unexpected(place.error());
+  auto earlier = move_aside(job.drive.output, to_yaml(report.calibration));
+  if (!earlier) return earlier;
+  if (Status status = write_calibration(job.drive.output, report.calibration); !status)
+    return tl::unexpected(status.error());
+  return earlier;
 }
 
 nlohmann::ordered_json to_json(const CalibrateRobotReport& report) {

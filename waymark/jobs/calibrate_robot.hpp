@@ -37,10 +37,11 @@ struct CalibrateRobotReport {
 /// Fails before anything is read when the output cannot be written.
 [[nodiscard]] Result<CalibrateRobotReport> calibrate_robot(const CalibrateRobotJob& job,
                                                            const JobControl& control);
-/// Writes what was found to the job's output, if it names one. Fails, and writes nothing, where the drive
+/// Writes what was found to the job's output, if it names one; what stood there moves aside, and its new name
+/// is given back. Fails, and writes nothing, where the drive
 /// told no number, or no better ones than were given.
-[[nodiscard]] Status write_robot_calibration(const CalibrateRobotJob& job,
-                                             const CalibrateRobotReport& report);
+[[nodiscard]] Result<std::string> write_robot_calibration(const CalibrateRobotJob& job,
+                                                          const CalibrateRobotReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const CalibrateRobotReport& report);
 
 }  // namespace waymark

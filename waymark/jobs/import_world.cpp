@@ -68,6 +68,9 @@ Result<ImportWorldReport> import_world(const ImportWorldJob& job, const JobContr
   }
   const std::string yaml = to_yaml(report.world);
   if (const auto again = parse_world(yaml, job.output.string()); !again) return tl::unexpected(again.error());
+  const auto earlier = move_aside(job.output, yaml);
+  if (!earlier) return tl::unexpected(earlier.error());
+  if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
   if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
   return report;
 }

@@ -57,8 +57,8 @@ std::string stamps_text(const TopicReport& topic) {
   std::vector<std::string> words;
   const StampStatistics& stamps = topic.stamps;
   if (stamps.gaps() > 0)
-    words.push_back(fmt::format("about {} messages missing in {} gaps, the longest {:.2f} s",
-                                stamps.dropped(), stamps.gaps(),
+    words.push_back(fmt::format("about {} missing in {}, the longest {:.2f} s",
+                                counted(stamps.dropped(), "message"), counted(stamps.gaps(), "gap"),
                                 static_cast<double>(stamps.longest_ns()) * 1e-9));
   const auto count = [&](std::uint64_t n, const char* what) {
     if (n > 0) words.push_back(fmt::format("{} {}", n, what));

@@ -143,8 +143,11 @@ Result<LayWorldReport> lay_world(const LayWorldJob& job, const JobControl& contr
   const auto check = check_world(*world, model, job.robot.camera, tag_camera);
   if (!check) return tl::unexpected(check.error());
   if (Status status = control.go_on(); !status) return tl::unexpected(status.error());
-  if (Status status = write_text_file(job.output, to_yaml(*world)); !status)
-    return tl::unexpected(status.error());
+  const std::string yaml = to_yaml(*world);
+  const auto earlier = move_aside(job.output, yaml);
+  if (!earlier) return tl::unexpected(earlier.error());
+  if (!earlier->empty()) control.note("the earlier file is kept: " + *earlier);
+  if (Status status = write_text_file(job.output, yaml); !status) return tl::unexpected(status.error());
   return LayWorldReport{.world = std::move(*world), .check = *check};
 }
 

@@ -189,7 +189,7 @@ TEST(CalibrateRobot, WhatTellsNothingIsNotWritten) {
   EXPECT_TRUE(fs::exists(output));
   report.innovations = InnovationFit{};
   report.innovations->changed = true;
-  const Status worse = write_robot_calibration(job, report);
+  const auto worse = write_robot_calibration(job, report);
   ASSERT_FALSE(worse);
   EXPECT_THAT(to_string(worse.error()), HasSubstr("do not fit the drive better"));
   EXPECT_EQ(to_json(report)["values"]["yaw_gain"]["verdict"], "known");

@@ -88,7 +88,9 @@ std::vector<NextStep> next_steps(const RecordingInfo& info) {
   } else if (moves && has("tag_poses")) {
     steps.push_back({"Make a map of the tags from the poses its robot gave them.",
                      fmt::format("waymark map {}{} -o map", shell_word(info.file),
-                                 says(info, "tag_size_m") ? "" : " --tag-size-m 0.16")});
+                                 says(info, "tag_size_m")        ? ""
+                                 : info.format == LogFormat::Lcm ? " --tag-size-m 0.054"  // an MBot's
+                                                                 : " --tag-size-m 0.16")});
   }
   const char* robot = corners && !(info.setup.camera && info.setup.base_T_cam) ? " --robot robot.yaml" : "";
   if (moves && (corners || has("tag_poses") || has("range_bearing"))) {

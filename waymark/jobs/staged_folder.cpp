@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "waymark/config/text_file.hpp"
+
 namespace waymark {
 namespace {
 
@@ -109,6 +111,19 @@ Status check_new_file(const fs::path& file, bool replace) {
     return fail(ErrorCode::Unwritable, "there is a file already", {.source = file.string()},
                 "Give another name with -o, or --force to replace it.");
   return check_output_file(file);
+}
+
+Result<std::string> move_aside(const fs::path& file, const std::string& text) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return std::string();
+  if (const auto there = read_text_file(file, text.size() + 1); there && *there == text) return std::string();
+  int number = 1;
+  const auto aside = [&] { return file.parent_path() / numbered(file.filename().string(), number); };
+  while (fs::exists(aside(), error)) ++number;
+  fs::rename(file, aside(), error);
+  if (!error) return aside().string();
+  return fail(ErrorCode::Unwritable, "the earlier file cannot be moved aside: " + error.message(),
+              {.source = file.string()}, "Name another file.");
 }
 
 Result<StagedFolder> StagedFolder::open(const fs::path& folder) {

@@ -19,6 +19,10 @@ namespace waymark {
 /// The same of a file that is not there yet, unless it is to be replaced (--force).
 [[nodiscard]] Status check_new_file(const std::filesystem::path& file, bool replace);
 
+/// Moves what stands there under this name aside (NAME.1.yaml, or the next number that is free), unless it is
+/// this text. The new name; empty where nothing moved.
+[[nodiscard]] Result<std::string> move_aside(const std::filesystem::path& file, const std::string& text);
+
 /// Files that get into a folder together or not at all: they are written beside it and put into place when
 /// all are there. What stands there under their names moves aside: NAME.1.yaml, or the next number that is
 /// free.

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/counted.hpp"
 #include "waymark/base/printable.hpp"
 #include "waymark/live/commission_limit.hpp"
 
@@ -111,9 +112,8 @@ Result<RobotLoopEnd> LiveRobot::drive(RobotListener listener) {
   };
   auto end = loop_.drive(listener);
   if (loop_.dropped_pictures() > 0)
-    control_.note(
-        fmt::format("{} pictures came faster than tags could be looked for in them, and were passed over",
-                    loop_.dropped_pictures()));
+    control_.note(fmt::format("passed over, as they came faster than tags could be looked for in them: {}",
+                              counted(loop_.dropped_pictures(), "picture")));
   return end;
 }
 

@@ -91,6 +91,8 @@ TEST(SessionReportText, GivesEachReplayItsEndAndNamesWhoStoppedIt) {
 TEST(ReplayReportText, WhatNeverKnewItsPlaceSaysWhetherTagsWereSeen) {
   ReplayReport report;
   report.end.state = ReplayState::Waiting;
+  EXPECT_THAT(ending(report), HasSubstr("nothing was heard of a camera"));
+  report.end.frames = 9;
   EXPECT_THAT(ending(report), HasSubstr("no two tags of the map were seen at once"));
   report.end.frames_with_two_tags = 5;
   EXPECT_THAT(ending(report), HasSubstr("contradict the map"));

@@ -39,8 +39,7 @@ Status place_lone_anchor(RobotSetup& setup, const LoneAnchor& given) {
   if (setup.process.empty() || !setup.world_yaml.empty()) {
     if (given.anchor.empty() && given.tag_size_m == 0) return {};
     return fail(ErrorCode::InvalidArgument, "the world already says what its tags are",
-                {.key = given.anchor.empty() ? "--tag-size-m" : "--anchor"},
-                "Leave it out, or --world with --robot process:CMD.");
+                {.key = given.anchor.empty() ? "--tag-size-m" : "--anchor"}, "Leave it out, or --world.");
   }
   if (given.anchor.empty() || given.tag_size_m == 0)
     return fail(ErrorCode::InvalidArgument, "the anchor and the size of the tags are not known",

@@ -236,8 +236,9 @@ std::vector<std::string> RiekfLocalizer::problems() const {
                       : "none of the tags that were seen is in the map: is it the map of this place?");
   if (tracker_.state().starts == 0 && mapped_ > 0)
     all.emplace_back(
-        "no two tags of the map ever agreed about where the robot is: do their sizes, the camera and its "
-        "mounting match the recording, and is it the map of this place?");
+        "never two tags of the map in view that agreed about where the robot is: were there two? Do their "
+        "sizes, "
+        "the camera and its mounting match, and is it the map of this place?");
   if (!moved_ && frames_ > 0) all.emplace_back("there is no odometry: motion between pictures is guessed");
   say(input_.not_forwards(), "motion sample", "left out, with stamps that do not go forwards: {}");
   say(input_.not_finite(), "motion sample", "left out, as not finite: {}");

@@ -34,11 +34,15 @@ Status LocalizeSession::receive(const Sample& sample) {
 }
 
 void LocalizeSession::notice_silence(Stream& stream, Duration uptime) const {
-  if (stream.received) stream = {.name = stream.name, .received = false, .said = false, .last = uptime};
+  if (stream.received)
+    stream = {.name = stream.name, .received = false, .said = false, .last = uptime, .heard = true};
   if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
   stream.said = true;
-  listener_.on_words(
-      fmt::format("no {} for {:.0f} s: does the robot still run?", stream.name, options_.silence_s));
+  const bool camera_missing = &stream == &streams_.front() && !stream.heard;
+  listener_.on_words(fmt::format(
+      "no {} for {:.0f} s: {}", stream.name, options_.silence_s,
+      camera_missing ? "does the robot send them? A camera of this computer is named with --camera-source"
+                     : "does the robot still run?"));
 }
 
 /// Once, of a robot that sees tags for a while and yet is nowhere.

@@ -70,6 +70,7 @@ class LocalizeSession {
     bool received = false;  ///< since the last decision
     bool said = false;
     Duration last{};
+    bool heard = false;  ///< ever
   };
   void restart_from(const GivenPose& given);
   void notice_silence(Stream& stream, Duration uptime) const;

@@ -17,11 +17,15 @@ Status TeachSession::receive(const Sample& sample) {
 
 /// Said once each time.
 void TeachSession::notice_silence(Stream& stream, Duration uptime, const char* what) {
-  if (stream.received) stream = {.received = false, .said = false, .last = uptime};
+  if (stream.received) stream = {.received = false, .said = false, .last = uptime, .heard = true};
   if (stream.said || to_seconds(uptime - stream.last) < options_.silence_s) return;
   stream.said = true;
-  lap_.listener().on_words(
-      fmt::format("no {} for {:.0f} s: does the robot still run?", what, options_.silence_s));
+  const bool camera_missing = &stream == &camera_ && !stream.heard;
+  lap_.listener().on_words(fmt::format(
+      "no {} for {:.0f} s: {}", what, options_.silence_s,
+      camera_missing ? "does the robot send pictures or tags? A camera of this computer is named with "
+                       "--camera-source"
+                     : "does the robot still run?"));
 }
 
 Result<DriverDecision> TeachSession::decide(Duration uptime, SensorTime now) {

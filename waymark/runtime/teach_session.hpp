@@ -39,6 +39,7 @@ class TeachSession {
     bool received = false;  ///< since the last decision
     bool said = false;
     Duration last{};
+    bool heard = false;  ///< ever
   };
   void notice_silence(Stream& stream, Duration uptime, const char* what);
 

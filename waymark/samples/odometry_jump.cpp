@@ -17,6 +17,14 @@ bool back_at_origin(const Odometry& before, const Odometry& now, double way_m, d
          way_m > kAfar_m + kFaster * std::abs(before.speed_m_s) * dt_s;
 }
 
+/// No robot that drives there stands so exactly at the origin.
+bool begun_anew(const Odometry& now, double way_m) {
+  constexpr double kExactly = 1e-3;  // m, rad, m/s
+  constexpr double kAfar_m = 0.1;
+  return way_m > kAfar_m && now.odom_T_base.translation().norm() < kExactly &&
+         std::abs(now.odom_T_base.yaw()) < kExactly && std::abs(now.speed_m_s) < kExactly;
+}
+
 }  // namespace
 
 bool faster_than_any_robot(double distance_m, double turn_rad, double dt_s) {
@@ -33,7 +41,8 @@ bool odometry_jumped(const Odometry& before, const Odometry& now) {
   if (!(dt_s > 0)) return false;
   const SE2 step = before.odom_T_base.inverse() * now.odom_T_base;
   const double way_m = step.translation().norm();
-  return faster_than_any_robot(way_m, step.yaw(), dt_s) || back_at_origin(before, now, way_m, dt_s);
+  return faster_than_any_robot(way_m, step.yaw(), dt_s) || back_at_origin(before, now, way_m, dt_s) ||
+         begun_anew(now, way_m);
 }
 
 }  // namespace waymark

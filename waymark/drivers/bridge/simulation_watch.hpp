@@ -21,12 +21,14 @@ class SimulationWatch {
   void odometry(Duration now) { heard_ = now; }
   /// The clock of the simulation came, which it does while it is paused, too.
   void clock(Duration now) { clock_ = now; }
+  /// Begins anew: this program was busy itself.
+  void forget() { heard_.reset(); }
   /// Whether the robot must be held because nothing was heard of it. False before the first odometry.
   [[nodiscard]] bool silent(Duration now) const;
   /// Whether neither odometry nor clock came for long. False before the first odometry.
   [[nodiscard]] bool ended(Duration now) const;
-  /// What changed since the last call, in words; empty: nothing.
-  [[nodiscard]] std::string take_words(Duration now);
+  /// What changed since the last call, in words; empty: nothing. `drives`: commands are sent to the robot.
+  [[nodiscard]] std::string take_words(Duration now, bool drives = true);
 
  private:
   SimulationWatchOptions options_;

@@ -48,9 +48,11 @@ class GazeboRobot {
         status = greet();
         if (!status) break;
         sender.emplace(send, wire_, early.role());
+        watch_.forget();  // to join as a publisher takes longer than the robot may be silent
+        continue;
       }
       if (sender) sender->hold(watch_.silent(now));
-      if (const std::string words = watch_.take_words(now); !words.empty()) talk_.say(words);
+      if (const std::string words = watch_.take_words(now, !listens_); !words.empty()) talk_.say(words);
       status = talk_.greeted() ? look(now - began) : wait(now - began);
     }
     return status;

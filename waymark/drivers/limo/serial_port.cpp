@@ -27,7 +27,9 @@ Error in_use(const std::string& path, bool without_lock = false) {
   return {ErrorCode::Unreadable,
           (holder.empty() ? "another program" : holder) + " uses the serial port",
           {.source = path},
-          ours ? "A drive with Waymark is under way: end it (Ctrl-C where it runs), then try again."
+          ours ? "A drive with Waymark is under way: end it (Ctrl-C where it runs), then try again. One that "
+                 "was killed "
+                 "lets go within a second."
                : "End that program (the ROS driver of LIMO: limo_base), then try again."};
 }
 
@@ -40,6 +42,8 @@ Error open_error(const std::string& path, int error) {
     case ENODEV:
     case ENXIO:
       return {ErrorCode::NotFound, "there is no such serial port", {.source = path}, there};
+    case EISDIR:
+      return {ErrorCode::Unsupported, "this is no serial port", {.source = path}, there};
     case EACCES:
     case EPERM:
       return no_permission(path, "the serial port", there);

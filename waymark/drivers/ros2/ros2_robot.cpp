@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +16,7 @@
 #include "waymark/drivers/dds/ros_names.hpp"
 #include "waymark/drivers/process/command_sender.hpp"
 #include "waymark/drivers/process/sender_watch.hpp"
+#include "waymark/drivers/ros2/other_drivers.hpp"
 #include "waymark/drivers/ros2/publisher_names.hpp"
 #include "waymark/drivers/ros2/robot_bridge.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
@@ -34,9 +34,6 @@ SensorTime wall_clock() {
       std::chrono::duration_cast<Duration>(std::chrono::system_clock::now().time_since_epoch()));
 }
 
-/// Who begins at the same time is not heard by then.
-constexpr Duration kBeginsToo = std::chrono::seconds(3);
-
 constexpr const char* kNothingArrives =
     "it is offered, but nothing arrives: is its program restricted to its own machine (--localhost, "
     "ROS_LOCALHOST_ONLY), or a firewall between? ";
@@ -53,7 +50,8 @@ class Ros2Robot {
         options_(options),
         bridge_(profile, robot, pictures_in_memory()),
         uses_(uses_of(profile)),
-        senders_(options.share_commands, kListen) {}
+        senders_(options.share_commands, kListen),
+        drivers_(command_use(profile).name) {}
 
   Status run() {
     if (Status status = join(); !status) return status;
@@ -74,7 +72,8 @@ class Ros2Robot {
       }
       if (sender && profile_.use_sim_time) sender->hold(watch_.silent(steady_now()));
       if (Status alone = stay_alone(); !alone) return alone;
-      if (const std::string words = watch_.take_words(steady_now()); !words.empty()) talk_.say(words);
+      if (const std::string words = watch_.take_words(steady_now(), !listens_); !words.empty())
+        talk_.say(words);
       if (Status status = look(); !status) return status;
     }
     return {};
@@ -103,7 +102,10 @@ class Ros2Robot {
 
   void receive(const BusMessage& message) {
     if (names_.take(message)) return;
-    if (message.subscription == commands_) return hear_command(message.identity.guid);
+    if (message.subscription == commands_) {
+      if (drivers_.hear(message.identity.guid, publisher_.has_value(), *bus_)) senders_.hear_command();
+      return;
+    }
     const auto from = subscriptions_.find(message.subscription);
     if (from == subscriptions_.end()) return;
     if (from->second.topic == profile_.odometry_topic) count_robot(message);
@@ -116,29 +118,12 @@ class Ros2Robot {
     talk_.write(bridge_.take_words());
   }
 
-  /// While it is driven, its own commands come here, too.
-  void hear_command(const Guid& from) {
-    if (from == own_publisher_) return;
-    if (publisher_ && !publishers_of(command_use(profile_).name, *bus_).contains(from)) {
-      own_publisher_ = from;
-      return;
-    }
-    commanders_.insert(from);
-    senders_.hear_command();
-    others_commands_ += publisher_ ? 1 : 0;
-  }
-
   /// Others that begin to command it while it is driven.
   Status stay_alone() {
-    constexpr int kMeansIt = 2;
-    if (others_commands_ < kMeansIt || options_.share_commands) return {};
-    const std::string who = names_.of(commanders_, *bus_);
-    const std::string words =
-        fmt::format("another program commands this robot{}", who.empty() ? "" : ", " + who);
-    if (steady_now() - advertised_ < kBeginsToo)
-      return fail(ErrorCode::InvalidArgument, words + ": both began at the same time",
-                  {.source = profile_.command_topic}, "Start one of them alone.");
-    talk_.say_once(words + ": the robot obeys both in turn. End one of them");
+    if (!publisher_ || options_.share_commands) return {};
+    const auto words = drivers_.found(names_, *bus_, steady_now() - advertised_);
+    if (!words) return tl::unexpected(words.error());
+    if (!words->empty()) talk_.say_once(*words);
     return {};
   }
 
@@ -179,7 +164,7 @@ class Ros2Robot {
   }
 
   Status look_for_others() {
-    const std::string who = names_.of(commanders_, *bus_);
+    const std::string who = drivers_.names(names_, *bus_);
     if (Status alone = senders_.alone(profile_.command_topic, who, "ros2 robot PROFILE"); !alone)
       return alone;
     if (heard_from_.size() > 1 && !options_.share_commands)
@@ -287,13 +272,11 @@ class Ros2Robot {
   std::vector<TopicUse> uses_;
   std::unique_ptr<Bus> bus_{};
   SenderWatch senders_;
+  OtherDrivers drivers_;
   SimulationWatch watch_{};
   std::atomic<std::int64_t> simulated_ns_ = 0;
   std::map<Guid, Duration> heard_from_{};  ///< publishers of odometry, and when
   PublisherNames names_{};
-  std::set<Guid> commanders_{};  ///< others that command the robot
-  std::optional<Guid> own_publisher_{};
-  int others_commands_ = 0;  ///< since it is driven
   std::optional<std::size_t> publisher_{};
   Duration advertised_{};
   bool listens_ = false;                                     ///< somebody else drives
