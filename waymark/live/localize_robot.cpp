@@ -155,6 +155,8 @@ Result<LocalizeRobotReport> localize_robot(const RobotSetup& setup, const Locali
   Result<LocalizeReport> report = output->close(!status);  // also of a drive that ended badly
   if (!status) return tl::unexpected(status.error());
   if (!report) return tl::unexpected(report.error());
+  if (report->estimates == 0 && !job.localize.output.ends_with(".mcap"))
+    fresh.discard();  // a table of nothing
   complete(*report, session.localizer());
   report->wall_s = watch.seconds();
   return LocalizeRobotReport{std::move(*report), session.end(*driven)};

@@ -31,7 +31,9 @@ class OrderInput {
     pollfd ready{STDIN_FILENO, POLLIN, 0};
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(most).count();
     std::optional<RobotOrderLine> found;
-    while (!ended_ && poll(&ready, 1, found ? 0 : static_cast<int>(ms)) > 0) {
+    constexpr int kMostReads = 100;  // of an input that never pauses
+    for (int reads = 0;
+         reads < kMostReads && !ended_ && poll(&ready, 1, found ? 0 : static_cast<int>(ms)) > 0; ++reads) {
       std::string bytes;
       ended_ = read_some(STDIN_FILENO, bytes) == Moved::Ended;
       lines_.add(bytes);
