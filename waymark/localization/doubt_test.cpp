@@ -188,7 +188,7 @@ TEST(ARobotThatIsCarried, IsSaidToHaveBeenLostAndFound) {
   robot.truth = SE2(0.5, 0.5, -2);  // the wheels know nothing of it
   robot.drive(filter, 3);
   EXPECT_LT(off_m(filter, robot), 0.1);
-  EXPECT_TRUE(says(filter, "lost and found again, 1 times")) << ::testing::PrintToString(filter.problems());
+  EXPECT_TRUE(says(filter, "lost and found again, 1 time")) << ::testing::PrintToString(filter.problems());
 }
 
 /// Two tags of one number, each seen as often as the other: none contradicts most of the time.

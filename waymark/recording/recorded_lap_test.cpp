@@ -113,7 +113,7 @@ TEST(ReadLap, PicturesThatCameLateArePutInOrderAndRepeatedOnesLeftOut) {
   ASSERT_EQ(lap->notes.size(), 2U);
   EXPECT_THAT(lap->notes[0],
               HasSubstr("recorded after later pictures, and put in the order of the stamps: 1 picture"));
-  EXPECT_THAT(lap->notes[1], HasSubstr("1 pictures have the stamp of another"));
+  EXPECT_THAT(lap->notes[1], HasSubstr("left out, with the stamp of another of the same camera: 1 picture"));
 }
 
 TEST(ReadLap, PicturesOfAClockThatWentBackStayAsTheyCame) {
