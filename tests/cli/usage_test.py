@@ -3,12 +3,14 @@
 
 usage: usage_test.py PROGRAM [unittest options]
 """
+import fcntl
 import json
 import os
 import pathlib
 import re
 import signal
 import subprocess
+import termios
 import time
 import unittest
 
@@ -171,17 +173,27 @@ class PipesAndSignals(InFolder):
         self.assertLess(len(records), self.COPIES)
         self.assertIn(f"stopped after {len(records)} of {self.COPIES} inputs", words)
 
-    def test_the_second_ctrl_c_says_that_it_ends_at_once(self):
+    def test_the_second_ctrl_c_ends_it_at_once_and_leaves_the_terminal_as_it_was(self):
         lap = pathlib.Path(__file__).resolve().parents[1] / "golden/0.1.0/lap.mcap"
-        stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)  # nobody reads
+        master, terminal = os.openpty()
+        before = termios.tcgetattr(terminal)
+        stuck = subprocess.Popen([PROGRAM, "play", "--speed", "0", lap], stdin=terminal, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                 start_new_session=True, preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0))  # nobody reads
         time.sleep(1)
-        for _ in range(2):
+        raw = termios.tcgetattr(terminal)
+        raw[3] &= ~(termios.ECHO | termios.ICANON)  # as a driver with the keyboard does
+        termios.tcsetattr(terminal, termios.TCSANOW, raw)
+        for wait in (0.02, 0.5, 0.2):  # the second at once is the same key, as timeout(1) sends it
             stuck.send_signal(signal.SIGINT)
-            time.sleep(0.5)
+            time.sleep(wait)
+            self.assertEqual(stuck.poll() is None, wait != 0.2, wait)
         self.assertEqual(stuck.wait(10), -signal.SIGINT)
         self.assertIn("the second signal: ended at once", stuck.stderr.read())
+        self.assertEqual(termios.tcgetattr(terminal)[3], before[3])
         stuck.stdout.close()
         stuck.stderr.close()
+        os.close(master)
+        os.close(terminal)
 
 
 if __name__ == "__main__":

@@ -69,7 +69,7 @@ class FirstAid(Wire):
 
 
 class Relay(Wire):
-    def words_of(self, *flags, after=()):
+    def words_of(self, *flags):
         """What the relay says within five seconds."""
         relay = self.start(PROGRAM, "ros2", "relay", *flags, stderr=subprocess.PIPE)
         time.sleep(5)
