@@ -35,8 +35,8 @@ Error in_use(const std::string& path, bool without_lock = false) {
 
 Error open_error(const std::string& path, int error) {
   const std::vector<std::string> ports = list_serial_ports();
-  const std::string there =
-      ports.empty() ? "This computer has no serial port." : fmt::format("There are: {}.", fmt::join(ports, ", "));
+  const std::string there = ports.empty() ? "This computer has no serial port."
+                                          : fmt::format("There are: {}.", fmt::join(ports, ", "));
   switch (error) {
     case ENOENT:
     case ENODEV:
