@@ -153,7 +153,10 @@ class Peers(Wire):
         time.sleep(1)
         code, out, words = wire_driver.end_of([PROGRAM, "ros2", "robot", "limo"], self.environment)
         self.assertEqual((code, out), (1, ""), words)
-        self.assertIn("2 programs publish odometry on /odom: are there two robots in this domain?", words)
+        two = "2 programs publish odometry on /odom: are there two robots in this domain?"
+        self.assertIn(two, words)
+        found = wire_driver.doctor(PROGRAM, "ros2:limo", self.environment)["robots"]
+        self.assertEqual((found["level"], found["words"]), ("fail", two))
 
     @LONG
     def test_two_robots_with_names_of_their_own_are_driven_one_by_one(self):

@@ -101,6 +101,7 @@ class Robot(Wire):
         names = ("robot", "clock", "peers", "qos")
         alone = wire_driver.doctor(PROGRAM, "ros2:limo-sim-tags", self.environment)
         self.assertEqual([alone[name]["level"] for name in ("robot", "peers")], ["fail", "fail"], alone)
+        self.assertEqual(alone["processor"]["words"], "not tried: the robot finds its tags itself")
         sim = self.start(PROGRAM, "robot-sim", "--world", "mbot-square", "--ros2", stdout=subprocess.DEVNULL)
         first = self.start(PROGRAM, "ros2", "robot", "limo-sim-tags", stdin=subprocess.PIPE)
         first.stdout.readline()

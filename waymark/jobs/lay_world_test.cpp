@@ -15,6 +15,7 @@ namespace waymark {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 RobotDescription limo() { return read_robot(WAYMARK_SHARE "/robots/limo.yaml").value(); }
@@ -23,9 +24,12 @@ class LayWorld : public ::testing::Test {
  protected:
   Result<LayWorldReport> laid(const std::string& table) {
     EXPECT_TRUE(write_text_file(folder_ / "line.csv", table));
+    JobControl control;
+    control.note = [this](const std::string& words) { notes_.push_back(words); };
     return lay_world({.path = (folder_ / "line.csv").string(), .output = output_.string(), .robot = limo()},
-                     {});
+                     control);
   }
+  std::vector<std::string> notes_;
   fs::path folder_ = testing::fresh_folder("jobs_world");
   fs::path output_ = folder_ / "world.yaml";
 };
@@ -39,6 +43,14 @@ TEST_F(LayWorld, ALineOfATableBecomesAWorldThatCanBeRead) {
   EXPECT_NEAR(report->check.lap_m, 5.8, 0.2);
   EXPECT_EQ(read_world(output_).value().tags.tags.size(), report->world.tags.tags.size());
   EXPECT_EQ(to_json(*report, "world.yaml")["tags"], report->world.tags.tags.size());
+}
+
+TEST_F(LayWorld, AnEarlierWorldIsKeptAndNamed) {
+  ASSERT_TRUE(write_text_file(output_, "mine: 1\n"));
+  ASSERT_TRUE(laid("x,y\n0,0\n2,0\n4,0\n"));
+  EXPECT_THAT(notes_, ElementsAre(HasSubstr((folder_ / "world.1.yaml").string())));
+  EXPECT_EQ(read_text_file(folder_ / "world.1.yaml", 100), std::string("mine: 1\n"));
+  EXPECT_TRUE(read_world(output_));
 }
 
 TEST_F(LayWorld, WhatIsNoLineIsSaidWithItsPlace) {

@@ -104,5 +104,19 @@ TEST_F(Staged, AnOutputFileNeedsItsFolder) {
   EXPECT_THAT(test::names_in(folder_), IsEmpty()) << "looking leaves nothing behind";
 }
 
+TEST_F(Staged, AnEarlierFileIsMovedAsideUnderTheNextFreeNumberUnlessItIsTheSame) {
+  fs::create_directories(folder_);
+  const fs::path file = folder_ / "world.yaml";
+  EXPECT_EQ(move_aside(file, "new"), std::string()) << "nothing is there";
+  ASSERT_TRUE(write_text_file(file, "first"));
+  EXPECT_EQ(move_aside(file, "first"), std::string()) << "the same text";
+  EXPECT_EQ(move_aside(file, "new"), (folder_ / "world.1.yaml").string());
+  ASSERT_TRUE(write_text_file(file, "second"));
+  EXPECT_EQ(move_aside(file, "new"), (folder_ / "world.2.yaml").string());
+  EXPECT_EQ(read_text_file(folder_ / "world.1.yaml", 100), std::string("first"));
+  EXPECT_EQ(read_text_file(folder_ / "world.2.yaml", 100), std::string("second"));
+  EXPECT_FALSE(fs::exists(file));
+}
+
 }  // namespace
 }  // namespace waymark

@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/drivers/process/sender_watch.hpp"
+
 namespace waymark {
 namespace {
 
@@ -37,8 +39,7 @@ DoctorLine clock_line(double behind_s) {
 }
 
 DoctorLine commands_line(const NetworkHeard& heard, const std::string& howto) {
-  constexpr int kMeansIt = 2;
-  if (heard.others_commands >= kMeansIt)
+  if (heard.others_commands >= kCommandsOfADriver)
     return {"commands", DoctorLevel::Fail,
             fmt::format("another program commands this robot on {}{}", heard.commands,
                         heard.driver.empty() ? "" : ": " + heard.driver),

@@ -3,8 +3,11 @@
 #include <iterator>
 #include <limits>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include "tests/support/robot_lines.hpp"
 #include "waymark/config/share.hpp"
@@ -41,6 +44,26 @@ TEST(PictureRing, HoldsTheLastTenPicturesAndLeavesNothing) {
     EXPECT_EQ(paths[5], paths[15]);
   }
   EXPECT_FALSE(std::filesystem::exists(folder));
+}
+
+TEST(PictureRing, RemovesTheFoldersOfProcessesThatWereKilled) {
+  const pid_t ended = fork();
+  if (ended == 0) _exit(0);
+  ASSERT_EQ(waitpid(ended, nullptr, 0), ended);
+  const auto beside = PictureRing::make().value().folder().parent_path();
+  const auto folder_of = [&](pid_t process) {
+    return beside / fmt::format("waymark-pictures-{}-test", process);
+  };
+  const auto foreign = beside / fmt::format("waymark-pictures-x{}", ended);
+  for (const auto& folder : {folder_of(ended), folder_of(getpid()), foreign})
+    std::filesystem::create_directory(folder);
+  std::ofstream(folder_of(ended) / "3.picture") << "bytes";
+  ASSERT_TRUE(PictureRing::make());
+  EXPECT_FALSE(std::filesystem::exists(folder_of(ended)));
+  EXPECT_TRUE(std::filesystem::exists(folder_of(getpid()))) << "this process lives";
+  EXPECT_TRUE(std::filesystem::exists(foreign)) << "of nobody that is known";
+  std::filesystem::remove(folder_of(getpid()));
+  std::filesystem::remove(foreign);
 }
 
 TEST(SimulationWatch, HoldsTheRobotOnlyWhileOdometryIsMissing) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "waymark/base/error.hpp"
+#include "waymark/drivers/keyboard/terminal_settings.hpp"
 
 namespace waymark {
 
@@ -21,11 +22,9 @@ class TerminalKeys {
   [[nodiscard]] Result<std::string> read();
 
  private:
-  struct Saved;
-  TerminalKeys(int descriptor, std::unique_ptr<Saved> saved);
+  explicit TerminalKeys(const TerminalSettings& saved);
 
-  int descriptor_;
-  std::unique_ptr<Saved> saved_;
+  TerminalSettings saved_;
 };
 
 }  // namespace waymark

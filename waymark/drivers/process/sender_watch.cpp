@@ -8,8 +8,7 @@
 namespace waymark {
 
 Status SenderWatch::alone(const std::string& where, const std::string& who, const std::string& start) const {
-  constexpr int kMeansIt = 2;  // one may have been on its way when its sender ended
-  if (listen_ == Duration(0) || commands_ < kMeansIt) return {};
+  if (listen_ == Duration(0) || commands_ < kCommandsOfADriver) return {};
   return fail(ErrorCode::InvalidArgument,
               fmt::format("another program commands this robot{}: {} commands in {:.1f} s",
                           who.empty() ? "" : ", " + who, commands_, to_seconds(listen_)),

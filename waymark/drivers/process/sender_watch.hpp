@@ -8,6 +8,10 @@
 
 namespace waymark {
 
+/// So many commands of another program mean that it drives: one may have been on its way when its sender
+/// ended.
+inline constexpr int kCommandsOfADriver = 2;
+
 /// Whether another program commands the robot, which is listened for after the robot is heard and before
 /// anything is sent to it: two senders make a robot obey both in turn.
 class SenderWatch {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "waymark/drivers/dds/ros_names.hpp"
+#include "waymark/drivers/process/sender_watch.hpp"
 
 namespace waymark {
 
@@ -18,9 +19,8 @@ bool OtherDrivers::hear(const Guid& from, bool drives, const Bus& bus) {
 }
 
 Result<std::string> OtherDrivers::found(const PublisherNames& names, const Bus& bus, Duration driving) const {
-  constexpr int kMeansIt = 2;  // one may have been on its way when its sender ended
   constexpr Duration kBeginsToo = std::chrono::seconds(3);
-  if (while_driving_ < kMeansIt) return std::string();
+  if (while_driving_ < kCommandsOfADriver) return std::string();
   const std::string who = names.of(commanders_, bus);
   const std::string words =
       fmt::format("another program commands this robot{}", who.empty() ? "" : ", " + who);
