@@ -88,6 +88,22 @@ class Relay(Wire):
         self.assertIn("/cmd_vel is subscribed as geometry_msgs/msg/Twist, but geometry_msgs/msg/TwistStamped is published here", words)
         self.assertNotIn("nobody subscribes", words)
 
+    @LONG
+    def test_that_is_killed_leaves_zero(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        listener = self.start(PEER, "listen", 9)
+        relay = self.start(PROGRAM, "ros2", "relay", "--from", "/cmd_vel", "--to", "/cmd_vel2", stderr=subprocess.PIPE)
+        echo = self.start(PROGRAM, "ros2", "topic", "echo", "/cmd_vel2", "--seconds", "8", stdout=subprocess.PIPE)
+        self.start(PROGRAM, "play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2")
+        time.sleep(5)
+        relay.kill()
+        self.assertIn("zero was published on /cmd_vel2", relay.communicate(timeout=20)[1])
+        listener.wait(20)
+        speeds = [float(x) for x in re.findall(r"linear:\n +x: (\S+)", echo.communicate(timeout=40)[0])]
+        self.assertGreater(max(speeds), 0.1)
+        self.assertEqual(speeds[-1], 0)
+
     def test_both_topics_are_named_and_differ(self):
         for flags, words in ((("--from", ""), "'' is no name of a topic"), (("--from", "/cmd_vel", "--to", "cmd_vel"), "--from and --to name the same topic")):
             refused = self.run_program("ros2", "relay", *flags)
@@ -127,6 +143,26 @@ class Play(Wire):
         over = self.run_program("play", lap, "--ros2", "--topics", "/odom,/tf_static")
         self.assertEqual(over.returncode, 1, over.stderr)
         self.assertIn("another program publishes /odom", over.stderr)
+
+    def test_zero_follows_commands_of_a_program_that_is_killed(self):
+        lap = self.folder / "lap.mcap"
+        self.succeeds("teach", "--world", "mbot-square", "-o", lap)
+        listener = self.start(PEER, "listen", 9)
+        self.assertEqual(listener.stdout.readline(), "listening\n")
+        words = ("play", lap, "--ros2", "--commands", "--topics", "/cmd_vel", "--from", "2")
+        play = self.start(PROGRAM, *words, stderr=subprocess.PIPE)
+        time.sleep(4)
+        killed = time.monotonic_ns()
+        play.kill()
+        self.assertIn("was killed: zero was published on /cmd_vel", play.communicate(timeout=20)[1])
+        commands = [(int(at), float(v)) for at, v, _ in COMMAND.findall(listener.communicate(timeout=30)[0])]
+        self.assertGreater(max(v for at, v in commands if at < killed), 0.1)
+        after = [(at, v) for at, v in commands if at > killed]
+        moving = max((at for at, v in after if v != 0), default=killed)
+        zero = min(at for at, v in after if v == 0)
+        print(f"play killed: last moving command {(moving - killed) / 1e6:.0f} ms, first zero {(zero - killed) / 1e6:.0f} ms after")
+        self.assertLess(moving, zero)
+        self.assertLess((zero - killed) / 1e9, 1.0)
 
     @LONG
     def test_a_recording_is_played_to_the_network(self):

@@ -1,6 +1,5 @@
 #include "waymark/cli/localize_live.hpp"
 
-#include <algorithm>
 #include <initializer_list>
 #include <optional>
 
@@ -8,14 +7,12 @@
 #include "waymark/cli/parts.hpp"
 #include "waymark/cli/pose_flags.hpp"
 #include "waymark/cli/setup_flags.hpp"
-#include "waymark/jobs/camera_tags.hpp"
 #include "waymark/jobs/localize_text.hpp"
 #include "waymark/jobs/localize_video.hpp"
 #include "waymark/live/camera_address.hpp"
 #include "waymark/live/localize_camera.hpp"
 #include "waymark/live/localize_lines.hpp"
 #include "waymark/live/localize_robot.hpp"
-#include "waymark/live/robot_kinds.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -136,43 +133,14 @@ void LocalizeLiveFlags::add_to(CLI::App& app) {
   add_flags(app, view);
 }
 
-namespace {
-
-/// Inputs that do not go together.
-Status check_inputs(const LocalizeJob& job, LocalizeInput input) {
-  const bool robot = input == LocalizeInput::Robot;
-  if (robot && !job.logs.empty())
-    return fail(ErrorCode::InvalidArgument,
-                "a robot that is there is localised, and a recording is named, too",
-                {.source = job.logs.front()}, "Leave one of them out; --robot NAME describes a robot.");
-  if (input == LocalizeInput::Camera && job.logs.size() > 1)
-    return fail(ErrorCode::InvalidArgument, "a live camera is the only input", {},
-                "Run the program once for each camera.");
-  if (input == LocalizeInput::Video && job.logs.size() > 1)
-    return fail(ErrorCode::InvalidArgument, "a video is the only input", {.source = job.logs[1]},
-                "Run the program once for each video.");
-  if (!robot && job.logs.empty())
-    return fail(ErrorCode::InvalidArgument, "there is nothing to localise", {},
-                "Name a recording, or a robot that is there: --robot ros2:limo.");
-  return {};
-}
-
-LocalizeInput kind_of(const LocalizeJob& job, bool calibrated) {
-  if (is_robot_kind(job.robot)) return LocalizeInput::Robot;
-  if (std::ranges::any_of(job.logs, is_camera_address)) return LocalizeInput::Camera;
-  const auto filmed = [&](const std::string& log) { return is_of_camera(log, calibrated); };
-  return std::ranges::any_of(job.logs, filmed) ? LocalizeInput::Video : LocalizeInput::Recording;
-}
-
-}  // namespace
-
 Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job) {
-  const LocalizeInput input = kind_of(job, app.count("--camera") > 0);
-  const bool robot = input == LocalizeInput::Robot;
-  const bool camera = input == LocalizeInput::Camera;
-  const bool video = input == LocalizeInput::Video;
+  const Result<LocalizeInput> input = localize_kind(job, app.count("--camera") > 0);
+  if (!input) return input;
+  const bool robot = *input == LocalizeInput::Robot;
+  const bool camera = *input == LocalizeInput::Camera;
+  const bool video = *input == LocalizeInput::Video;
   const char* leave_out = "Leave it out.";
-  Status status = check_inputs(job, input);
+  Status status;
   const auto refuse = [&](bool when, std::initializer_list<const char*> flags, const char* why,
                           const char* hint) {
     for (const char* flag : flags)
@@ -182,13 +150,13 @@ Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job
          "Add --robot KIND:ADDRESS.");
   refuse(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
          "this is about a robot or a camera that is there", leave_out);
-  refuse(input == LocalizeInput::Recording, {"--every-s"}, "this is about a robot, a camera or a video",
+  refuse(*input == LocalizeInput::Recording, {"--every-s"}, "this is about a robot, a camera or a video",
          leave_out);
   refuse(!camera && !video, {"--camera", "--camera-name", "--camera-size"},
          "this is about a live camera or a video", "--robot describes a robot's camera.");
   refuse(!video, {"--readout-ms"}, "this is about a video",
          "For a robot's camera it is --set filter.camera_readout_s=0.015.");
-  refuse(input != LocalizeInput::Recording,
+  refuse(*input != LocalizeInput::Recording,
          {"--no-adapt", "--base-frame", "--camera-frame", "--camera-topic", "--odometry-topic", "--imu-topic",
           "--sensor-pose"},
          "this is about recordings", leave_out);

@@ -7,6 +7,7 @@
 #include "waymark/cli/page_flags.hpp"
 #include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/localize_log.hpp"
+#include "waymark/live/localize_kind.hpp"
 
 namespace CLI {
 class App;
@@ -28,8 +29,6 @@ struct LocalizeLiveFlags {
 
   void add_to(CLI::App& app);
 };
-
-enum class LocalizeInput { Recording, Video, Camera, Robot };
 
 /// What is localised. Fails on flags that do not go with it.
 [[nodiscard]] Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job);

@@ -92,8 +92,8 @@ Verb play_verb() {
           R"(One line a sample: when, what kind, its numbers; poses and corners of tags, odometry, wheels, IMU, scans,
 commands, pictures by their size. Units are those of the house: metres, seconds, radians (degrees in words).
 Keys of --json: docs/reference/cli.md. With --ros2, velocity commands (Twist, TwistStamped) are left out unless --commands
-is given, and zero follows them at the end; they go out as the one of both types that is subscribed. A topic that another
-program publishes is refused.
+is given, and zero follows them at the end, by a second process also where this one is killed; they go out as the one of
+both types that is subscribed. A topic that another program publishes is refused.
 
 Exit code: 0 played to the end, 1 not a recording, not readable or damaged (what is sound is played), 2 wrong usage,
 130 stopped by Ctrl-C.

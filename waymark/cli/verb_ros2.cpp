@@ -4,6 +4,7 @@
 #include "waymark/drivers/dds/open_bus.hpp"
 #include "waymark/drivers/ros2/relay.hpp"
 #include "waymark/drivers/ros2/ros2_robot.hpp"
+#include "waymark/drivers/ros2/zero_guard.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -71,6 +72,9 @@ ExitCode relay(const RelayArgs& args, Console& console) {
   if (!options) return console.failed(options.error(), ExitCode::Usage);
   if (Status possible = check_relay(args.relay); !possible)
     return console.failed(possible.error(), ExitCode::Usage);
+  auto guard = ZeroGuard::start(*options, [&](const std::string& words) { console.say(words); });
+  if (!guard) return console.failed(guard.error(), ExitCode::SomeFailed);
+  guard->guard(relay_output(args.relay));
   const auto bus = open_bus(*options);
   if (!bus) return console.failed(bus.error(), ExitCode::SomeFailed);
   console.say(words_of(args.relay, options->domain));
@@ -88,8 +92,8 @@ Verb ros2_relay_verb() {
           "Pass velocity commands on and stop the robot when they cease: a watchdog to run on the robot",
       .help =
           R"(For robots that go on driving when commands cease, such as TurtleBot3: runs on the robot itself, passes commands on
-from one topic to another, and publishes zero when none came for 0.25 s, at least 25 times a second. The profile's
-command_topic is then the topic the commands come on.
+from one topic to another, and publishes zero when none came for 0.25 s, at least 25 times a second. A second process
+publishes zero where the relay is killed. The profile's command_topic is then the topic the commands come on.
 
 Exit code: 0 ended by Ctrl-C, 1 the network failed, 2 wrong usage.
 

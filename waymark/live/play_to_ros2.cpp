@@ -1,8 +1,13 @@
 #include "waymark/live/play_to_ros2.hpp"
 
+#include <optional>
+#include <utility>
+
 #include "waymark/drivers/dds/open_bus.hpp"
+#include "waymark/drivers/dds/ros_environment.hpp"
 #include "waymark/drivers/ros2/log_publisher.hpp"
 #include "waymark/drivers/ros2/topic_tools.hpp"
+#include "waymark/drivers/ros2/zero_guard.hpp"
 #include "waymark/drivers/watchdog/pipes.hpp"
 #include "waymark/jobs/play_log.hpp"
 
@@ -23,13 +28,23 @@ Ros2Played play_to_ros2(MessageLog& log, const LogSelection& selection, const Ro
                         const JobControl& control) {
   constexpr Duration kDiscovery = std::chrono::milliseconds(1500);
   constexpr Duration kLookAgain = std::chrono::seconds(1);
-  const auto bus = open_bus();
+  BusOptions network;
+  if (Status known = apply_ros_environment(network, process_environment()); !known) return {.status = known};
+  std::optional<ZeroGuard> guard;
+  if (options.commands) {
+    auto started = ZeroGuard::start(network, control.note);
+    if (!started) return {.status = tl::unexpected(started.error())};
+    guard.emplace(std::move(*started));
+  }
+  const auto bus = open_bus(network);
   if (!bus) return {.status = tl::unexpected(bus.error())};
   wait_for_discovery(**bus, kDiscovery, control.cancelled);
   std::vector<LogChannel> channels = log.channels();
   std::erase_if(channels, [&](const LogChannel& one) { return !selection.takes(one.topic); });
   if (Status alone = nobody_publishes(channels, options.commands, **bus); !alone) return {.status = alone};
-  LogPublisher publisher(**bus, options.commands);
+  LogPublisher publisher(**bus, options.commands, [&](const BusTopic& topic) {
+    if (guard) guard->guard(topic);
+  });
   const auto say = [&] {
     for (const std::string& words : publisher.take_words()) control.note(words);
   };

@@ -100,7 +100,10 @@ Result<LogPublisher::Publisher> LogPublisher::advertise(const LogChannel& record
   const auto made = bus_.advertise(use.name, use.qos);
   if (!made) return tl::unexpected(made.error());
   uses_.push_back(use);
-  if (moves) moving_[*made] = type == ros2::TwistStamped::kType;
+  if (moves) {
+    moving_[*made] = type == ros2::TwistStamped::kType;
+    moves_(use.name);
+  }
   return Publisher{*made, type};
 }
 

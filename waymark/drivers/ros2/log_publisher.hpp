@@ -1,8 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "waymark/drivers/dds/bus.hpp"
@@ -26,7 +28,10 @@ namespace waymark {
 class LogPublisher {
  public:
   /// Velocity commands move a robot that listens to them: they are published where `commands` says so.
-  LogPublisher(Bus& bus, bool commands) : bus_(bus), commands_(commands) {}
+  /// `moves` is told of each topic of commands before the first of them.
+  explicit LogPublisher(
+      Bus& bus, bool commands, std::function<void(const BusTopic&)> moves = [](const BusTopic&) {})
+      : bus_(bus), commands_(commands), moves_(std::move(moves)) {}
 
   /// A message that is not of ROS is passed over. Fails where the network refuses it.
   Status publish(const LogChannel& channel, const LogMessage& message);
@@ -54,6 +59,7 @@ class LogPublisher {
 
   Bus& bus_;
   bool commands_;
+  std::function<void(const BusTopic&)> moves_;
   CdrChannels channels_{[](LogProblem::Kind, const std::string&, const Error&) {}};
   std::map<std::string, Publisher> publishers_{};  ///< by topic
   std::vector<TopicUse> uses_{};

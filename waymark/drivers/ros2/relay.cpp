@@ -106,13 +106,17 @@ Status check_relay(const RelayOptions& options) {
   return {};
 }
 
+BusTopic relay_output(const RelayOptions& options) {
+  return dds_topic(options.to, options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType);
+}
+
 Result<RelayCounts> relay_commands(Bus& bus, const RelayOptions& options,
                                    const std::function<void(const std::string&)>& say,
                                    const std::function<bool()>& should_stop) {
   if (Status possible = check_relay(options); !possible) return tl::unexpected(possible.error());
   const std::string_view type = options.stamped ? ros2::TwistStamped::kType : ros2::Twist::kType;
   const TopicUse from{.name = dds_topic(options.from, type), .qos = {.reliable = false, .depth = 1}};
-  const TopicUse to{.publishes = true, .name = dds_topic(options.to, type), .qos = {.depth = 1}};
+  const TopicUse to{.publishes = true, .name = relay_output(options), .qos = {.depth = 1}};
   const auto in = bus.subscribe(from.name, from.qos);
   if (!in) return tl::unexpected(in.error());
   const auto out = bus.advertise(to.name, to.qos);

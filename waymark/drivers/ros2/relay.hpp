@@ -30,6 +30,9 @@ struct RelayCounts {
 /// Fails where both topics are one.
 [[nodiscard]] Status check_relay(const RelayOptions& options);
 
+/// The topic on which it publishes, as DDS names it.
+[[nodiscard]] BusTopic relay_output(const RelayOptions& options);
+
 /// What keeps commands from their way from publisher to robot, in words: topics of another type or with
 /// qualities of service that exclude ours, nobody who publishes or listens, somebody who commands the robot
 /// past the relay. `others`: endpoints of other participants.
