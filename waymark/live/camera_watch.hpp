@@ -21,7 +21,7 @@ struct CameraWatch {
   double duration_s = std::numeric_limits<double>::infinity();  ///< from the first picture on
   const CameraModel* camera =
       nullptr;  ///< its lens bends the edges of tags; the pictures' size must be its own
-  std::function<Status(CameraPicture&)> on_picture;  ///< an error ends the watch
+  std::function<Status(CameraPicture&)> on_picture{};  ///< an error ends the watch
   std::function<void(const std::string&)> on_words = [](const std::string&) {};
   std::function<bool()> should_stop = [] { return false; };
 };

@@ -18,7 +18,7 @@ struct DetectCamerasJob {
   std::optional<PoseSetup> poses{};
   double duration_s = 0;              ///< 0: until the control cancels it
   std::optional<PageOptions> page{};  ///< of one camera
-  std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture;
+  std::function<void(const PictureReport&, const PoseList&, Duration age)> on_picture{};
 };
 
 /// What became of one camera; an error ended it alone.
