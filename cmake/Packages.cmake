@@ -52,7 +52,7 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME waymark)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 # Loaded when the first video is opened (waymark/media).
-set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libavformat59 | libavformat60, libavcodec59 | libavcodec60, libavutil57 | libavutil58")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "libavformat59 | libavformat60, libavcodec59 | libavcodec60, libavutil57 | libavutil58, libsdl2-2.0-0")
 set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Teach a robot a route once and repeat it, from AprilTags and one camera
 A person drives a lap with a small robot; the recording becomes an optimised
 map of the tags and a reference route; then the robot localises itself with a
