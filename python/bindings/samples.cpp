@@ -190,9 +190,9 @@ void bind_other_samples(py::module_& m) {
   def_number(scan, "range_min_m", &LaserScan::range_min_m, "[m]");
   scan.def_property(
       "range_max_m", [](const LaserScan& s) { return s.range_max_m; },
-      [](LaserScan& s, double range) {
-        if (std::isnan(range)) refuse("range_max_m", "not a number", "Give metres, or inf.");
-        s.range_max_m = static_cast<decltype(s.range_max_m)>(range);
+      [](LaserScan& s, double range_m) {
+        if (std::isnan(range_m)) refuse("range_max_m", "not a number", "Give metres, or inf.");
+        s.range_max_m = static_cast<decltype(s.range_max_m)>(range_m);
       },
       "[m]; infinite where it is not known.");
   scan.def_property(
