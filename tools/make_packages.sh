@@ -18,6 +18,7 @@ cmake --preset package >build/package.configure.log 2>&1 || { cat build/package.
 cmake --build --preset package -j "$(nproc)" -- --quiet
 rm -rf build/package/packages
 (cd build/package && cpack -G DEB >cpack.log 2>&1) || { cat build/package/cpack.log; exit 1; }
+rm -rf build/package/packages/_CPack_Packages  # where it puts packages together
 tools/make_tarball.py build/package build/package/packages
 tools/make_sbom.py build/package/waymark/cli/waymark build/package/waymark/cli/waymark-watchdog >build/package/packages/waymark.spdx.json
 (cd build/package/packages && sha256sum -- * >SHA256SUMS)

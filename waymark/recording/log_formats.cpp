@@ -134,8 +134,7 @@ bool looks_like_recording(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, error)) return false;
   const auto source = open_file(path);
   const std::uint64_t size = source ? (*source)->size().value_or(0) : 0;
-  constexpr std::uint64_t kHeadBytes = 64;
-  Bytes head(static_cast<std::size_t>(std::min(size, kHeadBytes)));
+  Bytes head(static_cast<std::size_t>(std::min<std::uint64_t>(size, kHeadBytes)));
   if (head.empty() || !(*source)->read(0, head)) return false;
   return packing_of(head) != Packing::None || std::ranges::any_of(kFormats, [&](const FormatRow& row) {
            return row.certain && row.begins != nullptr && row.begins(head, size);

@@ -9,6 +9,9 @@
 /// The formats of recordings: one row of the table in log_formats.cpp each.
 namespace waymark {
 
+/// A file is recognised by at most so many of its first bytes.
+inline constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
+
 /// Opens bytes that are not packed by the format that `head`, their first ones, begin. Fails on those of no
 /// format.
 [[nodiscard]] Result<std::unique_ptr<MessageLog>> open_by_format(std::unique_ptr<ByteSource> source,

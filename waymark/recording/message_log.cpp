@@ -11,8 +11,6 @@
 namespace waymark {
 namespace {
 
-constexpr std::size_t kHeadBytes = std::size_t{1} << 16U;
-
 /// The first bytes of a file, as many as there are.
 Result<Bytes> head_of(const ByteSource& source) {
   const Result<std::uint64_t> size = source.size();
