@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(Sets, RenderedSet,
                          ::testing::Values(Expected{"mixed", 10, 0.55}, Expected{"single", 6, 0.7},
                                            Expected{"grid", 2, 0.95}, Expected{"shadow", 2, 0.9},
                                            Expected{"bar", 2, 0.7}, Expected{"inverted", 1, 0.9}),
-                         [](const auto& info) { return std::string(info.param.set); });
+                         [](const auto& of) { return std::string(of.param.set); });
 
 TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
   const Expected& expected = GetParam();

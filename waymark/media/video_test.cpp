@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(All, EveryKind,
                                            Kind{"MjpegAvi", VideoCodec::Mjpeg, ".avi", "mjpeg"},
                                            Kind{"MjpegMov", VideoCodec::Mjpeg, ".mov", "mjpeg"},
                                            Kind{"H264Avi", VideoCodec::H264, ".avi", "h264"}),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& of) { return of.param.name; });
 
 TEST(Video, TheRotationFlagIsReportedAndPixelsStay) {
   const fs::path path = testing::fresh_folder("video_rotation") / "phone.mp4";

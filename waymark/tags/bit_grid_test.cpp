@@ -52,7 +52,7 @@ class BitGridOf : public ::testing::TestWithParam<FamilyId> {};
 INSTANTIATE_TEST_SUITE_P(Families, BitGridOf,
                          ::testing::Values(FamilyId::Tag36h11, FamilyId::Tag25h9, FamilyId::TagStandard41h12,
                                            FamilyId::TagCircle49h12),
-                         [](const auto& info) { return std::string(to_string(info.param)); });
+                         [](const auto& of) { return std::string(to_string(of.param)); });
 
 TEST_P(BitGridOf, CornersThatAreRightStayAsTheyAre) {
   Random random(3);

@@ -41,7 +41,7 @@ TagCorners in_the_middle(double side_px, double angle_rad) {
 
 class EveryFamilyHere : public ::testing::TestWithParam<FamilyId> {};
 INSTANTIATE_TEST_SUITE_P(Families, EveryFamilyHere, ::testing::ValuesIn(kAllFamilies),
-                         [](const auto& info) { return std::string(to_string(info.param)); });
+                         [](const auto& of) { return std::string(to_string(of.param)); });
 
 TEST_P(EveryFamilyHere, IsReadInEveryDirectionWithCornersInPrintedOrder) {
   const auto detector = made(only(GetParam()));
@@ -119,7 +119,7 @@ TEST(WaymarkDetector, CorrectsAsManyBitsAsItMay) {
       const auto found = made(options)->detect(image).value();
       ASSERT_EQ(found.size(), wrong <= options.max_hamming ? 1U : 0U)
           << wrong << " of " << options.max_hamming;
-      if (!found.empty()) EXPECT_EQ(found[0].hamming, wrong);
+      for (const TagDetection& tag : found) EXPECT_EQ(tag.hamming, wrong);
     }
   }
 }
