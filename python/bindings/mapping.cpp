@@ -29,18 +29,30 @@ void take_section(py::dict& given, const char* name, Options& options) {
   update_options(options, section);
 }
 
+/// A keyword's value; TypeError where it is of another type.
+template <class T>
+T keyword_as(const py::object& value, const std::string& name, const std::string& needed) {
+  try {
+    return py::cast<T>(value);
+  } catch (const py::cast_error&) {
+    throw py::type_error("map_recording(): " + name + " is " + needed + ", not " +
+                         std::string(py::repr(value)));
+  }
+}
+
 MapJob job_of(const std::filesystem::path& recording, const std::filesystem::path& folder,
               const py::kwargs& given) {
   py::dict rest = given.attr("copy")();
   MapJob job{.lap = recording, .folder = folder};
   if (const py::object method = take(rest, "method"); !method.is_none())
-    job.options.method = value_of(parse_map_method(py::cast<std::string>(method)), "method");
+    job.options.method =
+        value_of(parse_map_method(keyword_as<std::string>(method, "method", "a string")), "method");
   if (const py::object anchor = take(rest, "anchor"); !anchor.is_none())
     job.overrides.anchor = to_string(tag_of(anchor));
   if (const py::object pose = take(rest, "map_T_anchor"); !pose.is_none())
-    job.overrides.map_T_anchor = py::cast<SE3>(pose);
+    job.overrides.map_T_anchor = keyword_as<SE3>(pose, "map_T_anchor", "an SE3");
   if (const py::object size = take(rest, "tag_size_m"); !size.is_none())
-    job.overrides.tag_size_m = py::cast<double>(size);
+    job.overrides.tag_size_m = keyword_as<double>(size, "tag_size_m", "a number of metres");
   take_section(rest, "chain", job.options.chain);
   take_section(rest, "bundle", job.options.bundle);
   take_section(rest, "route", job.options.route);

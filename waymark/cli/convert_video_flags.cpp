@@ -62,7 +62,7 @@ Result<ConvertVideoFlags::Prepared> ConvertVideoFlags::prepare(const std::string
   Prepared prepared{{.input = input, .output = output, .pictures = pictures_}, std::move(*finder)};
   if (*poses) {
     prepared.job.camera = (*poses)->camera;
-    prepared.job.tag_size_m = (*poses)->sizes.default_size_m;
+    prepared.job.sizes = (*poses)->sizes;
   }
   return prepared;
 }

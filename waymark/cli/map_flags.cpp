@@ -12,6 +12,7 @@
 #include "waymark/config/world_file.hpp"
 #include "waymark/jobs/anchor_words.hpp"
 #include "waymark/jobs/map_steps.hpp"
+#include "waymark/jobs/poses.hpp"
 
 namespace waymark::cli {
 namespace {
@@ -89,10 +90,13 @@ Result<MapJob> MapArgs::make_job() const {
   if (!extend.empty() && (!anchor.empty() || !anchor_pose.empty()))
     return fail(ErrorCode::InvalidArgument, "the map that is extended says where its tags stand",
                 {.key = anchor.empty() ? "--anchor-pose" : "--anchor"}, "Leave it out.");
+  const auto sizes = parse_tag_sizes(tag_sizes);
+  if (!sizes) return tl::unexpected(sizes.error());
   const auto overrides =
-      overrides_of({.anchor = anchor, .anchor_pose = anchor_pose, .tag_size_m = tag_size_m});
+      overrides_of({.anchor = anchor, .anchor_pose = anchor_pose, .tag_size_m = sizes->default_size_m});
   if (!overrides) return tl::unexpected(overrides.error());
   made.overrides = *overrides;
+  made.overrides.size_by_tag_m = sizes->size_by_tag_m;
   if (world.empty()) return made;
   const auto path = find_shared("worlds", world);
   if (!path) return tl::unexpected(path.error());
@@ -104,7 +108,7 @@ Result<MapJob> MapArgs::make_job() const {
 
 Status MapArgs::read_maps(MapJob& job) const {
   if (!prior.empty()) {
-    Result<LandmarksFile> older = read_landmarks(prior, tag_size_m);
+    Result<LandmarksFile> older = read_landmarks(prior, job.overrides.tag_size_m);
     if (!older) return tl::unexpected(older.error());
     job.prior = std::move(*older);
   }
@@ -150,8 +154,11 @@ void MapArgs::add_to(CLI::App& verb) {
              "right, y down, z into the tag). Unless given: that of the recording; for another anchor the "
              "map's origin is its centre, map z is up, map x goes into the tag")
       ->expected(6);
-  add_option(verb, "--tag-size-m NUMBER", tag_size_m,
-             "Side of the black square of the tags, in metres. Unless given: that of the recording");
+  verb.add_option("--tag-size-m", tag_sizes,
+                  "Side of the black square of the tags [m]; ID=SIZE for a tag of another size (repeatable). "
+                  "Unless given: those of the recording")
+      ->allow_extra_args(false)  // or it would take the recordings that follow for sizes
+      ->type_name("SIZE");
   add_option(verb, "--world NAME", world, "Ground truth of the tags, where the recording does not hold it");
   add_option(verb, "--prior FILE", prior,
              "Older map of the place (map.yaml, or any that `waymark localize --map` takes) with which the "

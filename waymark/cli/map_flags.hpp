@@ -31,7 +31,7 @@ struct MapArgs {
   std::string folder;
   std::string method = "bundle";
   std::string anchor;
-  std::optional<double> tag_size_m;
+  std::vector<std::string> tag_sizes;
   std::string world;
   std::string prior;
   std::string extend;

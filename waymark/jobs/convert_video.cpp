@@ -41,7 +41,7 @@ Status begin(const ConvertVideoJob& job, const std::string& format, SampleRecord
       {"version", WAYMARK_VERSION},
       {"source", std::filesystem::path(job.input).filename().string()},
       {"source_format", format}};
-  if (job.tag_size_m) facts[lap_facts::kTagSize] = fmt::format("{}", *job.tag_size_m);
+  add_tag_sizes(job.sizes, facts);
   if (job.camera)
     recorder.add_cameras_with_first_sample({{.camera = *job.camera, .base_T_cam = base_T_camera({})}});
   return recorder.add_metadata(lap_facts::kMetadata, facts);

@@ -11,6 +11,7 @@
 #include "waymark/jobs/job_control.hpp"
 #include "waymark/media/video_reader.hpp"
 #include "waymark/samples/robot_samples.hpp"
+#include "waymark/samples/tag_sizes.hpp"
 #include "waymark/tags/tag_finder.hpp"
 
 /// Videos as streams of tags: for recordings, and for maps.
@@ -38,9 +39,9 @@ struct ConvertVideoJob {
   std::string input{};
   std::string output{};  ///< new file
   std::optional<CameraModel>
-      camera{};  ///< written as /camera_info, at the origin of the base and straight ahead
-  std::optional<double> tag_size_m{};  ///< noted in the recording
-  std::string pictures{};              ///< kept as: raw, jpeg; empty: not at all
+      camera{};            ///< written as /camera_info, at the origin of the base and straight ahead
+  TagSizes sizes{};        ///< noted in the recording
+  std::string pictures{};  ///< kept as: raw, jpeg; empty: not at all
 };
 
 /// Takes a picture and its tags, in order; the view is valid during the call.

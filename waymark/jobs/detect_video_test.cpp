@@ -146,7 +146,7 @@ TEST_F(TagVideo, BecomesARecordingOfTagsAndPictures) {
   const ConvertVideoJob job{.input = at("walk.mp4"),
                             .output = at("walk.mcap"),
                             .camera = camera,
-                            .tag_size_m = 0.165,
+                            .sizes = {.default_size_m = 0.165},
                             .pictures = "raw"};
   const auto found = convert_video(job, finder_, {});
   ASSERT_TRUE(found) << to_string(found.error());

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <iterator>
+#include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "waymark/config/world_file.hpp"
+#include "waymark/jobs/poses.hpp"
 
 namespace waymark {
 namespace {
@@ -113,19 +117,41 @@ Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overri
   TeachSetup setup{.camera = *lap.setup.camera,
                    .base_T_cam = *lap.setup.base_T_cam,
                    .more_cameras = lap.setup.more_cameras};
-  const auto size = tag_size_of(lap, overrides);
-  if (!size)
+  auto sizes = tag_sizes_of(lap, overrides);
+  if (!sizes) return tl::unexpected(sizes.error());
+  if (!sizes->default_size_m)
     return fail(ErrorCode::NotFound, "the recording does not say how large its tags are", {},
                 "Give --tag-size-m, the side of the black square.");
-  setup.sizes.default_size_m = *size;
+  setup.sizes = std::move(*sizes);
   if (Status status = setup.sizes.check(); !status) return tl::unexpected(status.error());
   if (Status status = fill_anchor(lap, overrides, setup); !status) return tl::unexpected(status.error());
   return setup;
 }
 
-std::optional<double> tag_size_of(const RecordedLap& lap, const SetupOverrides& overrides) {
-  if (overrides.tag_size_m) return overrides.tag_size_m;
-  return parse_number(metadata(lap.setup, lap_facts::kTagSize).value_or(""));
+Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides) {
+  std::istringstream words(metadata(lap.setup, lap_facts::kTagSizes).value_or(""));
+  Result<TagSizes> sizes = parse_tag_sizes({std::istream_iterator<std::string>(words), {}});
+  if (!sizes) {
+    Error error = sizes.error();
+    error.message = fmt::format("the recording's metadata {}: {}", lap_facts::kTagSizes, error.message);
+    error.place = {};
+    return tl::unexpected(std::move(error));
+  }
+  sizes->default_size_m = overrides.tag_size_m;
+  if (!sizes->default_size_m)
+    sizes->default_size_m = parse_number(metadata(lap.setup, lap_facts::kTagSize).value_or(""));
+  for (const auto& [tag, size_m] : overrides.size_by_tag_m) sizes->size_by_tag_m[tag] = size_m;
+  return sizes;
+}
+
+void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts) {
+  if (!sizes.default_size_m) return;
+  facts[lap_facts::kTagSize] = fmt::format("{}", *sizes.default_size_m);
+  std::string others;
+  for (const auto& [tag, size_m] : sizes.size_by_tag_m)
+    if (size_m != *sizes.default_size_m)
+      others += fmt::format("{}{}={}", others.empty() ? "" : " ", to_string(tag), size_m);
+  if (!others.empty()) facts[lap_facts::kTagSizes] = others;
 }
 
 Result<std::optional<World>> true_world(const RecordedLap& lap) {

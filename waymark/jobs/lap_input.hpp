@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ inline constexpr const char* kMetadata = "waymark";
 inline constexpr const char* kAnchor = "anchor";
 inline constexpr const char* kAnchorPose = "map_T_anchor";
 inline constexpr const char* kTagSize = "tag_size_m";
+inline constexpr const char* kTagSizes = "tag_sizes_m";  ///< of tags of another size: "tag36h11:7=0.08 …"
 inline constexpr const char* kRobotFile = "robot.yaml";
 inline constexpr const char* kWorldFile = "truth/world.yaml";
 }  // namespace lap_facts
@@ -32,7 +34,11 @@ struct SetupOverrides {
   std::optional<std::string> anchor{};  ///< "tag36h11:0", or a number of tag36h11
   std::optional<SE3> map_T_anchor{};
   std::optional<double> tag_size_m{};
+  std::map<TagId, double> size_by_tag_m{};  ///< of tags of another size [m]
 };
+
+/// Sizes as metadata of a recording: kTagSize and, where some tags are of another size, kTagSizes.
+void add_tag_sizes(const TagSizes& sizes, std::map<std::string, std::string>& facts);
 
 /// "tag36h11:0", or a number of tag36h11.
 [[nodiscard]] Result<TagId> tag_named(const std::string& text);
@@ -42,8 +48,9 @@ struct SetupOverrides {
 /// against the tag's y, x along the tag's z.
 [[nodiscard]] Result<TeachSetup> setup_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
-/// The side of the black square of its tags, where somebody or the recording says so.
-[[nodiscard]] std::optional<double> tag_size_of(const RecordedLap& lap, const SetupOverrides& overrides);
+/// The sizes that the overrides give, else the recording; without a default where neither has one. Fails on
+/// recorded words that are no sizes.
+[[nodiscard]] Result<TagSizes> tag_sizes_of(const RecordedLap& lap, const SetupOverrides& overrides);
 
 /// The world a recording was made in, if it says so.
 [[nodiscard]] Result<std::optional<World>> true_world(const RecordedLap& lap);

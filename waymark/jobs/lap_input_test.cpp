@@ -105,6 +105,21 @@ TEST(SetupOf, FactsThatMakeNoSenseAreErrors) {
   EXPECT_FALSE(setup_of(lap, {}));
 }
 
+TEST(SetupOf, TagsOfAnotherSizeAreAsTheRecordingOrTheCallerSays) {
+  const TagId small{FamilyId::Tag36h11, 5};
+  const TagId large{FamilyId::Tag36h11, 6};
+  RecordedLap lap = whole_lap();
+  auto& facts = lap.setup.metadata[lap_facts::kMetadata];
+  const TagSizes sizes{0.2, {{small, 0.12}, {large, 0.3}, {{FamilyId::Tag36h11, 7}, 0.2}}};
+  add_tag_sizes(sizes, facts);
+  EXPECT_EQ(facts[lap_facts::kTagSizes], "tag36h11:5=0.12 tag36h11:6=0.3") << "7 is as the others";
+  EXPECT_EQ(setup_of(lap, {})->sizes, (TagSizes{0.2, {{small, 0.12}, {large, 0.3}}}));
+  EXPECT_EQ(setup_of(lap, {.tag_size_m = 0.25, .size_by_tag_m = {{small, 0.1}}})->sizes,
+            (TagSizes{0.25, {{small, 0.1}, {large, 0.3}}}));
+  facts[lap_facts::kTagSizes] = "tag36h11:5=wide";
+  EXPECT_THAT(setup_error(lap).message, HasSubstr("tag_sizes_m"));
+}
+
 TEST(LapFacts, WorldAndRobotTravelInTheRecording) {
   RecordedLap lap = whole_lap();
   ASSERT_TRUE(true_world(lap));

@@ -27,7 +27,9 @@ Result<MapFile> map_poses(const RecordedLap& recorded, const MapJob& job, MapRep
                 "this recording holds poses of tags and no corners: its map stands where the lap began", {},
                 "Leave out --anchor, --anchor-pose and --extend.");
   PoseLap lap{.frames = recorded.tag_poses, .odometry = best_odometry(recorded)};
-  lap.sizes.default_size_m = tag_size_of(recorded, job.overrides);
+  auto sizes = tag_sizes_of(recorded, job.overrides);
+  if (!sizes) return tl::unexpected(sizes.error());
+  lap.sizes = std::move(*sizes);
   if (Status status = lap.sizes.check(); !status) return tl::unexpected(status.error());
   if (const auto facts = recorded.setup.metadata.find(lap_facts::kMetadata);
       facts != recorded.setup.metadata.end() && facts->second.contains(lap_facts::kAnchor))

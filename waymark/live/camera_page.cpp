@@ -116,8 +116,7 @@ Status CameraPage::begin_recording(const CameraPicture& seen) {
   recorder_ = std::move(*recorder);
   std::map<std::string, std::string> facts = {
       {"verb", "detect"}, {"version", WAYMARK_VERSION}, {"source", camera_.description()}};
-  if (poses_ && poses_->sizes.default_size_m)
-    facts[lap_facts::kTagSize] = fmt::format("{}", *poses_->sizes.default_size_m);
+  if (poses_) add_tag_sizes(poses_->sizes, facts);
   if (poses_)
     recorder_->add_cameras_with_first_sample({{.camera = poses_->camera, .base_T_cam = base_T_camera({})}});
   return recorder_->add_metadata(lap_facts::kMetadata, facts);

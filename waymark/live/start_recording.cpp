@@ -89,8 +89,8 @@ Result<SampleRecorder> start_recording(const std::string& path, const Making& ma
       {"robot", simulated.model.name},
       {"driver", making.driver},
       {"source", setup.process.empty() ? "sim" : "process:" + setup.process.text()},
-      {lap_facts::kAnchor, to_string(lap.anchor)},
-      {lap_facts::kTagSize, fmt::format("{}", *lap.sizes.default_size_m)}};
+      {lap_facts::kAnchor, to_string(lap.anchor)}};
+  add_tag_sizes(lap.sizes, facts);
   if (setup.process.empty()) facts["seed"] = std::to_string(simulated.robot.seed);
   if (!setup.world_yaml.empty()) {
     facts["world"] = simulated.world.name;
