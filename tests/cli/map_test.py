@@ -3,6 +3,8 @@
 
 usage: map_test.py PROGRAM [unittest options]
 """
+import pathlib
+import re
 import resource
 import unittest
 import xml.etree.ElementTree
@@ -36,6 +38,17 @@ class Map(WithLap):
             lines = [line for line in (self.folder / "map" / name).read_text().splitlines() if not line.startswith("#")]
             self.assertTrue(all(len(line.split()) == 8 for line in lines))
             self.assertGreater(len(lines), 800)
+
+    def test_tags_of_several_sizes(self):
+        world = (pathlib.Path(__file__).resolve().parents[2] / "share/worlds/circuit24.yaml").read_text()
+        (self.folder / "sizes.yaml").write_text(re.sub(r"({id: 5,[^}]*)}", r"\1, size_m: 0.12}", world))
+        self.assertEqual(self.run_here("teach", "--world", "sizes.yaml", "-o", "sizes.mcap").code, 0)
+        outcome = self.run_here("map", "sizes.mcap", "-o", "sizes", "--json")
+        self.assertEqual((outcome.code, outcome.err), (0, ""))
+        self.assertLess(outcome.records[0]["tag_max_m"], 0.02)
+        self.assertEqual((self.folder / "sizes/map.yaml").read_text().count("size_m: 0.12"), 1)
+        wrong = self.run_here("map", "sizes.mcap", "-o", "wrong", "--json", "--tag-size-m", "0.16", "--tag-size-m", "5=0.16")
+        self.assertGreater(wrong.records[0]["tag_max_m"], 0.1, "what is said by hand goes before the recording")
 
     def test_an_older_map_is_kept(self):
         for size in ("0.16", "0.17", "0.16"):
@@ -151,7 +164,7 @@ class Map(WithLap):
                 (["none.mcap", "-o", "m"], 1, "none.mcap"),
                 (["photograph.png", "-o", "m"], 1, "no recording of a kind we know"),
                 (["lap.mcap"], 2, "--output is required"),
-                (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "0 is not a size in metres"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "0"], 2, "'0' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--method", "chian"], 2, "there is no method 'chian'. Did you mean 'chain'?"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "nan", "0", "0", "0"], 2, "--anchor-pose"),
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0"], 2, "--anchor-pose"),
@@ -159,7 +172,7 @@ class Map(WithLap):
                 (["lap.mcap", "-o", "m", "--anchor-pose", "0", "0", "0.3", "0", "0", "0"], 1, "An upright tag has roll -90"),
                 (["lap.mcap", "-o", "m", "--anchor", "99"], 1, "tag36h11:99 is never seen"),
                 (["lap.mcap", "-o", "m", "--anchor", "tag36h12:1"], 1, "tag36h12"),
-                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "-1 is not a size in metres"),
+                (["lap.mcap", "-o", "m", "--tag-size-m", "-1"], 2, "'-1' is not a size in metres"),
                 (["lap.mcap", "-o", "m", "--step-m", "9"], 2, "(--step-m): 9 is outside"),
                 (["lap.mcap", "-o", "m", "--world", "bad.yaml"], 2, "bad.yaml:1 (tag_family): 'tag_family' is missing"),
                 (["lap.mcap", "-o", "file/m"], 1, "file/m: cannot make the folder")):
