@@ -305,6 +305,11 @@ class Callbacks(unittest.TestCase):
         with self.assertRaises(TypeError):
             replay.ReplaySession(str(self.map), folowwer={})
 
+    def test_a_keyword_of_another_type_is_a_type_error_that_names_it(self):
+        for name, value in (("tag_size_m", "0.16"), ("map_T_anchor", 3), ("method", 3)):
+            with self.assertRaisesRegex(TypeError, f"{name} is an? .*, not {value!r}"):
+                mapping.map_recording(self.lap, str(pathlib.Path(self.folder.name) / "typed"), **{name: value})
+
     def test_reports_and_steps_round_trip(self):
         report = mapping.map_recording(self.lap, str(pathlib.Path(self.folder.name) / "again"), **ANCHORED)
         for copied in (pickle.loads(pickle.dumps(report)), copy.deepcopy(report)):
