@@ -2,23 +2,16 @@
 
 #ifdef WAYMARK_HAVE_LIBAV
 
-#include <dlfcn.h>
-
 #include <array>
 
 #include <fmt/format.h>
 
+#include "waymark/drivers/modules/shared_library.hpp"
+
 namespace waymark::internal {
 namespace {
 
-/// A library that is never unloaded.
-struct Library {
-  std::string name;
-  void* handle;
-
-  explicit Library(const char* stem, int major)
-      : name(fmt::format("{}.so.{}", stem, major)), handle(::dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) {}
-};
+std::string file_of(const char* stem, int major) { return fmt::format("{}.so.{}", stem, major); }
 
 tl::unexpected<Error> missing(const std::string& what) {
   return fail(ErrorCode::Unsupported, "video files need libavformat and libavcodec: " + what, {},
@@ -26,23 +19,14 @@ tl::unexpected<Error> missing(const std::string& what) {
                           LIBAVFORMAT_VERSION_MAJOR, LIBAVCODEC_VERSION_MAJOR));
 }
 
-template <class Function>
-void look_up(const Library& library, const char* name, Function& function, std::string& absent) {
-  function = reinterpret_cast<Function>(::dlsym(library.handle, name));
-  if (function == nullptr) absent = fmt::format("{} has no {}", library.name, name);
-}
-
 Result<Libav> load() {
-  const Library util("libavutil", LIBAVUTIL_VERSION_MAJOR);
-  const Library codec("libavcodec", LIBAVCODEC_VERSION_MAJOR);
-  const Library format("libavformat", LIBAVFORMAT_VERSION_MAJOR);
-  for (const Library* library : {&util, &codec, &format})
-    if (library->handle == nullptr) return missing(library->name + " cannot be loaded");
+  SharedLibrary util(file_of("libavutil", LIBAVUTIL_VERSION_MAJOR));
+  SharedLibrary codec(file_of("libavcodec", LIBAVCODEC_VERSION_MAJOR));
+  SharedLibrary format(file_of("libavformat", LIBAVFORMAT_VERSION_MAJOR));
   Libav av;
-  std::string absent;
-#define WAYMARK_LIBAV_UTIL(name) look_up(util, #name, av.name, absent);
-#define WAYMARK_LIBAV_CODEC(name) look_up(codec, #name, av.name, absent);
-#define WAYMARK_LIBAV_FORMAT(name) look_up(format, #name, av.name, absent);
+#define WAYMARK_LIBAV_UTIL(name) util.look_up(#name, av.name);
+#define WAYMARK_LIBAV_CODEC(name) codec.look_up(#name, av.name);
+#define WAYMARK_LIBAV_FORMAT(name) format.look_up(#name, av.name);
   WAYMARK_LIBAVUTIL(WAYMARK_LIBAV_UTIL)
   WAYMARK_LIBAVCODEC(WAYMARK_LIBAV_CODEC)
   WAYMARK_LIBAVCODEC_NEW(WAYMARK_LIBAV_CODEC)
@@ -51,7 +35,8 @@ Result<Libav> load() {
 #undef WAYMARK_LIBAV_UTIL
 #undef WAYMARK_LIBAV_CODEC
 #undef WAYMARK_LIBAV_FORMAT
-  if (!absent.empty()) return missing(absent);
+  for (const SharedLibrary* library : {&util, &codec, &format})
+    if (!library->missing().empty()) return missing(library->missing());
   av.av_log_set_level(AV_LOG_QUIET);
   return av;
 }

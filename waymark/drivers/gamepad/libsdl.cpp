@@ -2,22 +2,19 @@
 
 #ifdef WAYMARK_HAVE_SDL2
 
-#include <dlfcn.h>
+#include "waymark/drivers/modules/shared_library.hpp"
 
 namespace waymark::internal {
 namespace {
 
 Result<Libsdl> load() {
-  void* library = ::dlopen("libSDL2-2.0.so.0", RTLD_NOW | RTLD_LOCAL);
+  SharedLibrary library("libSDL2-2.0.so.0");
   Libsdl sdl;
-  bool complete = library != nullptr;
-#define WAYMARK_SDL_LOOK_UP(name)                                                                          \
-  sdl.name = library == nullptr ? nullptr : reinterpret_cast<decltype(sdl.name)>(::dlsym(library, #name)); \
-  complete = complete && sdl.name != nullptr;
+#define WAYMARK_SDL_LOOK_UP(name) library.look_up(#name, sdl.name);
   WAYMARK_SDL(WAYMARK_SDL_LOOK_UP)
 #undef WAYMARK_SDL_LOOK_UP
-  if (complete) return sdl;
-  return fail(ErrorCode::Unsupported, "gamepads need SDL 2, which cannot be loaded", {},
+  if (library.missing().empty()) return sdl;
+  return fail(ErrorCode::Unsupported, "gamepads need SDL 2: " + library.missing(), {},
               "Install it: sudo apt install libsdl2-2.0-0; or use --driver keyboard.");
 }
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include <dlfcn.h>
+#include "waymark/drivers/modules/shared_library.hpp"
 
 namespace waymark::internal {
 namespace {
@@ -16,24 +16,16 @@ tl::unexpected<Error> missing(const std::string& what) {
               std::string("Install it: sudo apt install ") + kPackages);
 }
 
-template <class Function>
-void look_up(void* library, const char* name, Function& function, std::string& absent) {
-  function = library == nullptr ? nullptr : reinterpret_cast<Function>(::dlsym(library, name));
-  if (function == nullptr) absent = std::string("there is no ") + name;
-}
-
 Result<Gstreamer> load() {
-  const auto open = [](const char* name) { return ::dlopen(name, RTLD_NOW | RTLD_LOCAL); };
-  void* core = open("libgstreamer-1.0.so.0");
-  void* app = open("libgstapp-1.0.so.0");
-  void* gobject = open("libgobject-2.0.so.0");
-  void* glib = open("libglib-2.0.so.0");
+  SharedLibrary core("libgstreamer-1.0.so.0");
+  SharedLibrary app("libgstapp-1.0.so.0");
+  SharedLibrary gobject("libgobject-2.0.so.0");
+  SharedLibrary glib("libglib-2.0.so.0");
   Gstreamer gst;
-  std::string absent;
-#define WAYMARK_GSTREAMER_CORE(name) look_up(core, #name, gst.name, absent);
-#define WAYMARK_GSTREAMER_SINK(name) look_up(app, #name, gst.name, absent);
-#define WAYMARK_GSTREAMER_OBJECT(name) look_up(gobject, #name, gst.name, absent);
-#define WAYMARK_GSTREAMER_GLIB(name) look_up(glib, #name, gst.name, absent);
+#define WAYMARK_GSTREAMER_CORE(name) core.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_SINK(name) app.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_OBJECT(name) gobject.look_up(#name, gst.name);
+#define WAYMARK_GSTREAMER_GLIB(name) glib.look_up(#name, gst.name);
   WAYMARK_GSTREAMER(WAYMARK_GSTREAMER_CORE)
   WAYMARK_GSTREAMER_APP(WAYMARK_GSTREAMER_SINK)
   WAYMARK_GOBJECT(WAYMARK_GSTREAMER_OBJECT)
@@ -42,7 +34,8 @@ Result<Gstreamer> load() {
 #undef WAYMARK_GSTREAMER_SINK
 #undef WAYMARK_GSTREAMER_OBJECT
 #undef WAYMARK_GSTREAMER_GLIB
-  if (!absent.empty()) return missing(absent);
+  for (const SharedLibrary* library : {&core, &app, &gobject, &glib})
+    if (!library->missing().empty()) return missing(library->missing());
   GError* error = nullptr;
   if (gst.gst_init_check(nullptr, nullptr, &error) == 0) {
     const std::string words = error != nullptr ? error->message : "it does not start";

@@ -2,24 +2,19 @@
 
 #ifdef WAYMARK_HAVE_LCM
 
-#include <string>
-
-#include <dlfcn.h>
+#include "waymark/drivers/modules/shared_library.hpp"
 
 namespace waymark::internal {
 namespace {
 
 Result<Liblcm> load() {
-  void* library = ::dlopen("liblcm.so.1", RTLD_NOW | RTLD_LOCAL);
+  SharedLibrary library("liblcm.so.1");
   Liblcm lcm;
-  bool complete = library != nullptr;
-#define WAYMARK_LCM_LOOK_UP(name)                                                                          \
-  lcm.name = library == nullptr ? nullptr : reinterpret_cast<decltype(lcm.name)>(::dlsym(library, #name)); \
-  complete = complete && lcm.name != nullptr;
+#define WAYMARK_LCM_LOOK_UP(name) library.look_up(#name, lcm.name);
   WAYMARK_LCM(WAYMARK_LCM_LOOK_UP)
 #undef WAYMARK_LCM_LOOK_UP
-  if (complete) return lcm;
-  return fail(ErrorCode::Unsupported, "robots on LCM need liblcm, which cannot be loaded", {.source = "LCM"},
+  if (library.missing().empty()) return lcm;
+  return fail(ErrorCode::Unsupported, "robots on LCM need liblcm: " + library.missing(), {.source = "LCM"},
               "Install it: sudo apt install liblcm1");
 }
 

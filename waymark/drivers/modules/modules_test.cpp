@@ -9,6 +9,7 @@
 #include "waymark/base/random.hpp"
 #include "waymark/drivers/modules/arrival_queue.hpp"
 #include "waymark/drivers/modules/load_module.hpp"
+#include "waymark/drivers/modules/shared_library.hpp"
 
 namespace waymark {
 namespace {
@@ -121,6 +122,22 @@ TEST_F(Module, OneThatIsNoLibrarySaysWhatRunsIt) {
   EXPECT_EQ(broken.error().code, ErrorCode::Unsupported);
   EXPECT_NE(broken.error().message.find("cannot be loaded"), std::string::npos);
   EXPECT_NE(broken.error().hint.find("libglass,"), std::string::npos);
+}
+
+TEST(SharedLibrary, SaysWhatIsMissing) {
+  SharedLibrary none("libwaymark-is-not-there.so.1");
+  double (*cosine)(double) = [](double x) { return x; };
+  none.look_up("cos", cosine);
+  EXPECT_EQ(cosine, nullptr);
+  EXPECT_EQ(none.missing(), "libwaymark-is-not-there.so.1 cannot be loaded");
+  SharedLibrary math("libm.so.6");
+  math.look_up("cos", cosine);
+  ASSERT_NE(cosine, nullptr) << math.missing();
+  EXPECT_EQ(cosine(0), 1.0);
+  EXPECT_EQ(math.missing(), "");
+  math.look_up("waymark_cos", cosine);
+  EXPECT_EQ(cosine, nullptr);
+  EXPECT_EQ(math.missing(), "libm.so.6 has no waymark_cos");
 }
 
 }  // namespace
