@@ -112,7 +112,7 @@ class Calibrate(unittest.TestCase):
                 (["--detections", "two.jsonl", *self.BOARD], 1, "2 pictures show two tags"),
                 (["--detections", "mixed.jsonl", *self.BOARD], 1, "one camera in one resolution"),
                 (["--detections", "text.jsonl", *self.BOARD], 1, "text.jsonl:1"),
-                (["--detections", "none.jsonl", *self.BOARD], 1, "none.jsonl: cannot open"),
+                (["--detections", "none.jsonl", *self.BOARD], 1, "none.jsonl: there is no such file"),
                 (["--detections", "tags.jsonl"], 2, "give either the board"),
                 (["--detections", "tags.jsonl", "--cols", "6"], 2, "--rows"),
                 (["--detections", "tags.jsonl", "--cols", "1000000", "--rows", "1000000", "--tag-size-m", "0.02"], 2, "there are 0 to 586"),

@@ -45,7 +45,7 @@ class Evaluate(InFolder):
     def test_bad_truth_and_bad_detections(self):
         (self.folder / "bad.csv").write_text("image,id,x0,y0,x1,y1,x2,y2,x3,y3\nphotograph,7,1,2,3,4,5,6,7,eight\n")
         for words, parts in (
-                (["--truth", "none.csv", "photos"], ["none.csv: cannot open"]),
+                (["--truth", "none.csv", "photos"], ["none.csv: there is no such file"]),
                 (["--truth", "bad.csv", "photos"], ["bad.csv:2 (y3): 'eight' is not a finite number"]),
                 (["--truth", "photograph.png", "photos"], ["photograph.png"]),
                 (["--truth", "truth.csv", "--detections", "truth.csv"], ["truth.csv:1: is not a JSON object"])):

@@ -184,7 +184,7 @@ class EvaluateTrajectory(unittest.TestCase):
                 (["empty.txt", "truth.txt"], "empty.txt"),
                 (["truth.txt", "columns.csv"], "no columns x_m and y_m"),
                 (["truth.txt", "nan.csv"], "nan.csv:3 (y_m)"),
-                (["truth.txt", "none.txt"], "none.txt: cannot open"),
+                (["truth.txt", "none.txt"], "none.txt: there is no such file"),
                 (["truth.txt", "truth.txt", "--from", "500"], "It lasts 20.0 s")):
             outcome = self.run_here(*words)
             self.assertEqual((outcome.code, outcome.out), (1, ""), words)

@@ -95,6 +95,37 @@ time.sleep(20)
             self.assertLess(time.monotonic() - start, 10, words)
             self.assertIn("pipe", done.err)
 
+    def test_a_signal_ends_the_wait_for_a_pipe_of_text(self):
+        os.mkfifo(self.folder / "pipe")
+        for ending in (signal.SIGINT, signal.SIGTERM):
+            process = subprocess.Popen([harness.PROGRAM, "evaluate", "pipe", "pipe"], cwd=self.folder, stderr=subprocess.PIPE, text=True)
+            self.addCleanup(process.kill)
+            time.sleep(0.5)
+            self.assertIsNone(process.poll(), "it waits for somebody who writes")
+            process.send_signal(ending)
+            words = process.communicate(timeout=20)[1]
+            self.assertIn("pipe: reading was interrupted", words)
+
+    def test_text_is_read_from_a_pipe(self):
+        rows = "".join(f"{i} {i} 0 0 0 0 0 1\n" for i in range(5))
+        (self.folder / "lap.tum").write_text(rows, encoding="utf-8")
+        os.mkfifo(self.folder / "pipe.tum")
+        process = subprocess.Popen([harness.PROGRAM, "evaluate", "pipe.tum", "lap.tum", "--json"], cwd=self.folder, stdout=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        with open(self.folder / "pipe.tum", "w", encoding="utf-8") as pipe:
+            for row in rows.splitlines(keepends=True):  # slowly
+                pipe.write(row)
+                pipe.flush()
+                time.sleep(0.05)
+        out = process.communicate(timeout=20)[0]
+        self.assertEqual(process.returncode, 0, out)
+
+    def test_bytes_that_are_no_text_are_refused_at_once(self):
+        start = time.monotonic()
+        done = self.run_here("evaluate", "/dev/zero", "/dev/zero")
+        self.assertIn("this is binary (it holds zero bytes), and no text", done.err)
+        self.assertLess(time.monotonic() - start, 5)
+
     def test_links_out_of_a_folder_are_not_shown(self):
         shown = self.folder / "shown"
         (shown / "map").mkdir(parents=True)

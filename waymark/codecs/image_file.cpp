@@ -16,6 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "waymark/base/write_mend.hpp"
 #include "waymark/codecs/formats.hpp"
 
 namespace waymark {
@@ -128,7 +129,7 @@ tl::unexpected<Error> cannot_create(const fs::path& path, int error) {
                 "Create it or choose another.");
   }
   return fail(ErrorCode::Unwritable, fmt::format("cannot create this file: {}", reason(error)),
-              place_of(path));
+              place_of(path), write_mend(error, folder.string()));
 }
 
 }  // namespace
@@ -163,7 +164,7 @@ Status write_bytes(const fs::path& path, std::span<const std::uint8_t> bytes) {
   std::error_code ignored;
   if (fs::is_regular_file(path, ignored)) fs::remove(path, ignored);
   return fail(ErrorCode::Unwritable, fmt::format("cannot complete this file: {}", reason(error)),
-              place_of(path), error == ENOSPC ? "Free some space or choose another disk." : "");
+              place_of(path), write_mend(error, path.parent_path().string()));
 }
 
 }  // namespace waymark

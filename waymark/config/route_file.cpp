@@ -282,6 +282,9 @@ Status check_station(const Route& route, const Station& station) {
     return fail(ErrorCode::InvalidArgument, std::move(message), {.key = "stations"}, std::move(hint));
   };
   if (station.name.empty()) return wrong("a station without a name");
+  if (std::ranges::any_of(station.name, [](unsigned char letter) { return letter < ' ' || letter == 0x7F; }))
+    return wrong("the name of a station holds a line break or another control character",
+                 "Give it a name of one line.");
   for (const Station& other : route.stations) {
     if (other.name == station.name) return wrong(fmt::format("two stations are called '{}'", station.name));
   }

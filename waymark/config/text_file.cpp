@@ -1,13 +1,21 @@
 #include "waymark/config/text_file.hpp"
 
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
 
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <fmt/format.h>
+
+#include "waymark/base/write_mend.hpp"
 
 namespace waymark {
 namespace {
@@ -40,8 +48,34 @@ std::optional<Beginning> no_text(std::string_view beginning) {
        {"\x89PNG"sv, "a picture (PNG)", kPictureHint}}};
   for (const Beginning& known : kBeginnings)
     if (beginning.starts_with(known.magic)) return known;
+  if (beginning.find('\0') != std::string_view::npos)
+    return Beginning{"", "binary (it holds zero bytes)", "Give a text file here, in UTF-8."};
   return std::nullopt;
 }
+
+/// A file to read, or a pipe. A signal ends the wait for a pipe that nobody writes to.
+class OpenFile {
+ public:
+  explicit OpenFile(int number) : number_(number) {}
+  ~OpenFile() {
+    if (number_ >= 0) ::close(number_);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  [[nodiscard]] int number() const { return number_; }
+  /// As read(2): 0 at the end, -1 with errno of a failure.
+  [[nodiscard]] ssize_t read(char* into, std::size_t size) const {
+    pollfd ready{.fd = number_, .events = POLLIN, .revents = 0};
+    while (true) {
+      if (::poll(&ready, 1, -1) < 0) return -1;
+      const ssize_t got = ::read(number_, into, size);
+      if (got >= 0 || errno != EAGAIN) return got;
+    }
+  }
+
+ private:
+  int number_;
+};
 
 /// `text_only`: what begins as no text does is refused.
 Result<std::string> read(const std::filesystem::path& path, std::size_t max_bytes, bool text_only) {
@@ -53,25 +87,33 @@ Result<std::string> read(const std::filesystem::path& path, std::size_t max_byte
   if (std::filesystem::is_directory(status)) {
     return fail(ErrorCode::Unreadable, "this is a folder", {.source = path.string()}, "Give a file.");
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
+  // Without waiting: a pipe that nobody writes to would never open.
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.number() < 0) {
     return fail(ErrorCode::Unreadable, "the file cannot be opened", {.source = path.string()},
                 "Check its permissions.");
   }
   // In blocks, so that a small file costs little however much is allowed; pipes have no size to ask for.
   constexpr std::size_t kBlock = std::size_t{1} << 16U;
   std::string text;
-  while (file && text.size() <= max_bytes) {
+  while (text.size() <= max_bytes) {
     const std::size_t before = text.size();
     text.resize(before + kBlock);
-    file.read(text.data() + before, static_cast<std::streamsize>(kBlock));
-    text.resize(before + static_cast<std::size_t>(file.gcount()));
+    const ssize_t got = file.read(text.data() + before, kBlock);
+    if (got < 0) {
+      const bool interrupted = errno == EINTR;
+      return fail(ErrorCode::Unreadable,
+                  interrupted ? "reading was interrupted"
+                              : "reading failed: " + std::generic_category().message(errno),
+                  {.source = path.string()});
+    }
+    text.resize(before + static_cast<std::size_t>(got));
+    if (got == 0) break;
     if (before > 0 || !text_only) continue;
     if (const auto found = no_text(text))
       return fail(ErrorCode::Unreadable, fmt::format("this is {}, and no text", found->what),
                   {.source = path.string()}, std::string(found->hint));
   }
-  if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed", {.source = path.string()});
   if (text.size() > max_bytes) {
     return fail(ErrorCode::LimitExceeded,
                 fmt::format("the file is longer than the {} bytes allowed", max_bytes),
@@ -94,14 +136,17 @@ Status write_text_file(const std::filesystem::path& path, std::string_view text)
   std::filesystem::path beside = path;
   beside += ".tmp";
   {
+    errno = 0;
     std::ofstream file(beside, std::ios::binary | std::ios::trunc);
     file.write(text.data(), static_cast<std::streamsize>(text.size()));
     file.close();
     if (!file) {
+      const std::error_code why(errno, std::generic_category());
       std::error_code ignored;
       std::filesystem::remove(beside, ignored);
-      return fail(ErrorCode::Unwritable, "the file cannot be written", {.source = path.string()},
-                  "Check that its folder exists, may be written and has room.");
+      return fail(ErrorCode::Unwritable,
+                  why ? "the file cannot be written: " + why.message() : "the file cannot be written",
+                  {.source = path.string()}, write_mend(why.value(), path.parent_path().string()));
     }
   }
   std::error_code error;

@@ -9,8 +9,12 @@
 
 namespace waymark {
 
-/// The bytes of a regular file of at most so many bytes. Fails, and says what it is, on a file that begins as
-/// a recording, a picture or a packed file does.
+/// Of tables and lists, which may be long.
+inline constexpr std::size_t kMostTextBytes = std::size_t{1} << 30U;
+
+/// The bytes of a file or a pipe of at most so many bytes. Fails, and says what it is, on a file that begins
+/// as a recording, a picture or a packed file does, or holds zero bytes. A signal ends the wait for a pipe
+/// that nobody writes to, as an error.
 [[nodiscard]] Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t max_bytes);
 /// The same of any content.
 [[nodiscard]] Result<std::string> read_file(const std::filesystem::path& path, std::size_t max_bytes);

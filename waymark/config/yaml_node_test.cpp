@@ -138,8 +138,11 @@ TEST(TextFile, ComesBackAsWritten) {
   const std::string text("a: 1\r\nb: \0\xff", 11);
   ASSERT_TRUE(write_text_file(path, text));
   ASSERT_TRUE(write_text_file(path, text)) << "replaces";
-  EXPECT_EQ(*read_text_file(path, 11), text);
-  EXPECT_EQ(to_string(read_text_file(path, 10).error()),
+  EXPECT_EQ(*read_file(path, 11), text);
+  EXPECT_EQ(to_string(read_text_file(path, 11).error()),
+            path.string() +
+                ": this is binary (it holds zero bytes), and no text. Give a text file here, in UTF-8.");
+  EXPECT_EQ(to_string(read_file(path, 10).error()),
             path.string() + ": the file is longer than the 10 bytes allowed. Is this the right file?");
 }
 

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/config/text_file.hpp"
 #include "waymark/media/video_format.hpp"
 
 namespace waymark {
@@ -139,7 +140,7 @@ class PictureChoice {
 };
 
 Result<SeenPictures> from_detections(const std::string& path) {
-  const auto text = read_text(path == "-" ? "/dev/stdin" : path);
+  const auto text = read_text_file(path == "-" ? "/dev/stdin" : path, kMostTextBytes);
   if (!text) return tl::unexpected(text.error());
   auto reports = parse_reports(*text, path);
   if (!reports) return tl::unexpected(reports.error());

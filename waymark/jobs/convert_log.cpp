@@ -164,10 +164,8 @@ Result<ExportReport> write_out(const std::string& format, const BagFormat& bag, 
   std::error_code ignored;
   fs::remove_all(out.beside, ignored);
   // Nobody asked for the file beside it.
-  if (!report && report.error().place.source.starts_with(out.beside.string())) {
-    report.error().place.source = out.path.string();
-    if (!report.error().hint.empty()) report.error().hint = "Free some space; nothing was written.";
-  }
+  if (!report && report.error().place.source.starts_with(out.beside.string()))
+    report.error() = named_output(std::move(report.error()), out.path);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = out.path.string()});
   return report;
 }

@@ -64,12 +64,6 @@ Status write_tags(const ConvertVideoJob& job, const std::string& format, const s
   return status ? recorder->close() : status;
 }
 
-/// An error of the file beside, which is removed: it names the file that was asked for, and nothing is kept.
-void name_output(const ConvertVideoJob& job, Error& error) {
-  error.place.source = job.output;
-  if (error.hint.starts_with("Free some space")) error.hint = "Free some space; nothing was written.";
-}
-
 }  // namespace
 
 Status record_tags(const ConvertVideoJob& job, const std::string& format,
@@ -83,7 +77,8 @@ Status record_tags(const ConvertVideoJob& job, const std::string& format,
   std::error_code ignored;
   std::filesystem::remove(beside, ignored);
   if (error) return fail(ErrorCode::Unwritable, error.message(), {.source = job.output});
-  if (written.error().place.source == beside.string()) name_output(job, written.error());
+  if (written.error().place.source == beside.string())
+    written.error() = named_output(std::move(written.error()), job.output);
   return written;
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/base/counted.hpp"
+#include "waymark/config/text_file.hpp"
 
 namespace waymark {
 namespace {
@@ -29,7 +30,7 @@ Reports detect(const EvaluateDetectionsJob& job, const TagFinder& finder, const 
 }
 
 Result<Reports> read_reports(const EvaluateDetectionsJob& job) {
-  const auto text = read_text(job.detections == "-" ? "/dev/stdin" : job.detections);
+  const auto text = read_text_file(job.detections == "-" ? "/dev/stdin" : job.detections, kMostTextBytes);
   auto reports = text ? parse_reports(*text, job.detections) : tl::unexpected(text.error());
   if (!reports) return tl::unexpected(reports.error());
   return Reports{.reports = std::move(*reports)};
@@ -95,7 +96,7 @@ nlohmann::ordered_json to_json(const std::vector<ClassScores>& classes, const ch
 
 Result<EvaluateDetectionsReport> evaluate_detections(const EvaluateDetectionsJob& job,
                                                      const TagFinder& finder, const JobControl& control) {
-  const auto text = read_text(job.truth);
+  const auto text = read_text_file(job.truth, kMostTextBytes);
   const auto truth = text ? parse_truth(*text, job.truth) : tl::unexpected(text.error());
   if (!truth) return tl::unexpected(truth.error());
   Result<Reports> all =

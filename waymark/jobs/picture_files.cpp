@@ -139,26 +139,4 @@ std::vector<Input> find_inputs(const std::vector<std::string>& sources, bool rec
   return inputs;
 }
 
-Result<std::string> read_text(const std::string& path, std::size_t max_bytes) {
-  std::error_code error;
-  if (fs::is_directory(path, error))
-    return fail(ErrorCode::Unreadable, "is a folder, not a file", {.source = path});
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    const ErrorCode code = errno == ENOENT ? ErrorCode::NotFound : ErrorCode::Unreadable;
-    return fail(code, fmt::format("cannot open: {}", std::strerror(errno)), {.source = path});
-  }
-  std::string text;
-  std::array<char, 65536> block{};
-  while (file.read(block.data(), block.size()) || file.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(file.gcount()));
-    if (text.size() > max_bytes) {
-      return fail(ErrorCode::LimitExceeded, fmt::format("larger than {} bytes", max_bytes), {.source = path});
-    }
-  }
-  if (file.bad()) return fail(ErrorCode::Unreadable, "reading failed halfway", {.source = path});
-  return text;
-}
-
 }  // namespace waymark

@@ -21,8 +21,4 @@ struct Input {
 /// stream is an error of that SOURCE alone; a recording or a video passes as it is.
 [[nodiscard]] std::vector<Input> find_inputs(const std::vector<std::string>& sources, bool recursive);
 
-/// The whole file, for text; NotFound, Unreadable or LimitExceeded (over `max_bytes`).
-[[nodiscard]] Result<std::string> read_text(const std::string& path,
-                                            std::size_t max_bytes = std::size_t{1} << 30U);
-
 }  // namespace waymark

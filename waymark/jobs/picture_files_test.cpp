@@ -86,12 +86,5 @@ TEST_F(Sources, StreamsAndDevicesAreRefusedInWordsAndVideosPass) {
   EXPECT_EQ(stream[0].error.value_or(Error{}).code, ErrorCode::Unsupported);
 }
 
-TEST_F(Sources, TextFilesAreReadWholeOrRefused) {
-  EXPECT_EQ(read_text(at("b.png")).value_or("?"), "x");
-  EXPECT_EQ(read_text(at("none")).error().code, ErrorCode::NotFound);
-  EXPECT_THAT(to_string(read_text(at("empty")).error()), HasSubstr("is a folder"));
-  EXPECT_EQ(read_text("/dev/zero", 1000).error().code, ErrorCode::LimitExceeded);
-}
-
 }  // namespace
 }  // namespace waymark

@@ -149,7 +149,7 @@ TEST(RecoverLog, WhatIsWholeOfACutFileIsARecordingAgain) {
   EXPECT_EQ(info->report.messages, report->recovery.messages);
   EXPECT_LT(info->report.messages, look_at(short_lap(), true, {})->report.messages);
   EXPECT_GT(info->report.messages, 0U);
-  EXPECT_THAT(to_text(*report), HasSubstr("bytes at the end of " + cut + " are lost"));
+  EXPECT_THAT(to_text(*report), HasSubstr("bytes of " + cut + " are lost"));
   const auto json = to_json(*report);
   EXPECT_EQ(json["messages"], report->recovery.messages);
   EXPECT_FALSE(json["problems"].empty());

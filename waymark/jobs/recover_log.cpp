@@ -44,7 +44,7 @@ std::string to_text(const RecoverReport& report) {
   if (recovery.was_whole)
     return fmt::format("{} was whole: {} is the same, {} messages\n", report.file, report.output,
                        recovery.messages);
-  return fmt::format("{}: {} messages in {} chunks; {} bytes at the end of {} are lost\n", report.output,
+  return fmt::format("{}: {} messages in {} chunks; {} bytes of {} are lost\n", report.output,
                      recovery.messages, recovery.chunks, recovery.lost_bytes, report.file);
 }
 

@@ -9,6 +9,7 @@
 
 #include "waymark/base/suggest.hpp"
 #include "waymark/config/route_file.hpp"
+#include "waymark/config/text_file.hpp"
 #include "waymark/config/trajectory_file.hpp"
 #include "waymark/evaluation/csv.hpp"
 #include "waymark/jobs/picture_files.hpp"
@@ -150,7 +151,7 @@ Result<Reference> reference_of_log(const std::string& path, const std::string& t
 Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::string& topic,
                                           const JobControl& control) {
   if (is_recording(path)) return poses_of_log(path, topic, topics::kEstimate, control);
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text_file(path, kMostTextBytes);
   if (!text) return tl::unexpected(text.error());
   if (kind_of(*text) == FileKind::Table) return poses_of_log(path, topic, topics::kEstimate, control);
   const Result<Trajectory> trajectory = parse_trajectory(*text, path);
@@ -162,7 +163,7 @@ Result<EstimatedTrajectory> read_estimate(const std::string& path, const std::st
 Result<Reference> read_reference(const std::string& path, const std::string& topic, bool closed,
                                  const JobControl& control) {
   if (is_recording(path)) return reference_of_log(path, topic, control);
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = read_text_file(path, kMostTextBytes);
   if (!text) return tl::unexpected(text.error());
   const FileKind kind = kind_of(*text);
   if (kind == FileKind::Other) return path_of_route(*text, path, closed);

@@ -10,6 +10,8 @@
 
 #include <fmt/format.h>
 
+#include "waymark/base/write_mend.hpp"
+
 namespace waymark {
 namespace {
 
@@ -137,14 +139,6 @@ class MemorySource final : public ByteSource {
   std::string name_;
 };
 
-/// How to mend what errno says of a file that was to be made.
-std::string mend_of(int error, const std::filesystem::path& path) {
-  if (error == ENOENT) return fmt::format("Make the folder '{}' first.", path.parent_path().string());
-  if (error == EACCES || error == EROFS) return "Name a folder in which you may write.";
-  if (error == ENOSPC || error == EDQUOT) return "Free some space.";
-  return "";
-}
-
 class MemorySink final : public ByteSink {
  public:
   explicit MemorySink(Bytes& bytes) : bytes_(bytes) {}
@@ -166,7 +160,8 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path)
   const int error = errno;
   const std::string why = fmt::format("cannot create the file: {}", reason());
   const Place place{.source = path.string()};
-  if (error != EEXIST) return fail(ErrorCode::Unwritable, why, place, mend_of(error, path));
+  if (error != EEXIST)
+    return fail(ErrorCode::Unwritable, why, place, write_mend(error, path.parent_path().string()));
   std::error_code ignored;
   const auto status = std::filesystem::status(path, ignored);
   if (std::filesystem::is_directory(status))
@@ -176,6 +171,12 @@ Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path)
                 place, "Give the name of a file.");
   return fail(ErrorCode::Unwritable, why, place,
               "A recording is never overwritten: choose another name or remove it.");
+}
+
+Error named_output(Error error, const std::filesystem::path& output) {
+  error.place = {.source = output.string()};
+  if (error.hint.starts_with("Free some space")) error.hint = "Free some space; nothing was written.";
+  return error;
 }
 
 Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to) {

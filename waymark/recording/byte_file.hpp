@@ -34,6 +34,8 @@ class ByteSource {
 
 /// A new file. Fails when it exists already: a recording is never overwritten.
 [[nodiscard]] Result<std::unique_ptr<ByteSink>> create_file(const std::filesystem::path& path);
+/// The error of a file that grew beside its place and is removed: it names the place, and nothing is kept.
+[[nodiscard]] Error named_output(Error error, const std::filesystem::path& output);
 /// Gives a finished file its name, in one step. Fails when the name is taken; the file keeps its old name
 /// then.
 [[nodiscard]] Status rename_to_new(const std::filesystem::path& from, const std::filesystem::path& to);

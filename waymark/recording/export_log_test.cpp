@@ -228,6 +228,25 @@ TEST(ExportMcap, MetadataAttachmentsAndStampsComeAlong) {
   EXPECT_EQ(back->summary().start, 100'000'000'000U);
 }
 
+TEST(ExportLog, ADamagedAttachmentIsLeftOutAndSaid) {
+  Bytes file = drive([](SampleRecorder& recorder) {
+    EXPECT_TRUE(recorder.add_attachment("map.yaml", "application/yaml", at_s(1), "anchor: 3\n"));
+    EXPECT_TRUE(recorder.add_attachment("robot.yaml", "application/yaml", at_s(1), "name: limo\n"));
+  });
+  file[as_text(file).find("anchor: 3")] = 'e';
+  const auto log = log_of(file);
+  Bytes out;
+  const auto report = export_mcap(*log, memory_sink(out), {});
+  ASSERT_TRUE(report) << to_string(report.error());
+  EXPECT_TRUE(std::ranges::any_of(report->problems, [](const LogProblem& problem) {
+    return problem.error.message.find("attachment 'map.yaml'") != std::string::npos;
+  }));
+  const auto back = log_of(out);
+  ASSERT_EQ(back->attachments().size(), 1U);
+  EXPECT_EQ(back->attachments()[0].name, "robot.yaml");
+  EXPECT_EQ(back->summary().messages, log->summary().messages);
+}
+
 class SeveralFiles : public ::testing::Test {
  protected:
   [[nodiscard]] std::string write(const std::string& name, ByteSpan bytes) const {

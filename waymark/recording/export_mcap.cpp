@@ -98,11 +98,7 @@ Blocks blocks_of(MessageLog& log, const ExportReport& report, const ExportOption
   return blocks;
 }
 
-Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportReport& report,
-                  const ExportOptions& options) {
-  for (const auto& [name, values] : blocks_of(log, report, options)) {
-    if (Status status = writer.write_metadata({.name = name, .metadata = values}); !status) return status;
-  }
+Status add_attachments(mcap::Writer& writer, MessageLog& log) {
   return log.visit_attachments([&](const MessageLog::Attachment& attachment) {
     return writer.write_attachment({.log_time = attachment.log_time,
                                     .create_time = attachment.log_time,
@@ -110,6 +106,13 @@ Status add_extras(mcap::Writer& writer, MessageLog& log, const ExportReport& rep
                                     .media_type = attachment.media_type,
                                     .data = {attachment.data}});
   });
+}
+
+Status add_blocks(mcap::Writer& writer, const Blocks& blocks) {
+  for (const auto& [name, values] : blocks) {
+    if (Status status = writer.write_metadata({.name = name, .metadata = values}); !status) return status;
+  }
+  return {};
 }
 
 /// Whether the messages of a channel hold until another one follows: ROS publishes them once, to late comers
@@ -157,10 +160,11 @@ Result<ExportReport> export_messages(MessageLog& log, std::unique_ptr<ByteSink> 
     status = log.visit(options.selection, [&](const LogChannel& channel, const LogMessage& message) {
       return exported.add(channel, message);
     });
+  if (status) status = add_attachments(exported.writer(), log);
   // Before anything else is asked of the log: a visit forgets what the one before noticed.
   exported.report().problems = log.problems();
   exported.noted().append_to(exported.report().problems);
-  if (status) status = add_extras(exported.writer(), log, exported.report(), options);
+  if (status) status = add_blocks(exported.writer(), blocks_of(log, exported.report(), options));
   if (status) status = exported.writer().close();
   if (!status) return tl::unexpected(status.error());
   return std::move(exported.report());
@@ -216,15 +220,15 @@ Result<ExportReport> export_samples(MessageLog& log, std::unique_ptr<ByteSink> s
     ++report.by_topic[topic_with_camera(sample)];
     return recorder->add(sample);
   });
-  report.problems = log.problems();
-  for (const auto& [name, values] : blocks_of(log, report, options)) {
-    if (status) status = recorder->add_metadata(name, values);
-  }
   if (status)
     status = log.visit_attachments([&](const MessageLog::Attachment& attachment) {
       return recorder->add_attachment(attachment.name, attachment.media_type,
                                       SensorTime(Duration(attachment.log_time)), as_text(attachment.data));
     });
+  report.problems = log.problems();
+  for (const auto& [name, values] : blocks_of(log, report, options)) {
+    if (status) status = recorder->add_metadata(name, values);
+  }
   if (status) status = recorder->close();
   if (!status) return tl::unexpected(status.error());
   return report;

@@ -60,10 +60,14 @@ class McapLog final : public RosLog {
     return list;
   }
   Status visit_attachments(const std::function<Status(const Attachment&)>& visit) override {
+    attached_.clear();
     for (const mcap::AttachmentIndex& entry : index_.attachments) {
       Bytes bytes;
       const Result<mcap::Attachment> found = mcap::read_attachment(*source_, entry, bytes, options_);
-      if (!found) return tl::unexpected(found.error());
+      if (!found) {
+        attached_.damages("mcap.attachment", {found.error()});
+        continue;
+      }
       if (Status status = visit({found->name, found->media_type, found->log_time, found->data.bytes});
           !status)
         return status;
@@ -71,7 +75,11 @@ class McapLog final : public RosLog {
     return {};
   }
 
-  std::vector<LogProblem> problems() const override { return joined(opened_, visited_); }
+  std::vector<LogProblem> problems() const override {
+    std::vector<LogProblem> all = joined(opened_, attached_);
+    visited_.append_to(all);
+    return all;
+  }
 
  protected:
   Result<std::map<std::string, std::map<std::string, std::string>>> metadata() override {
@@ -140,6 +148,7 @@ class McapLog final : public RosLog {
   std::vector<LogChannel> channels_;
   std::map<std::uint16_t, std::size_t> position_;
   LogProblems opened_;
+  LogProblems attached_;  ///< attachments that are damaged, of the last visit of them
 };
 
 }  // namespace

@@ -44,6 +44,8 @@ struct Selection {
 /// into.
 [[nodiscard]] Result<Attachment> read_attachment(const ByteSource& source, const AttachmentIndex& entry,
                                                  Bytes& data, const ReaderOptions& options = {});
+/// The same of the content of its record; `place` is where that stands.
+[[nodiscard]] Result<Attachment> decode_attachment(ByteSpan content, const Place& place);
 [[nodiscard]] Result<Metadata> read_metadata(const ByteSource& source, const MetadataIndex& entry,
                                              const ReaderOptions& options = {});
 

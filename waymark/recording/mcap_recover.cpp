@@ -1,10 +1,13 @@
 #include "waymark/recording/mcap_recover.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <system_error>
 
 #include <fmt/format.h>
 
 #include "waymark/recording/mcap_output.hpp"
+#include "waymark/recording/mcap_reader.hpp"
 #include "waymark/recording/mcap_scan.hpp"
 
 namespace waymark::mcap {
@@ -13,7 +16,8 @@ namespace {
 /// Takes the records of a broken file and writes a whole one.
 class Salvage {
  public:
-  explicit Salvage(std::unique_ptr<ByteSink> sink) : output_(std::move(sink)), scan_(index_) {}
+  Salvage(const ByteSource& source, std::unique_ptr<ByteSink> sink)
+      : source_(source), output_(std::move(sink)), scan_(index_) {}
 
   Status begin() { return output_.put(kMagic); }
 
@@ -26,7 +30,7 @@ class Salvage {
     if (is<MessageIndex>(view.opcode)) return {};  // made anew: the last one may be cut
     if (Status status = end_chunk(); !status) return status;
     ended_ = is<DataEnd>(view.opcode) || is<Footer>(view.opcode);
-    return ended_ ? Status{} : copy(view);
+    return ended_ || is_damaged(view) ? Status{} : copy(view);
   }
 
   Status finish() {
@@ -37,9 +41,17 @@ class Salvage {
   Status sync() { return output_.sync(); }
 
   [[nodiscard]] const Index& index() const { return index_; }
+  [[nodiscard]] const std::vector<Error>& problems() const { return problems_; }
   [[nodiscard]] std::uint64_t position() const { return output_.position(); }
 
  private:
+  bool is_damaged(const RecordView& view) {
+    if (!is<Attachment>(view.opcode)) return false;
+    const Result<Attachment> attachment = decode_attachment(view.content, at(source_, view.offset));
+    if (!attachment) problems_.push_back(attachment.error());
+    return !attachment;
+  }
+
   Status copy(const RecordView& view) {
     RecordView moved = view;
     moved.offset = output_.position();
@@ -77,13 +89,26 @@ class Salvage {
     return output_.put(bytes);
   }
 
+  const ByteSource& source_;
   Output output_;
   Index index_;
+  std::vector<Error> problems_;
   Scan scan_;
   std::map<std::uint16_t, MessageIndex> messages_;
   bool in_chunk_ = false;
   bool ended_ = false;
 };
+
+/// Where records begin, as the summary tells it, in order; nothing of a file without one.
+std::vector<std::uint64_t> known_records(const Index& index) {
+  std::vector<std::uint64_t> offsets;
+  if (!index.from_summary) return offsets;
+  for (const ChunkIndex& chunk : index.chunks) offsets.push_back(chunk.chunk_start_offset);
+  for (const AttachmentIndex& attachment : index.attachments) offsets.push_back(attachment.offset);
+  for (const MetadataIndex& metadata : index.metadata) offsets.push_back(metadata.offset);
+  std::ranges::sort(offsets);
+  return offsets;
+}
 
 }  // namespace
 
@@ -93,15 +118,18 @@ Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sin
   if (!size) return tl::unexpected(size.error());
   const Result<Index> before = read_index(source, options);
   if (!before) return tl::unexpected(before.error());
-  Salvage salvage(std::move(sink));
+  Salvage salvage(source, std::move(sink));
   if (Status status = salvage.begin(); !status) return tl::unexpected(status.error());
-  const Result<StreamSummary> stream =
-      read_stream(source, options, [&](const RecordView& view) { return salvage.add(view); });
+  const Result<StreamSummary> stream = read_stream(
+      source, options, [&](const RecordView& view) { return salvage.add(view); }, known_records(*before));
   if (!stream) return tl::unexpected(stream.error());
-  Recovery recovery{.kept_bytes = salvage.position(),
-                    .lost_bytes = *size - (stream->complete ? *size : stream->good_bytes),
-                    .was_whole = stream->complete && stream->problems.empty() && before->from_summary,
-                    .problems = stream->problems};
+  Recovery recovery{
+      .kept_bytes = salvage.position(),
+      .lost_bytes = stream->skipped_bytes + *size - (stream->complete ? *size : stream->good_bytes),
+      .problems = stream->problems};
+  std::ranges::copy(salvage.problems(), std::back_inserter(recovery.problems));
+  if (before->from_summary && recovery.problems.empty()) recovery.problems = before->problems;
+  recovery.was_whole = stream->complete && recovery.problems.empty() && before->from_summary;
   Status status = salvage.finish();
   if (status) status = salvage.sync();
   if (!status) return tl::unexpected(status.error());
@@ -121,10 +149,7 @@ Result<Recovery> recover_file(const std::filesystem::path& in, const std::filesy
   }
   const std::filesystem::path part = out.string() + ".part";
   const auto named = [&](Error error) {  // nobody asked for the part
-    if (error.place.source == part.string()) {
-      error.place.source = out.string();
-      if (!error.hint.empty()) error.hint = "Free some space; nothing was written.";
-    }
+    if (error.place.source == part.string()) error = named_output(std::move(error), out);
     return tl::unexpected(std::move(error));
   };
   auto sink = create_file(part);

@@ -14,14 +14,15 @@ struct Recovery {
   std::uint64_t messages = 0;
   std::uint64_t chunks = 0;
   std::uint64_t kept_bytes = 0;   ///< of the data section
-  std::uint64_t lost_bytes = 0;   ///< behind the last whole record
+  std::uint64_t lost_bytes = 0;   ///< behind the last whole record, and of records whose length is damaged
   bool was_whole = false;         ///< nothing was missing or damaged, the summary included
   std::vector<Error> problems{};  ///< of the file as it was
 };
 
-/// Copies every whole record, byte for byte, and writes message indexes and a summary for them: chunks whose
-/// checksum is wrong and what follows the last whole record are left out. One pass; memory: a chunk and an
-/// index entry for each.
+/// Copies every whole record, byte for byte, and writes message indexes and a summary for them: chunks and
+/// attachments whose checksum is wrong, records whose length is damaged (the summary, if there is one, tells
+/// where the next begins) and what follows the last whole record are left out. One pass; memory: a chunk and
+/// an index entry for each.
 [[nodiscard]] Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sink,
                                        const ReaderOptions& options = {});
 

@@ -1,6 +1,7 @@
 #include "waymark/recording/mcap_stream.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -54,6 +55,26 @@ Result<Frame> read_frame(const ByteSource& source, std::uint64_t offset, std::ui
                 at(source, offset));
   }
   return frame;
+}
+
+/// The content of the record at `offset`, of a length that no other record contradicts: one begins at `next`,
+/// if there is one.
+Result<RecordView> read_record(const ByteSource& source, std::uint64_t offset, std::uint64_t size,
+                               std::optional<std::uint64_t> next, const ReaderOptions& options,
+                               Bytes& content) {
+  const Result<Frame> frame = read_frame(source, offset, size, options);
+  if (!frame) return tl::unexpected(frame.error());
+  if (next && offset + kRecordPrefixSize + frame->length > *next)
+    return fail(
+        ErrorCode::Unreadable,
+        fmt::format("a record of {} bytes reaches beyond the begin of another at byte {}: its length is "
+                    "damaged",
+                    frame->length, *next),
+        at(source, offset));
+  content.resize(static_cast<std::size_t>(frame->length));
+  if (Status status = source.read(offset + kRecordPrefixSize, content); !status)
+    return tl::unexpected(status.error());
+  return RecordView{.opcode = frame->opcode, .content = content, .offset = offset};
 }
 
 /// The records of a chunk, behind the record of the chunk itself.
@@ -120,7 +141,8 @@ Status visit_records(ByteSpan bytes,
 }
 
 Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
-                                  const std::function<Status(const RecordView&)>& visit) {
+                                  const std::function<Status(const RecordView&)>& visit,
+                                  const std::vector<std::uint64_t>& known) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
@@ -130,23 +152,22 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
   bool footer = false;
   while (!footer) {
     const std::uint64_t offset = summary.good_bytes;
-    const Result<Frame> frame = read_frame(source, offset, *size, options);
-    if (!frame) {
-      summary.problems.push_back(frame.error());
-      return summary;
+    const auto after = std::ranges::upper_bound(known, offset);
+    const auto next = after == known.end() || *after > *size ? std::nullopt : std::optional(*after);
+    const Result<RecordView> view = read_record(source, offset, *size, next, options, content);
+    if (!view) {
+      summary.problems.push_back(view.error());
+      if (!next) return summary;
+      summary.skipped_bytes += *next - offset;
+      summary.good_bytes = *next;
+      continue;
     }
-    content.resize(static_cast<std::size_t>(frame->length));
-    if (Status status = source.read(offset + kRecordPrefixSize, content); !status) {
-      summary.problems.push_back(status.error());
-      return summary;
-    }
-    const RecordView view{.opcode = frame->opcode, .content = content, .offset = offset};
-    const bool chunk = frame->opcode == static_cast<std::uint8_t>(Opcode::Chunk);
+    const bool chunk = view->opcode == static_cast<std::uint8_t>(Opcode::Chunk);
     Status status =
-        chunk ? visit_chunk(view, options, room, at(source, offset), summary, visit) : visit(view);
+        chunk ? visit_chunk(*view, options, room, at(source, offset), summary, visit) : visit(*view);
     if (!status) return tl::unexpected(status.error());
-    footer = frame->opcode == static_cast<std::uint8_t>(Opcode::Footer);
-    summary.good_bytes = offset + kRecordPrefixSize + frame->length;
+    footer = view->opcode == static_cast<std::uint8_t>(Opcode::Footer);
+    summary.good_bytes = offset + kRecordPrefixSize + view->content.size();
   }
   summary.complete = ends_with_magic(source, summary.good_bytes, *size);
   if (!summary.complete) {

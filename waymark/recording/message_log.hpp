@@ -142,6 +142,7 @@ class MessageLog {
     std::uint64_t log_time = 0;  ///< [ns]
     ByteSpan data{};
   };
+  /// One that is damaged is passed over and noted among the problems.
   virtual Status visit_attachments(const std::function<Status(const Attachment&)>& /*visit*/) { return {}; }
 
   /// What was noticed when it was opened and during the last visit.

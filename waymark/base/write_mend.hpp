@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cerrno>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace waymark {
+
+/// How to mend what errno says of a file that was to be written into `folder`; empty where that is not known.
+[[nodiscard]] inline std::string write_mend(int error, const std::string& folder) {
+  switch (error) {
+    case ENOENT:
+      return fmt::format("Make the folder '{}' first.", folder);
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "Name a folder in which you may write.";
+    case ENOSPC:
+    case EDQUOT:
+    case EFBIG:
+      return "Free some space or choose another disk.";
+    default:
+      return "";
+  }
+}
+
+}  // namespace waymark
