@@ -15,6 +15,7 @@
 #include "waymark/jobs/figure_files.hpp"
 #include "waymark/jobs/map_steps.hpp"
 #include "waymark/jobs/route_files.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/plot/loop_figures.hpp"
 #include "waymark/replay/route_gaps.hpp"
@@ -64,7 +65,7 @@ void tell_of_stations(const MapJob& job, MapReport& report) {
   report.warnings.push_back(
       fmt::format("the stations of the older route ({}) are not on the new one: put them there again with "
                   "`waymark routes {}`",
-                  names, job.folder.string()));
+                  names, shell_word(job.folder.string())));
 }
 
 /// A lap that becomes one more route of a map elsewhere: the map's other routes come along.

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "waymark/base/suggest.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/recording/log_formats.hpp"
 
 namespace waymark {
@@ -85,7 +86,7 @@ Status check_map_folder(const fs::path& folder) {
   const Place place{.source = folder.string()};
   if (looks_like_recording(folder.string()))
     return fail(ErrorCode::InvalidArgument, "this is a recording, not the folder of a map", place,
-                fmt::format("Map it first: waymark map {} -o map.", folder.string()));
+                fmt::format("Map it first: waymark map {} -o map", shell_word(folder.string())));
   if (fs::exists(folder / "map" / "map.yaml", ignored))
     return fail(ErrorCode::NotFound, "the folder holds no map.yaml", place,
                 fmt::format("Did you mean {}?", (folder / "map").string()));
@@ -106,14 +107,15 @@ Status check_route_exists(const fs::path& folder, const std::string& route) {
   const Place place{.source = folder.string(), .key = "--route"};
   if (route.empty())
     return fail(ErrorCode::NotFound, "the folder holds no route.yaml", {.source = folder.string()},
-                names.empty() ? "Map a recorded lap into it: waymark map lap.mcap -o " + folder.string() + "."
-                              : fmt::format("It has {}: give --route.", fmt::join(names, ", ")));
+                names.empty()
+                    ? "Map a recorded lap into it: waymark map lap.mcap -o " + shell_word(folder.string())
+                    : fmt::format("It has {}: give --route.", fmt::join(names, ", ")));
   return fail(
       ErrorCode::NotFound, fmt::format("this map has no route '{}'", route), place,
       names.empty()
           ? fmt::format("Besides the taught one it has none; `waymark map LAP --extend {0} "
                         "--route-name {1}` adds a lap's, `waymark optimize {0} --name {1}` makes one.",
-                        folder.string(), route)
+                        shell_word(folder.string()), shell_word(route))
           : suggestion(route, names));
 }
 

@@ -20,6 +20,7 @@
 #include "waymark/jobs/lap_input.hpp"
 #include "waymark/jobs/profile_table.hpp"
 #include "waymark/jobs/replay_setup.hpp"
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/jobs/staged_folder.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -73,7 +74,8 @@ std::vector<double> observation_errors_px(const MappedDrive& drive) {
 Status check_place(const MappedDrive& drive, const WorldFromRecordingJob& job) {
   const auto refused = [&](const char* why) {
     return fail(ErrorCode::InvalidArgument, fmt::format("the map is not of this recording: {}", why),
-                {.source = job.recording}, fmt::format("Make one: waymark map {} -o map", job.recording));
+                {.source = job.recording},
+                fmt::format("Make one: waymark map {} -o map", shell_word(job.recording)));
   };
   const auto of_the_map = [&](const auto& frame) {
     return !drive.trajectory.empty() && frame.stamp >= drive.trajectory.front().stamp &&

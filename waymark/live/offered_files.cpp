@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/message_log.hpp"
 
@@ -62,7 +63,7 @@ Error no_recording(const std::string& path) {
     error.hint = "Record again, or take a copy that is not empty.";
   } else if (looks_like_recording(path)) {
     error.message = "a recording, but none that a browser can read by its index";
-    error.hint = fmt::format("Make one first: waymark convert {} out.mcap.", path);
+    error.hint = fmt::format("Make one first: waymark convert {} out.mcap", shell_word(path));
   } else {
     error.message = "neither a recording nor the YAML of a map or a route";
     error.hint =
@@ -88,7 +89,7 @@ void tell_of_damage(const std::vector<OfferedFile>& files, const JobControl& con
     control.note(fmt::format(
         "{} was cut: its index is missing, so the page has to read all of it. `waymark recover {} -o "
         "whole.mcap` writes one that opens at once",
-        file.name, file.path.string()));
+        file.name, shell_word(file.path.string())));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "waymark/jobs/shell_word.hpp"
 #include "waymark/live/teach_lap.hpp"
 
 namespace waymark {
@@ -33,7 +34,7 @@ std::string to_text(const TeachReport& report, const std::string& file, bool loo
                         to_string(fewest->first));
   }
   if (s.seen.empty()) return text + "No tag was seen: there is nothing to make a map of.\n";
-  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", file)
+  text += s.mappable ? fmt::format("The lap can be mapped: waymark map {} -o map\n", shell_word(file))
                      : "As it is the lap makes no good map: the warnings say what it lacks. `waymark map` "
                        "makes of it what it can.\n";
   return text;
