@@ -84,7 +84,7 @@ Error no_tag_left(const MapVideoJob& job, const SceneMap& map) {
           fmt::format("Check {}the size of the tags and the calibration of the camera.", distances)};
 }
 
-/// The tags that came out.
+/// The tags that came out; one of which nothing determines where it is did not.
 MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, const SceneMap& map) {
   MapFile file{.anchor = anchors.first, .provenance = {{"method", "bundle"}}};
   if (!job.videos.empty())
@@ -96,7 +96,8 @@ MapFile video_map_file(const MapVideoJob& job, const VideoAnchors& anchors, cons
     const auto observations = std::ranges::count_if(
         map.problem.bundle.corners, [&](const CornerTerm& term) { return term.used && term.tag == index; });
     const TagId id = walls.tags[t].id;
-    if (!pose || observations == 0) continue;
+    const bool known = std::ranges::find(map.undetermined, id) == map.undetermined.end();
+    if (!pose || observations == 0 || !known) continue;
     const bool exact = anchors.exact.contains(id);
     const Matrix6 covariance = exact ? Matrix6(Matrix6::Zero()) : map.covariance.poses[index];
     file.tags.tags[id] = {.map_T_tag = exact ? anchors.tags.at(id).mean : *pose,

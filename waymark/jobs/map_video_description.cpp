@@ -104,7 +104,15 @@ Status read_prior(const MapVideoDescription& description, double tag_size_m, Map
 
 }  // namespace
 
-Result<MapVideoJob> described_map_video(const MapVideoDescription& description, double tag_size_m) {
+Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
+                                        std::optional<double> tag_size_m) {
+  if (description.camera.file.empty())
+    return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
+                "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");
+  if (!tag_size_m)
+    return fail(ErrorCode::InvalidArgument, "a video does not say how large its tags are",
+                {.key = "--tag-size-m"},
+                "Measure the side of the black square, for example --tag-size-m 0.165.");
   Result<MapVideoJob> job = job_with_camera(description);
   if (!job) return job;
   Status status = add_tags(description.anchor, "--anchor", job->anchors);
@@ -122,10 +130,10 @@ Result<MapVideoJob> described_map_video(const MapVideoDescription& description, 
     if (!distance) return tl::unexpected(distance.error());
     job->distances.push_back(*distance);
   }
-  job->sizes.default_size_m = tag_size_m;
-  job->size_sigma = description.tag_size_sigma_m / tag_size_m;
+  job->sizes.default_size_m = *tag_size_m;
+  job->size_sigma = description.tag_size_sigma_m / *tag_size_m;
   job->level_sigma_rad = to_radians(description.level_sigma_deg);
-  status = read_prior(description, tag_size_m, *job);
+  status = read_prior(description, *tag_size_m, *job);
   return status ? job : tl::unexpected(status.error());
 }
 

@@ -27,6 +27,6 @@ struct MapVideoDescription {
 /// A job with the camera, anchors, distances and levels of the description; what else it needs is the
 /// caller's. Errors name the flag of `waymark map` at fault, or the file.
 [[nodiscard]] Result<MapVideoJob> described_map_video(const MapVideoDescription& description,
-                                                      double tag_size_m);
+                                                      std::optional<double> tag_size_m);
 
 }  // namespace waymark

@@ -181,8 +181,14 @@ TEST_F(Walk, WhatIsMissingIsNamedAndNothingIsWritten) {
 TEST_F(Walk, ADistanceThatLeavesNoTagIsAnErrorAndNothingIsWritten) {
   film(30);
   if (IsSkipped() || HasFatalFailure()) return;
-  for (int other = 1; other <= 5; ++other)
-    job_.distances.push_back({{FamilyId::Tag36h11, 0}, {FamilyId::Tag36h11, other}, 50.0});
+  MapVideoJob plain = job_;
+  plain.folder = (folder_ / "plain").string();
+  const auto all = map_video(plain, finder_, {});
+  ASSERT_TRUE(all) << to_string(all.error());
+  const TagId first = all->file.tags.tags.begin()->first;
+  for (const auto& [tag, mapped] : all->file.tags.tags)
+    if (tag != first)
+      for (const double wrong_m : {50.0, 90.0}) job_.distances.push_back({first, tag, wrong_m});
   const auto refused = map_video(job_, finder_, {});
   ASSERT_FALSE(refused) << refused->file.tags.tags.size() << " tags";
   EXPECT_THAT(to_string(refused.error()), HasSubstr("no tag is left in the map"));
