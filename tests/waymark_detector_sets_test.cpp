@@ -83,10 +83,40 @@ TEST_P(RenderedSet, MoreTagsThanAprilTag3AndNoneThatIsNotThere) {
       << "tags with corners that are wrong count too";
 }
 
+/// A map says which tags there are: those of the picture, and as many that are not in it.
+TEST(KnownTags, MoreAreFoundAndNoneThatIsNotThere) {
+  std::size_t plain_found = 0;
+  std::size_t known_found = 0;
+  std::vector<ImageDetections> by_known;
+  DetectorOptions options;  // one bit corrected
+  const auto plain = make_detector(options).value();
+  for (std::size_t i = 0; i < 10; ++i) {
+    const testing::TagPicture picture = testing::tag_picture("mixed", 4 * i);
+    options.known_tags.clear();
+    for (const TrueTag& tag : picture.truth) {
+      options.known_tags.push_back(tag.tag);
+      options.known_tags.push_back({tag.tag.family, (tag.tag.number + 293) % 587});
+    }
+    plain_found += plain->detect(picture.image).value().size();
+    by_known.push_back({make_detector(options).value()->detect(picture.image).value(), picture.truth});
+    known_found += by_known.back().detections.size();
+  }
+  const DetectionScores scores = score_detections(by_known);
+  std::cout << "mixed: " << plain_found << " tags, " << known_found << " where they are known, of "
+            << scores.truth << ", seed " << testing::kSetSeed << "\n";
+  EXPECT_GT(known_found, plain_found);
+  EXPECT_EQ(scores.wrong_ids + scores.false_positives, 0U);
+}
+
 TEST(TagFreePictures, HoldNoTags) {
   const auto detector = make_detector(two_bits("waymark")).value();
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_TRUE(detector->detect(testing::tag_free_picture(i)).value().empty()) << i;
+  DetectorOptions options;
+  for (int number = 0; number < 50; ++number) options.known_tags.push_back({FamilyId::Tag36h11, number});
+  const auto knowing = make_detector(options).value();
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_TRUE(knowing->detect(testing::tag_free_picture(i)).value().empty()) << i << ", 50 tags known";
 }
 
 TEST(CleanSet, NoClassOfSizeAndTiltIsBelowAprilTag3) {

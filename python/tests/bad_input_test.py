@@ -123,7 +123,9 @@ class Words(unittest.TestCase):
                 tags.Detector(**keywords)
             self.assertIn(word, str(raised.exception))
             self.assertIn(key, raised.exception.key)
-        tags.Detector(max_hamming=np.int64(1), quad_decimate=np.float32(2), refine_edges=np.bool_(True), families=("tag36h11",))
+        with self.assertRaisesRegex(errors.InvalidArgument, "quad_decimate is an option of AprilTag 3"):
+            tags.Detector(quad_decimate=2)
+        tags.Detector(detector="apriltag3", max_hamming=np.int64(1), quad_decimate=np.float32(2), refine_edges=np.bool_(True), families=("tag36h11",))
 
     def test_unknown_attributes_and_tags(self):
         with self.assertRaises(TypeError) as raised:

@@ -91,14 +91,14 @@ class Buffers(unittest.TestCase):
             memory = np.empty((height - 1) * (width + gap) + width, np.uint8)
             rows = np.lib.stride_tricks.as_strided(memory, picture.shape, (width + gap, 1))
             rows[:] = picture
-            for detector in (tags.Detector(), tags.Detector(refine=False), tags.Detector(quad_decimate=1)):
+            for detector in (tags.Detector(), tags.Detector(refine=False), tags.Detector(detector="apriltag3")):
                 found = detector.detect(rows)
                 self.assertEqual([tag.tag for tag in found], ["tag36h11:5"])
             self.assertEqual(tags.Detector().detect(rows), expected)
 
     def test_small_pictures_up_to_the_last_byte(self):
         random = np.random.default_rng(1)
-        detectors = (tags.Detector(), tags.Detector(quad_decimate=1), tags.Detector(quad_decimate=4))
+        detectors = (tags.Detector(), *(tags.Detector(detector="apriltag3", quad_decimate=by) for by in (1, 4)))
         for height in (1, 2, 3, 5, 8, 9, 17, 31):
             for width in (1, 2, 3, 5, 8, 9, 17, 31, 65):
                 picture = random.integers(0, 256, (height, width), np.uint8)
@@ -110,8 +110,9 @@ class Buffers(unittest.TestCase):
         lens = camera.pinhole(64, 48, 60, 60, 32, 24)
         for x in (-0.4, -0.2, 0, 0.2, 0.4):
             picture = simulation.photograph(lens, [(5, geometry.SE3(geometry.SO3(), [x, 0, 0.5]), 0.3)], seed=1)[0]
-            for found in tags.Detector(quad_decimate=1).detect(picture.copy()):
-                self.assertTrue(np.isfinite(found.corners_px).all())
+            for detector in ("waymark", "apriltag3"):
+                for found in tags.Detector(detector=detector).detect(picture.copy()):
+                    self.assertTrue(np.isfinite(found.corners_px).all())
 
     def test_read_only_and_foreign_memory(self):
         picture = photograph()
@@ -167,7 +168,7 @@ class Threads(unittest.TestCase):
 
         def search():
             try:
-                for keywords in ({}, {"quad_decimate": 1}, {"refine": False}):
+                for keywords in ({}, {"detector": "apriltag3"}, {"refine": False}):
                     for _ in range(5):
                         tags.Detector(**keywords).detect(picture)
             finally:

@@ -125,9 +125,8 @@ WITHOUT_EFFECT = {
     ("tags board", "--kalibr-yaml"): "--style separate --tag-size-m 0.02 -o board.pdf --kalibr-yaml",
     **{("localize", flag): f"lap.mcap --map map {flag} {value}" for flag, value in SERVED.items()},
     ("localize", "--every-s"): "lap.mcap --map map --every-s 2",
-    ("localize", "--detector"): "lap.mcap --map map --detector waymark",
-    **{(verb, "--detector"): f"{NEEDS[verb]} --detector waymark" for verb in ("teach", "replay", "run")},
-    ("commission", "--detector"): "--world circuit24 --detector waymark",
+    **{(verb, flag): f"{needs} {flag} {value}".strip() for flag, value in (("--detector", "waymark"), ("--search-every", "8"), ("--search-strips", ""))
+       for verb, needs in (("localize", "lap.mcap --map map"), ("commission", "--world circuit24"), *((verb, NEEDS[verb]) for verb in ("teach", "replay", "run")))},
     ("localize", "--readout-ms"): "lap.mcap --map map --readout-ms 2",
     ("localize", "--camera-name"): "lap.mcap --map map --camera-name left",
     ("localize", "--camera-size"): "lap.mcap --map map --camera-size 640x480",

@@ -263,7 +263,8 @@ class Pictures(InFolder):
         self.assertIn("waymark map images.mcap -o map", [step["command"] for step in info["next"]])
         maps = {}
         for name, words in (("as recorded", ("all.mcap",)), ("pictures", ("images.mcap",)),
-                            ("again", ("all.mcap", "--quad-decimate", 1)), ("coarse", ("images.mcap", "--quad-decimate", 3))):
+                            ("again", ("all.mcap", "--detector", "waymark")),
+                            ("coarse", ("images.mcap", "--detector", "apriltag3", "--quad-decimate", 3))):
             outcome = self.run_here("map", *words, "-o", name, "--json")
             self.assertEqual(outcome.code, 0, outcome.err)
             (maps[name],) = outcome.records
@@ -281,7 +282,7 @@ class Pictures(InFolder):
 
     def test_settings_of_a_detector_without_pictures_are_not_passed_over(self):
         self.run_here("teach", "--world", "circuit24", "-o", "lap.mcap")
-        outcome = self.run_here("map", "lap.mcap", "--quad-decimate", 2, "-o", "map")
+        outcome = self.run_here("map", "lap.mcap", "--min-white-black-diff", 20, "-o", "map")
         self.assertEqual(outcome.code, 1)
         self.assertIn("lap.mcap: the recording holds no pictures", outcome.err)
 

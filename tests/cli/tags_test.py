@@ -66,7 +66,7 @@ class Sheet(InFolder):
         dpi, size_m = 254, 0.02
         for family in FAMILIES:
             self.ok(f"tags sheet --family {family} --ids 0,3,7 --tag-size-m {size_m} --paper A5 --dpi {dpi} -o {family}.png")
-            words = f"detect --json --memory-limit-mib 4096 --max-hamming 0 --family {family} {family}.png"
+            words = f"detect --json --max-hamming 0 --family {family} {family}.png"
             (record,) = [json.loads(line) for line in self.ok(words).stdout.splitlines()]
             self.assertEqual([d["tag"] for d in record["detections"]], [f"{family}:{i}" for i in (0, 3, 7)])
             for detection in record["detections"]:
@@ -143,7 +143,7 @@ class Board(InFolder):
     def test_a_separate_one_is_read_back_from_the_lower_left_corner(self):
         done = self.ok("tags board --style separate --cols 4 --rows 3 --tag-size-m 0.03 --spacing 0.25 --dpi 100 -o board.png")
         self.assertIn("separate board of 4 x 3 tags", done.stdout)
-        (record,) = [json.loads(line) for line in self.ok("detect --no-refine --json board.png").stdout.splitlines()]
+        (record,) = [json.loads(line) for line in self.ok("detect --json board.png").stdout.splitlines()]
         places = {d["id"]: d["center_px"] for d in record["detections"]}
         self.assertEqual(sorted(places), list(range(12)))
         pitch_px = 37.5 / 25.4 * 100

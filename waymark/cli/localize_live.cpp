@@ -38,7 +38,7 @@ ExitCode localize_a_robot(const LocalizeLiveFlags& flags, const LocalizeJob& job
                           Console& console) {
   Result<RobotSetup> setup = load_listening_robot(job.robot, flags.robot_file, job.map, flags.camera_sources);
   if (!setup) return fail_usage(setup.error(), console);
-  setup->detector = flags.detector;
+  setup->pictures = flags.pictures;
   const auto view = start_page(flags.view, *setup, console);
   if (!view) return fail_with(view.error(), console);
   std::optional<SensorTime> first;
@@ -129,7 +129,7 @@ void LocalizeLiveFlags::add_to(CLI::App& app) {
              "Camera of this computer that gives the pictures of a robot which sends none: v4l2:/dev/video0, "
              "or NAME=ADDRESS where the robot's file names several",
              kMore);
-  add_detector(app, detector);
+  add_picture_settings(app, pictures);
   add_flags(app, view);
 }
 
@@ -146,8 +146,9 @@ Result<LocalizeInput> localize_input(const CLI::App& app, const LocalizeJob& job
     for (const char* flag : flags)
       if (status && when) status = refuse_flag(app, flag, why, hint);
   };
-  refuse(!robot, {"--robot-file", "--camera-source", "--detector"}, "this is about a robot that is there",
-         "Add --robot KIND:ADDRESS.");
+  refuse(!robot, {"--robot-file", "--camera-source", "--detector", "--search-every", "--search-strips"},
+         "this is about a robot that is there", "Add --robot KIND:ADDRESS.");
+  refuse(app.count("--search-every") == 0, {"--search-strips"}, kSearchedWholly, kSearchEvery);
   refuse(!robot && !camera, {"--duration-s", "--record-images", "--view", "--publish-ros2"},
          "this is about a robot or a camera that is there", leave_out);
   refuse(*input == LocalizeInput::Recording, {"--every-s"}, "this is about a robot, a camera or a video",

@@ -8,6 +8,7 @@
 #include "waymark/jobs/camera_description.hpp"
 #include "waymark/jobs/localize_log.hpp"
 #include "waymark/live/localize_kind.hpp"
+#include "waymark/live/robot_setup.hpp"
 
 namespace CLI {
 class App;
@@ -21,7 +22,7 @@ struct LocalizeLiveFlags {
   std::string robot_file{};
   std::vector<std::string> camera_sources{};
   CameraDescription camera{};  ///< without a robot
-  std::string detector = "apriltag3";
+  PictureSettings pictures{};
   std::string images{};
   double duration_s = 0;  ///< 0: until somebody ends it
   double every_s = 1;

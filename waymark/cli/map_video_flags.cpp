@@ -119,19 +119,12 @@ Status MapVideoFlags::check_unused() const {
 Result<MapVideoJob> MapVideoFlags::job_of(const MapArgs& args) const {
   if (Status sound = check_video_flags(args); !sound) return tl::unexpected(sound.error());
   if (Status sound = check_effects(args, of_); !sound) return tl::unexpected(sound.error());
-  if (of_.camera.file.empty())
-    return fail(ErrorCode::InvalidArgument, "a video says nothing about its camera", {.key = "--camera"},
-                "Give its calibration: --camera calibration.yaml. `waymark calibrate camera` makes one.");
   const Result<MapJob> common = args.make_job();
   if (!common) return tl::unexpected(common.error());
-  if (!common->overrides.tag_size_m)
-    return fail(ErrorCode::InvalidArgument, "a video does not say how large its tags are",
-                {.key = "--tag-size-m"},
-                "Measure the side of the black square, for example --tag-size-m 0.165.");
   MapVideoDescription of = of_;
   of.anchor = args.anchor;
   of.prior = args.prior;
-  Result<MapVideoJob> job = described_map_video(of, *common->overrides.tag_size_m);
+  Result<MapVideoJob> job = described_map_video(of, common->overrides.tag_size_m);
   if (!job) return job;
   for (const auto& [tag, size_m] : common->overrides.size_by_tag_m) job->sizes.size_by_tag_m[tag] = size_m;
   job->folder = args.folder;

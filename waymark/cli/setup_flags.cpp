@@ -18,11 +18,19 @@ void add_flags(CLI::App& app, LoneAnchor& flags) {
              "With --robot process: side of the tags' black squares", between(0.001, 10.0));
 }
 
-void add_detector(CLI::App& app, std::string& detector) {
-  add_option(app, "--detector NAME", detector,
-             "Detector for the pictures of a robot that is a process: apriltag3, or waymark (this project's "
-             "own, several times as fast)",
-             kShown, one_of({"apriltag3", "waymark"}), kMore);
+void add_picture_settings(CLI::App& app, PictureSettings& pictures) {
+  add_option(app, "--detector NAME", pictures.detector,
+             "Detector for the pictures of a robot that is a process: waymark (this project's own), or "
+             "apriltag3 (slower)",
+             kShown, one_of({"waymark", "apriltag3"}), kMore);
+  add_option(app, "--search-every N", pictures.search_every,
+             "Search only one picture in N wholly, and follow tags in the others, for less processor time; a "
+             "tag that comes into view is found up to N pictures later; of a robot that is a process",
+             kShown, between(1, 1000), kMore);
+  add_flag(app, "--search-strips", pictures.in_strips,
+           "With --search-every N: search another strip of each picture instead of one picture in N, so that "
+           "each costs the same",
+           kMore);
 }
 
 SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
@@ -43,7 +51,7 @@ SetupFlags::SetupFlags(CLI::App& app, const std::string& world, bool processes,
                "Camera of this computer that gives the pictures of a robot which sends none, with --robot "
                "process:CMD: v4l2:/dev/video0, or NAME=ADDRESS where the robot's file names several",
                kMore);
-  if (processes) add_detector(app, detector_);
+  if (processes) add_picture_settings(app, pictures_);
   add_option(app, "--seed INTEGER", seed_, "Seed of all noise: the same seed gives the same bytes", kShown)
       ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{1} << 53, "INTEGER"));
 }
@@ -63,14 +71,19 @@ Result<RobotSetup> SetupFlags::make(const std::string& robot_file) const {
   const std::string file = robot_file_.empty() ? robot_file : robot_file_;
   if (auto setup = processes_ ? load_kind(robot_, world_, file, seed_) : std::nullopt) {
     if (!*setup) return std::move(*setup);
-    (*setup)->detector = detector_;
+    if (app_.count("--search-every") == 0)
+      if (Status strips = refuse_flag(app_, "--search-strips", kSearchedWholly, kSearchEvery); !strips)
+        return tl::unexpected(strips.error());
+    (*setup)->pictures = pictures_;
     if (Status added = add_live_cameras(live_cameras_, **setup); !added) return tl::unexpected(added.error());
     return std::move(*setup);
   }
-  if (Status status = refuse_flag(app_, "--detector", "a simulated robot finds its tags in another way",
-                                  "Leave it out, or give --robot process:CMD.");
-      !status)
-    return tl::unexpected(status.error());
+  for (const char* flag : {"--detector", "--search-every", "--search-strips"}) {
+    if (Status status = refuse_flag(app_, flag, "a simulated robot finds its tags in another way",
+                                    "Leave it out, or give --robot process:CMD.");
+        !status)
+      return tl::unexpected(status.error());
+  }
   if (!live_cameras_.empty())
     return fail(ErrorCode::InvalidArgument, "a simulated robot has simulated cameras",
                 {.key = "--camera-source"}, "Leave it out, or give --robot process:CMD.");

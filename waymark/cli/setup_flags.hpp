@@ -28,7 +28,10 @@ inline constexpr const char* kRobotNames = "a name that `waymark robots` lists, 
 void add_flags(CLI::App& app, LoneAnchor& anchor);
 
 /// --detector, of the pictures of a robot that is a process.
-void add_detector(CLI::App& app, std::string& detector);
+void add_picture_settings(CLI::App& app, PictureSettings& pictures);
+/// Of --search-strips without --search-every.
+inline constexpr const char* kSearchedWholly = "every picture is searched wholly";
+inline constexpr const char* kSearchEvery = "Give --search-every 8, say, too.";
 
 /// The flags --robot, --world, --robot-file and --seed. Must stay where it is while the command line is
 /// parsed.
@@ -58,7 +61,7 @@ class SetupFlags {
   std::string world_;
   std::string robot_file_;
   std::vector<std::string> live_cameras_{};
-  std::string detector_ = "apriltag3";
+  PictureSettings pictures_{};
   std::uint64_t seed_ = 1;
 };
 

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 #include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
 #include "waymark/cli/convert_video_flags.hpp"
 #include "waymark/cli/failure.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_log.hpp"
@@ -63,49 +63,35 @@ ExitCode convert(const ConvertArgs& args, Console& console) {
 
 Run prepare_convert(CLI::App& app) {
   const auto args = std::make_shared<ConvertArgs>(app);
-  app.add_option(
-         "IN", args->first,
-         "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a video; or a live camera")
-      ->required()
-      ->type_name("");
-  app.add_option("OUT", args->rest,
-                 "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further "
-                 "recordings of the "
-                 "same drive, which are merged in the order of their stamps")
-      ->required()
-      ->type_name("");
-  app.add_option("--format", args->job.format,
-                 "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT")
-      ->type_name("NAME");
-  app.add_option("--ros-distro", args->job.ros_distro,
-                 "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)")
-      ->type_name("NAME");
-  app.add_option("--storage", args->job.storage,
-                 "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)")
-      ->type_name("NAME");
-  app.add_option("--topics,--topic", args->job.topics, "Only these topics, with commas between them")
-      ->delimiter(',')
-      ->type_name("A,B");
-  app.add_option("--from", args->job.from,
-                 "Begin of the interval [s]: after the start, or with @ on the recording's clock")
-      ->type_name("T");
-  app.add_option("--to", args->job.to,
-                 "End of the interval [s]: after the start, or with @ on the recording's clock")
-      ->type_name("T");
-  app.add_option("--kind", args->job.kind,
-                 "Content of a .csv file: detections, odometry, imu or range-bearing")
-      ->check(CLI::IsMember({"detections", "odometry", "imu", "range-bearing"}))
-      ->type_name("NAME");
-  app.add_option(
-         "--robot", args->job.robot,
-         "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name")
-      ->type_name("FILE");
-  app.add_option("--tag-latency-s", args->job.tag_latency_s,
-                 "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)")
-      ->check(CLI::Range(0.0, 10.0))
-      ->capture_default_str()
-      ->type_name("S");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
+  add_option(
+      app, "IN", args->first,
+      "Recording: MCAP, rosbag2 (.db3, folder), ROS 1 bag, LCM event log, CSV; a video; or a live camera",
+      kRequired);
+  add_option(app, "OUT", args->rest,
+             "New file: .mcap, .tum or .csv; new folder for --format rosbag2. Before it further recordings "
+             "of the same drive, which are merged in the order of their stamps",
+             kRequired);
+  add_option(app, "--format NAME", args->job.format,
+             "Format of the output: mcap, rosbag2, tum or csv. Unless given: by the ending of OUT");
+  add_option(app, "--ros-distro NAME", args->job.ros_distro,
+             "Release of ROS 2 whose layout --format rosbag2 writes: humble or jazzy (jazzy)");
+  add_option(app, "--storage NAME", args->job.storage,
+             "Storage of --format rosbag2: sqlite3 (usual in Humble) or mcap (usual in Jazzy)");
+  add_option(app, "--topics,--topic A,B", args->job.topics, "Only these topics, with commas between them",
+             kByCommas);
+  add_option(app, "--from T", args->job.from,
+             "Begin of the interval [s]: after the start, or with @ on the recording's clock");
+  add_option(app, "--to T", args->job.to,
+             "End of the interval [s]: after the start, or with @ on the recording's clock");
+  add_option(app, "--kind NAME", args->job.kind,
+             "Content of a .csv file: detections, odometry, imu or range-bearing",
+             one_of({"detections", "odometry", "imu", "range-bearing"}));
+  add_option(app, "--robot FILE", args->job.robot,
+             "Camera and its mounting for tables and LCM logs that become .mcap: a robot's file, or a name");
+  add_option(app, "--tag-latency-s S", args->job.tag_latency_s,
+             "Camera latency of an MBot: time from the exposure to the stamp of a picture [s] (LCM logs)",
+             between(0.0, 10.0), kShown);
+  add_flag(app, "--json", args->json, "One JSON object instead of words");
   return [args](Console& console) {
     args->job.inputs = {args->first};
     args->job.inputs.insert(args->job.inputs.end(), args->rest.begin(), args->rest.end() - 1);

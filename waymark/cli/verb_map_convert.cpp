@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "waymark/cli/console_control.hpp"
+#include "waymark/cli/flags.hpp"
 #include "waymark/cli/interrupt.hpp"
 #include "waymark/cli/verb.hpp"
 #include "waymark/jobs/convert_map.hpp"
@@ -43,24 +44,17 @@ ExitCode convert(const ConvertMapArgs& args, Console& console) {
 
 Run prepare_convert_map(CLI::App& app) {
   const auto args = std::make_shared<ConvertMapArgs>();
-  app.add_option("MAP", args->job.input, "A map of any form, or the folder of a map.yaml")
-      ->required()
-      ->type_name("");
-  app.add_option("OUTPUT", args->job.output, "The file to write")->required()->type_name("");
-  args->to =
-      app.add_option("--to", args->form,
-                     fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
-                                 fmt::join(map_form_names(), ", ")))
-          ->capture_default_str()
-          ->type_name("FORM");
-  app.add_option("--tag-size-m", args->job.tag_size_m,
-                 "Side of the black square of tags whose file does not say it")
-      ->type_name("NUMBER");
-  app.add_option("--remove", args->job.remove, "Tags to exclude, such as 3,7 or tag36h11:3")
-      ->delimiter(',')
-      ->type_name("TAGS");
-  app.add_flag("--force", args->job.force, "Replace a file that is there");
-  app.add_flag("--json", args->json, "One JSON object instead of words");
+  add_option(app, "MAP", args->job.input, "A map of any form, or the folder of a map.yaml", kRequired);
+  add_option(app, "OUTPUT", args->job.output, "The file to write", kRequired);
+  args->to = add_option(app, "--to FORM", args->form,
+                        fmt::format("What to write: {}; unless given, fmap for an OUTPUT that ends in .fmap",
+                                    fmt::join(map_form_names(), ", ")),
+                        kShown);
+  add_option(app, "--tag-size-m NUMBER", args->job.tag_size_m,
+             "Side of the black square of tags whose file does not say it");
+  add_option(app, "--remove TAGS", args->job.remove, "Tags to exclude, such as 3,7 or tag36h11:3", kByCommas);
+  add_flag(app, "--force", args->job.force, "Replace a file that is there");
+  add_flag(app, "--json", args->json, "One JSON object instead of words");
   return [args](Console& console) { return convert(*args, console); };
 }
 

@@ -39,10 +39,13 @@ std::optional<double> sigma_px(const TagDetection& detection) {
   return std::sqrt(std::max(0.0, detection.corner_covariance_px2->trace() / 8));
 }
 
+/// Rounded to the digits that are shown, and never -0: the mean of errors that cancel has either sign.
+double shown(double value) { return std::round(value * 1e4) / 1e4 + 0.0; }
+
 void put_corner_columns(Text& text, const std::optional<CornerScores>& corners) {
   if (!corners) return put(text, "{:>9}{:>9}{:>9}{:>9}", "-", "-", "-", "-");
-  put(text, "{:>9.4f}{:>+9.4f}{:>+9.4f}{:>+9.4f}", corners->rmse_px, corners->bias_x_px, corners->bias_y_px,
-      corners->bias_outward_px);
+  put(text, "{:>9.4f}{:>+9.4f}{:>+9.4f}{:>+9.4f}", corners->rmse_px, shown(corners->bias_x_px),
+      shown(corners->bias_y_px), shown(corners->bias_outward_px));
 }
 
 /// One row a class: how many, recall, corner error.
@@ -83,8 +86,8 @@ void put_sums(Text& text, const DetectionScores& scores) {
   if (const auto& c = scores.corners) {
     put(text, "corner error: RMSE {:.4f} px (x {:.4f}, y {:.4f}), worst {:.3f} px\n", c->rmse_px,
         c->rmse_x_px, c->rmse_y_px, c->worst_px);
-    put(text, "corner bias:  x {:+.4f}, y {:+.4f}, outward {:+.4f} px\n", c->bias_x_px, c->bias_y_px,
-        c->bias_outward_px);
+    put(text, "corner bias:  x {:+.4f}, y {:+.4f}, outward {:+.4f} px\n", shown(c->bias_x_px),
+        shown(c->bias_y_px), shown(c->bias_outward_px));
   }
   if (const auto& n = scores.consistency) {
     put(text,

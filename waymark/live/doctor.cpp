@@ -163,8 +163,7 @@ DoctorLevel level_of(const LoopTrialResult& result) {
 
 }  // namespace
 
-DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result,
-                           const std::optional<LoopTrialResult>& other) {
+DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result) {
   DoctorLine line{
       .key = "processor",
       .level = level_of(result),
@@ -172,13 +171,8 @@ DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result
                            "picture to tags; {} of {} pictures passed over",
                            trial.width, trial.height, trial.rate_hz, 100 * result.share, result.median_ms,
                            result.dropped, result.pictures)};
-  if (line.level == DoctorLevel::Ok) return line;
-  line.command = fmt::format("waymark doctor --rate-hz {:g}", trial.rate_hz / 2);
-  if (!other) return line;
-  line.words += fmt::format("; with --detector waymark {:.0f} %, {:.1f} ms, {} of {} passed over",
-                            100 * other->share, other->median_ms, other->dropped, other->pictures);
-  if (level_of(*other) == DoctorLevel::Ok)
-    line.command = "waymark replay map --robot KIND:ADDRESS --detector waymark";
+  if (line.level != DoctorLevel::Ok)
+    line.command = fmt::format("waymark doctor --rate-hz {:g}", trial.rate_hz / 2);
   return line;
 }
 

@@ -59,8 +59,6 @@ struct LoopTrialResult {
 /// Runs the loop of a robot (RobotLoop) on drawn pictures with four tags, in real time.
 [[nodiscard]] Result<LoopTrialResult> try_loop(const TagFinder& finder, const LoopTrial& trial,
                                                const DoctorCancelled& cancelled);
-/// `other`: with the detector "waymark", where that was tried as well.
-[[nodiscard]] DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result,
-                                         const std::optional<LoopTrialResult>& other = {});
+[[nodiscard]] DoctorLine check_processor(const LoopTrial& trial, const LoopTrialResult& result);
 
 }  // namespace waymark

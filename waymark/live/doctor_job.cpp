@@ -25,19 +25,13 @@ DoctorLine calibration_line(const std::string& file) {
           "waymark doctor --camera FILE"};
 }
 
-/// The loop of a robot on drawn pictures; where the processor is short, with the project's own detector, too.
+/// The loop of a robot on drawn pictures.
 Result<DoctorLine> processor_line(const LoopTrial& trial, const DoctorCancelled& cancelled) {
   const auto finder = make_tag_finder();
   if (!finder) return tl::unexpected(finder.error());
   const auto tried = try_loop(*finder, trial, cancelled);
   if (!tried) return tl::unexpected(tried.error());
-  std::optional<LoopTrialResult> other;
-  if (check_processor(trial, *tried).level != DoctorLevel::Ok) {
-    const auto faster = make_tag_finder({.detector = "waymark"});
-    const auto retried = faster ? try_loop(*faster, trial, cancelled) : tl::unexpected(faster.error());
-    if (retried) other = *retried;
-  }
-  return check_processor(trial, *tried, other);
+  return check_processor(trial, *tried);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@ namespace {
 /// The setup with the tags of the map, where its world is not known: for the recording and the judge.
 RobotSetup as_known(const RobotSetup& setup, const MapFile& map) {
   RobotSetup known = setup;
+  for (const auto& [tag, mapped] : map.tags.tags) known.known_tags.push_back(tag);
   if (known.world_yaml.empty()) {
     known.simulated.world.anchor = map.anchor;
     known.simulated.world.tags = map.tags;
@@ -87,7 +88,8 @@ Result<ReplayReport> replay_process(const RobotSetup& setup, const ReplayJob& jo
   Result<ReplayReport> report = (*replay)->finish(end);
   if (!driven) return tl::unexpected(driven.error());
   if (!report) return report;
-  for (std::string& words : speed_warnings(job, files->route)) report->warnings.push_back(std::move(words));
+  for (std::string& words : speed_warnings(job, files->route, setup.simulated.model))
+    report->warnings.push_back(std::move(words));
   report->wall_s = watch.seconds();
   return report;
 }

@@ -72,8 +72,12 @@ Result<std::unique_ptr<LiveRobot>> LiveRobot::open(const RobotSetup& setup, JobC
 }
 
 Result<std::unique_ptr<LiveRobot>> LiveRobot::open_first(const RobotSetup& setup, JobControl control) {
-  auto finder = make_tag_finder({.detector = setup.detector, .families = families_in(setup.simulated.world)});
+  auto finder = make_tag_finder({.detector = setup.pictures.detector,
+                                 .families = families_in(setup.simulated.world),
+                                 .known_tags = setup.known_tags});
   if (!finder) return tl::unexpected(finder.error());
+  finder->tracking.whole_every = setup.pictures.search_every;
+  finder->tracking.in_strips = setup.pictures.in_strips;
   std::vector<MountedCamera> cameras = setup.simulated.cameras();
   ProcessRobotOptions options;
   for (const MountedCamera& camera : cameras) options.cameras.push_back(camera.name);

@@ -1,4 +1,6 @@
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -45,6 +47,35 @@ std::string ending(const ReplayReport& report, std::string_view stopped_by) {
   return "ran out of time " + where;
 }
 
+namespace {
+
+/// Sightings, not tags: a tag that is covered for a second at 20 Hz counts 20 times.
+std::string missed_words(const ReplayEnd& end) {
+  std::string words;
+  int all = 0;
+  for (const auto& [reason, count] : end.missed_tags) {
+    words += fmt::format("{}{} {}", words.empty() ? "" : ", ", count, to_string(reason));
+    all += count;
+  }
+  if (all == 0) return {};
+  return fmt::format("tags that should have been in a picture and were not found: {} ({})", all, words);
+}
+
+nlohmann::ordered_json missed_json(const ReplayEnd& end) {
+  constexpr std::array<std::pair<MissReason, const char*>, 4> kKeys = {{{MissReason::Outside, "outside"},
+                                                                        {MissReason::TooFaint, "too_faint"},
+                                                                        {MissReason::Blurred, "blurred"},
+                                                                        {MissReason::Occluded, "occluded"}}};
+  nlohmann::ordered_json missed;
+  for (const auto& [reason, key] : kKeys) {
+    const auto found = end.missed_tags.find(reason);
+    missed[key] = found == end.missed_tags.end() ? 0 : found->second;
+  }
+  return missed;
+}
+
+}  // namespace
+
 std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
   const ReplayEnd& end = report.end;
   std::string text =
@@ -55,11 +86,12 @@ std::string to_text(const ReplayReport& report, std::string_view stopped_by) {
   if (end.frames > 0)
     text += fmt::format("two or more tags in view {:.1f} % of the time\n",
                         100.0 * end.frames_with_two_tags / end.frames);
+  if (const std::string missed = missed_words(end); !missed.empty()) text += missed + "\n";
   if (!report.judgement) return text;
   const ReplayJudgement& j = *report.judgement;
   return text + fmt::format(
                     "by the truth: {} completed, {:.2f} m driven\n"
-                    "  from the taught way  {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
+                    "  from the route       {:.3f} m rmse, {:.3f} m 95 %, {:.3f} m worst\n"
                     "  heading              {:.2f} deg rmse\n"
                     "  nearest to a tag     {:.3f} m from the hull\n",
                     counted(j.laps_completed, "lap"), j.distance_m, j.cross_track_rmse_m, j.cross_track_p95_m,
@@ -98,6 +130,7 @@ nlohmann::ordered_json to_json(const ReplayReport& report) {
           {"heading_rmse_deg", judged(&ReplayJudgement::heading_rmse_deg)},
           {"min_clearance_m", judged(&ReplayJudgement::min_clearance_m)},
           {"two_tags_fraction", two_tags},
+          {"missed_tags", missed_json(end)},
           {"stops", end.stops},
           {"distance_m", judged(&ReplayJudgement::distance_m)},
           {"lap_s", end.lap_s},

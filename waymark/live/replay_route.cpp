@@ -155,13 +155,17 @@ ReplayJob slowed(ReplayJob job, double most_m_s) {
   return job;
 }
 
-std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route) {
+std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route, const RobotModel& robot) {
   const double most = job.replay.safety.max_speed_m_s;
   double asked = job.replay.profile.speed_m_s;
   for (const RoutePoint& point : route.points) {
     if (job.replay.profile.speed_m_s <= 0) asked = std::max(asked, std::abs(point.speed_m_s));
   }
-  if (asked <= most) return {};
+  if (asked <= std::min(most, robot.limits.speed_m_s)) return {};
+  if (robot.limits.speed_m_s < most)
+    return {
+        fmt::format("{:g} m/s are asked for, but {} drives at most {:g} m/s (limits: speed_m_s of its file)",
+                    asked, robot.name, robot.limits.speed_m_s)};
   return {
       fmt::format("{:g} m/s are asked for, but the limiter lets no more than {:g} m/s pass (--max-speed-m-s)",
                   asked, most)};
@@ -194,7 +198,7 @@ Result<ReplayReport> replay_simulated(const RobotSetup& setup, const ReplayJob& 
                       .true_path = std::move(log.true_path()),
                       .taught_path = loaded->taught,
                       .visits = log.visits(),
-                      .warnings = speed_warnings(job, loaded->route)};
+                      .warnings = speed_warnings(job, loaded->route, setup.simulated.model)};
   for (std::string& words : (*replayer)->problems()) report.warnings.push_back(std::move(words));
   judge(setup, report);
   report.wall_s = watch.seconds();

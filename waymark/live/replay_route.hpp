@@ -71,8 +71,9 @@ struct ReplayReport {
 
 /// The job with a limiter that lets no more than this speed pass.
 [[nodiscard]] ReplayJob slowed(ReplayJob job, double most_m_s);
-/// What is asked for and will not be driven: faster than the limiter lets pass.
-[[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route);
+/// What is asked for and will not be driven: faster than the limiter lets pass, or than the robot is.
+[[nodiscard]] std::vector<std::string> speed_warnings(const ReplayJob& job, const Route& route,
+                                                      const RobotModel& robot);
 
 /// The recording that the job asks for, with the map and the route it is driven by; nothing when it asks for
 /// none.

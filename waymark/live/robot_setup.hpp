@@ -10,8 +10,16 @@
 #include "waymark/drivers/simulated/simulated_lap.hpp"
 #include "waymark/drivers/watchdog/robot_command.hpp"
 #include "waymark/live/camera_address.hpp"
+#include "waymark/tags/detector_options.hpp"
 
 namespace waymark {
+
+/// How tags are found in the pictures of a robot.
+struct PictureSettings {
+  std::string detector = DetectorOptions{}.detector;
+  int search_every = 1;    ///< one picture in so many is searched wholly, tags are followed in the others
+  bool in_strips = false;  ///< each picture has a strip of it searched instead
+};
 
 /// A robot in its world, and the files that describe them.
 struct RobotSetup {
@@ -20,7 +28,8 @@ struct RobotSetup {
   std::string robot_yaml;
   RobotCommand process{};                          ///< what is the robot; empty: it is simulated
   std::vector<CameraAddress> live_cameras{};       ///< of this computer, on a robot that is a process
-  std::string detector = "apriltag3";              ///< of the pictures of such a robot
+  PictureSettings pictures{};                      ///< how tags are found in those of such a robot
+  std::vector<TagId> known_tags{};                 ///< of the map that it is driven by
   std::string robot_path{};                        ///< of the robot's file
   std::optional<CommissionRecord> commissioned{};  ///< of the robot's file
   CommissionGround ground{};                       ///< what a commission of this robot rests on

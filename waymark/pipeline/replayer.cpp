@@ -213,6 +213,7 @@ SafetyInputs Replayer::inputs_of(SensorTime now, const std::optional<Localizatio
   inputs.picture_age_s = age_s(now, newest_picture_, 0);
   inputs.blind_m = newest_accepted_ ? consistency_.path_m() - accepted_path_m_ : 0.0;
   inputs.taught_blind_m = route_.longest_without_tags_m.value_or(0);
+  if (inputs.blind_m > inputs.taught_blind_m) inputs.missed = words_of(missed_);
   if (scan_) {
     inputs.scan_age_s = to_seconds(now - scan_->stamp);
     const double curvature = std::abs(wanted.speed_m_s) > 1e-3

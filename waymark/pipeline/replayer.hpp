@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "waymark/localization/method.hpp"
+#include "waymark/pipeline/expected_tags.hpp"
 #include "waymark/pipeline/replay_phase.hpp"
 #include "waymark/replay/go_to_pose.hpp"
 #include "waymark/replay/motion_consistency.hpp"
@@ -65,6 +66,11 @@ class Replayer {
   void add(const Odometry& odometry);
   void add(const ImuSample& imu);
   void add(const LaserScan& scan);
+  /// Where tags should be in a picture that is taken now, and which of them were not found in it, and why.
+  [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
+    return expected_tags(map_, camera, method_->estimate(), stamp);
+  }
+  void add(std::vector<MissedTag> missed) { missed_ = std::move(missed); }
   /// The command for now. Time is an argument: the age of the newest odometry is measured against it.
   [[nodiscard]] ReplayStep step(SensorTime now);
 
@@ -125,6 +131,7 @@ class Replayer {
   std::optional<SensorTime> newest_accepted_{};  ///< observation of a tag
   std::optional<SensorTime> newest_fix_{};       ///< pose by the tags of one picture
   double accepted_path_m_ = 0;                   ///< way by the wheels up to it
+  std::vector<MissedTag> missed_{};              ///< in the newest picture that should show a tag
   std::optional<LaserScan> scan_{};
   double start_way_m_ = 0;
   double driven_m_ = 0;

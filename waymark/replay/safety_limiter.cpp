@@ -43,14 +43,16 @@ std::optional<std::string> reason_to_stop(const VelocityCommand& wanted, const S
                        in.picture_age_s, options.max_picture_age_s);
   if (!(in.blind_m <= in.taught_blind_m + options.max_blind_m))
     return fmt::format(
-        "{:.2f} m were driven without an accepted tag (limit {:.2f} m: {:.2f} m more than in the taught lap)",
-        in.blind_m, in.taught_blind_m + options.max_blind_m, options.max_blind_m);
+        "{:.2f} m were driven without an accepted tag (limit {:.2f} m: {:.2f} m more than in the taught "
+        "lap){}{}",
+        in.blind_m, in.taught_blind_m + options.max_blind_m, options.max_blind_m,
+        in.missed.empty() ? "" : "; ", in.missed);
   if (!in.localized) return "the position is not known: no mapped tag was seen yet";
   if (in.contradicting_frames > options.max_contradicting_frames)
     return "what is seen contradicts where the robot believes to be: was it carried?";
   if (const double most = most_sigma_m(in, options); !(in.position_sigma_m <= most)) {
-    return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m{})", in.position_sigma_m, most,
-                       in.unsure ? " to go on" : "");
+    return fmt::format("the position is known only to {:.2f} m (limit {:.2f} m{}){}{}", in.position_sigma_m,
+                       most, in.unsure ? " to go on" : "", in.missed.empty() ? "" : "; ", in.missed);
   }
   if (!(std::abs(in.cross_track_m) <= options.max_cross_track_m)) {
     return fmt::format("{:.2f} m from the route (limit {:.2f} m)", std::abs(in.cross_track_m),

@@ -95,6 +95,7 @@ struct SafetyInputs {
   double picture_age_s = 0;   ///< 0 before the first picture
   double blind_m = 0;         ///< way driven since a tag was accepted
   double taught_blind_m = 0;  ///< longest stretch without a tag in the taught lap
+  std::string missed{};       ///< tags that should be in view and were not found, in words
   bool localized = false;
   double position_sigma_m = 0;   ///< largest standard deviation in the plane
   int contradicting_frames = 0;  ///< frames in a row, up to the newest, that contradict the position

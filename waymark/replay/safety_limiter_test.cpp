@@ -57,6 +57,13 @@ TEST(SafetyLimiter, EveryReasonStopsWithItsWords) {
               in.blind_m = 1.4;
             }),
             "1.40 m were driven without an accepted tag (limit 1.30 m: 0.50 m more than in the taught lap)");
+  EXPECT_EQ(
+      words([](auto& in) {
+        in.blind_m = 0.6;
+        in.missed = "1 tag that should be in view was not found (1 too faint)";
+      }),
+      "0.60 m were driven without an accepted tag (limit 0.50 m: 0.50 m more than in the taught lap); 1 tag "
+      "that should be in view was not found (1 too faint)");
   EXPECT_EQ(words([](auto& in) { in.localized = false; }),
             "the position is not known: no mapped tag was seen yet");
   EXPECT_EQ(words([](auto& in) { in.position_sigma_m = 0.2; }),

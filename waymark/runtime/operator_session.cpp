@@ -49,6 +49,12 @@ RobotListener OperatorSession::listener() {
   RobotListener listener;
   listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
+  listener.expected = [this](const MountedCamera& camera, SensorTime stamp) {
+    return replay_ != nullptr ? replay_->expected(camera, stamp) : std::vector<ExpectedTag>();
+  };
+  listener.on_missed = [this](std::vector<MissedTag> missed) {
+    if (replay_ != nullptr) replay_->receive_missed(std::move(missed));
+  };
   return listener;
 }
 

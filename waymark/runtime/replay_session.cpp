@@ -53,6 +53,11 @@ Status ReplaySession::receive(const Sample& sample) {
   return listener_.on_sample(sample);
 }
 
+void ReplaySession::receive_missed(std::vector<MissedTag> missed) {
+  for (const MissedTag& one : missed) ++end_.missed_tags[one.why];
+  replayer_.add(std::move(missed));
+}
+
 void ReplaySession::notice_jump(const Odometry& odometry) {
   if (odometry_ && odometry_jumped(*odometry_, odometry))
     listener_.on_words(
@@ -120,6 +125,10 @@ RobotListener ReplaySession::listener() {
   RobotListener listener;
   listener.on_sample = [this](const Sample& sample) { return receive(sample); };
   listener.decide = [this](Duration uptime, SensorTime now) { return decide(uptime, now); };
+  listener.expected = [this](const MountedCamera& camera, SensorTime stamp) {
+    return expected(camera, stamp);
+  };
+  listener.on_missed = [this](std::vector<MissedTag> missed) { receive_missed(std::move(missed)); };
   return listener;
 }
 

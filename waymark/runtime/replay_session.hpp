@@ -1,8 +1,10 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "waymark/pipeline/replayer.hpp"
 #include "waymark/runtime/robot_loop.hpp"
@@ -46,6 +48,7 @@ struct ReplayEnd : LapEnd {
   int stops = 0;
   int frames = 0;
   int frames_with_two_tags = 0;
+  std::map<MissReason, int> missed_tags{};  ///< that should have been in view and were not found
 };
 
 /// A replay as it goes on: hands the samples to the replayer, and knows when it is over: at the goal,
@@ -61,6 +64,11 @@ class ReplaySession {
         requests_(std::move(requests)) {}
 
   Status receive(const Sample& sample);
+  /// See RobotListener.
+  [[nodiscard]] std::vector<ExpectedTag> expected(const MountedCamera& camera, SensorTime stamp) const {
+    return replayer_.expected(camera, stamp);
+  }
+  void receive_missed(std::vector<MissedTag> missed);
   template <class Frame, class Seen>
   void count(const Frame& frame, const std::vector<Seen>& seen);
   Result<DriverDecision> decide(Duration uptime, SensorTime now);

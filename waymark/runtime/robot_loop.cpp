@@ -53,13 +53,14 @@ Status RobotLoop::search_picture(const RobotListener& listener) {
   const MountedCamera* camera = find_camera(search_.cameras, picture.camera);
   TagSequence& sequence = sequences_.try_emplace(picture.camera, *search_.finder).first->second;
   const auto expected =
-      search_.expected ? search_.expected(picture.camera, picture.stamp) : std::vector<ExpectedTag>();
+      camera != nullptr ? listener.expected(*camera, picture.stamp) : std::vector<ExpectedTag>();
   auto found = sequence.find(picture.image, camera != nullptr ? &camera->camera : nullptr, expected);
   if (!found) {  // one picture that cannot be searched does not end a drive; none at all stop it by their age
     listener.on_text("a picture was left out: " + to_string(found.error()));
     return {};
   }
   due_ = due_ || !pacing_.lockstep;
+  if (!expected.empty()) listener.on_missed(std::move(found->missed));
   return listener.on_sample(TagFrame{picture.stamp, picture.camera, std::move(found->detections)});
 }
 

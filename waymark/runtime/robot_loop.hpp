@@ -33,6 +33,12 @@ struct RobotListener {
   /// Asked for a command twenty times a second and right after each picture; in lockstep when the robot asks.
   /// An error ends the drive.
   std::function<Result<DriverDecision>(Duration uptime, SensorTime now)> decide;
+  /// Where tags should be in a picture, from a pose and a map; there they are read with more wrong bits, and
+  /// it is said why one is not found.
+  std::function<std::vector<ExpectedTag>(const MountedCamera& camera, SensorTime stamp)> expected =
+      [](const MountedCamera&, SensorTime) { return std::vector<ExpectedTag>(); };
+  /// After each picture in which a tag was expected: those that were not found.
+  std::function<void(std::vector<MissedTag> missed)> on_missed = [](const std::vector<MissedTag>&) {};
   /// Whether to stop the robot and end the drive now.
   std::function<bool()> should_stop = [] { return false; };
   /// What the robot says to people.
@@ -44,9 +50,6 @@ struct RobotListener {
 struct PictureSearch {
   const TagFinder* finder = nullptr;     ///< outlives the loop
   std::vector<MountedCamera> cameras{};  ///< whose lenses bend the edges of tags; a picture of none: straight
-  /// Where tags should be in the next picture of a camera, by its name; for a finder that tracks. What the
-  /// pictures before showed need not be said.
-  std::function<std::vector<ExpectedTag>(const std::string& camera, SensorTime stamp)> expected{};
 };
 
 struct RobotLoopOptions {

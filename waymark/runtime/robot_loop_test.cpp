@@ -201,6 +201,35 @@ TEST(RobotLoop, InRealTimeOnlyTheNewestPictureOfEachCameraIsSearched) {
   EXPECT_EQ(driver.all<CameraFrame>().size(), 2U) << "what is not searched is not recorded either";
 }
 
+TEST(RobotLoop, SaysWhichExpectedTagsWereNotFoundAndWhy) {
+  FakeRobot robot;
+  for (const int ms : {10, 60, 110}) {
+    CameraFrame frame = picture(milliseconds(ms), 1);
+    frame.image = Image(64, 64, 1);
+    robot.says(milliseconds(ms), Sample(std::move(frame)));
+  }
+  const TagFinder finder{.detector = std::make_unique<FakeFinder>()};
+  const CameraModel lens =
+      CameraModel::make(PinholeRadtan{.fx = 50, .fy = 50, .cx = 32, .cy = 32}, 64, 64).value();
+  Driver driver{.decisions = 6};
+  RobotListener listener = driver.listener();
+  listener.expected = [](const MountedCamera& camera, SensorTime stamp) {
+    EXPECT_EQ(camera.name, "cam");
+    if (stamp == at(milliseconds(10))) return std::vector<ExpectedTag>();  // no pose yet
+    return std::vector<ExpectedTag>{{{FamilyId::Tag36h11, 8}, {{{10, 10}, {40, 10}, {40, 40}, {10, 40}}}}};
+  };
+  std::vector<MissedTag> missed;
+  listener.on_missed = [&](const std::vector<MissedTag>& some) {
+    missed.insert(missed.end(), some.begin(), some.end());
+  };
+  RobotLoop loop(robot, robot, robot.pacing(false),
+                 {.finder = &finder, .cameras = {{.name = "cam", .camera = lens}}});
+  ASSERT_TRUE(loop.drive(listener));
+  ASSERT_EQ(missed.size(), 2U);
+  EXPECT_EQ(missed[0].expected.tag.number, 8);
+  EXPECT_EQ(missed[0].why, MissReason::TooFaint) << "the picture is of one level";
+}
+
 TEST(RobotLoop, APictureIsDecidedOnAtOnce) {
   FakeRobot robot;
   robot.says(milliseconds(0), Sample(Odometry{}));

@@ -12,7 +12,7 @@ namespace waymark {
 /// Which detector, and what it is asked to do. The defaults were chosen on photographs and rendered images,
 /// see docs/concepts/detection.md.
 struct DetectorOptions {
-  std::string detector = "apriltag3";
+  std::string detector = "waymark";
   std::vector<std::string> families = {"tag36h11"};
   /// Conservative on purpose: correcting two bits instead of one finds 1.5 % more tags, and makes a random
   /// quad pass for a tag 18 times as often (docs/concepts/hamming.md; Martins and Ramos, "AprilTag-based
@@ -27,13 +27,15 @@ struct DetectorOptions {
   int min_white_black_diff = 15;
   int threads = 1;
   int memory_limit_mib = 512;
+  /// Tags of a map that may be here, no setting: the detector waymark reads them with up to four wrong bits
+  /// where the levels of the cells are evidence enough; numbers of other families do not count.
+  std::vector<TagId> known_tags = {};
 
   template <class Self, class Visitor>
   static void fields(Self& self, Visitor&& visit) {
     visit(self.detector, Field{"detector",
-                               "Detector to use: apriltag3 (libapriltag 3.3.0), or waymark (this project's "
-                               "own, several times as "
-                               "fast, without options of its own below find_inverted)."});
+                               "Detector to use: waymark (this project's own), or apriltag3 (libapriltag "
+                               "3.3.0: slower, with options that waymark does not have)."});
     visit(self.families,
           Field{"families", "Tag families to look for, e.g. tag36h11; each costs time and memory."});
     visit(self.max_hamming,
@@ -51,11 +53,11 @@ struct DetectorOptions {
         Field{"find_inverted",
               "Also find tags printed with black and white exchanged; detector waymark only. Takes twice the "
               "time."});
-    visit(self.quad_decimate,
-          Field{"quad_decimate",
-                "Downscaling of the image in which quads are searched: 1, 1.5 or a whole number to 8. 2 is "
-                "two to four times as fast and loses tags with less than 3 px a bit.",
-                1, 8});
+    visit(self.quad_decimate, Field{"quad_decimate",
+                                    "Downscaling of the image in which quads are searched, detector "
+                                    "apriltag3: 1, 1.5 or a whole number to 8. 2 is "
+                                    "two to four times as fast and loses tags with less than 3 px a bit.",
+                                    1, 8});
     visit(self.quad_sigma,
           Field{"quad_sigma",
                 "Standard deviation in pixels of a blur before quads are searched; about 0.8 for very noisy "

@@ -1,5 +1,6 @@
 #include "waymark/tags/tag_finder.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "waymark/tags/waymark_detector.hpp"
@@ -32,7 +33,9 @@ Result<TagFinder> make_tag_finder(std::unique_ptr<Detector> detector, const Refi
 Result<TagFinder> make_tag_finder(const DetectorOptions& detector, const RefinementOptions& refinement) {
   auto made = make_detector(detector);
   if (!made) return tl::unexpected(made.error());
-  return make_tag_finder(std::move(*made), refinement);
+  Result<TagFinder> finder = make_tag_finder(std::move(*made), refinement);
+  if (finder) finder->tracking.detector = detector;
+  return finder;
 }
 
 Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, const CameraModel* camera) {
@@ -45,15 +48,22 @@ Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder, con
 
 Result<FoundTags> TagSequence::find(const ImageView& image, const CameraModel* camera,
                                     std::span<const ExpectedTag> expected) {
-  if (!finder_->tracking) return find_tags(image, *finder_, camera);
+  // Where nothing else is asked for, live and offline find the same to the last bit.
+  if (finder_->tracking.whole_every == 1 && expected.empty() && !tracker_)
+    return find_tags(image, *finder_, camera);
   if (!tracker_) {
-    auto made = TagTracker::make(*finder_->detector, *finder_->tracking);
+    auto made = TagTracker::make(*finder_->detector, finder_->tracking);
     if (!made) return tl::unexpected(made.error());
     tracker_.emplace(std::move(*made));
   }
   auto tracked = tracker_->next(image, expected);
   if (!tracked) return tl::unexpected(tracked.error());
   FoundTags found{.detections = std::move(tracked->detections), .missed = std::move(tracked->missed)};
+  // Not those that the pictures before alone would have shown here.
+  std::erase_if(found.missed, [&](const MissedTag& missed) {
+    return std::ranges::none_of(expected,
+                                [&](const ExpectedTag& tag) { return tag.tag == missed.expected.tag; });
+  });
   refine_all(image, *finder_, camera, found);
   return found;
 }

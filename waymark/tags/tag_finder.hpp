@@ -21,7 +21,8 @@ namespace waymark {
 struct TagFinder {
   std::unique_ptr<Detector> detector;
   std::optional<RefinementOptions> refinement = {};  ///< nothing: corners stay as the detector found them
-  std::optional<TrackingOptions> tracking = {};  ///< nothing: every picture of a sequence is searched wholly
+  /// How the pictures of a sequence are searched: each of them wholly, unless said otherwise.
+  TrackingOptions tracking = {.whole_every = 1};
 };
 
 /// The detector with these settings, corners refined. Fails on options out of range.
@@ -35,7 +36,7 @@ struct TagFinder {
 struct FoundTags {
   std::vector<TagDetection> detections;
   std::vector<RefinementOutcome> refinements = {};  ///< one a detection; empty when nothing was refined
-  std::vector<MissedTag> missed = {};               ///< of a sequence: expected tags that were not found
+  std::vector<MissedTag> missed = {};  ///< of a sequence: expected tags that were not found, and why
 };
 
 /// Finds the tags in a picture and refines their corners, which then have a covariance; where the fit is not
@@ -45,8 +46,8 @@ struct FoundTags {
 [[nodiscard]] Result<FoundTags> find_tags(const ImageView& image, const TagFinder& finder,
                                           const CameraModel* camera = nullptr);
 
-/// The same for the pictures of one camera, one after the other: where the finder says so, tags are tracked
-/// from picture to picture (tag_tracker.hpp).
+/// The same for the pictures of one camera, one after the other: where the finder says so, or tags are
+/// expected, they are read where they should be (tag_tracker.hpp).
 class TagSequence {
  public:
   /// `finder` outlives it.

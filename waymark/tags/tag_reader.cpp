@@ -192,6 +192,7 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
     if (found && (!best || found->hamming < best->hamming)) best = found;
     if ((best && best->hamming <= 1) || (!best && progress.changes < kFewChanges)) break;
   }
+  if (!best && progress.changes >= kFewChanges) best = decode_known(quad, family, levels);
   if (!best && progress.changes >= kFewChanges) best = decode_in_shadow(quad, family);
   return best;
 }

@@ -23,6 +23,9 @@ struct ReadableFamily {
   /// bit, most significant first.
   std::array<std::vector<std::uint16_t>, 4> cells;
   CodeIndex codes;
+  /// Numbers that a map says may be here: these are read with up to four wrong bits where the levels of the
+  /// cells are evidence enough (soft_bits.hpp).
+  std::vector<int> known{};
 
   ReadableFamily(const Family& family, int max_hamming);
 };
@@ -85,6 +88,9 @@ class TagReader {
   void sample_inside(const ImageView& image, const ReadableFamily& family);
   void sharpen(const ReadableFamily& family, const Levels& levels, float amount);
   std::optional<TagDetection> decode(const Quad& quad, const ReadableFamily& family);
+  /// The known tag that the levels are most evidence for, if they are enough.
+  std::optional<TagDetection> decode_known(const Quad& quad, const ReadableFamily& family,
+                                           const Levels& levels);
   /// With the levels of the cells on both sides of a shadow's edge made one; nothing where there is none.
   std::optional<TagDetection> decode_in_shadow(const Quad& quad, const ReadableFamily& family);
   /// Without the bits next to a side, which is covered: all others must be right.

@@ -18,56 +18,14 @@
 namespace waymark {
 namespace {
 
-using Corners = std::array<Eigen::Vector2d, 4>;
-
-struct Box {
-  double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
-
-Box box_of(const Corners& corners) {
-  Box box{corners[0].x(), corners[0].y(), corners[0].x(), corners[0].y()};
-  for (const Eigen::Vector2d& corner : corners) {
-    box = {std::min(box.x0, corner.x()), std::min(box.y0, corner.y()), std::max(box.x1, corner.x()),
-           std::max(box.y1, corner.y())};
-  }
-  return box;
-}
-
-search::Quad quad_of(const Corners& corners) {
+search::Quad quad_of(const std::array<Eigen::Vector2d, 4>& corners) {
   search::Quad quad;
   for (std::size_t i = 0; i < 4; ++i) quad[i] = corners[i].cast<float>();
   return quad;
 }
 
-bool usable(const ExpectedTag& tag, const ImageView& image) {
-  const bool finite = std::ranges::all_of(tag.corners_px, [](const auto& c) { return c.allFinite(); });
-  if (!finite) return false;
-  const Box box = box_of(tag.corners_px);
-  const bool in_view = box.x1 > 0 && box.y1 > 0 && box.x0 < image.width && box.y0 < image.height;
-  const double most = 2.0 * std::max(image.width, image.height);
-  return in_view && box.x1 - box.x0 < most && box.y1 - box.y0 < most &&
-         search::area(quad_of(tag.corners_px)) > 1;
-}
-
-double apart_px(const Corners& a, const Corners& b) { return (center_px(a) - center_px(b)).norm(); }
-
-/// The nearest print of this tag, if there is one.
-const TagDetection* nearest(const std::vector<TagDetection>& all, const TagId& tag, const Corners& corners) {
-  const TagDetection* best = nullptr;
-  for (const TagDetection& one : all) {
-    if (one.tag != tag) continue;
-    if (best == nullptr || apart_px(one.corners_px, corners) < apart_px(best->corners_px, corners))
-      best = &one;
-  }
-  return best;
-}
-
-/// Whether one of these is this tag, about where it is expected.
-bool found_at(const std::vector<TagDetection>& found, const ExpectedTag& expected) {
-  const TagDetection* near = nearest(found, expected.tag, expected.corners_px);
-  if (near == nullptr) return false;
-  const Box box = box_of(expected.corners_px);
-  return apart_px(near->corners_px, expected.corners_px) < std::max(box.x1 - box.x0, box.y1 - box.y0);
+bool has_code(const TagId& tag) {
+  return tag.number >= 0 && static_cast<std::size_t>(tag.number) < family(tag.family).codes.size();
 }
 
 }  // namespace
@@ -80,7 +38,8 @@ struct TagTracker::Reader {
 
   std::optional<TagDetection> read(const ImageView& image, const ExpectedTag& expected) {
     const auto kind = std::ranges::find(families, expected.tag.family, &search::ReadableFamily::id);
-    if (kind == families.end()) return std::nullopt;
+    if (kind == families.end() || !has_code(expected.tag)) return std::nullopt;
+    kind->known.assign(1, expected.tag.number);
     auto tag = read_as(image, expected, *kind, false);
     if (!tag && find_inverted) tag = read_as(image, expected, *kind, true);
     return tag;
@@ -104,54 +63,7 @@ struct TagTracker::Reader {
     if (tag && tag->tag != expected.tag) tag.reset();
     return tag;
   }
-
-  [[nodiscard]] int cells_across(FamilyId id) const {
-    const auto kind = std::ranges::find(families, id, &search::ReadableFamily::id);
-    return kind == families.end() ? 1 : kind->width;
-  }
 };
-
-std::string_view to_string(MissReason reason) {
-  switch (reason) {
-    case MissReason::Outside:
-      return "outside the picture";
-    case MissReason::TooFaint:
-      return "too faint";
-    case MissReason::Blurred:
-      return "blurred";
-    case MissReason::Occluded:
-      return "occluded";
-  }
-  return "";
-}
-
-MissReason why_missed(const ImageView& image, const ExpectedTag& expected, int cells_across,
-                      int min_white_black_diff) {
-  const Box box = box_of(expected.corners_px);
-  const bool inside = box.x0 >= 0 && box.y0 >= 0 && box.x1 <= image.width && box.y1 <= image.height;
-  if (!inside || !usable(expected, image)) return MissReason::Outside;
-  const int x0 = static_cast<int>(box.x0);
-  const int y0 = static_cast<int>(box.y0);
-  const int x1 = std::min(static_cast<int>(box.x1) + 1, image.width);
-  const int y1 = std::min(static_cast<int>(box.y1) + 1, image.height);
-  int low = 255;
-  int high = 0;
-  int steepest = 0;
-  for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) {
-      const int level = image.row(y)[x];
-      low = std::min(low, level);
-      high = std::max(high, level);
-      if (x > x0) steepest = std::max(steepest, std::abs(level - image.row(y)[x - 1]));
-      if (y > y0) steepest = std::max(steepest, std::abs(level - image.row(y - 1)[x]));
-    }
-  }
-  if (high - low < min_white_black_diff) return MissReason::TooFaint;
-  const double cell_px =
-      std::sqrt(static_cast<double>(search::area(quad_of(expected.corners_px)))) / cells_across;
-  const double edge_px = static_cast<double>(high - low) / std::max(steepest, 1);
-  return edge_px > cell_px ? MissReason::Blurred : MissReason::Occluded;
-}
 
 TagTracker::TagTracker(const Detector& detector, const TrackingOptions& options,
                        std::unique_ptr<Reader> reader)
@@ -182,9 +94,7 @@ std::vector<ExpectedTag> TagTracker::all_expected(std::span<const ExpectedTag> g
   std::vector<ExpectedTag> all(given.begin(), given.end());
   for (const ExpectedTag& tag : moved_) {
     const auto same = [&](const ExpectedTag& other) {
-      const Box box = box_of(tag.corners_px);
-      return other.tag == tag.tag &&
-             apart_px(other.corners_px, tag.corners_px) < std::max(box.x1 - box.x0, box.y1 - box.y0);
+      return found_at({{.tag = other.tag, .corners_px = other.corners_px}}, tag);
     };
     if (std::ranges::none_of(given, same)) all.push_back(tag);
   }
@@ -197,31 +107,53 @@ Status TagTracker::search_around(const ImageView& image, const ExpectedTag& tag,
   constexpr double kFinestCell = 8;  // px; larger ones are shrunk to half of it or more
   constexpr double kAround = 0.5;    // of the tag's box, and
   constexpr double kAroundPx = 8;
-  const Box box = box_of(tag.corners_px);
-  const double x_room = kAround * (box.x1 - box.x0) + kAroundPx;
-  const double y_room = kAround * (box.y1 - box.y0) + kAroundPx;
-  const int x0 = std::max(static_cast<int>(box.x0 - x_room), 0);
-  const int y0 = std::max(static_cast<int>(box.y0 - y_room), 0);
-  const int x1 = static_cast<int>(std::min<double>(box.x1 + x_room, image.width));
-  const int y1 = static_cast<int>(std::min<double>(box.y1 + y_room, image.height));
+  const Eigen::AlignedBox2d box = box_of(tag.corners_px);
+  const Eigen::Vector2d room = (kAround * box.sizes()).array() + kAroundPx;
+  const int x0 = std::max(static_cast<int>(box.min().x() - room.x()), 0);
+  const int y0 = std::max(static_cast<int>(box.min().y() - room.y()), 0);
+  const int x1 = static_cast<int>(std::min<double>(box.max().x() + room.x(), image.width));
+  const int y1 = static_cast<int>(std::min<double>(box.max().y() + room.y(), image.height));
   if (x0 >= x1 || y0 >= y1) return {};
   const double cell_px = std::sqrt(static_cast<double>(search::area(quad_of(tag.corners_px)))) /
-                         reader_->cells_across(tag.tag.family);
+                         family(tag.tag.family).width_at_border;
   const int factor = cell_px >= kFinestCell ? static_cast<int>(cell_px / (0.5 * kFinestCell)) : 1;
-  const PixelRect region{x0, y0, x1 - x0, y1 - y0};
+  return search_region(image, {x0, y0, x1 - x0, y1 - y0}, factor, found);
+}
+
+/// A part of the picture, shrunk by a factor; what is found there is read again in the picture itself.
+Status TagTracker::search_region(const ImageView& image, const PixelRect& region, int factor,
+                                 std::vector<TagDetection>& found) {
   if (factor == 1) {
     auto here = detector_->detect(image, std::span(&region, 1));
     if (!here) return tl::unexpected<Error>(here.error());
     found.insert(found.end(), here->begin(), here->end());
     return {};
   }
-  const Image small = shrunk(crop(image, x0, y0, region.width, region.height), factor);
+  const Image small = shrunk(crop(image, region.x, region.y, region.width, region.height), factor);
   auto here = detector_->detect(small);
   if (!here) return tl::unexpected<Error>(here.error());
   for (const TagDetection& coarse : *here) {
     ExpectedTag again{coarse.tag, coarse.corners_px};
-    for (Eigen::Vector2d& corner : again.corners_px) corner = corner * factor + Eigen::Vector2d(x0, y0);
+    for (Eigen::Vector2d& corner : again.corners_px)
+      corner = corner * factor + Eigen::Vector2d(region.x, region.y);
     if (const auto fine = reader_->read(image, again)) found.push_back(*fine);
+  }
+  return {};
+}
+
+/// At each scale with as much above and below as the tags it is for are high: smaller ones lie whole in it.
+Status TagTracker::search_strip(const ImageView& image, std::vector<TagDetection>& found) {
+  constexpr int kHighest = 64;  // px at the scale: of tags that a scale is for; the next one takes over there
+  const int strips = options_.whole_every;
+  const int from = image.height * strip_ / strips;
+  const int to = image.height * (strip_ + 1) / strips;
+  strip_ = (strip_ + 1) % strips;
+  for (int factor = 1; factor == 1 || factor * kHighest < 2 * image.height; factor *= 2) {
+    const int reach = kHighest * factor / 2;
+    const int y0 = std::max(from - reach, 0) / factor * factor;
+    const int y1 = std::min(to + reach, image.height);
+    if (Status status = search_region(image, {0, y0, image.width, y1 - y0}, factor, found); !status)
+      return status;
   }
   return {};
 }
@@ -230,7 +162,7 @@ void TagTracker::remember(const std::vector<TagDetection>& found) {
   moved_.clear();
   for (const TagDetection& tag : found) {
     ExpectedTag next{tag.tag, tag.corners_px};
-    const TagDetection* before = nearest(last_, tag.tag, tag.corners_px);
+    const TagDetection* before = nearest(last_, next);
     if (before != nullptr && found_at({*before}, next)) {
       for (std::size_t i = 0; i < 4; ++i) next.corners_px[i] += tag.corners_px[i] - before->corners_px[i];
     }
@@ -268,16 +200,16 @@ Result<TrackedTags> TagTracker::next(const ImageView& image, std::span<const Exp
       if (!status) return fail_with(status.error());
     }
   }
-  if (tracked.detections.empty() && !all.empty() && !tracked.whole) {
+  if (options_.in_strips && !tracked.whole) {
+    if (const Status status = search_strip(image, tracked.detections); !status)
+      return fail_with(status.error());
+  }
+  if (tracked.detections.empty() && !all.empty() && !tracked.whole && !options_.in_strips) {
     if (const Status status = search_whole(); !status) return fail_with(status.error());
   }
   remove_duplicates(tracked.detections);
-  for (const ExpectedTag& tag : all) {
-    if (found_at(tracked.detections, tag)) continue;
-    tracked.missed.push_back({tag, why_missed(image, tag, reader_->cells_across(tag.tag.family),
-                                              options_.detector.min_white_black_diff)});
-  }
-  if (since_whole_ >= options_.whole_every) since_whole_ = 0;
+  tracked.missed = missed_tags(image, all, tracked.detections, options_.detector.min_white_black_diff);
+  if (since_whole_ >= options_.whole_every && !options_.in_strips) since_whole_ = 0;
   remember(tracked.detections);
   return tracked;
 }

@@ -1,5 +1,6 @@
 #include "waymark/tags/tag_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -16,6 +17,7 @@ namespace waymark {
 namespace {
 
 using testing::max_corner_error_px;
+using testing::paint_cells;
 using testing::paint_tag;
 using testing::square_corners;
 
@@ -75,6 +77,69 @@ TEST(TagTracker, FindsWhatTheWholePictureHoldsForAFewPixels) {
     EXPECT_TRUE(found.missed.empty());
   }
   EXPECT_LT(tracked_pixels, 14L * 640 * 480 / 20) << "of 14 pictures";
+}
+
+/// Tags of all sizes come into view after the first picture: each is found within as many pictures as there
+/// are strips, and no picture costs much more than another.
+TEST(TagTracker, StripsFindWhatComesIntoViewAndCostTheSame) {
+  TrackingOptions options = options_here();
+  options.in_strips = true;
+  for (const double side_px : {14.0, 30.0, 60.0, 110.0, 200.0, 400.0}) {
+    const CountedDetector detector(options.detector);
+    TagTracker tracker = TagTracker::make(detector, options).value();
+    Image image(1700, 720, 140);
+    EXPECT_TRUE(tracker.next(image).value().whole);
+    int number = 0;
+    for (const double y : {0.8 * side_px + 4, 360.0, 716 - 0.8 * side_px}) {
+      paint_tag(image, tag(number), square_corners({250.0 + 590 * number, y}, side_px, 0.1));
+      ++number;
+    }
+    const auto there = detector.detect(image).value();
+    detector.pixels = 0;
+    long most = 0;
+    std::vector<TagDetection> found;
+    for (int i = 0; i < options.whole_every; ++i) {
+      const long before = detector.pixels;
+      const TrackedTags tracked = tracker.next(image).value();
+      EXPECT_FALSE(tracked.whole);
+      most = std::max(most, detector.pixels - before);
+      found = tracked.detections;
+    }
+    ASSERT_EQ(found.size(), there.size()) << side_px;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      EXPECT_EQ(found[i].tag, there[i].tag) << side_px;
+      EXPECT_LT(max_corner_error_px(found[i].corners_px, there[i].corners_px), 0.35) << side_px;
+    }
+    EXPECT_LT(most, 1700L * 720 * 2 / 5)
+        << side_px << " px: with eight strips, their overlap and coarser scales";
+  }
+}
+
+TEST(TagTracker, ATagThatIsKnownToBeThereIsReadWithMoreWrongBits) {
+  const CountedDetector detector(options_here().detector);
+  TagTracker tracker = TagTracker::make(detector, options_here()).value();
+  Image image(640, 480, 140);
+  const auto corners = square_corners({300, 200}, 120, 0.2);
+  paint_tag(image, tag(3), corners);
+  ASSERT_EQ(tracker.next(image).value().detections.size(), 1U);
+  // Dirt over three cells inside: half black, half white cells are wrong.
+  const Family& tags = family(FamilyId::Tag36h11);
+  std::vector<std::uint8_t> dirt = bitmap(tag(3));
+  std::size_t changed = 0;
+  const int margin = (tags.total_width - tags.width_at_border) / 2;
+  for (const std::size_t bit : {4U, 20U}) {
+    const BitCell& cell = tags.bits[bit];
+    std::uint8_t& level =
+        dirt[static_cast<std::size_t>((cell.y + margin) * tags.total_width + cell.x + margin)];
+    level = level == 0 ? 255 : 0;
+    ++changed;
+  }
+  paint_cells(image, tags, dirt, corners);
+  EXPECT_TRUE(detector.detect(image).value().empty()) << "two bits are wrong, one is corrected";
+  const auto found = tracker.next(image).value().detections;
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].tag, tag(3));
+  EXPECT_EQ(found[0].hamming, static_cast<int>(changed));
 }
 
 TEST(TagTracker, ATagThatJumpsIsFoundAroundWhereItWas) {

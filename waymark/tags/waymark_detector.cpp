@@ -106,7 +106,13 @@ Result<std::unique_ptr<Detector>> make_waymark_detector(const DetectorOptions& o
   if (!ids) return tl::unexpected<Error>(ids.error());
   std::vector<search::ReadableFamily> families;
   families.reserve(ids->size());
-  for (const FamilyId id : *ids) families.emplace_back(family(id), options.max_hamming);
+  for (const FamilyId id : *ids) {
+    families.emplace_back(family(id), options.max_hamming);
+    for (const TagId& tag : options.known_tags)
+      if (tag.family == id && tag.number >= 0 &&
+          static_cast<std::size_t>(tag.number) < family(id).codes.size())
+        families.back().known.push_back(tag.number);
+  }
   const search::SearchOptions search{.min_white_black_diff = options.min_white_black_diff,
                                      .min_decision_margin = options.min_decision_margin,
                                      .find_inverted = options.find_inverted};

@@ -32,7 +32,7 @@ class Detector:
     def __init__(self, searchpath=None, families="tag36h11", nthreads=1, quad_decimate=1.0, **_other):
         from .. import tags
 
-        self._detector = tags.Detector(families=str(families).split(), quad_decimate=float(quad_decimate), refine=False)
+        self._detector = tags.Detector(detector="apriltag3", families=str(families).split(), quad_decimate=float(quad_decimate), refine=False)
 
     def detect(self, img, estimate_tag_pose=False, camera_params=None, tag_size=None):
         """The detections of a grey picture, (height, width) uint8."""

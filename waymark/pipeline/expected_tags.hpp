@@ -1,0 +1,25 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "waymark/localization/method.hpp"
+#include "waymark/samples/mounted_camera.hpp"
+#include "waymark/samples/tag_map.hpp"
+#include "waymark/tags/expected_tag.hpp"
+
+namespace waymark {
+
+/// Where the tags of a map should be in a picture of a camera that is taken now, by an estimate of where the
+/// robot is: those that are large enough and not oblique. None where that is not certain to a few
+/// centimetres, or older than half a second. O(tags).
+[[nodiscard]] std::vector<ExpectedTag> expected_tags(const TagMap& map, const MountedCamera& camera,
+                                                     const std::optional<LocalizationEstimate>& estimate,
+                                                     SensorTime stamp);
+
+/// "3 tags that should be in view were not found (2 too faint, 1 blurred)"; empty for none.
+[[nodiscard]] std::string words_of(std::span<const MissedTag> missed);
+
+}  // namespace waymark
