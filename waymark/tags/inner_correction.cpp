@@ -66,12 +66,15 @@ struct Fit {
 
 Fit fit(const InnerPixels& pixels, const Prior& prior, double noise_variance, double outwards) {
   constexpr int kMaxIterations = 3;
+  constexpr int kMoreIterations = 8;  // of a growth that is large: an overexposed print
+  constexpr double kLargeGrowth = 0.3;
+  constexpr double kMostGrowth = 2.5;
   constexpr double kSettledBlurs = 0.02;
   constexpr double kQuantisation = 1.0 / 12.0;
   constexpr double kPriorPixels = 20;
   Fit fit{{prior.mean, InnerMatrix::Zero()}, noise_variance, {}, prior.mean};
   InnerVector& x = fit.belief.mean;
-  for (int i = 0; i < kMaxIterations; ++i) {
+  for (int i = 0; i < (std::abs(x[kGrowth]) > kLargeGrowth ? kMoreIterations : kMaxIterations); ++i) {
     fit.at = x;
     fit.sums = sum_up(pixels, x, outwards, i == 0 ? 1e6 : 3 * std::sqrt(fit.variance));
     fit.variance =
@@ -80,7 +83,7 @@ Fit fit(const InnerPixels& pixels, const Prior& prior, double noise_variance, do
     fit.belief = gauss_newton(fit.sums, fit.variance, prior, prior.precision(), x);
     for (const InnerUnknown blur : {kBlurS, kBlurT})
       x[blur] = std::clamp(x[blur], prior.mean[blur] - 0.5, prior.mean[blur] + 0.5);
-    x[kGrowth] = std::clamp(x[kGrowth], -0.7, 0.7);
+    x[kGrowth] = std::clamp(x[kGrowth], -kMostGrowth, kMostGrowth);
     if (i > 0 && std::abs(x[kGrowth] - fit.at[kGrowth]) < kSettledBlurs) break;
   }
   return fit;
@@ -148,10 +151,18 @@ Eigen::Matrix<double, 8, kInnerUnknowns> edges_by_unknowns(const InnerVector& x,
   return J;
 }
 
+/// What is left out of the model of a growth: a blur is not quite Gaussian, least of all where the picture
+/// was overexposed and then interpolated, scaled or compressed.
+double growth_doubt_px(const InnerVector& x) {
+  constexpr double kShare = 0.06;
+  return kShare * std::abs(x[kGrowth]) * mean_blur_px(x);
+}
+
 /// How far the border edges lie from where the bits alone would have them, in standard deviations of the
 /// difference: the largest of the four.
 double contradiction(const Fit& fit, const Prior& prior) {
-  constexpr double kFloorPx = 0.03;  // print, bends that are not known
+  const double floor_px =
+      std::hypot(0.03, growth_doubt_px(fit.belief.mean));  // print, bends that are not known
   InnerVector precision = prior.precision();
   for (const InnerUnknown free : {kShiftS, kShiftT, kStretchS, kStretchT}) precision[free] = 1.0;
   for (const InnerUnknown slope : kSlopes) precision[slope] /= 25;
@@ -164,7 +175,7 @@ double contradiction(const Fit& fit, const Prior& prior) {
       const double variance = free.covariance(shift, shift) + free.covariance(stretch, stretch) +
                               2 * side * free.covariance(shift, stretch);
       worst =
-          std::max(worst, std::abs(off_px) / std::sqrt(blur_px * blur_px * variance + kFloorPx * kFloorPx));
+          std::max(worst, std::abs(off_px) / std::sqrt(blur_px * blur_px * variance + floor_px * floor_px));
     }
   }
   return worst;
@@ -184,7 +195,8 @@ EdgeCorrection inner_correction(const ImageView& image, const TagId& id, const T
   EdgeCorrection correction;
   if (!all.belief.mean.allFinite()) return correction;
   correction.worst_sigmas = contradiction(all, prior);
-  all.belief.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs;
+  const double doubt = growth_doubt_px(all.belief.mean) / mean_blur_px(all.belief.mean);
+  all.belief.covariance(kGrowth, kGrowth) += kModelBlurs * kModelBlurs + doubt * doubt;
   const Belief belief = averaged(all.belief, prior);
   const auto J = edges_by_unknowns(belief.mean, outwards);
   correction.outwards_px = J * belief.mean;
