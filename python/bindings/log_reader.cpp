@@ -86,28 +86,37 @@ class LogReader::Queue {
   bool closed_ = false;
 };
 
-LogReader::LogReader(const std::string& path, const LogSelection& selection, bool samples)
+LogReader::LogReader(const std::string& path, const LogSelection& selection, bool samples,
+                     std::shared_ptr<ReadProblems> problems)
     : queue_(std::make_shared<Queue>()), process_(getpid()) {
-  std::thread([queue = queue_, path, selection, samples] {
+  std::thread([queue = queue_, path, selection, samples, problems = std::move(problems)] {
     auto log = open_log(path);
     if (!log) return queue->end(tl::unexpected(log.error()));
-    queue->end(
+    Status end =
         samples ? (*log)->visit_samples(selection, [&](const Sample& sample) { return queue->push(sample); })
                 : (*log)->visit(selection, [&](const LogChannel& channel, const LogMessage& message) {
                     return queue->push(Message{channel.topic,
                                                channel.type,
                                                message.log_time,
                                                {message.data.begin(), message.data.end()}});
-                  }));
+                  });
+    {
+      const std::scoped_lock lock(problems->mutex);
+      problems->words.clear();
+      for (const LogProblem& problem : (*log)->problems()) problems->words.push_back(to_string(problem));
+    }
+    queue->end(std::move(end));
   }).detach();
 }
 
-std::unique_ptr<LogReader> LogReader::samples(const std::string& path, LogSelection selection) {
-  return std::unique_ptr<LogReader>(new LogReader(path, selection, true));
+std::unique_ptr<LogReader> LogReader::samples(const std::string& path, LogSelection selection,
+                                              std::shared_ptr<ReadProblems> problems) {
+  return std::unique_ptr<LogReader>(new LogReader(path, selection, true, std::move(problems)));
 }
 
-std::unique_ptr<LogReader> LogReader::messages(const std::string& path, LogSelection selection) {
-  return std::unique_ptr<LogReader>(new LogReader(path, selection, false));
+std::unique_ptr<LogReader> LogReader::messages(const std::string& path, LogSelection selection,
+                                               std::shared_ptr<ReadProblems> problems) {
+  return std::unique_ptr<LogReader>(new LogReader(path, selection, false, std::move(problems)));
 }
 
 LogReader::~LogReader() {

@@ -50,6 +50,7 @@ LogSelection selection_of(const MessageLog& log, const std::optional<std::set<st
 struct Recording {
   std::string path;
   std::unique_ptr<MessageLog> log{};
+  std::shared_ptr<ReadProblems> read = std::make_shared<ReadProblems>();  ///< by iterators
 };
 
 std::unique_ptr<Recording> open_recording(const std::filesystem::path& path) {
@@ -105,8 +106,10 @@ py::dict attachments_of(Recording& recording) {
 }
 
 std::vector<std::string> problems_of(const Recording& recording) {
+  const std::scoped_lock lock(recording.read->mutex);
+  if (!recording.read->words.empty()) return recording.read->words;
   std::vector<std::string> words;
-  for (const LogProblem& problem : recording.log->problems()) words.push_back(to_string(problem.error));
+  for (const LogProblem& problem : recording.log->problems()) words.push_back(to_string(problem));
   return words;
 }
 
@@ -238,22 +241,24 @@ void bind_recording(py::module_& m) {
       "setup", &setup_of,
       "camera (CameraModel), base_T_cam (SE3) and metadata, None where it does not know them.");
   recording.def_property_readonly("attachments", &attachments_of, "The files inside it, bytes by name.");
-  recording.def_property_readonly("problems", &problems_of, "Damage and traps, in words.");
+  recording.def_property_readonly(
+      "problems", &problems_of,
+      "Damage and traps, in words: found when it was opened, then what an iterator that ended passed over.");
   recording.def(
       "samples",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
-        return LogReader::samples(r.path, selection_of(*r.log, names, first, last));
+        return LogReader::samples(r.path, selection_of(*r.log, names, first, last), r.read);
       },
       topics, from, to, "Iterator of the samples, in order of time; log times in [from_ns, to_ns).");
   recording.def(
       "messages",
       [](const Recording& r, const std::optional<std::set<std::string>>& names,
          std::optional<std::uint64_t> first, std::optional<std::uint64_t> last) {
-        return LogReader::messages(r.path, selection_of(*r.log, names, first, last));
+        return LogReader::messages(r.path, selection_of(*r.log, names, first, last), r.read);
       },
       topics, from, to, "Iterator of (topic, type, log time [ns], bytes as they lie in the file).");
-  recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}); });
+  recording.def("__iter__", [](const Recording& r) { return LogReader::samples(r.path, {}, r.read); });
   refuse_pickle(recording, "it holds an open file; pickle its path and open it again");
   bind_writer(m);
 }

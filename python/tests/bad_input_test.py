@@ -195,6 +195,20 @@ class Closed(unittest.TestCase):
         damaged = recording.Recording(str(cut))
         list(damaged)
         self.assertFalse(damaged.summary["complete"])
+        self.assertTrue(damaged.problems)
+
+    def test_what_an_iterator_passed_over_is_said(self):
+        self.writer.close()
+        data = bytearray(pathlib.Path(self.path).read_bytes())
+        packing = next(name for name in (b"zstd", b"lz4") if name in data)
+        data[data.index(packing) + 40] ^= 0xFF  # in a chunk
+        changed = pathlib.Path(self.folder.name) / "changed.mcap"
+        changed.write_bytes(data)
+        damaged = recording.Recording(str(changed))
+        opened = damaged.problems
+        self.assertLess(len(list(damaged)), 500)
+        self.assertGreater(len(damaged.problems), len(opened))
+        self.assertIn("chunk", damaged.problems[-1])
 
     def test_fork(self):
         iterator = recording.Recording(self.path).samples()

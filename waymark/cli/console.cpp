@@ -87,7 +87,8 @@ ExitCode Console::finish(ExitCode code) {
   end_progress();
   if (output_ == Output::Failed) return ExitCode::SomeFailed;
   if (output_ == Output::ClosedByReader) return ExitCode::Ok;
-  return code;
+  const bool failed = code == ExitCode::SomeFailed || code == ExitCode::Usage;
+  return failed && interrupted() ? ExitCode::Interrupted : code;
 }
 
 }  // namespace waymark::cli

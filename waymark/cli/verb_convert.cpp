@@ -34,8 +34,7 @@ void say_problems(const std::vector<LogProblem>& problems, Console& console) {
   std::vector<std::string> lines;
   for (const LogProblem& problem : problems) {
     const char* kind = problem.kind == LogProblem::Kind::Damage ? "damage" : "note";
-    lines.push_back(fmt::format("{}: {}{}", kind, to_string(problem.error),
-                                problem.count > 1 ? fmt::format(" ({} times)", problem.count) : ""));
+    lines.push_back(fmt::format("{}: {}", kind, to_string(problem)));
   }
   console.say_first(lines, "--json gives all");
 }

@@ -18,9 +18,7 @@ struct InfoArgs {
 };
 
 std::string words_of(const LogProblem& problem) {
-  const std::string trap = problem.kind == LogProblem::Kind::Trap ? "mind: " : "";
-  const std::string often = problem.count > 1 ? fmt::format(" ({} times)", problem.count) : "";
-  return trap + to_string(problem.error) + often;
+  return (problem.kind == LogProblem::Kind::Trap ? "mind: " : "") + to_string(problem);
 }
 
 ExitCode info(const InfoArgs& args, Console& console) {

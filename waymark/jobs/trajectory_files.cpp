@@ -165,6 +165,8 @@ Result<Reference> read_reference(const std::string& path, const std::string& top
   if (is_recording(path)) return reference_of_log(path, topic, control);
   const Result<std::string> text = read_text_file(path, kMostTextBytes);
   if (!text) return tl::unexpected(text.error());
+  if (text->find_first_not_of(" \t\r\n") == std::string::npos)
+    return fail(ErrorCode::NotFound, "the file is empty", {.source = path});
   const FileKind kind = kind_of(*text);
   if (kind == FileKind::Other) return path_of_route(*text, path, closed);
   if (kind == FileKind::Table) {

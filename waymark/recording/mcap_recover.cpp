@@ -42,14 +42,17 @@ class Salvage {
 
   [[nodiscard]] const Index& index() const { return index_; }
   [[nodiscard]] const std::vector<Error>& problems() const { return problems_; }
+  [[nodiscard]] std::uint64_t left_out_bytes() const { return left_out_bytes_; }
   [[nodiscard]] std::uint64_t position() const { return output_.position(); }
 
  private:
   bool is_damaged(const RecordView& view) {
     if (!is<Attachment>(view.opcode)) return false;
     const Result<Attachment> attachment = decode_attachment(view.content, at(source_, view.offset));
-    if (!attachment) problems_.push_back(attachment.error());
-    return !attachment;
+    if (attachment) return false;
+    problems_.push_back(attachment.error());
+    left_out_bytes_ += kRecordPrefixSize + view.content.size();
+    return true;
   }
 
   Status copy(const RecordView& view) {
@@ -93,6 +96,7 @@ class Salvage {
   Output output_;
   Index index_;
   std::vector<Error> problems_;
+  std::uint64_t left_out_bytes_ = 0;
   Scan scan_;
   std::map<std::uint16_t, MessageIndex> messages_;
   bool in_chunk_ = false;
@@ -100,14 +104,17 @@ class Salvage {
 };
 
 /// Where records begin, as the summary tells it, in order; nothing of a file without one.
-std::vector<std::uint64_t> known_records(const Index& index) {
-  std::vector<std::uint64_t> offsets;
-  if (!index.from_summary) return offsets;
-  for (const ChunkIndex& chunk : index.chunks) offsets.push_back(chunk.chunk_start_offset);
-  for (const AttachmentIndex& attachment : index.attachments) offsets.push_back(attachment.offset);
-  for (const MetadataIndex& metadata : index.metadata) offsets.push_back(metadata.offset);
-  std::ranges::sort(offsets);
-  return offsets;
+std::vector<KnownRecord> known_records(const Index& index) {
+  std::vector<KnownRecord> known;
+  if (!index.from_summary) return known;
+  const auto add = [&known](std::uint64_t offset, Opcode opcode) {
+    known.push_back({offset, static_cast<std::uint8_t>(opcode)});
+  };
+  for (const ChunkIndex& chunk : index.chunks) add(chunk.chunk_start_offset, Opcode::Chunk);
+  for (const AttachmentIndex& attachment : index.attachments) add(attachment.offset, Opcode::Attachment);
+  for (const MetadataIndex& metadata : index.metadata) add(metadata.offset, Opcode::Metadata);
+  std::ranges::sort(known);
+  return known;
 }
 
 }  // namespace
@@ -123,10 +130,10 @@ Result<Recovery> recover(const ByteSource& source, std::unique_ptr<ByteSink> sin
   const Result<StreamSummary> stream = read_stream(
       source, options, [&](const RecordView& view) { return salvage.add(view); }, known_records(*before));
   if (!stream) return tl::unexpected(stream.error());
-  Recovery recovery{
-      .kept_bytes = salvage.position(),
-      .lost_bytes = stream->skipped_bytes + *size - (stream->complete ? *size : stream->good_bytes),
-      .problems = stream->problems};
+  Recovery recovery{.kept_bytes = salvage.position(),
+                    .lost_bytes = stream->skipped_bytes + salvage.left_out_bytes() + *size -
+                                  (stream->complete ? *size : stream->good_bytes),
+                    .problems = stream->problems};
   std::ranges::copy(salvage.problems(), std::back_inserter(recovery.problems));
   if (before->from_summary && recovery.problems.empty()) recovery.problems = before->problems;
   recovery.was_whole = stream->complete && recovery.problems.empty() && before->from_summary;

@@ -14,7 +14,7 @@ struct Recovery {
   std::uint64_t messages = 0;
   std::uint64_t chunks = 0;
   std::uint64_t kept_bytes = 0;   ///< of the data section
-  std::uint64_t lost_bytes = 0;   ///< behind the last whole record, and of records whose length is damaged
+  std::uint64_t lost_bytes = 0;   ///< behind the last whole record, and of records that are damaged
   bool was_whole = false;         ///< nothing was missing or damaged, the summary included
   std::vector<Error> problems{};  ///< of the file as it was
 };

@@ -142,7 +142,7 @@ Status visit_records(ByteSpan bytes,
 
 Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                   const std::function<Status(const RecordView&)>& visit,
-                                  const std::vector<std::uint64_t>& known) {
+                                  const std::vector<KnownRecord>& known) {
   const Result<std::uint64_t> size = source.size();
   if (!size) return tl::unexpected(size.error());
   if (Status status = check_magic(source, *size); !status) return tl::unexpected(status.error());
@@ -152,9 +152,17 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
   bool footer = false;
   while (!footer) {
     const std::uint64_t offset = summary.good_bytes;
-    const auto after = std::ranges::upper_bound(known, offset);
-    const auto next = after == known.end() || *after > *size ? std::nullopt : std::optional(*after);
-    const Result<RecordView> view = read_record(source, offset, *size, next, options, content);
+    const auto here = std::ranges::lower_bound(known, offset, {}, &KnownRecord::offset);
+    const bool is_known = here != known.end() && here->offset == offset;
+    const auto after = is_known ? here + 1 : here;
+    const auto next =
+        after == known.end() || after->offset > *size ? std::nullopt : std::optional(after->offset);
+    Result<RecordView> view = read_record(source, offset, *size, next, options, content);
+    if (view && is_known && view->opcode != here->opcode)
+      view = fail(ErrorCode::Unreadable,
+                  fmt::format("the type of a record is {}, the summary says {}: it is damaged", view->opcode,
+                              here->opcode),
+                  at(source, offset));
     if (!view) {
       summary.problems.push_back(view.error());
       if (!next) return summary;
@@ -162,10 +170,12 @@ Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions&
       summary.good_bytes = *next;
       continue;
     }
+    const std::size_t problems = summary.problems.size();
     const bool chunk = view->opcode == static_cast<std::uint8_t>(Opcode::Chunk);
     Status status =
         chunk ? visit_chunk(*view, options, room, at(source, offset), summary, visit) : visit(*view);
     if (!status) return tl::unexpected(status.error());
+    if (summary.problems.size() > problems) summary.skipped_bytes += kRecordPrefixSize + view->content.size();
     footer = view->opcode == static_cast<std::uint8_t>(Opcode::Footer);
     summary.good_bytes = offset + kRecordPrefixSize + view->content.size();
   }

@@ -29,12 +29,20 @@ struct RecordView {
   std::uint64_t inner_offset = 0;  ///< inside a chunk: of the record in the unpacked bytes
 };
 
+/// A record that an index names.
+struct KnownRecord {
+  std::uint64_t offset = 0;
+  std::uint8_t opcode = 0;
+
+  friend auto operator<=>(const KnownRecord&, const KnownRecord&) = default;
+};
+
 /// How reading front to back ended.
 struct StreamSummary {
-  bool complete = false;         ///< the closing magic was reached
-  std::uint64_t good_bytes = 0;  ///< end of the last whole record: what recovery keeps
-  std::uint64_t skipped_bytes =
-      0;  ///< in front of it: between a record of damaged length and the next known one
+  bool complete = false;            ///< the closing magic was reached
+  std::uint64_t good_bytes = 0;     ///< end of the last whole record: what recovery keeps
+  std::uint64_t skipped_bytes = 0;  ///< in front of it: records that are damaged: of chunks their bytes, of
+                                    ///< lengths all up to the next known record
   std::vector<Error>
       problems{};  ///< the cut at the end, chunks whose CRC or packing is wrong (they are passed over)
 };
@@ -42,11 +50,11 @@ struct StreamSummary {
 /// Reads all records front to back, those inside chunks included (behind their chunk's own record); a chunk
 /// whose packing or CRC is wrong is not visited. Needs no index, so it works on a recording in progress or
 /// one whose writer died. Fails only when it is not an MCAP file at all, or when the callback does; damage is
-/// reported in the summary. Behind a record whose length is damaged it goes on at the next of `known`, the
-/// offsets of records that an index names, in order. Memory: one record and one unpacked chunk.
+/// reported in the summary. Behind a record whose length or kind is damaged it goes on at the next of
+/// `known`, the records that an index names, in order. Memory: one record and one unpacked chunk.
 [[nodiscard]] Result<StreamSummary> read_stream(const ByteSource& source, const ReaderOptions& options,
                                                 const std::function<Status(const RecordView&)>& visit,
-                                                const std::vector<std::uint64_t>& known = {});
+                                                const std::vector<KnownRecord>& known = {});
 
 /// The records inside a chunk, unpacked (into `room`, unless they are not packed) and with the CRC checked.
 [[nodiscard]] Result<ByteSpan> unpack_chunk(const Chunk& chunk, const ReaderOptions& options, Bytes& room);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
 #include "waymark/recording/log_formats.hpp"
 #include "waymark/recording/ros2_messages.hpp"
 #include "waymark/recording/rosbag2_log.hpp"
@@ -21,6 +23,10 @@ Result<Bytes> head_of(const ByteSource& source) {
 }
 
 }  // namespace
+
+std::string to_string(const LogProblem& problem) {
+  return to_string(problem.error) + (problem.count > 1 ? fmt::format(" ({} times)", problem.count) : "");
+}
 
 LogSelection MessageLog::topics_used(const RecordingSetup& setup, std::optional<bool> pictures) const {
   LogSelection selection;

@@ -59,6 +59,9 @@ struct LogProblem {
   std::uint64_t count = 1;  ///< how often
 };
 
+/// With its place, and how often.
+[[nodiscard]] std::string to_string(const LogProblem& problem);
+
 /// Which messages: all topics when empty; log times in [from, to) nanoseconds.
 struct LogSelection {
   std::set<std::string> topics{};

@@ -46,7 +46,8 @@ struct DetectorOptions {
     visit(self.min_decision_margin,
           Field{"min_decision_margin",
                 "Minimum mean distance of the data bits from the black/white threshold, in grey levels after "
-                "sharpening; raise it against false detections.",
+                "sharpening (apriltag3 sharpens more: its values are two to three times as large); raise it "
+                "against false detections.",
                 0, 2000});
     visit(
         self.find_inverted,
@@ -58,28 +59,33 @@ struct DetectorOptions {
                                     "apriltag3: 1, 1.5 or a whole number to 8. 2 is "
                                     "two to four times as fast and loses tags with less than 3 px a bit.",
                                     1, 8});
-    visit(self.quad_sigma,
-          Field{"quad_sigma",
-                "Standard deviation in pixels of a blur before quads are searched; about 0.8 for very noisy "
-                "images. With quad_decimate 1 the bits are read from the blurred image too.",
-                0, 2});
-    visit(self.refine_edges,
-          Field{"refine_edges",
-                "Move each edge of a quad to the strongest gradient nearby (the library's own refinement)."});
-    visit(self.decode_sharpening,
-          Field{"decode_sharpening",
-                "Sharpening of the data bits before decoding; helps small and blurred tags.", 0, 4});
+    visit(self.quad_sigma, Field{"quad_sigma",
+                                 "Standard deviation in pixels of a blur before quads are searched, detector "
+                                 "apriltag3; about 0.8 for very noisy "
+                                 "images. With quad_decimate 1 the bits are read from the blurred image too.",
+                                 0, 2});
+    visit(self.refine_edges, Field{"refine_edges",
+                                   "Move each edge of a quad to the strongest gradient nearby, detector "
+                                   "apriltag3 (the library's own "
+                                   "refinement)."});
+    visit(
+        self.decode_sharpening,
+        Field{
+            "decode_sharpening",
+            "Sharpening of the data bits before decoding, detector apriltag3; helps small and blurred tags.",
+            0, 4});
     visit(self.min_white_black_diff,
           Field{"min_white_black_diff",
                 "Minimum difference of black and white in grey levels; lower it for faint prints in the "
                 "dark, at the price of time wherever the image noise exceeds an eighth of it.",
                 1, 255});
-    visit(self.threads,
-          Field{"threads",
-                "Number of threads for one image. Two about halve the time of a large image on two cores.", 1,
-                64});
+    visit(self.threads, Field{"threads",
+                              "Number of threads for one image, detector apriltag3. Two about halve the time "
+                              "of a large image on two cores.",
+                              1, 64});
     visit(self.memory_limit_mib,
-          Field{"memory_limit_mib", "Largest total size of the decoding tables, in MiB.", 1, 16384});
+          Field{"memory_limit_mib",
+                "Largest total size of the decoding tables of the detector apriltag3, in MiB.", 1, 16384});
   }
 };
 

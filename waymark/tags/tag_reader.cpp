@@ -96,6 +96,9 @@ int TagReader::steps_outwards(const ImageView& image, const ReadableFamily& fami
 
 bool TagReader::place(const Quad& quad, const ReadableFamily& family, bool inverted) {
   sign_ = family.bright_border != inverted ? -1.0F : 1.0F;
+  const int side = side_of(family);
+  levels_.resize(at(side * side));  // the family before may have had fewer cells
+  distances_.resize(levels_.size());
   return homography(quad, family.width, px_H_cell_);
 }
 
@@ -172,9 +175,6 @@ std::optional<TagDetection> TagReader::read(const ImageView& image, const Quad& 
   constexpr std::array<float, 3> kSharpening = {0.25F, 0.8F, 0};
   progress = {};
   if (!place(quad, family, inverted)) return std::nullopt;
-  const int side = side_of(family);
-  levels_.resize(at(side * side));
-  distances_.resize(levels_.size());
   if (steps_outwards(image, family) < kEnoughSteps) return std::nullopt;  // most quads that are no tags
   const Levels levels = sample_border(image, family);
   if (!(levels.contrast() >= static_cast<float>(options_.min_contrast))) return std::nullopt;

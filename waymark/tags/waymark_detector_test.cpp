@@ -72,6 +72,31 @@ TEST_P(EveryFamilyHere, SeveralAtOnceAreToldApart) {
   EXPECT_EQ(std::count_if(found.begin(), found.end(), [&](const auto& one) { return one.tag == tag; }), 1);
 }
 
+/// Whatever the order in which families are named, also of tags with a covered side, which are read in two
+/// ways.
+TEST_P(EveryFamilyHere, IsReadBeforeAndBehindEveryOther) {
+  Image image(200, 200, 140);
+  const TagId tag{GetParam(), 1};
+  const TagCorners corners = in_the_middle(90, 0.4);
+  paint_tag(image, tag, corners);
+  Image covered = image;
+  for (int y = 60; y < 150; ++y)
+    for (int x = 138; x < 150; ++x) covered.row(y)[x] = 25;
+  for (const FamilyId other : kAllFamilies) {
+    for (const bool first : {true, false}) {
+      DetectorOptions options;
+      options.families = {std::string(to_string(first ? GetParam() : other)),
+                          std::string(to_string(first ? other : GetParam()))};
+      options.max_hamming = 0;
+      const auto detector = made(options);
+      const auto found = detector->detect(image).value();
+      EXPECT_TRUE(std::ranges::any_of(found, [&](const auto& one) { return one.tag == tag; }))
+          << to_string(other);
+      EXPECT_TRUE(detector->detect(covered)) << to_string(other);
+    }
+  }
+}
+
 TEST_P(EveryFamilyHere, MirroredPrintsAreNoTags) {
   const auto detector = made(only(GetParam()));
   Image image(200, 200, 140);

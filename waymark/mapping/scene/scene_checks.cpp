@@ -174,8 +174,7 @@ void say_what_hangs_loosely(const SceneMap& map, std::vector<std::string>& words
     words.push_back(fmt::format("{} hang on {} of {}: if those are wrong, so is where they are",
                                 words_of(cut.beyond), observations(cut.observations), words_of(cut.by)));
   }
-  if (!map.undetermined.empty())
-    words.push_back(words_of(map.undetermined) + ": nothing determines where");
+  if (!map.undetermined.empty()) words.push_back(words_of(map.undetermined) + ": nothing determines where");
 }
 
 void say_which_ids_were_misread(const SceneMap& map, std::vector<std::string>& words) {
